@@ -1,0 +1,42 @@
+"""Contracts, kernels, variables, units, errors: what every part of bristle speaks."""
+
+from bristle.core.axis import Axis, Column, Injected
+from bristle.core.contracts import (
+    Component,
+    Controller,
+    FrictionModel,
+    Model,
+    Motion,
+    Plant,
+    Reference,
+    Relation,
+    Sensor,
+)
+from bristle.core.errors import BristleError, InputError, InputWarning, MissingExtraError
+from bristle.core.kernel import kernel
+from bristle.core.status import Status
+from bristle.core.variable import Variable, unit_of, variables_of
+
+__all__ = [
+    "Axis",
+    "BristleError",
+    "Column",
+    "Component",
+    "Controller",
+    "FrictionModel",
+    "Injected",
+    "InputError",
+    "InputWarning",
+    "MissingExtraError",
+    "Model",
+    "Motion",
+    "Plant",
+    "Reference",
+    "Relation",
+    "Sensor",
+    "Status",
+    "Variable",
+    "kernel",
+    "unit_of",
+    "variables_of",
+]

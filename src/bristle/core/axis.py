@@ -1,0 +1,85 @@
+"""`Axis`: what is known of a motion axis before anything is identified from its logs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from bristle.core.variable import Kind
+
+__all__ = ["Axis", "Column", "Injected"]
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a log: its name there, its unit, and the factor to SI of the axis, sign included."""
+
+    name: str
+    unit: str
+    factor: float = 1.0
+    optional: bool = False
+
+
+@dataclass(frozen=True)
+class Injected:
+    """A known input added to the controller's output: `column` times `gain` is an effort in SI of the axis."""
+
+    column: str
+    gain: float
+    optional: bool = False
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A motion axis, in SI of its kind.
+
+    Parameters
+    ----------
+    name : str
+        What people call it.
+    kind : {"translational", "rotational"}
+        Decides the units: m, N, kg or rad, N*m, kg*m^2.
+    columns : mapping of str to Column
+        Channel (``time``, ``position``, ``velocity``, ``effort``, ``reference``) to the column of the log.
+    injected : tuple of Injected
+        Known inputs of the loop.
+    sample_time : float or None
+        Sample time of the log where it has no column of time [s].
+    delay : float
+        By how much the effort column lags the position column [s].
+    mass : float or None
+        Moving mass [kg] or inertia [kg*m^2], where known.
+    offset : float or "identify"
+        Constant part of the friction force (gravity, bias).
+    resolution : float or None
+        Smallest step of the position encoder [m or rad].
+    effort_limit : float or None
+        Saturation of the effort [N or N*m].
+    velocity_limit : float or None
+        Largest velocity [m/s or rad/s].
+    stroke : tuple of float or None
+        Smallest and largest position [m or rad].
+    controller : Model or None
+        The control law that was running.
+    cutoff : float or None
+        Cut-off of the zero-phase filter of the identification [Hz].
+    decimation : int or None
+        Of how many filtered samples the identification keeps one.
+    """
+
+    name: str = "axis"
+    kind: Kind = "translational"
+    columns: Mapping[str, Column] = field(default_factory=dict)
+    injected: tuple[Injected, ...] = ()
+    sample_time: float | None = None
+    delay: float = 0.0
+    mass: float | None = None
+    offset: float | str = "identify"
+    resolution: float | None = None
+    effort_limit: float | None = None
+    velocity_limit: float | None = None
+    stroke: tuple[float, float] | None = None
+    controller: Any = None
+    cutoff: float | None = None
+    decimation: int | None = None

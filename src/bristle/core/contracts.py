@@ -1,0 +1,321 @@
+r"""The contracts: one grammar, *state, memory, inputs, dt, parameters*, for everything that takes a step.
+
+========== ==================================================================================================
+friction   ``trial(state, memory, motion, dt, p) -> (force, move)``, ``commit(state, memory, move, p) -> state``
+plant      ``port(state, effort, dt, p) -> (a, b)``, ``step(state, effort, force, dt, p) -> (output, state)``
+controller ``step(state, reference, measured, dt, p) -> (effort, state)``
+sensor     ``step(state, x, dt, p) -> (measured, state)``
+========== ==================================================================================================
+
+A `Component` is a frozen descriptor: data plus pure functions. Its `Parameters` and `State` are NamedTuples whose
+fields carry a `Variable`. Called with values, a component returns a `Model`: the component with validated
+parameters.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from bristle.core import dispatch
+from bristle.core.errors import InputError
+from bristle.core.variable import KINDS, Kind, Variable, is_array, variables_of
+
+__all__ = [
+    "Component",
+    "Controller",
+    "FrictionModel",
+    "Model",
+    "Motion",
+    "Plant",
+    "Reference",
+    "Relation",
+    "Sensor",
+]
+
+
+class Motion(NamedTuple):
+    """What a friction model sees of one step."""
+
+    v: Annotated[float, Variable("length/time", "mean velocity of the step; the sign of zero is a side")]
+    x: Annotated[float, Variable("length", "position at the end of the step")]
+    load: Annotated[float, Variable("1", "normal load over its nominal value")] = 1.0
+    temperature: Annotated[float, Variable("temperature", "temperature")] = 293.15
+
+
+class Reference(NamedTuple):
+    """What a controller is asked to follow at one sample."""
+
+    position: Annotated[float, Variable("length", "desired position")]
+    velocity: Annotated[float, Variable("length/time", "desired velocity")]
+    acceleration: Annotated[float, Variable("length/time^2", "desired acceleration")]
+    effort: Annotated[float, Variable("force", "effort fed forward, added before the limit")] = 0.0
+
+
+class Relation(NamedTuple):
+    """A condition between parameters, such as F_S >= F_C."""
+
+    condition: str
+    holds: Callable[[Any], bool]
+    mend: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Component:
+    """What every descriptor has: names, the types of its data, where it comes from.
+
+    Parameters
+    ----------
+    name : str
+        Name in files and on the command line.
+    description : str
+        What it is, one line.
+    Parameters, State : type
+        NamedTuples; every field is annotated with a `Variable`.
+    reference : str
+        Source with DOI.
+    relations : tuple of Relation
+        Conditions between parameters.
+    """
+
+    name: str
+    description: str
+    Parameters: type
+    State: type
+    reference: str = ""
+    relations: tuple[Relation, ...] = ()
+    module: str = field(default="", compare=False)
+
+    family = "component"
+    functions: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "module", self.module or self.Parameters.__module__)
+        dispatch.register(self.family, self.Parameters, {name: getattr(self, name) for name in self.functions})
+
+    @property
+    def variables(self) -> dict[str, Variable]:
+        """Each parameter that a person sets, with its description, in order."""
+        return variables_of(self.Parameters)
+
+    @property
+    def defaults(self) -> dict[str, Any]:
+        """The parameters that have a default value."""
+        return dict(getattr(self.Parameters, "_field_defaults", {}))
+
+    def is_array(self, name: str) -> bool:
+        """Return whether this parameter is a 1-D array."""
+        return is_array(self.Parameters, name)
+
+    def assemble(self, values: Mapping[str, Any]) -> Any:
+        """Return the `Parameters` that kernels receive, from the values that a person sets."""
+        return self.Parameters(**values)
+
+    def values(self, parameters: Any) -> dict[str, Any]:
+        """Return the values that a person sets, from the `Parameters` that kernels receive."""
+        return parameters._asdict()
+
+    def initial_state(self, parameters: Any) -> Any:  # noqa: ARG002
+        """Return the virgin state."""
+        return self.State()
+
+    def __call__(self, *, kind: Kind | None = None, validate: bool = True, **values: Any) -> Model:
+        """Return this component with its parameters.
+
+        Parameters
+        ----------
+        kind : {"translational", "rotational"}, optional
+            Kind of axis; told from the units where they are given, else translational.
+        validate : bool
+            False lets values through that break a range or a relation, for studies of what fails.
+        **values
+            Parameters by name: numbers in SI, or text with a unit such as ``"40 mN*m"``.
+
+        Returns
+        -------
+        Model
+            The component with parameters.
+
+        Raises
+        ------
+        InputError
+            If a name is unknown or missing, a unit does not fit, or a value or a relation is out of range.
+        """
+        return make_model(self, values, kind=kind, validate=validate)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionModel(Component):
+    """A friction model.
+
+    ``trial(state, memory, motion, dt, p) -> (force, move)`` is pure: the mean force over a step at constant velocity
+    ``motion.v``, positive when it opposes ``v > 0``, and what `commit` needs. ``v = +0.0`` and ``-0.0`` give the two
+    one-sided limits, so that a set-valued model needs no flag. ``commit(state, memory, move, p) -> state`` is
+    called once for each accepted step and is the only writer of ``memory``, a 1-D array (or ``()``) of
+    ``memory_size(p)`` numbers. ``rate(state, motion, p) -> (force, d_state)`` is optional, for smooth models: the same
+    equations in continuous time.
+    """
+
+    trial: Callable[..., Any]
+    commit: Callable[..., Any]
+    memory_size: Callable[[Any], int] = field(default=lambda p: 0)  # noqa: ARG005
+    rate: Callable[..., Any] | None = None
+    linear: bool = False
+
+    family = "friction"
+    functions = ("trial", "commit")
+
+    def new_memory(self, parameters: Any) -> np.ndarray:
+        """Return the memory of a virgin model, shape (memory_size,)."""
+        return np.zeros(self.memory_size(parameters))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plant(Component):
+    """A mechanism that friction acts on, through one port that is affine in the friction force.
+
+    ``port(state, effort, dt, p) -> (a, b)``: the mean velocity over the step is ``a + b * force``, with ``b < 0``.
+    ``step(state, effort, force, dt, p) -> (output, state)``. Fields ``x`` and ``v`` of its `State` are the position
+    and velocity at the port.
+    """
+
+    port: Callable[..., Any]
+    step: Callable[..., Any]
+
+    family = "plant"
+    functions = ("port", "step")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Controller(Component):
+    """A sampled control law: ``step(state, reference, measured, dt, p) -> (effort, state)``."""
+
+    step: Callable[..., Any]
+    inner: tuple[str, ...] = ()
+
+    family = "controller"
+    functions = ("step",)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sensor(Component):
+    """A sensor: ``step(state, x, dt, p) -> (measured, state)``."""
+
+    step: Callable[..., Any]
+
+    family = "sensor"
+    functions = ("step",)
+
+
+@dataclass(frozen=True)
+class Model:
+    """A component with its parameters.
+
+    Parameters
+    ----------
+    component : Component
+        The descriptor.
+    parameters : NamedTuple
+        What kernels receive, in SI.
+    kind : {"translational", "rotational"}
+        The kind of axis.
+    """
+
+    component: Any
+    parameters: Any
+    kind: Kind = "translational"
+
+    @property
+    def name(self) -> str:
+        """Name of the component, with its slots."""
+        return self.component.name
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """The parameters that a person sets, in SI."""
+        return self.component.values(self.parameters)
+
+    def with_values(self, **changes: Any) -> Model:
+        """Return the model with some parameters changed, validated again."""
+        return make_model(self.component, self.values | changes, kind=self.kind, validate=True)
+
+    def __repr__(self) -> str:
+        variables = self.component.variables
+        parts = [f"{k}={_number(v)} {variables[k].unit(self.kind)}".removesuffix(" 1") for k, v in self.values.items()]
+        return f"{self.name}({', '.join(parts)})"
+
+
+def make_model(
+    component: Component, values: Mapping[str, Any], *, kind: Kind | None, validate: bool, path: str = ""
+) -> Model:
+    """Return `component` with validated parameters; `path` goes before the names in error messages."""
+    from bristle.core import units
+
+    where = f"{path}." if path else ""
+    variables = component.variables
+    for name in values:
+        if name not in variables:
+            raise InputError(
+                f"{component.name} has no such parameter", path=f"{where}{name}", allowed=", ".join(variables)
+            )
+    missing = [name for name in variables if name not in values and name not in component.defaults]
+    if missing:
+        raise InputError(
+            f"{component.name} needs {', '.join(missing)}",
+            path=path or component.name,
+            mend=f"Give {missing[0]}, {variables[missing[0]].description} "
+            f"[{variables[missing[0]].unit(kind or 'translational')}]",
+        )
+    if kind is not None and kind not in KINDS:
+        raise InputError("unknown kind of axis", path=f"{where}kind", value=kind, allowed=" or ".join(KINDS))
+    chosen: Kind = kind or units.kind_of(values, variables)
+    numbers: dict[str, Any] = {}
+    for name, variable in variables.items():
+        given = values.get(name, component.defaults.get(name))
+        numbers[name] = _coerce(component, name, variable, given, chosen, f"{where}{name}")
+        if validate:
+            _validate(component, name, variable, numbers[name], chosen, f"{where}{name}")
+    parameters = component.assemble(numbers)
+    if validate:
+        check_relations(component, parameters, path or component.name)
+    return Model(component, parameters, chosen)
+
+
+def check_relations(component: Component, parameters: Any, path: str) -> None:
+    """Refuse parameters that break a relation of the component."""
+    for relation in component.relations:
+        if not relation.holds(parameters):
+            names = [name for name in component.variables if name.split("_pos")[0].split("_neg")[0] in relation.condition]
+            values = component.values(parameters)
+            found = ", ".join(f"{name} = {_number(values[name])}" for name in names)
+            raise InputError(
+                f"needs {relation.condition}, but {found or 'it does not hold'}", path=path, mend=relation.mend
+            )
+
+
+def _coerce(component: Component, name: str, variable: Variable, given: Any, kind: Kind, path: str) -> Any:
+    from bristle.core import units
+
+    if component.is_array(name):
+        if isinstance(given, (str, bytes)) or not hasattr(given, "__len__"):
+            raise InputError("must be a list of numbers", path=path, value=given)
+        return np.array([units.quantity(one, variable, kind, path=path) for one in given], dtype=float)
+    return units.quantity(given, variable, kind, path=path)
+
+
+def _validate(component: Component, name: str, variable: Variable, value: Any, kind: Kind, path: str) -> None:
+    default = component.defaults.get(name)
+    may_be_infinite = isinstance(default, float) and math.isinf(default)
+    if not np.all(np.isfinite(value)) and not (may_be_infinite and value == default):
+        raise InputError("is not a finite number", path=path, value=float(np.max(value)), allowed=variable.allowed(kind))
+    variable.validate(value, path, kind)
+
+
+def _number(value: Any) -> str:
+    if hasattr(value, "__len__"):
+        return "[" + ", ".join(f"{one:.6g}" for one in value) + "]"
+    return f"{value:.6g}"

@@ -1,0 +1,78 @@
+"""`kernel`: the one decorator of the functions that run compiled, and it does nothing until they do.
+
+A kernel is a plain Python function in a small subset of the language (scalars, tuples, 1-D arrays, ``if``,
+``while``, ``for`` over a range, calls to other kernels). Decorated, it stays that plain function: it can be
+called, read and stepped through as it stands. Only when the engine first compiles something are all kernels
+made known to the compiler, and only then is the compiler imported.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar, overload
+
+__all__ = ["activate", "kernel", "kernels", "on_activation"]
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+_kernels: list[tuple[Callable[..., Any], bool]] = []
+_pending: list[Callable[[], None]] = []
+_active = False
+
+
+@overload
+def kernel(function: F, /) -> F: ...
+@overload
+def kernel(*, inline: bool) -> Callable[[F], F]: ...
+def kernel(function: Any = None, /, *, inline: bool = True) -> Any:
+    """Mark a plain function as a kernel and return it unchanged.
+
+    Parameters
+    ----------
+    function : callable
+        The function.
+    inline : bool
+        Whether compiled callers absorb it. False for long branches that are rarely taken.
+
+    Returns
+    -------
+    callable
+        The same function.
+    """
+
+    def mark(plain: F) -> F:
+        _kernels.append((plain, inline))
+        on_activation(lambda: _make_known(plain, inline))
+        return plain
+
+    return mark if function is None else mark(function)
+
+
+def kernels() -> list[Callable[..., Any]]:
+    """Return every kernel defined so far."""
+    return [plain for plain, _ in _kernels]
+
+
+def on_activation(action: Callable[[], None]) -> None:
+    """Run `action` once the compiler is in use: later, or at once if it already is."""
+    if _active:
+        action()
+    else:
+        _pending.append(action)
+
+
+def activate() -> None:
+    """Import the compiler and make every kernel known to it."""
+    global _active  # noqa: PLW0603
+    if _active:
+        return
+    _active = True
+    while _pending:
+        _pending.pop(0)()
+
+
+def _make_known(plain: Callable[..., Any], inline: bool) -> None:
+    from numba.extending import register_jitable
+
+    options: dict[str, Any] = {"error_model": "numpy"} | ({"forceinline": True} if inline else {})
+    register_jitable(**options)(plain)

@@ -1,0 +1,36 @@
+"""What can happen while computing: codes that kernels return, with a sentence for people.
+
+Kernels never raise. They return one of these codes, and the result carries it.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+__all__ = ["SENTENCES", "Status"]
+
+
+class Status(IntEnum):
+    """Outcome of a computation; codes other than `OK` rank by severity."""
+
+    OK = 0
+    SOLVE_INACCURATE = 1
+    MEMORY_OVERFLOW = 2
+    NOT_FINITE = 3
+
+    @property
+    def sentence(self) -> str:
+        """The code in words."""
+        return SENTENCES[self]
+
+
+SENTENCES = {
+    Status.OK: "completed",
+    Status.SOLVE_INACCURATE: (
+        "the implicit step did not converge to its tolerance at least once; use a smaller step (more substeps)"
+    ),
+    Status.MEMORY_OVERFLOW: (
+        "the memory of turning points overflowed and forgot its innermost pair; raise its capacity"
+    ),
+    Status.NOT_FINITE: "the simulation left the finite numbers: the loop or the model is unstable",
+}

@@ -1,0 +1,152 @@
+"""`Variable`: the one description of a quantity from which everything else derives.
+
+Bounds for identification, the schema of files, tables in the docs, captions and units all come from the
+`Variable` in the annotation of a field. Its attributes carry the names that the Functional Mock-up Interface
+gives them. Quantities are *generalised*: `force` is a force [N] on a translational axis and a torque [N*m] on a
+rotational one.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
+
+from bristle.core.errors import InputError
+
+__all__ = ["KINDS", "UNITS", "Kind", "Variable", "is_array", "unit_of", "variables_of"]
+
+Kind = Literal["translational", "rotational"]
+KINDS: tuple[Kind, ...] = ("translational", "rotational")
+
+# Generalised quantity -> SI unit on a translational axis, on a rotational axis.
+UNITS: dict[str, tuple[str, str]] = {
+    "1": ("1", "1"),
+    "time": ("s", "s"),
+    "frequency": ("Hz", "Hz"),
+    "1/time": ("1/s", "1/s"),
+    "length": ("m", "rad"),
+    "length/time": ("m/s", "rad/s"),
+    "length/time^2": ("m/s^2", "rad/s^2"),
+    "force": ("N", "N*m"),
+    "force/length": ("N/m", "N*m/rad"),
+    "force*time/length": ("N*s/m", "N*m*s/rad"),
+    "force/time": ("N/s", "N*m/s"),
+    "mass": ("kg", "kg*m^2"),
+    "temperature": ("K", "K"),
+}
+
+
+def unit_of(quantity: str, kind: Kind = "translational") -> str:
+    """Return the SI unit of a generalised quantity on an axis of this kind.
+
+    Parameters
+    ----------
+    quantity : str
+        A key of `UNITS`, such as ``"force/length"``.
+    kind : {"translational", "rotational"}
+        The kind of axis.
+
+    Returns
+    -------
+    str
+        The unit, as pint reads it.
+
+    Examples
+    --------
+    >>> unit_of("force/length"), unit_of("force/length", "rotational")
+    ('N/m', 'N*m/rad')
+    """
+    return UNITS[quantity][KINDS.index(kind)]
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One quantity: what it is, its generalised unit and its range.
+
+    Parameters
+    ----------
+    quantity : str
+        Generalised quantity, a key of `UNITS`.
+    description : str
+        What it is, in a few words.
+    min, max : float
+        Smallest and largest value allowed, in SI.
+    nominal : float
+        Typical magnitude, in SI: the scale used by solvers.
+    directional : bool
+        Whether it may differ between the directions of motion (the slot ``+asymmetry``).
+    excitation : str
+        What a log must contain for the quantity to be identified from it: ``"sliding"``, ``"speed"``,
+        ``"stribeck"``, ``"presliding"``, ``"acceleration"`` or empty.
+    """
+
+    quantity: str
+    description: str
+    min: float = -math.inf
+    max: float = math.inf
+    nominal: float = 1.0
+    directional: bool = False
+    excitation: str = ""
+
+    def __post_init__(self) -> None:
+        if self.quantity not in UNITS:
+            raise ValueError(f"unknown quantity {self.quantity!r}; known: {', '.join(UNITS)}")
+
+    def unit(self, kind: Kind = "translational") -> str:
+        """Return the SI unit on an axis of this kind."""
+        return unit_of(self.quantity, kind)
+
+    def allowed(self, kind: Kind = "translational") -> str:
+        """Return the allowed range in words, with its unit."""
+        unit = "" if self.quantity == "1" else f" {self.unit(kind)}"
+        if math.isinf(self.min) and math.isinf(self.max):
+            return f"any number{unit and ' in'}{unit}"
+        if math.isinf(self.max):
+            return f">= {self.min:g}{unit}"
+        if math.isinf(self.min):
+            return f"<= {self.max:g}{unit}"
+        return f"{self.min:g} to {self.max:g}{unit}"
+
+    def validate(self, value: Any, path: str, kind: Kind = "translational") -> None:
+        """Refuse a value that is not finite or lies outside the range.
+
+        Raises
+        ------
+        InputError
+            With the path, the value, and the range allowed. An infinite value is accepted where `max` is
+            infinite *and* the default is infinite, which the caller decides.
+        """
+        values = value if hasattr(value, "__len__") else (value,)
+        for index, number in enumerate(values):
+            where = f"{path}[{index}]" if hasattr(value, "__len__") else path
+            if math.isnan(number):
+                raise InputError("is not a number", path=where, value=float(number), allowed=self.allowed(kind))
+            if not self.min <= number <= self.max:
+                raise InputError("out of range", path=where, value=float(number), allowed=self.allowed(kind))
+
+
+def variables_of(cls: type) -> dict[str, Variable]:
+    """Return the `Variable` of each annotated field of a NamedTuple, in order.
+
+    Raises
+    ------
+    TypeError
+        If a field carries no `Variable`.
+    """
+    hints = get_type_hints(cls, include_extras=True)
+    found = {}
+    for name in getattr(cls, "_fields", ()):
+        marks = get_args(hints[name])[1:] if get_origin(hints[name]) is Annotated else ()
+        variable = next((mark for mark in marks if isinstance(mark, Variable)), None)
+        if variable is None:
+            raise TypeError(f"{cls.__module__}.{cls.__qualname__}.{name} has no Variable in its annotation")
+        found[name] = variable
+    return found
+
+
+def is_array(cls: type, field: str) -> bool:
+    """Return whether this field of a NamedTuple holds a 1-D array rather than a scalar."""
+    hint = get_type_hints(cls, include_extras=True)[field]
+    base = get_args(hint)[0] if get_origin(hint) is Annotated else hint
+    return base not in (float, int)

@@ -1,0 +1,67 @@
+"""Friction models, one a file. Each name is a descriptor: call it with parameters to have a model.
+
+Examples
+--------
+>>> from bristle import friction
+>>> friction.coulomb_viscous(F_C="20 N", F_v="200 N*s/m")
+coulomb_viscous(F_v=200 N*s/m, F_C=20 N)
+"""
+
+from __future__ import annotations
+
+from bristle.core.contracts import FrictionModel
+from bristle.core.errors import InputError
+from bristle.friction.coulomb import MODEL as coulomb
+from bristle.friction.coulomb_viscous import MODEL as coulomb_viscous
+from bristle.friction.dahl import MODEL as dahl
+from bristle.friction.lugre import MODEL as lugre
+from bristle.friction.maxwell_slip import MODEL as maxwell_slip
+from bristle.friction.slots import SLOTS, slotted
+from bristle.friction.stribeck import MODEL as stribeck
+from bristle.friction.viscous import MODEL as viscous
+
+MODELS: dict[str, FrictionModel] = {
+    model.name: model for model in (coulomb, viscous, coulomb_viscous, stribeck, dahl, lugre, maxwell_slip)
+}
+
+__all__ = [
+    "MODELS",
+    "coulomb",
+    "coulomb_viscous",
+    "dahl",
+    "find",
+    "lugre",
+    "maxwell_slip",
+    "slotted",
+    "stribeck",
+    "viscous",
+    "with_slots",
+]
+
+
+def find(name: str, path: str = "friction.model") -> FrictionModel:
+    """Return the model with this name and slots, such as ``"lugre+asymmetry"``; every one takes an ``offset``.
+
+    Raises
+    ------
+    InputError
+        If there is no such model or slot.
+    """
+    base, *slots = name.split("+")
+    if base not in MODELS:
+        raise InputError("no such friction model", path=path, value=base, allowed=", ".join(MODELS))
+    return with_slots(MODELS[base], slots, path)
+
+
+def with_slots(model: FrictionModel, slots: list[str], path: str = "friction.model") -> FrictionModel:
+    """Return `model` with these slots.
+
+    Raises
+    ------
+    InputError
+        If there is no such slot.
+    """
+    for slot in slots:
+        if slot not in SLOTS:
+            raise InputError("no such slot", path=path, value=f"+{slot}", allowed=", ".join(f"+{one}" for one in SLOTS))
+    return slotted(model, asymmetry="asymmetry" in slots)

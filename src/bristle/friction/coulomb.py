@@ -1,0 +1,56 @@
+r"""Coulomb friction: a constant force against the motion, and any force up to it at rest.
+
+.. math:: F = F_C \operatorname{sgn} v, \qquad F \in [-F_C, F_C] \text{ at } v = 0
+
+References
+----------
+.. [1] B. Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, "A survey of models, analysis tools and compensation
+   methods for the control of machines with friction", Automatica 30(7), 1994. doi:10.1016/0005-1098(94)90209-7
+"""
+
+from typing import Annotated, NamedTuple
+
+from bristle.core.contracts import FrictionModel
+from bristle.core.kernel import kernel
+from bristle.core.mathematics import direction
+from bristle.core.variable import Variable
+
+
+class Parameters(NamedTuple):
+    """Parameters of Coulomb friction."""
+
+    F_C: Annotated[
+        float, Variable("force", "Coulomb friction force", min=0.0, directional=True, excitation="sliding")
+    ]
+
+
+class State(NamedTuple):
+    """Coulomb friction has no state."""
+
+
+class Move(NamedTuple):
+    """Nothing to commit."""
+
+
+@kernel
+def trial(state, memory, motion, dt, p):
+    """Return the mean force [N or N*m] over a step at constant velocity, and nothing to commit."""
+    return p.F_C * direction(motion.v), Move()
+
+
+@kernel
+def commit(state, memory, move, p):
+    """Return the state after the step: there is none."""
+    return state
+
+
+MODEL = FrictionModel(
+    name="coulomb",
+    description="constant force against the motion; truly sticks at rest",
+    Parameters=Parameters,
+    State=State,
+    trial=trial,
+    commit=commit,
+    linear=True,
+    reference="doi:10.1016/0005-1098(94)90209-7",
+)

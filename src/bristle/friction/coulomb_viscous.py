@@ -1,0 +1,60 @@
+r"""Coulomb and viscous friction: the model that most drives are tuned with.
+
+.. math:: F = F_C \operatorname{sgn} v + F_v\,v, \qquad F \in [-F_C, F_C] \text{ at } v = 0
+
+References
+----------
+.. [1] A. Janot, P.-O. Vandanjon, M. Gautier, "A generic instrumental variable approach for industrial robot
+   identification", IEEE Transactions on Control Systems Technology 22(1), 2014. doi:10.1109/TCST.2013.2246163
+"""
+
+from typing import Annotated, NamedTuple
+
+from bristle.core.contracts import FrictionModel
+from bristle.core.kernel import kernel
+from bristle.core.mathematics import direction
+from bristle.core.variable import Variable
+
+
+class Parameters(NamedTuple):
+    """Parameters of Coulomb and viscous friction."""
+
+    F_v: Annotated[
+        float,
+        Variable("force*time/length", "viscous friction coefficient", min=0.0, directional=True, excitation="speed"),
+    ]
+    F_C: Annotated[
+        float, Variable("force", "Coulomb friction force", min=0.0, directional=True, excitation="sliding")
+    ]
+
+
+class State(NamedTuple):
+    """Coulomb and viscous friction has no state."""
+
+
+class Move(NamedTuple):
+    """Nothing to commit."""
+
+
+@kernel
+def trial(state, memory, motion, dt, p):
+    """Return the mean force [N or N*m] over a step at constant velocity, and nothing to commit."""
+    return p.F_C * direction(motion.v) + p.F_v * motion.v, Move()
+
+
+@kernel
+def commit(state, memory, move, p):
+    """Return the state after the step: there is none."""
+    return state
+
+
+MODEL = FrictionModel(
+    name="coulomb_viscous",
+    description="constant force against the motion plus one in proportion to the velocity",
+    Parameters=Parameters,
+    State=State,
+    trial=trial,
+    commit=commit,
+    linear=True,
+    reference="doi:10.1109/TCST.2013.2246163",
+)

@@ -1,0 +1,122 @@
+r"""The LuGre model: bristles that deflect, slip and carry the Stribeck effect.
+
+.. math::
+    \dot z = v\left(1 - \frac{\sigma_0 z}{G(v)}\operatorname{sgn} v\right), \qquad
+    F = \sigma_0 z + \sigma_1(v)\,\dot z + \sigma_2 v, \qquad
+    G(v) = F_C + (F_S - F_C)\,e^{-(v/v_S)^2}
+
+with :math:`\sigma_1(v) = \sigma_1 e^{-(v/v_d)^2}`, constant where :math:`v_d = \infty`. The deflection in sliding is
+:math:`z = G/\sigma_0` and the force :math:`F_{ss} = G(v)\operatorname{sgn} v + \sigma_2 v`. Where the bristle function is
+written :math:`g(v)` with :math:`\sigma_0 g = G`, a formula that divides by :math:`g` *and* keeps
+:math:`\sigma_0 z` in the numerator counts :math:`\sigma_0` twice; this is the consistent form. A step at constant velocity
+is exact, for every step size.
+
+References
+----------
+.. [1] C. Canudas de Wit, H. Olsson, K. J. Astrom, P. Lischinsky, "A new model for control of systems with friction",
+   IEEE Transactions on Automatic Control 40(3), 1995. doi:10.1109/9.376053
+"""
+
+import math
+from typing import Annotated, NamedTuple
+
+from bristle.core.contracts import FrictionModel
+from bristle.core.kernel import kernel
+from bristle.core.mathematics import direction, exp, relaxation
+from bristle.core.variable import Variable
+from bristle.friction.stribeck import STATIC_ABOVE_COULOMB
+
+
+class Parameters(NamedTuple):
+    """Parameters of the LuGre model."""
+
+    F_C: Annotated[
+        float, Variable("force", "Coulomb friction force", min=1e-12, directional=True, excitation="sliding")
+    ]
+    F_S: Annotated[
+        float,
+        Variable("force", "static (break-away) friction force", min=1e-12, directional=True, excitation="stribeck"),
+    ]
+    v_S: Annotated[
+        float, Variable("length/time", "Stribeck velocity", min=1e-9, nominal=1e-2, excitation="stribeck")
+    ]
+    sigma_0: Annotated[
+        float, Variable("force/length", "bristle stiffness", min=1e-9, nominal=1e6, excitation="presliding")
+    ]
+    sigma_1: Annotated[
+        float,
+        Variable("force*time/length", "micro-damping of the bristles", min=0.0, nominal=1e2, excitation="presliding"),
+    ] = 0.0
+    sigma_2: Annotated[
+        float,
+        Variable("force*time/length", "viscous friction coefficient", min=0.0, directional=True, excitation="speed"),
+    ] = 0.0
+    v_d: Annotated[float, Variable("length/time", "velocity at which micro-damping fades", min=1e-12)] = math.inf
+
+
+class State(NamedTuple):
+    """State of the LuGre model."""
+
+    z: Annotated[float, Variable("length", "mean deflection of the bristles", nominal=1e-6)] = 0.0
+
+
+class Move(NamedTuple):
+    """What a trial hands to commit."""
+
+    z_next: float
+
+
+@kernel
+def stribeck_force(v, p):
+    r"""Return :math:`G(v) = F_C + (F_S - F_C) e^{-(v/v_S)^2}` [N or N*m]."""
+    ratio = v / p.v_S
+    return p.F_C + (p.F_S - p.F_C) * exp(-ratio * ratio)
+
+
+@kernel
+def micro_damping(v, p):
+    r"""Return :math:`\sigma_1(v) = \sigma_1 e^{-(v/v_d)^2}` [N*s/m or N*m*s/rad]."""
+    if math.isinf(p.v_d):
+        return p.sigma_1
+    ratio = v / p.v_d
+    return p.sigma_1 * exp(-ratio * ratio)
+
+
+@kernel
+def trial(state, memory, motion, dt, p):
+    """Return the mean force [N or N*m] over a step at constant velocity, and the deflection at its end."""
+    v = motion.v
+    dx = v * dt
+    z_steady = direction(v) * stribeck_force(v, p) / p.sigma_0
+    decay = relaxation(abs(dx / z_steady))
+    z_step = dx * (1.0 - state.z / z_steady) * decay
+    z_mean = z_steady + (state.z - z_steady) * decay
+    z_dot = z_step / dt if dt > 0.0 else 0.0
+    return p.sigma_0 * z_mean + micro_damping(v, p) * z_dot + p.sigma_2 * v, Move(state.z + z_step)
+
+
+@kernel
+def commit(state, memory, move, p):
+    """Return the state after the step."""
+    return State(move.z_next)
+
+
+@kernel
+def rate(state, motion, p):
+    """Return the force [N or N*m] and the time derivative of the state [m/s or rad/s]."""
+    v = motion.v
+    z_dot = v * (1.0 - direction(v) * p.sigma_0 * state.z / stribeck_force(v, p))
+    return p.sigma_0 * state.z + micro_damping(v, p) * z_dot + p.sigma_2 * v, State(z_dot)
+
+
+MODEL = FrictionModel(
+    name="lugre",
+    description="bristles with Stribeck effect; drifts under a ripple and does not close minor loops",
+    Parameters=Parameters,
+    State=State,
+    trial=trial,
+    commit=commit,
+    rate=rate,
+    relations=(STATIC_ABOVE_COULOMB,),
+    reference="doi:10.1109/9.376053",
+)

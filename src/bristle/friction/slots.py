@@ -1,0 +1,134 @@
+r"""Slots: what any friction model can be given besides its own parameters.
+
+``+asymmetry`` lets the directional parameters of a model differ between the directions of motion (``F_C`` becomes
+``F_C_pos`` and ``F_C_neg``), and every model takes a constant ``offset``:
+
+.. math:: F = F_\pm(v, \dots) + F_\text{offset}
+
+It is one mechanism around the model, not a second model: the side is chosen by the sign of the velocity, in which
+:math:`\pm 0` are the two one-sided limits, so that a set-valued model keeps sticking. In steady sliding an
+offset and a direction-dependent Coulomb force cannot be told apart: two levels are seen, three unknowns asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+from bristle.core.contracts import FrictionModel, Relation
+from bristle.core.dispatch import friction_commit, friction_trial
+from bristle.core.kernel import kernel
+from bristle.core.mathematics import direction
+from bristle.core.variable import Variable
+
+__all__ = ["OFFSET", "SLOTS", "Slotted", "SlottedModel", "slotted"]
+
+SLOTS = ("asymmetry",)
+OFFSET = Variable("force", "constant part of the friction force (gravity, bias)", excitation="sliding")
+
+
+class Slotted(NamedTuple):
+    """Parameters of a model with slots: one set for each direction, and the offset."""
+
+    forward: Any
+    backward: Any
+    offset: float
+
+
+class SlottedMove(NamedTuple):
+    """What a trial hands to commit: the move of the model, and the side that it was made on."""
+
+    move: Any
+    side: float
+
+
+@kernel
+def trial(state, memory, motion, dt, p):
+    """Return the mean force [N or N*m] of the model with the parameters of this side, plus the offset."""
+    side = direction(motion.v)
+    q = p.forward if side > 0.0 else p.backward
+    force, move = friction_trial(state, memory, motion, dt, q)
+    return force + p.offset, SlottedMove(move, side)
+
+
+@kernel
+def commit(state, memory, move, p):
+    """Commit the move of the model with the parameters of the side that it was made on."""
+    q = p.forward if move.side > 0.0 else p.backward
+    return friction_commit(state, memory, move.move, q)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SlottedModel(FrictionModel):
+    """A friction model with an offset and, where asked for, parameters of its own for each direction."""
+
+    inner: FrictionModel
+    asymmetry: bool
+
+    @property
+    def variables(self) -> dict[str, Variable]:
+        """Each parameter that a person sets: those of the model, by direction, and the offset."""
+        found: dict[str, Variable] = {}
+        for name, variable in self.inner.variables.items():
+            for key in self._keys(name):
+                found[key] = replace(variable, description=variable.description + _SIDES.get(key[len(name) :], ""))
+        return found | {"offset": OFFSET}
+
+    @property
+    def defaults(self) -> dict[str, Any]:
+        """The parameters that have a default value."""
+        inner = self.inner.defaults
+        return {key: inner[name] for name in inner for key in self._keys(name)} | {"offset": 0.0}
+
+    def is_array(self, name: str) -> bool:
+        """Return whether this parameter is a 1-D array."""
+        return name in self.inner.variables and self.inner.is_array(name)
+
+    def assemble(self, values: Mapping[str, Any]) -> Slotted:
+        """Return both sides and the offset from the values that a person sets."""
+        forward = {name: values[self._keys(name)[0]] for name in self.inner.variables}
+        backward = {name: values[self._keys(name)[-1]] for name in self.inner.variables}
+        return Slotted(self.inner.assemble(forward), self.inner.assemble(backward), values["offset"])
+
+    def values(self, parameters: Slotted) -> dict[str, Any]:
+        """Return the values that a person sets from both sides and the offset."""
+        forward, backward = self.inner.values(parameters.forward), self.inner.values(parameters.backward)
+        found = {}
+        for name in self.inner.variables:
+            keys = self._keys(name)
+            found |= dict(zip(keys, (forward[name], backward[name]) if len(keys) == 2 else (forward[name],), strict=True))
+        return found | {"offset": parameters.offset}
+
+    def _keys(self, name: str) -> tuple[str, ...]:
+        if self.asymmetry and self.inner.variables[name].directional:
+            return (f"{name}_pos", f"{name}_neg")
+        return (name,)
+
+
+_SIDES = {"_pos": ", moving forward", "_neg": ", moving backward"}
+
+
+@lru_cache(maxsize=None)
+def slotted(model: FrictionModel, *, asymmetry: bool) -> SlottedModel:
+    """Return `model` with an offset and, where asked for, parameters of its own for each direction."""
+    return SlottedModel(
+        name=model.name + "+asymmetry" * asymmetry,
+        description=model.description + ", by direction" * asymmetry,
+        Parameters=Slotted,
+        State=model.State,
+        trial=trial,
+        commit=commit,
+        memory_size=lambda p: model.memory_size(p.forward),
+        reference=model.reference,
+        relations=tuple(_on_both_sides(relation) for relation in model.relations),
+        linear=model.linear,
+        module=model.module,
+        inner=model,
+        asymmetry=asymmetry,
+    )
+
+
+def _on_both_sides(relation: Relation) -> Relation:
+    return relation._replace(holds=lambda p: relation.holds(p.forward) and relation.holds(p.backward))

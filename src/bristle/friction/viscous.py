@@ -1,0 +1,56 @@
+r"""Viscous friction: a force in proportion to the velocity.
+
+.. math:: F = F_v\,v
+
+References
+----------
+.. [1] B. Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, "A survey of models, analysis tools and compensation
+   methods for the control of machines with friction", Automatica 30(7), 1994. doi:10.1016/0005-1098(94)90209-7
+"""
+
+from typing import Annotated, NamedTuple
+
+from bristle.core.contracts import FrictionModel
+from bristle.core.kernel import kernel
+from bristle.core.variable import Variable
+
+
+class Parameters(NamedTuple):
+    """Parameters of viscous friction."""
+
+    F_v: Annotated[
+        float,
+        Variable("force*time/length", "viscous friction coefficient", min=0.0, directional=True, excitation="speed"),
+    ]
+
+
+class State(NamedTuple):
+    """Viscous friction has no state."""
+
+
+class Move(NamedTuple):
+    """Nothing to commit."""
+
+
+@kernel
+def trial(state, memory, motion, dt, p):
+    """Return the mean force [N or N*m] over a step at constant velocity, and nothing to commit."""
+    return p.F_v * motion.v, Move()
+
+
+@kernel
+def commit(state, memory, move, p):
+    """Return the state after the step: there is none."""
+    return state
+
+
+MODEL = FrictionModel(
+    name="viscous",
+    description="force in proportion to the velocity",
+    Parameters=Parameters,
+    State=State,
+    trial=trial,
+    commit=commit,
+    linear=True,
+    reference="doi:10.1016/0005-1098(94)90209-7",
+)

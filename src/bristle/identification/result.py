@@ -1,0 +1,156 @@
+"""What an identification returns: the model, its uncertainty, how well it fits, and what the log cannot tell."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from bristle.core import Model
+    from bristle.logs.log import Log
+
+__all__ = ["Estimate", "Fit", "HeldOut", "Identification", "Traces"]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """One parameter: its value and how sure we are of it.
+
+    Parameters
+    ----------
+    name, unit, description : str
+        Name, SI unit of the kind of axis, meaning.
+    value : float
+        The value in `unit`.
+    std : float or None
+        Standard error in `unit`; None for a parameter that was held.
+    status : {"identified", "held", "unidentifiable"}
+        ``held`` at a given value; ``unidentifiable`` where the log does not determine it.
+    note : str
+        Why it is held or unidentifiable, in words; empty otherwise.
+    """
+
+    name: str
+    unit: str
+    description: str
+    value: float
+    std: float | None
+    status: str = "identified"
+    note: str = ""
+
+    @property
+    def relative_std_percent(self) -> float | None:
+        """Standard error as a percentage of the value; None where there is none."""
+        if self.std is None or self.value == 0.0:
+            return None
+        return 100.0 * abs(self.std / self.value)
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """Error on time blocks that were not fitted: 100 ||y - y_hat|| / ||y|| block by block [%]."""
+
+    block_errors_percent: tuple[float, ...]
+    mean_percent: float
+    std_percent: float
+
+
+@dataclass(frozen=True)
+class Traces:
+    """Measured and predicted effort on the decimated grid of the identification, shape (sample,) each."""
+
+    time: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    measured: np.ndarray
+    predicted: np.ndarray
+
+    @property
+    def residual(self) -> np.ndarray:
+        """Measured minus predicted effort [N or N*m]."""
+        return self.measured - self.predicted
+
+
+@dataclass(frozen=True)
+class Fit:
+    """One model fitted to one log.
+
+    Parameters
+    ----------
+    plant, friction : Model
+        The inertia and the friction model with the identified values.
+    estimates : tuple of Estimate
+        Every parameter, plant first, then friction in the order of the model.
+    correlation : ndarray, shape (parameter, parameter)
+        Correlation of the estimates named in `correlation_names`.
+    condition_number : float
+        Of the regressor with columns scaled to unit length.
+    traces : Traces
+        What was fitted.
+    force_error_percent : float
+        100 ||effort - predicted|| / ||effort|| over the log [%].
+    held_out : HeldOut or None
+        Error on held-out time blocks.
+    warnings, assumptions : tuple of str
+        What cannot be identified and why; what was taken for granted.
+    rank : int
+        1 for the best of the models compared.
+    """
+
+    plant: Model
+    friction: Model
+    estimates: tuple[Estimate, ...]
+    correlation: np.ndarray
+    correlation_names: tuple[str, ...]
+    condition_number: float
+    traces: Traces
+    force_error_percent: float
+    held_out: HeldOut | None = None
+    warnings: tuple[str, ...] = ()
+    assumptions: tuple[str, ...] = ()
+    rank: int = 1
+
+    @property
+    def name(self) -> str:
+        """Name of the friction model with its slots."""
+        return self.friction.name
+
+    @property
+    def parameters(self) -> dict[str, Estimate]:
+        """The estimates by name."""
+        return {estimate.name: estimate for estimate in self.estimates}
+
+    @property
+    def metrics(self) -> dict[str, float]:
+        """Numbers that say how good the fit is."""
+        found = {"force_error_percent": self.force_error_percent, "condition_number": self.condition_number}
+        if self.held_out is not None:
+            found["held_out_error_percent"] = self.held_out.mean_percent
+            found["held_out_error_std_percent"] = self.held_out.std_percent
+        return found
+
+
+@dataclass(frozen=True)
+class Identification:
+    """Every model fitted to a log, best first, and how it was done.
+
+    Parameters
+    ----------
+    fits : tuple of Fit
+        Ranked by the error on held-out time blocks.
+    log : Log
+        The log as it was used.
+    treatment : dict
+        Cut-off [Hz], decimation, samples dropped at each edge, samples used.
+    """
+
+    fits: tuple[Fit, ...]
+    log: Log
+    treatment: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def best(self) -> Fit:
+        """The model with the smallest error on what was not fitted."""
+        return self.fits[0]
