@@ -13,17 +13,32 @@ __all__ = ["Axis", "Column", "Injected"]
 
 @dataclass(frozen=True)
 class Column:
-    """One column of a log: its name there, its unit, and the factor to SI of the axis, sign included."""
+    """One column of a log and how its numbers become SI of the axis.
+
+    Parameters
+    ----------
+    name : str
+        Name in the log.
+    unit : str
+        Unit of the numbers in the log; empty where the log says it itself.
+    base : str
+        Unit that `scale` applies to: ``"V"`` for a controller output, ``"rad"`` for a motor's encoder.
+    scale : float
+        SI of the axis for one `base`, sign, drive constants and transmission included.
+    optional : bool
+        Whether a log may lack it.
+    """
 
     name: str
     unit: str
-    factor: float = 1.0
+    base: str
+    scale: float = 1.0
     optional: bool = False
 
 
 @dataclass(frozen=True)
 class Injected:
-    """A known input added to the controller's output: `column` times `gain` is an effort in SI of the axis."""
+    """A known input added to the controller's output: `column` times `gain` is an effort in SI."""
 
     column: str
     gain: float

@@ -1,24 +1,80 @@
 """The edge where units as people write them become numbers in SI.
 
-Files and the command line take text such as ``"7 um"``, ``"40 mN*m"`` or ``"3000 rpm"``; bare numbers are SI of the
-kind of axis. Three traps of unit libraries are closed here: an angle is a dimension of its own, so that 60 Hz is not
-60 rad/s and 40000 counts are not 40000 rad; and a torque is not an energy, so that 0.04 J is refused where
-0.04 N*m is meant.
+Files and the command line take text such as ``"7 um"``, ``"40 mN*m"`` or ``"3000 rpm"``; bare numbers are SI
+of the kind of axis. Four traps of unit libraries are closed here: an angle is a dimension of its own, so that
+60 Hz is not 60 rad/s; so is a count, so that 40000 counts are not 40000 rad; a torque is not an energy, so that
+0.04 J is refused where 0.04 N*m is meant; and ``Nm`` is read as newton metre.
+
+Units with a decimal factor are converted here, exactly; the unit library is imported for all others only.
 """
 
 from __future__ import annotations
 
+import itertools
 import numbers
+import re
 from collections.abc import Mapping
+from decimal import Decimal
 from functools import lru_cache
 from typing import Any
 
 from bristle.core.errors import InputError
-from bristle.core.variable import KINDS, Kind, Variable
+from bristle.core.variable import KINDS, UNITS, Kind, Variable
 
-__all__ = ["convert", "factor", "kind_of", "parse", "quantity"]
+__all__ = ["DECIMAL_UNITS", "compatible", "convert", "factor", "kind_of", "quantity"]
 
 ENERGY_UNITS = frozenset({"joule", "calorie", "electron_volt", "british_thermal_unit", "erg", "watt_hour"})
+
+_EXAMPLE = 'Write a number and a unit, such as "7 um", "40 mN*m", "3000 rpm" or "0.5 ms"'
+_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(.*)", re.DOTALL)
+_SPELLINGS = (
+    (re.compile("[µμ]"), "u"),  # the micro sign and the Greek letter
+    (re.compile("[·⋅×]"), "*"),
+    (re.compile(r"\*\*"), "^"),
+    (re.compile("²"), "^2"),
+    (re.compile("°"), "deg"),
+    (re.compile(r"\s*([*/^])\s*"), r"\1"),
+    (re.compile(r"\s+"), "*"),
+    (re.compile(r"\b([numkM]?N)(c?m)\b"), r"\1*\2"),  # a unit library takes Nm for something else
+)
+
+
+def _decimal_units() -> dict[str, tuple[str, int]]:
+    """Return units that differ from SI by a power of ten: their SI unit and that power."""
+    length = {"m": 0, "cm": -2, "mm": -3, "um": -6, "nm": -9}
+    angle = {"rad": 0, "mrad": -3, "urad": -6}
+    seconds = {"s": 0, "ms": -3, "us": -6}
+    newton = {"N": 0, "mN": -3, "uN": -6, "kN": 3}
+    metre = {"m": 0, "cm": -2, "mm": -3}
+    found = {"kg": ("kg", 0), "g": ("kg", -3), "kg*m^2": ("kg*m^2", 0), "kg*cm^2": ("kg*m^2", -4)}
+    found |= {
+        "g*cm^2": ("kg*m^2", -7),
+        "Hz": ("Hz", 0),
+        "kHz": ("Hz", 3),
+        "1/s": ("1/s", 0),
+        "count": ("count", 0),
+    }
+    found |= {"V": ("V", 0), "mV": ("V", -3), "A": ("A", 0), "mA": ("A", -3), "K": ("K", 0)}
+    found |= {name: ("s", power) for name, power in seconds.items()}
+    for name, power in (length | angle).items():
+        si = "m" if name in length else "rad"
+        found |= {name: (si, power), f"{name}/s": (f"{si}/s", power), f"{name}/s^2": (f"{si}/s^2", power)}
+    for name, power in newton.items():
+        found[name] = ("N", power)
+        for below, less in length.items():
+            found[f"{name}/{below}"] = ("N/m", power - less)
+            found[f"{name}*s/{below}"] = ("N*s/m", power - less)
+        for arm, more in metre.items():
+            found[f"{name}*{arm}"] = ("N*m", power + more)
+            found[f"{name}*{arm}/rad"] = ("N*m/rad", power + more)
+            found[f"{name}*{arm}*s/rad"] = ("N*m*s/rad", power + more)
+    for (effort, power), drive in itertools.product(list(found.items()), ("V", "A")):
+        if power[0] in ("N", "N*m"):
+            found[f"{effort}/{drive}"] = (f"{power[0]}/{drive}", power[1])
+    return found
+
+
+DECIMAL_UNITS = _decimal_units()
 
 
 @lru_cache(maxsize=1)
@@ -26,34 +82,13 @@ def _registry() -> Any:
     import pint
 
     registry = pint.UnitRegistry(cache_folder=":auto:", autoconvert_offset_to_baseunit=True)
-    # An angle is a base dimension: rad/s and 1/s, rad and count, N*m/rad and N*m all differ.
+    # Base dimensions of their own: rad/s and 1/s, rad and count, N*m/rad and N*m all differ.
     registry.define("radian = [angle] = rad")
+    registry.define("count = [count]")
     registry.define("rated = [rated_effort]")
+    registry.define("percent_rated = 0.01 * rated")
+    registry.define("@alias turn = rev")
     return registry
-
-
-def parse(text: str, path: str = "") -> Any:
-    """Return text such as ``"40 mN*m"`` as a quantity of the unit library.
-
-    Raises
-    ------
-    InputError
-        If the text is not a number with a unit.
-    """
-    import pint
-
-    try:
-        value = _registry().parse_expression(text.replace("%", "*0.01*rated") if "%" in text else text)
-    except (pint.errors.PintError, ValueError, TypeError, AttributeError, SyntaxError, ZeroDivisionError) as error:
-        raise InputError(f"is not a number with a unit ({error})", path=path, value=text, mend=_EXAMPLE) from None
-    except Exception as error:  # noqa: BLE001  (the library's tokenizer raises what it likes on odd text)
-        raise InputError(f"is not a number with a unit ({error})", path=path, value=text, mend=_EXAMPLE) from None
-    if isinstance(value, numbers.Number):
-        return _registry().Quantity(value, "dimensionless")
-    return value
-
-
-_EXAMPLE = 'Write a number and a unit, such as "7 um", "40 mN*m", "3000 rpm" or "0.5 ms"'
 
 
 def quantity(value: Any, variable: Variable, kind: Kind = "translational", *, path: str = "") -> float:
@@ -86,7 +121,9 @@ def quantity(value: Any, variable: Variable, kind: Kind = "translational", *, pa
     7e-06
     """
     if isinstance(value, bool) or not isinstance(value, (numbers.Real, str)):
-        raise InputError(f"must be a number, or text with a unit ({variable.description})", path=path, value=value)
+        raise InputError(
+            f"must be a number, or text with a unit ({variable.description})", path=path, value=value
+        )
     if not isinstance(value, str):
         return float(value)
     try:
@@ -98,28 +135,79 @@ def quantity(value: Any, variable: Variable, kind: Kind = "translational", *, pa
 def convert(text: str, unit: str, *, path: str = "") -> float:
     """Return text with a unit as a number in `unit`.
 
+    Parameters
+    ----------
+    text : str
+        A number and a unit; ``%`` means percent of the rated effort, or a hundredth where `unit` is ``"1"``.
+    unit : str
+        The unit wanted; ``"1"`` is a plain number, ``"rated"`` the rated effort.
+    path : str
+        Where the text stands, for the message.
+
     Raises
     ------
     InputError
         If the dimensions differ; the message says what the text is and what is wanted.
-    """
-    import pint
 
-    given = parse(text, path)
-    wanted = _registry().Unit("dimensionless" if unit == "1" else unit)
-    if given.units.dimensionless and unit != "1":
-        raise InputError("has no unit", path=path, value=text, allowed=f"a value in {unit}", mend=_EXAMPLE)
-    _refuse_energy(given, unit, text, path)
-    try:
-        return float(given.to(wanted).magnitude)
-    except pint.errors.DimensionalityError:
-        raise InputError("has the wrong unit", path=path, value=text, allowed=f"a value in {unit}",
-                         mend=_mend(given, unit)) from None  # fmt: skip
+    Examples
+    --------
+    >>> convert("40 mNm", "N*m"), convert("30 %", "rated")
+    (0.04, 0.3)
+    """
+    number, given = _split(text, path)
+    if not given and unit != "1":
+        raise InputError("has no unit", path=path, value=text, allowed=_wanted(unit), mend=_EXAMPLE)
+    if given == "%" and unit in ("1", "rated"):
+        return float(Decimal(number).scaleb(-2))
+    here, there = DECIMAL_UNITS.get(given), DECIMAL_UNITS.get(unit)
+    if here and there and here[0] == there[0]:
+        return float(Decimal(number).scaleb(here[1] - there[1]))
+    if given in ("", "1"):
+        return float(number)
+    if not compatible(given, unit, path=path) or _misnamed(given, unit):
+        raise InputError(
+            "has the wrong unit", path=path, value=text, allowed=_wanted(unit), mend=_mend(given, unit)
+        )
+    return float(_registry().Quantity(float(number), _unit(given)).to(_unit(unit)).magnitude)
 
 
 def factor(unit: str, target: str, *, path: str = "") -> float:
-    """Return by what a number in `unit` is multiplied to be in `target`."""
+    """Return by what a number in `unit` is multiplied to be in `target`.
+
+    Raises
+    ------
+    InputError
+        If `unit` is not a unit, or one of another dimension.
+
+    Examples
+    --------
+    >>> factor("mm/s", "m/s")
+    0.001
+    """
     return convert(f"1 {unit}", target, path=path)
+
+
+def compatible(unit: str, target: str, *, path: str = "") -> bool:
+    """Return whether `unit` has the dimension of `target`.
+
+    Raises
+    ------
+    InputError
+        If `unit` is not a unit.
+
+    Examples
+    --------
+    >>> compatible("um", "m"), compatible("rad", "1")
+    (True, False)
+    """
+    spelt = _spelt(unit)
+    here, there = DECIMAL_UNITS.get(spelt), DECIMAL_UNITS.get(target)
+    if here and there and here[0] == there[0]:
+        return True
+    try:
+        return _unit(spelt).dimensionality == _unit(target).dimensionality
+    except InputError as error:
+        raise InputError(error.message, path=path, value=unit, mend=_EXAMPLE) from None
 
 
 def kind_of(values: Mapping[str, Any], variables: Mapping[str, Variable]) -> Kind:
@@ -128,33 +216,75 @@ def kind_of(values: Mapping[str, Any], variables: Mapping[str, Variable]) -> Kin
         variable = variables.get(name)
         if not isinstance(value, str) or variable is None:
             continue
-        given = parse(value, name)
-        for kind in KINDS:
-            here = _registry().Unit(variable.unit(kind).replace("1/s", "1/s"))
-            other = variable.unit(KINDS[1 - KINDS.index(kind)])
-            if variable.unit(kind) != other and given.dimensionality == here.dimensionality:
-                return kind
+        _, unit = _split(value, name)
+        fits = [kind for kind in KINDS if unit and compatible(unit, variable.unit(kind), path=name)]
+        if len(fits) == 1:
+            return fits[0]
     return "translational"
 
 
-def _refuse_energy(given: Any, unit: str, text: str, path: str) -> None:
-    named = {str(part) for part, _ in given.units._units.items()}
-    base = {name.removeprefix("milli").removeprefix("micro").removeprefix("kilo") for name in named}
-    if base & ENERGY_UNITS and "N*m" in unit:
+def _split(text: str, path: str) -> tuple[str, str]:
+    found = _NUMBER.fullmatch(text)
+    if not found:
+        raise InputError("is not a number with a unit", path=path, value=text, mend=_EXAMPLE)
+    number, rest = found.groups()
+    if re.match(r",\d", rest):
         raise InputError(
-            "is an energy, not a torque", path=path, value=text, allowed=f"a value in {unit}",
-            mend='Write a torque as newton times metre, such as "40 mN*m"',
-        )  # fmt: skip
+            "has a decimal comma", path=path, value=text, mend=f"Write {text.replace(',', '.', 1)!r}"
+        )
+    return number, _spelt(rest)
 
 
-def _mend(given: Any, unit: str) -> str:
-    dimensions = {str(k): v for k, v in given.dimensionality.items()}
+def _spelt(unit: str) -> str:
+    for pattern, plain in _SPELLINGS:
+        unit = pattern.sub(plain, unit.strip())
+    return unit
+
+
+@lru_cache(maxsize=512)
+def _unit(text: str) -> Any:
+    try:
+        return _registry().parse_units("" if text == "1" else text.replace("%", "percent_rated"))
+    except Exception:  # noqa: BLE001  (the library's tokenizer raises what it likes on odd text)
+        raise InputError("is not a unit", value=text) from None
+
+
+def _names(unit: str) -> set[str]:
+    """Return the units that a compound is made of, in full and without their prefixes."""
+    registry = _registry()
+    return {part for name in _unit(unit)._units for _, part, _ in registry.parse_unit_name(name)}
+
+
+def _misnamed(given: str, unit: str) -> bool:
+    """Return whether the dimension is right and the quantity is still another one."""
+    if "N*m" in unit:
+        return bool(_names(given) & ENERGY_UNITS)
+    return unit == "1/s" and "hertz" in _names(given)
+
+
+def _wanted(unit: str) -> str:
+    return "a plain number" if unit == "1" else f"a value in {unit}"
+
+
+def _mend(given: str, unit: str) -> str:
+    names, dimensions = _names(given), dict(_unit(given).dimensionality)
+    if names & ENERGY_UNITS and "N*m" in unit:
+        return 'An energy is not a torque: write newton times metre, such as "40 mN*m"'
+    if "count" in names:
+        return 'Counts need a resolution: write the length or the angle, one count being, say, "0.125 um"'
     if dimensions == {"[time]": -1} and unit == "rad/s":
         return 'A frequency is not an angular velocity: write "60 rad/s", "60 rev/s" or "3000 rpm"'
+    if "hertz" in names and unit == "1/s":
+        return "A gain is not a frequency: write it in 1/s (2 pi times the frequency if it is a corner)"
     if dimensions == {"[angle]": 1, "[time]": -1} and unit == "Hz":
-        return 'An angular velocity is not a frequency: write it in Hz'
-    if given.units == _registry().Unit("count"):
-        return 'Counts need a resolution: write the length or angle of one count, such as "0.125 um"'
-    if "rad" in unit and "[angle]" not in dimensions:
+        return "An angular velocity is not a frequency: divide rad/s by 2 pi and write Hz"
+    if "percent_rated" in names:
+        return "Percent of rated needs the rated effort: write `rated` in [effort] of the axis file"
+    for here, there in (KINDS, KINDS[::-1]):
+        for units in UNITS.values():
+            pair = dict(zip(KINDS, units, strict=True))
+            if unit == pair[here] != pair[there] and compatible(given, pair[there]):
+                return f"That is the unit of a {there} axis, and this one is {here}: write it in {unit}"
+    if "rad" in unit and not any("angle" in name for name in dimensions):
         return f"On a rotational axis the angle is written: {unit}"
-    return f"Write it in {unit} or a multiple of it"
+    return "Write a plain number" if unit == "1" else f"Write it in {unit} or a multiple of it"

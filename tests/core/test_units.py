@@ -1,0 +1,142 @@
+"""Units as people write them, against the unit library and against the traps it sets."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from functools import cache
+
+import pint
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bristle.core import units
+from bristle.core.errors import InputError
+from bristle.core.variable import UNITS, Variable
+
+
+@cache
+def library() -> pint.UnitRegistry:
+    """A registry of the library's own definitions, not ours; V and A apart, angles as it has them."""
+    return pint.UnitRegistry()
+
+
+@pytest.mark.parametrize("unit", sorted(units.DECIMAL_UNITS))
+def test_every_decimal_unit_agrees_with_the_unit_library(unit):
+    si, power = units.DECIMAL_UNITS[unit]
+    registry = library()
+    assert registry.Quantity(1.0, unit).to(si).magnitude == pytest.approx(10.0**power, rel=1e-12)
+
+
+@given(
+    number=st.decimals(min_value="-1e6", max_value="1e6", allow_nan=False, allow_infinity=False, places=6),
+    unit=st.sampled_from(["um", "mN*m", "kHz", "kg*cm^2", "N/um", "mN*m/V"]),
+)
+def test_decimal_units_are_converted_to_the_nearest_number(number, unit):
+    si, power = units.DECIMAL_UNITS[unit]
+    assert units.convert(f"{number} {unit}", si) == float(f"{number}e{power}")
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("3000 rpm", "rad/s", 100 * math.pi),
+        ("1 rev/s", "rad/s", 2 * math.pi),
+        ("90°", "rad", math.pi / 2),
+        ("2 turn", "rad", 4 * math.pi),
+        ("10 ozf*in", "N*m", 10 * 0.028349523125 * 9.80665 * 0.0254),
+        ("1 inch", "m", 0.0254),
+        ("20 degC", "K", 293.15),
+        ("30 %", "rated", 0.3),
+        ("30 %", "1", 0.3),
+        ("4 count", "count", 4.0),
+        ("5 1/min", "1/s", 5 / 60),
+    ],
+)
+def test_units_that_are_not_decimal(text, unit, value):
+    assert units.convert(text, unit) == pytest.approx(value, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "text", ["5 N*m", "5 Nm", "5Nm", "5 N m", "5 N·m", "5000 mNm", "500 Ncm", "5 newton * meter", "5e0 N * m"]
+)
+def test_a_torque_is_read_in_every_spelling(text):
+    assert units.convert(text, "N*m") == pytest.approx(5.0, rel=1e-14)
+
+
+@pytest.mark.parametrize("micro", ["u", "µ", "μ"])
+def test_micro_is_read_in_every_spelling(micro):
+    assert units.convert(f"7 {micro}m", "m") == 7e-6
+    assert units.convert(f"7 {micro}m/s²", "m/s^2") == 7e-6
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "said"),
+    [
+        ("60 Hz", "rad/s", "A frequency is not an angular velocity"),
+        ("10 rad/s", "Hz", "divide rad/s by 2 pi"),
+        ("160 Hz", "1/s", "A gain is not a frequency"),
+        ("40000 count", "rad", "Counts need a resolution"),
+        ("40000 counts", "m", "Counts need a resolution"),
+        ("0.04 J", "N*m", "An energy is not a torque"),
+        ("40 mJ/rad", "N*m/rad", "An energy is not a torque"),
+        ("3 N*m", "N", "the unit of a rotational axis"),
+        ("3 N", "N*m", "the unit of a translational axis"),
+        ("3 kg", "kg*m^2", "the unit of a translational axis"),
+        ("3e-3 N*m*s", "N*m*s/rad", "the angle is written: N*m*s/rad"),
+        ("30 %", "N", "needs the rated effort"),
+        ("7 m", "1", "Write a plain number"),
+        ("7", "m", "has no unit"),
+        ("mm", "m", "is not a number with a unit"),
+        ("", "m", "is not a number with a unit"),
+        ("seven um", "m", "is not a number with a unit"),
+        ("1,5 mm", "m", "Write '1.5 mm'"),
+        ("7 furlungs", "m", "is not a unit"),
+        ("7 m/", "m", "is not a unit"),
+        ("2 * 3 m", "m", "is not a unit"),
+        ("5 s", "m", "Write it in m or a multiple of it"),
+    ],
+)
+def test_what_is_refused_names_the_place_and_the_mend(text, unit, said):
+    with pytest.raises(InputError) as caught:
+        units.convert(text, unit, path="axis.toml: effort.limit")
+    assert said in str(caught.value)
+    assert str(caught.value).startswith("axis.toml: effort.limit: ")
+
+
+@pytest.mark.parametrize("value", [True, None, [1.0], {"value": 1}])
+def test_only_numbers_and_text_are_quantities(value):
+    with pytest.raises(InputError, match="must be a number, or text with a unit"):
+        units.quantity(value, Variable("length", "lead"))
+
+
+def test_bare_numbers_are_si():
+    assert units.quantity(0.25, Variable("force", "limit"), "rotational") == 0.25
+    assert units.quantity("0.25", Variable("force", "limit"), "rotational") == 0.25
+
+
+def test_the_kind_of_axis_is_told_from_the_units():
+    variables = {"F_C": Variable("force", "Coulomb force"), "share": Variable("1", "share")}
+    assert units.kind_of({"share": "3 %", "F_C": "34 mN*m"}, variables) == "rotational"
+    assert units.kind_of({"F_C": "34 N"}, variables) == "translational"
+    assert units.kind_of({"F_C": 34.0}, variables) == "translational"
+
+
+@pytest.mark.parametrize("si", sorted({unit for pair in UNITS.values() for unit in pair}))
+def test_every_unit_of_a_variable_converts_to_itself(si):
+    assert units.convert(f"2.5 {si}", si) == 2.5
+    assert units.compatible(si, si)
+
+
+def test_plain_units_do_not_import_the_unit_library():
+    code = """
+import sys
+from bristle.core import units
+units.convert("34 mNm", "N*m"); units.factor("um", "m"); units.compatible("V", "V")
+assert "pint" not in sys.modules
+units.convert("3000 rpm", "rad/s")
+assert "pint" in sys.modules
+"""
+    subprocess.run([sys.executable, "-c", code], check=True)
