@@ -2,7 +2,8 @@ r"""The contracts: one grammar, *state, memory, inputs, dt, parameters*, for eve
 
 ========== ==================================================================================================
 friction   ``trial(state, memory, motion, dt, p) -> (force, move)``, ``commit(state, memory, move, p) -> state``
-plant      ``port(state, effort, dt, p) -> (a, b)``, ``step(state, effort, force, dt, p) -> (output, state)``
+plant      ``port(state, effort, dt, p) -> (a, b)``, ``step(state, effort, force, dt, p) -> (output, state)``,
+           ``arrest(state, p) -> state``
 controller ``step(state, reference, measured, dt, p) -> (effort, state)``
 sensor     ``step(state, x, dt, p) -> (measured, state)``
 ========== ==================================================================================================
@@ -17,7 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -90,8 +91,8 @@ class Component:
     relations: tuple[Relation, ...] = ()
     module: str = field(default="", compare=False)
 
-    family = "component"
-    functions: tuple[str, ...] = ()
+    family: ClassVar[str] = "component"
+    functions: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "module", self.module or self.Parameters.__module__)
@@ -166,8 +167,8 @@ class FrictionModel(Component):
     rate: Callable[..., Any] | None = None
     linear: bool = False
 
-    family = "friction"
-    functions = ("trial", "commit")
+    family: ClassVar[str] = "friction"
+    functions: ClassVar[tuple[str, ...]] = ("trial", "commit")
 
     def new_memory(self, parameters: Any) -> np.ndarray:
         """Return the memory of a virgin model, shape (memory_size,)."""
@@ -179,26 +180,31 @@ class Plant(Component):
     """A mechanism that friction acts on, through one port that is affine in the friction force.
 
     ``port(state, effort, dt, p) -> (a, b)``: the mean velocity over the step is ``a + b * force``, with ``b < 0``.
-    ``step(state, effort, force, dt, p) -> (output, state)``. Fields ``x`` and ``v`` of its `State` are the position
-    and velocity at the port.
+    ``step(state, effort, force, dt, p) -> (output, state)`` takes the mean force of the step.
+    ``arrest(state, p) -> state`` sets the velocity at the port to exactly zero, after rounding left a trace of it.
+    Fields ``x`` and ``v`` of its `State` are the position and velocity at the port.
     """
 
     port: Callable[..., Any]
     step: Callable[..., Any]
+    arrest: Callable[..., Any]
 
-    family = "plant"
-    functions = ("port", "step")
+    family: ClassVar[str] = "plant"
+    functions: ClassVar[tuple[str, ...]] = ("port", "step", "arrest")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Controller(Component):
-    """A sampled control law: ``step(state, reference, measured, dt, p) -> (effort, state)``."""
+    """A sampled control law: ``step(state, reference, measured, dt, p) -> (effort, state)``.
+
+    ``start(measured, velocity, dt, p) -> state`` is the state of a controller that takes over a motion under way.
+    """
 
     step: Callable[..., Any]
-    inner: tuple[str, ...] = ()
+    start: Callable[..., Any]
 
-    family = "controller"
-    functions = ("step",)
+    family: ClassVar[str] = "controller"
+    functions: ClassVar[tuple[str, ...]] = ("step",)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -207,8 +213,8 @@ class Sensor(Component):
 
     step: Callable[..., Any]
 
-    family = "sensor"
-    functions = ("step",)
+    family: ClassVar[str] = "sensor"
+    functions: ClassVar[tuple[str, ...]] = ("step",)
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ __all__ = [
     "friction_trial",
     "function_of",
     "is_dispatch",
+    "plant_arrest",
     "plant_port",
     "plant_step",
     "register",
@@ -59,6 +60,11 @@ def plant_step(state, effort, force, dt, p):
     return _functions["plant", "step", type(p)](state, effort, force, dt, p)
 
 
+def plant_arrest(state, p):
+    """Call ``arrest`` of the plant with parameters `p`."""
+    return _functions["plant", "arrest", type(p)](state, p)
+
+
 def controller_step(state, reference, measured, dt, p):
     """Call ``step`` of the controller with parameters `p`."""
     return _functions["controller", "step", type(p)](state, reference, measured, dt, p)
@@ -74,6 +80,7 @@ _DISPATCHERS = {
     friction_commit: ("friction", "commit"),
     plant_port: ("plant", "port"),
     plant_step: ("plant", "step"),
+    plant_arrest: ("plant", "arrest"),
     controller_step: ("controller", "step"),
     sensor_step: ("sensor", "step"),
 }
@@ -93,10 +100,10 @@ def _overload_all() -> None:
         return _functions.get((*key, getattr(p, "instance_class", None)))
 
     # Each implementation carries the argument names of its contract: the compiler matches by name.
-    def four_commit(state, memory, move, p):
+    def commit(state, memory, move, p):
         return choose(("friction", "commit"), p)
 
-    def five_trial(state, memory, motion, dt, p):
+    def trial(state, memory, motion, dt, p):
         return choose(("friction", "trial"), p)
 
     def port(state, effort, dt, p):
@@ -105,6 +112,9 @@ def _overload_all() -> None:
     def plant(state, effort, force, dt, p):
         return choose(("plant", "step"), p)
 
+    def arrest(state, p):
+        return choose(("plant", "arrest"), p)
+
     def controller(state, reference, measured, dt, p):
         return choose(("controller", "step"), p)
 
@@ -112,10 +122,11 @@ def _overload_all() -> None:
         return choose(("sensor", "step"), p)
 
     for function, implementation in (
-        (friction_trial, five_trial),
-        (friction_commit, four_commit),
+        (friction_trial, trial),
+        (friction_commit, commit),
         (plant_port, port),
         (plant_step, plant),
+        (plant_arrest, arrest),
         (controller_step, controller),
         (sensor_step, sensor),
     ):

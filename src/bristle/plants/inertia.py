@@ -46,6 +46,12 @@ def step(state, effort, force, dt, p):
     return x_next, State(x_next, v_next)
 
 
+@kernel
+def arrest(state, p):
+    """Return the state with the port at rest: a velocity of exactly zero."""
+    return State(state.x, 0.0)
+
+
 MODEL = Plant(
     name="inertia",
     description="one mass or inertia, driven by the effort against the friction",
@@ -53,4 +59,5 @@ MODEL = Plant(
     State=State,
     port=port,
     step=step,
+    arrest=arrest,
 )

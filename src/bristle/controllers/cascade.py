@@ -1,0 +1,76 @@
+r"""The position-velocity cascade of servo drives, with anti-windup and feedforward.
+
+.. math::
+    v_\text{cmd} &= k_p\,(r - q) + k_{ff}\,\dot r \\
+    u &= k_v\,(v_\text{cmd} - \hat v) + I + u_{ff}, \qquad
+    I \leftarrow I + k_i\,(v_\text{cmd} - \hat v)\,T_s \\
+    \hat v &= \frac{q_k - q_{k-m}}{m\,T_s}
+
+limited to :math:`\pm u_\text{max}`. The integral stands still while the limit is reached and the error would drive it
+further (conditional integration). :math:`u_{ff}` is the feedforward of the reference: inertia and friction along the
+desired trajectory. With ``averaging = 2`` the velocity is the backward difference of the mean of two samples.
+
+References
+----------
+.. [1] G. Ellis, "Control System Design Guide", 4th ed., Butterworth-Heinemann, 2012.
+   doi:10.1016/C2010-0-65994-3
+"""
+
+import math
+from typing import Annotated, NamedTuple
+
+from bristle.core.contracts import Controller
+from bristle.core.kernel import kernel
+from bristle.core.variable import Variable
+
+
+class Parameters(NamedTuple):
+    """Parameters of the cascade."""
+
+    k_p: Annotated[float, Variable("1/time", "position gain", min=0.0, nominal=100.0)]
+    k_v: Annotated[float, Variable("force*time/length", "velocity gain", min=0.0, nominal=100.0)]
+    k_i: Annotated[float, Variable("force/length", "integral gain of the velocity loop", min=0.0)] = 0.0
+    k_ff: Annotated[float, Variable("1", "share of the reference velocity fed forward", min=0.0, max=2.0)] = 0.0
+    limit: Annotated[float, Variable("force", "largest effort", min=0.0)] = math.inf
+    averaging: Annotated[float, Variable("1", "samples over which the velocity is taken: 1 or 2", min=1, max=2)] = 1.0
+
+
+class State(NamedTuple):
+    """State of the cascade."""
+
+    q_1: Annotated[float, Variable("length", "measured position one sample ago")] = 0.0
+    q_2: Annotated[float, Variable("length", "measured position two samples ago")] = 0.0
+    integral: Annotated[float, Variable("force", "integral part of the effort")] = 0.0
+
+
+@kernel
+def step(state, reference, measured, dt, p):
+    """Return the effort [N or N*m] and the state, for one sample."""
+    if p.averaging >= 2.0:
+        v_hat = (measured - state.q_2) / (2.0 * dt)
+    else:
+        v_hat = (measured - state.q_1) / dt
+    v_error = p.k_p * (reference.position - measured) + p.k_ff * reference.velocity - v_hat
+    integral = state.integral + p.k_i * v_error * dt
+    wanted = p.k_v * v_error + integral + reference.effort
+    effort = max(-p.limit, min(p.limit, wanted))
+    if effort != wanted and v_error * wanted > 0.0:
+        integral = state.integral
+        effort = max(-p.limit, min(p.limit, p.k_v * v_error + integral + reference.effort))
+    return effort, State(measured, state.q_1, integral)
+
+
+def start(measured: float, velocity: float, dt: float, p: Parameters) -> State:  # noqa: ARG001
+    """Return the state of a cascade that takes over a motion at `velocity` [m/s or rad/s]."""
+    return State(measured - velocity * dt, measured - 2.0 * velocity * dt, 0.0)
+
+
+MODEL = Controller(
+    name="cascade",
+    description="position-velocity cascade with anti-windup and feedforward, as in servo drives",
+    Parameters=Parameters,
+    State=State,
+    step=step,
+    start=start,
+    reference="doi:10.1016/C2010-0-65994-3",
+)

@@ -1,0 +1,15 @@
+"""The engine: integrators, drivers, and the only code besides the kernel decorator that compiles."""
+
+from bristle.engine.compilation import compiled_count, interpreted, is_interpreted
+from bristle.engine.run import Trace, force_along, response, run_closed_loop, run_open_loop
+
+__all__ = [
+    "Trace",
+    "compiled_count",
+    "force_along",
+    "interpreted",
+    "is_interpreted",
+    "response",
+    "run_closed_loop",
+    "run_open_loop",
+]

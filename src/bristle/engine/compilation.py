@@ -1,0 +1,198 @@
+"""Compiling the entry points, and a disk cache that never returns an old number.
+
+The compiler's own cache serves stale results when a called function in another file changes, and one user's model
+file can break every later process. This one cannot: a product is stored under a fingerprint of the sources of
+all kernels, the versions of Python and the compiler, the processor, and, for a user's component, of everything that its code
+refers to. Products hold flat vectors only, no class of anybody's.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import pickle
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import bristle
+from bristle.core.kernel import activate
+from bristle.core.fingerprint import fingerprint_of_code, fingerprint_of_sources
+
+__all__ = ["cache_folder", "compiled", "compiled_count", "interpreted", "is_interpreted"]
+
+_interpreted = False
+_entries: dict[tuple[str, str], Callable[..., Any]] = {}
+_compiled: list[str] = []
+KEEP_DAYS = 30.0
+# Every folder of the package that holds kernels or what compiles them (a test compares this with the kernels).
+KERNEL_FOLDERS = ("core", "friction", "plants", "controllers", "sensors", "engine")
+
+
+def is_interpreted() -> bool:
+    """Return whether entries run as plain Python: inside `interpreted`, or with NUMBA_DISABLE_JIT set."""
+    return _interpreted or os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
+
+
+@contextlib.contextmanager
+def interpreted() -> Iterator[None]:
+    """Run every entry as plain Python inside this block: the same functions, for study and for tests of parity."""
+    global _interpreted  # noqa: PLW0603
+    before, _interpreted = _interpreted, True
+    try:
+        yield
+    finally:
+        _interpreted = before
+
+
+def compiled_count() -> int:
+    """Return how many entries this process has compiled, as opposed to loaded from the cache."""
+    return len(_compiled)
+
+
+@lru_cache(maxsize=1)
+def cache_folder() -> Path | None:
+    """Return the folder of the cache for these sources, or None where none can be written.
+
+    ``BRISTLE_CACHE_DIR`` overrides the place; an empty value switches the cache off.
+    """
+    import platformdirs
+
+    given = os.environ.get("BRISTLE_CACHE_DIR")
+    if given == "":
+        return None
+    root = Path(given) if given else Path(platformdirs.user_cache_dir("bristle", appauthor=False))
+    folder = root / _source_fingerprint()[:24]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            os.utime(folder)
+        _forget_old(root, folder)
+    except OSError:
+        return None
+    return folder
+
+
+@lru_cache(maxsize=1)
+def _source_fingerprint() -> str:
+    import numba
+
+    package = Path(bristle.__file__).parent
+    sources = "".join(fingerprint_of_sources(package / folder) for folder in KERNEL_FOLDERS)
+    return hashlib.sha256(f"{sources} {sys.version} {numba.__version__}".encode()).hexdigest()
+
+
+def _forget_old(root: Path, current: Path) -> None:
+    """Remove the caches of sources that nobody has run for a month."""
+    import shutil
+
+    for folder in root.iterdir():
+        if folder.is_dir() and folder != current and folder.stat().st_mtime < time.time() - 86400.0 * KEEP_DAYS:
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def compiled(name: str, make: Callable[[], Callable[..., Any]], signature: str, parts: tuple[Any, ...] = ()) -> Any:
+    """Return an entry, ready to be called: compiled, loaded from the cache, or plain where Python interprets.
+
+    Parameters
+    ----------
+    name : str
+        Name of the entry, with those of the components in it.
+    make : callable
+        Returns the plain function.
+    signature : str
+        Types of the arguments, one letter each: ``a`` a vector, ``f`` a number, ``i`` an integer; ``C``, ``S`` and
+        ``B`` the entries that the factories for control, sensing and bursts return.
+    parts : tuple of callable
+        The functions of the components in it, which a user may have written.
+    """
+    if is_interpreted():
+        return make()
+    code = _fingerprint_of_users(parts)
+    key = (name, code)
+    if key not in _entries:
+        _entries[key] = _compile(name, make(), signature, code)
+    return _entries[key]
+
+
+@lru_cache(maxsize=None)
+def _fingerprint_of_users(parts: tuple[Any, ...]) -> str:
+    foreign = [part for part in parts if part.__module__.partition(".")[0] != "bristle"]
+    return fingerprint_of_code(*foreign) if foreign else ""
+
+
+SIGNATURES = {"C": "aaffffff", "S": "aaff", "B": "aaaaafffia"}
+
+
+def _types(signature: str) -> tuple[Any, ...]:
+    from numba import types
+
+    vector = types.Array(types.float64, 1, "C")
+    plain = {"a": vector, "f": types.float64, "i": types.int64}
+    return tuple(
+        types.FunctionType(types.float64(*_types(SIGNATURES[one]))) if one in SIGNATURES else plain[one]
+        for one in signature
+    )
+
+
+def _compile(name: str, function: Callable[..., Any], signature: str, code: str) -> Callable[..., Any]:
+    import numba
+
+    activate()
+    returns = numba.types.int64 if "B" in signature else numba.types.float64
+    dispatcher = numba.njit(error_model="numpy")(function)
+    dispatcher._cache = _EntryCache(name, signature, code)
+    dispatcher.compile(returns(*_types(signature)))
+    dispatcher.disable_compile()
+    return dispatcher
+
+
+class _EntryCache:
+    """What the compiler asks of a cache: load and save one product, here one file each."""
+
+    def __init__(self, name: str, signature: str, code: str) -> None:
+        digest = hashlib.sha256(f"{name} {signature} {code}".encode()).hexdigest()[:16]
+        self._file = f"{name.replace('/', '-')}-{digest}.bin"
+        self._name = name
+
+    def load_overload(self, signature: Any, target: Any) -> Any:
+        from numba.core.compiler import CompileResult
+
+        folder = cache_folder()
+        target.refresh()
+        if folder is None:
+            return None
+        try:
+            content = (folder / self._file).read_bytes()
+        except OSError:
+            return None
+        checksum, payload = content[:32], content[32:]
+        if hashlib.sha256(payload).digest() != checksum:
+            return None
+        machine, reduced = pickle.loads(payload)  # noqa: S301
+        if machine != target.codegen().magic_tuple():
+            return None
+        return CompileResult._rebuild(target, *reduced)
+
+    def save_overload(self, signature: Any, product: Any) -> None:
+        from numba.core.serialize import dumps
+
+        _compiled.append(self._name)
+        folder = cache_folder()
+        if folder is None:
+            return
+        payload = dumps((product.codegen.magic_tuple(), product._reduce()))
+        handle, temporary = tempfile.mkstemp(dir=folder, suffix=".partial")
+        try:
+            with os.fdopen(handle, "wb") as file:
+                file.write(hashlib.sha256(payload).digest() + payload)
+            os.replace(temporary, folder / self._file)
+        except OSError:
+            # A full disk costs time in the next process, not this result.
+            with contextlib.suppress(OSError):
+                os.unlink(temporary)

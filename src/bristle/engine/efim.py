@@ -1,0 +1,181 @@
+r"""EFIM: the exponentially fitted implicit midpoint rule, with sticking. One scheme for every friction model.
+
+A plant offers its friction port as :math:`v_m = a + b\,F(v_m)` with :math:`b < 0`: the mean velocity of the step is affine in
+the mean force, and the model gives the exponentially fitted mean force at that velocity. The scalar equation is
+solved by a bracketed secant, to a residual in the force; memory is committed once, after that.
+
+Sticking: the two one-sided limits :math:`v_m = \pm 0` are tried as soon as the iterate would cross zero. If the residual
+changes sign between them the body rests, and the force is the reaction. The midpoint rule alone reverses the
+velocity of a body that stops inside a step (:math:`v_1 = 2 v_m - v_0`) and would ring for ever, so such a step is split
+where the body stops.
+"""
+
+from typing import Any, NamedTuple
+
+from bristle.core.contracts import Motion
+from bristle.core.dispatch import friction_commit, friction_trial, plant_arrest, plant_port, plant_step
+from bristle.core.kernel import kernel
+from bristle.core.mathematics import Bracket, bracket_guess, bracket_update
+
+INFINITY = float("inf")
+TOLERANCE = 1e-12
+ITERATIONS = 100
+
+
+class Solution(NamedTuple):
+    """Mean velocity and force of a step, what to commit, and how the solve went."""
+
+    v: float
+    force: float
+    move: Any
+    slope: float
+    failures: float
+
+
+class Advance(NamedTuple):
+    """Where a step led to."""
+
+    plant_state: Any
+    friction_state: Any
+    force: float
+    v_mean: float
+    slope: float
+    failures: float
+
+
+@kernel
+def evaluate(state, memory, v, x, dt, p):
+    """Return the mean force [N or N*m] and the move of a trial at mean velocity `v` [m/s or rad/s] from `x`."""
+    return friction_trial(state, memory, Motion(v, x + dt * v, 1.0, 293.15), dt, p)
+
+
+@kernel
+def next_guess(bracket, v, residual, slope):
+    """Return where to evaluate next: the secant where it stays inside the bracket, else the bracket's own guess."""
+    guess = v - residual / slope
+    if bracket.low < guess < bracket.high:
+        return guess
+    if bracket.low > -INFINITY and bracket.high < INFINITY:
+        return bracket_guess(bracket)
+    # Still open on the side of the guess: the slope was negative (falling friction), walk on.
+    return v - 2.0 * residual
+
+
+@kernel
+def solve(state, memory, x, dt, p, a, b, guess, slope):
+    """Return the `Solution` of ``v = a + b * F(v)``.
+
+    `guess` [m/s or rad/s] and `slope` (of the residual, at least 1 where friction rises with speed) are taken from
+    the last step: one or two evaluations suffice then. There is one call site of the model: three phases share it,
+    0 an ordinary iterate, 1 and 2 the limits +0 and -0.
+    """
+    bracket = Bracket(-INFINITY, 0.0, INFINITY, 0.0, 0.0)
+    slope = max(slope, 1.0)
+    v = guess
+    phase = 1 if guess == 0.0 else 0
+    zero_is_known = False
+    v_last, residual_last = 0.0, 0.0
+    target = guess
+    evaluations = 0
+    while True:
+        at = v if phase == 0 else (0.0 if phase == 1 else -0.0)
+        force, move = evaluate(state, memory, at, x, dt, p)
+        residual = at - a - b * force
+        evaluations += 1
+        if phase == 0:
+            if abs(residual) <= TOLERANCE * (abs(a) + abs(b * force)):
+                return Solution(v, force, move, slope, 0.0)
+            if residual_last != 0.0 and v != v_last:
+                secant = (residual - residual_last) / (v - v_last)
+                slope = secant if secant > 1e-3 else 1.0
+            v_last, residual_last = v, residual
+            bracket = bracket_update(bracket, v, residual)
+            width = bracket.high - bracket.low
+            if width <= 4e-16 * (abs(v) + abs(bracket.low)) or evaluations >= ITERATIONS:
+                return Solution(v, force, move, slope, 1.0 if evaluations >= ITERATIONS else 0.0)
+            target = next_guess(bracket, v, residual, slope)
+            crosses = (v > 0.0 and target <= 0.0) or (v < 0.0 and target >= 0.0)
+            if crosses and not zero_is_known:
+                phase = 1
+            else:
+                v = target
+            continue
+        zero_is_known = True
+        if phase == 1 and residual >= 0.0:
+            phase = 2
+            continue
+        if phase == 2 and residual <= 0.0:
+            # The residual changes sign between the two limits: the body rests and the force is the reaction.
+            return Solution(0.0, -a / b, move, slope, 0.0)
+        bracket = bracket_update(bracket, 0.0, residual)
+        v_last, residual_last = 0.0, residual
+        inside = bracket.low < target < bracket.high
+        v = target if inside and target != 0.0 else next_guess(bracket, 0.0, residual, slope)
+        phase = 0
+
+
+@kernel(inline=False)
+def is_set_valued(state, memory, x, dt, p):
+    """Return whether the force at rest is an interval: the one-sided limits at zero velocity differ."""
+    forward, _ = evaluate(state, memory, 0.0, x, dt, p)
+    backward, _ = evaluate(state, memory, -0.0, x, dt, p)
+    return forward > backward
+
+
+@kernel(inline=False)
+def stopping_time(plant_state, friction_state, memory, effort, dt, q, p):
+    """Return after what part of the step [s] the velocity at the port reaches zero: mean velocity v/2 until then."""
+    half = 0.5 * plant_state.v
+    sign = 1.0 if half > 0.0 else -1.0
+    bracket = Bracket(0.0, -abs(half), dt, 0.0, 0.0)
+    time = dt
+    for _ in range(ITERATIONS):
+        a, b = plant_port(plant_state, effort, time, q)
+        force, _ = evaluate(friction_state, memory, half, plant_state.x, time, p)
+        residual = sign * (half - a - b * force)
+        if abs(residual) <= 1e-15 * abs(half):
+            return time
+        bracket = bracket_update(bracket, time, residual)
+        if bracket.high - bracket.low <= 4e-16 * time:
+            return time
+        time = bracket_guess(bracket)
+    return time
+
+
+@kernel(inline=False)
+def stop_and_go_on(plant_state, friction_state, memory, effort, dt, q, p, slope):
+    """Return the `Advance` of a step in which the body stops: it is split where the velocity reaches zero."""
+    first = stopping_time(plant_state, friction_state, memory, effort, dt, q, p)
+    force_1, move = evaluate(friction_state, memory, 0.5 * plant_state.v, plant_state.x, first, p)
+    friction_state = friction_commit(friction_state, memory, move, p)
+    _, plant_state = plant_step(plant_state, effort, force_1, first, q)
+    plant_state = plant_arrest(plant_state, q)
+    second = dt - first
+    if second <= 0.0:
+        return Advance(plant_state, friction_state, force_1, 0.0, slope, 0.0)
+    a, b = plant_port(plant_state, effort, second, q)
+    rest = solve(friction_state, memory, plant_state.x, second, p, a, b, 0.0, slope)
+    friction_state = friction_commit(friction_state, memory, rest.move, p)
+    _, plant_next = plant_step(plant_state, effort, rest.force, second, q)
+    if rest.v == 0.0:
+        plant_next = plant_arrest(plant_next, q)
+    force = (force_1 * first + rest.force * second) / dt
+    return Advance(plant_next, friction_state, force, rest.v, rest.slope, rest.failures)
+
+
+@kernel
+def advance(plant_state, friction_state, memory, effort, dt, q, p, guess, slope):
+    """Return the `Advance` over one step of `dt` [s] under a constant `effort` [N or N*m].
+
+    `q` are the parameters of the plant, `p` those of the friction model; `guess` and `slope` start the solve.
+    """
+    a, b = plant_port(plant_state, effort, dt, q)
+    found = solve(friction_state, memory, plant_state.x, dt, p, a, b, guess, slope)
+    _, plant_next = plant_step(plant_state, effort, found.force, dt, q)
+    if plant_state.v == 0.0:
+        if found.v == 0.0:
+            plant_next = plant_arrest(plant_next, q)
+    elif plant_state.v * plant_next.v < 0.0 and is_set_valued(friction_state, memory, plant_state.x, dt, p):
+        return stop_and_go_on(plant_state, friction_state, memory, effort, dt, q, p, found.slope)
+    friction_state = friction_commit(friction_state, memory, found.move, p)
+    return Advance(plant_next, friction_state, found.force, found.v, found.slope, found.failures)

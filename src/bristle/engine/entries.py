@@ -1,0 +1,136 @@
+"""The entry points that run compiled, and the drivers built on them.
+
+Every entry takes flat vectors and scalars only, so its signature does not depend on the model. An entry that runs a
+component is made by a factory, once for each component: the closure holds how its vectors are laid out, and the
+dispatch by type does the rest. A driver (`open_loop`, `closed_loop`) receives entries as first-class
+functions: it is compiled once for everything, and the cost of compiling adds instead of multiplying.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from bristle.core.contracts import Motion, Reference
+from bristle.core.dispatch import controller_step, friction_commit, friction_trial, sensor_step
+from bristle.core.packing import Structure, packer, unpacker
+from bristle.engine.efim import advance
+
+__all__ = ["closed_loop", "make_burst", "make_control", "make_force_along", "make_sense", "open_loop"]
+
+
+def make_force_along(parameters: Structure, state: Structure) -> Callable[..., Any]:
+    """Return the entry that runs one friction model along a prescribed motion."""
+    unpack, load, store = unpacker(parameters), unpacker(state), packer(state)
+
+    def force_along(p_vector, state_vector, memory, v, x, dt, force):
+        p = unpack(p_vector)
+        s = load(state_vector)
+        for k in range(v.size):
+            force[k], move = friction_trial(s, memory, Motion(v[k], x[k], 1.0, 293.15), dt, p)
+            s = friction_commit(s, memory, move, p)
+        store(s, state_vector)
+        return 0.0
+
+    return force_along
+
+
+def make_burst(plant: Structure, plant_state: Structure, friction: Structure, friction_state: Structure) -> Any:
+    """Return the entry that advances one plant with one friction model by a number of equal steps."""
+    unpack_plant, load_plant, store_plant = unpacker(plant), unpacker(plant_state), packer(plant_state)
+    unpack_friction, load_friction, store_friction = (
+        unpacker(friction),
+        unpacker(friction_state),
+        packer(friction_state),
+    )
+
+    def burst(q_vector, plant_vector, p_vector, state_vector, memory, effort, effort_end, dt, steps, out):
+        q, body = unpack_plant(q_vector), load_plant(plant_vector)
+        p, s = unpack_friction(p_vector), load_friction(state_vector)
+        h = dt / steps
+        guess, slope = body.v, out[2]
+        total, failures = 0.0, 0.0
+        for i in range(steps):
+            u = effort + (effort_end - effort) * ((i + 0.5) / steps)
+            done = advance(body, s, memory, u, h, q, p, guess, slope)
+            body, s, slope = done.plant_state, done.friction_state, done.slope
+            guess = 0.0 if body.v == 0.0 else 2.0 * body.v - done.v_mean
+            total += done.force
+            failures += done.failures
+        store_plant(body, plant_vector)
+        store_friction(s, state_vector)
+        out[0], out[1], out[2] = total / steps, failures, slope
+        return 0.0
+
+    return burst
+
+
+def make_control(parameters: Structure, state: Structure) -> Callable[..., Any]:
+    """Return the entry that computes the effort of one controller at one sample."""
+    unpack, load, store = unpacker(parameters), unpacker(state), packer(state)
+
+    def control(p_vector, state_vector, position, velocity, acceleration, effort, measured, dt):
+        s = load(state_vector)
+        reference = Reference(position, velocity, acceleration, effort)
+        u, s = controller_step(s, reference, measured, dt, unpack(p_vector))
+        store(s, state_vector)
+        return u
+
+    return control
+
+
+def make_sense(parameters: Structure, state: Structure) -> Callable[..., Any]:
+    """Return the entry that reads one sensor at one sample."""
+    unpack, load, store = unpacker(parameters), unpacker(state), packer(state)
+
+    def sense(p_vector, state_vector, x, dt):
+        measured, s = sensor_step(load(state_vector), x, dt, unpack(p_vector))
+        store(s, state_vector)
+        return measured
+
+    return sense
+
+
+def open_loop(burst, q, plant, p, state, memory, effort, effort_end, dt, steps, x, v, force, out):
+    """Drive a plant by a recorded effort; return the number of samples that stayed finite.
+
+    ``x``, ``v`` [k] are those at the instant of sample k, ``force`` [k] is the mean friction force until the next.
+    """
+    for k in range(effort.size):
+        x[k], v[k] = plant[0], plant[1]
+        burst(q, plant, p, state, memory, effort[k], effort_end[k], dt, steps, out)
+        force[k] = out[0]
+        out[3] += out[1]
+        if not abs(plant[0]) + abs(plant[1]) < 1e100:
+            return k + 1
+    return effort.size
+
+
+def closed_loop(
+    control, c, control_state, sense, m, sense_state, burst, q, plant, p, state, memory,
+    reference, injected, limit, delay, effort_before, dt, steps, history, out,
+):  # fmt: skip
+    """Run a sampled loop; return the number of samples that stayed finite.
+
+    `reference` is flat, [position | velocity | acceleration | effort] of all samples; `history` is flat, and receives
+    [x | v | measured | commanded effort | applied effort | mean friction force until the next sample]. The effort
+    computed at sample k acts from sample ``k + delay`` on, held until the next one; before, `effort_before` acts.
+    """
+    count = injected.size
+    for k in range(count):
+        measured = sense(m, sense_state, plant[0], dt)
+        u = control(
+            c, control_state, reference[k], reference[count + k], reference[2 * count + k],
+            reference[3 * count + k], measured, dt,
+        )  # fmt: skip
+        command = max(-limit, min(limit, u + injected[k]))
+        history[k], history[count + k] = plant[0], plant[1]
+        history[2 * count + k], history[3 * count + k] = measured, command
+        applied = history[3 * count + k - delay] if k >= delay else effort_before
+        history[4 * count + k] = applied
+        burst(q, plant, p, state, memory, applied, applied, dt, steps, out)
+        history[5 * count + k] = out[0]
+        out[3] += out[1]
+        if not abs(plant[0]) + abs(plant[1]) < 1e100:
+            return k + 1
+    return count
