@@ -11,8 +11,10 @@ from bristle.core.contracts import (
     Reference,
     Relation,
     Sensor,
+    Trajectory,
 )
 from bristle.core.errors import BristleError, InputError, InputWarning, MissingExtraError
+from bristle.core.experiment import Experiment, Feedforward, Run, Variant
 from bristle.core.kernel import kernel
 from bristle.core.status import Status
 from bristle.core.variable import Variable, unit_of, variables_of
@@ -23,6 +25,8 @@ __all__ = [
     "Column",
     "Component",
     "Controller",
+    "Experiment",
+    "Feedforward",
     "FrictionModel",
     "Injected",
     "InputError",
@@ -33,9 +37,12 @@ __all__ = [
     "Plant",
     "Reference",
     "Relation",
+    "Run",
     "Sensor",
     "Status",
+    "Trajectory",
     "Variable",
+    "Variant",
     "kernel",
     "unit_of",
     "variables_of",

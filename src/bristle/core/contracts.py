@@ -36,6 +36,7 @@ __all__ = [
     "Reference",
     "Relation",
     "Sensor",
+    "Trajectory",
 ]
 
 
@@ -215,6 +216,16 @@ class Sensor(Component):
 
     family: ClassVar[str] = "sensor"
     functions: ClassVar[tuple[str, ...]] = ("step",)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trajectory(Component):
+    """A desired motion: ``sample(t, p) -> (position, velocity, acceleration)``, arrays of the shape of `t` [s]."""
+
+    sample: Callable[..., Any]
+
+    family: ClassVar[str] = "reference"
+    functions: ClassVar[tuple[str, ...]] = ("sample",)
 
 
 @dataclass(frozen=True)

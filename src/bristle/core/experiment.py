@@ -1,0 +1,82 @@
+"""`Experiment`: one or more variants of a loop to be simulated side by side, as data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from bristle.core.contracts import Model
+from bristle.core.variable import Kind
+
+__all__ = ["Experiment", "Feedforward", "Run", "Variant"]
+
+
+@dataclass(frozen=True)
+class Run:
+    """How long and how finely to simulate.
+
+    Parameters
+    ----------
+    duration : float
+        Simulated time [s].
+    sample_time : float
+        Sample time of the controller [s].
+    substeps : int
+        Integration steps in a sample.
+    delay : int
+        Samples from a measurement to the effort computed from it.
+    effort_limit : float
+        Largest effort of the drive [N or N*m].
+    settle : float
+        Time at the start that the statistics leave out [s].
+    """
+
+    duration: float
+    sample_time: float
+    substeps: int = 4
+    delay: int = 0
+    effort_limit: float = float("inf")
+    settle: float = 0.0
+
+
+@dataclass(frozen=True)
+class Feedforward:
+    """What is fed forward along the desired trajectory.
+
+    Parameters
+    ----------
+    mass : float
+        Mass or inertia times the desired acceleration [kg or kg*m^2].
+    friction : Model or None
+        Compensator: a friction model run along the desired motion.
+    gain : float
+        Factor on the friction.
+    """
+
+    mass: float = 0.0
+    friction: Model | None = None
+    gain: float = 1.0
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One loop: the mechanism, what controls it, what it is asked to follow."""
+
+    name: str
+    plant: Model
+    friction: Model
+    controller: Model
+    sensor: Model
+    reference: Model
+    feedforward: Feedforward
+    run: Run
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One or more variants side by side."""
+
+    name: str
+    kind: Kind
+    variants: tuple[Variant, ...]
+    source: Path | None = None

@@ -1,0 +1,9 @@
+"""References, one a file: the motion that a loop is asked to follow."""
+
+from bristle.core.contracts import Trajectory
+from bristle.references.recorded import MODEL as recorded
+from bristle.references.sine import MODEL as sine
+
+REFERENCES: dict[str, Trajectory] = {reference.name: reference for reference in (recorded, sine)}
+
+__all__ = ["REFERENCES", "recorded", "sine"]

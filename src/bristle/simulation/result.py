@@ -1,0 +1,120 @@
+"""What a simulation returns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+
+import numpy as np
+
+from bristle.core.experiment import Experiment
+from bristle.core.status import Status
+
+__all__ = ["Prediction", "SimulationResult", "Statistics", "VariantResult", "statistics_of"]
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """A signal in six numbers, in the unit of the signal."""
+
+    peak_to_peak: float
+    mean: float
+    std: float
+    rms: float
+    min: float
+    max: float
+
+
+def statistics_of(signal: np.ndarray) -> Statistics:
+    """Return peak-to-peak, mean, standard deviation, root mean square, minimum and maximum of a signal."""
+    if signal.size == 0:
+        return Statistics(*[float("nan")] * 6)
+    low, high = float(signal.min()), float(signal.max())
+    return Statistics(
+        peak_to_peak=high - low,
+        mean=float(signal.mean()),
+        std=float(signal.std()),
+        rms=float(np.sqrt(np.mean(signal * signal))),
+        min=low,
+        max=high,
+    )
+
+
+@dataclass(frozen=True)
+class VariantResult:
+    """One variant of an experiment, simulated; arrays of shape (sample,), in SI of the axis.
+
+    Parameters
+    ----------
+    following_error : Statistics
+        Reference minus encoder reading, after the settling time.
+    true_error : Statistics
+        Reference minus position of the table.
+    by_direction : mapping
+        Following error while the reference moves forward and backward.
+    effort_rms, effort_peak : float
+        Of the effort applied [N or N*m].
+    time, reference, measured, position, velocity, effort, feedforward, friction : ndarray
+        The whole run, settling time included.
+    status : Status
+        How it ended.
+    """
+
+    name: str
+    following_error: Statistics
+    true_error: Statistics
+    by_direction: Mapping[str, Statistics]
+    effort_rms: float
+    effort_peak: float
+    time: np.ndarray
+    reference: np.ndarray
+    measured: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    effort: np.ndarray
+    feedforward: np.ndarray
+    friction: np.ndarray
+    status: Status = Status.OK
+
+    def as_dict(self) -> dict[str, object]:
+        """Return the numbers, without the arrays."""
+        return {
+            "following_error": asdict(self.following_error),
+            "true_error": asdict(self.true_error),
+            "by_direction": {name: asdict(one) for name, one in self.by_direction.items()},
+            "effort": {"rms": self.effort_rms, "peak": self.effort_peak},
+            "status": self.status.sentence,
+        }
+
+
+@dataclass(frozen=True)
+class SimulationResult:
+    """An experiment, simulated: its variants by name, in order."""
+
+    experiment: Experiment
+    variants: Mapping[str, VariantResult]
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """A model run on a log that it need not have seen; arrays of shape (sample,), in SI of the axis.
+
+    Parameters
+    ----------
+    mode : {"inverse", "closed-loop", "open-loop"}
+        ``inverse``: effort from the measured motion. ``closed-loop``: effort and motion from the reference,
+        with the controller of the axis. ``open-loop``: motion from the measured effort.
+    metrics : mapping
+        ``force_error_percent``, ``position_error_percent``, ``position_rmse``, ``position_unit``; None where the mode
+        does not predict the signal.
+    """
+
+    mode: str
+    time: np.ndarray
+    effort: np.ndarray | None
+    effort_predicted: np.ndarray | None
+    position: np.ndarray
+    position_predicted: np.ndarray | None
+    metrics: Mapping[str, float | str | None]
+    status: Status = Status.OK
+    notes: tuple[str, ...] = field(default=())
