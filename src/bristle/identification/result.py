@@ -25,11 +25,12 @@ class Estimate:
     value : float
         The value in `unit`.
     std : float or None
-        Standard error in `unit`; None for a parameter that was held.
-    status : {"identified", "held", "unidentifiable"}
-        ``held`` at a given value; ``unidentifiable`` where the log does not determine it.
+        Standard error in `unit`; None for a parameter that was held, lies on an edge, or is not determined at all.
+    status : {"identified", "held", "at_edge", "unidentifiable"}
+        ``held`` at a given value; ``at_edge`` where the best value lies on the edge of what is allowed or sought;
+        ``unidentifiable`` where the log does not determine it.
     note : str
-        Why it is held or unidentifiable, in words; empty otherwise.
+        Why it is held, at an edge or unidentifiable, in words; empty otherwise.
     """
 
     name: str

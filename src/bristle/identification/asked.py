@@ -1,0 +1,172 @@
+"""What a person asks to be identified, checked against what the log and the model allow."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bristle.core.axis import Axis
+from bristle.core.contracts import FrictionModel
+from bristle.core.errors import InputError
+from bristle.core.variable import unit_of
+from bristle.friction import find
+from bristle.friction.slots import SlottedModel, slotted
+from bristle.identification.treatment import Regression
+from bristle.identification.unknowns import Held, Unknowns
+from bristle.identification.words import with_unit
+
+__all__ = ["Known", "known_of", "models_of", "unknowns_of"]
+
+ONE_WAY = 0.01  # share of the samples below which a direction counts as not seen
+
+
+class Known(NamedTuple):
+    """What is known of the axis beforehand; None where it is to be identified."""
+
+    mass: float | None
+    offset: float | None
+
+
+def models_of(model: Any) -> tuple[FrictionModel, ...]:
+    """Return the friction models that are asked for.
+
+    Parameters
+    ----------
+    model : str, FrictionModel or a list of either
+        Names with slots, ``"coulomb_viscous+asymmetry"``, several separated by commas.
+
+    Raises
+    ------
+    InputError
+        If there is no such model or slot, or it has parameters that this method does not identify.
+    """
+    asked: Iterable[Any] = model.split(",") if isinstance(model, str) else model
+    if isinstance(asked, FrictionModel):
+        asked = [asked]
+    found: dict[str, FrictionModel] = {}
+    for one in asked:
+        if isinstance(one, str):
+            for name in one.split(","):
+                component = find(name.strip(), path="model")
+                found[component.name] = component
+        elif isinstance(one, FrictionModel):
+            component = one if isinstance(one, SlottedModel) else slotted(one, asymmetry=False)
+            found[component.name] = component
+        else:
+            raise InputError("must be a name, a friction model or a list of them", path="model", value=one)
+    if not found:
+        raise InputError("names no friction model", path="model", value=model, mend='Write "coulomb_viscous"')
+    for component in found.values():
+        _refuse_arrays(component)
+    return tuple(found.values())
+
+
+def _refuse_arrays(component: FrictionModel) -> None:
+    arrays = [name for name in component.variables if component.is_array(name)]
+    if arrays:
+        raise InputError(
+            f"{component.name} has lists of numbers ({', '.join(arrays)}), which inverse dynamics does not identify",
+            path="model", value=component.name,
+            mend="Fit dahl or lugre, or write the elements into a model file yourself",
+        )  # fmt: skip
+
+
+def known_of(axis: Axis | None, mass: float | None, offset: float | str | None) -> Known:
+    """Return what is known beforehand: the arguments, else the axis file.
+
+    Raises
+    ------
+    InputError
+        If a mass is not positive or an offset is not a number.
+    """
+    chosen_mass = mass if mass is not None else (axis.mass if axis is not None else None)
+    if chosen_mass is not None and not (math.isfinite(chosen_mass) and chosen_mass >= 1e-15):
+        raise InputError("out of range", path="mass", value=chosen_mass, allowed="> 0",
+                         mend="Leave it out to have it identified")  # fmt: skip
+    chosen = offset if offset is not None else (axis.offset if axis is not None else "identify")
+    if chosen == "identify":
+        return Known(chosen_mass, None)
+    if isinstance(chosen, str) or not math.isfinite(chosen):
+        raise InputError("must be a number", path="offset", value=chosen, allowed='a force in SI, or "identify"')
+    return Known(chosen_mass, float(chosen))
+
+
+def unknowns_of(component: FrictionModel, known: Known, regression: Regression) -> Unknowns:
+    """Return which parameters of a model are free and which are held, with the reason.
+
+    Raises
+    ------
+    InputError
+        If parameters by direction are asked of a log that moves in one direction only.
+    """
+    held: dict[str, Held] = {}
+    if known.mass is not None:
+        held["M"] = Held(known.mass, "given as known")
+    for name, variable in component.variables.items():
+        if name == "offset":
+            continue
+        if name in component.defaults and not variable.excitation:
+            held[name] = Held(component.defaults[name], "a shape that is kept at its default")
+    reason = _why_no_offset(component, regression)
+    if known.offset is not None:
+        held["offset"] = Held(known.offset, "given as known")
+    elif reason:
+        held["offset"] = Held(0.0, reason)
+    free = tuple(name for name in ("M", *component.variables) if name not in held)
+    return Unknowns(component, free, held)
+
+
+def _why_no_offset(component: FrictionModel, regression: Regression) -> str:
+    """Return why the offset cannot be told from the rest, or nothing where it can."""
+    side = _only_direction(regression)
+    split = [name for name in component.variables if name.endswith(("_pos", "_neg"))]
+    if side and split:
+        raise InputError(
+            f"the log moves {side} only, which does not show the friction of the other direction",
+            path="model", value=component.name, mend="Record both directions, or drop +asymmetry",
+        )  # fmt: skip
+    force = unit_of("force", regression.kind)
+    levels = [name for name in split if component.variables[name].unit(regression.kind) == force]
+    if levels:
+        return f"it cannot be told from the difference between {levels[0]} and {levels[1]}"
+    constant = [
+        name for name, one in component.variables.items() if name != "offset" and one.unit(regression.kind) == force
+    ]
+    if side and constant:
+        return f"it cannot be told from {constant[0]}: the log moves {side} only"
+    return ""
+
+
+def _only_direction(regression: Regression) -> str:
+    velocity = regression.all_velocities
+    forward = float(np.mean(~np.signbit(velocity)))
+    return "backward" if forward < ONE_WAY else "forward" if forward > 1.0 - ONE_WAY else ""
+
+
+def refuse_reversed_effort(regression: Regression, sliding: dict[str, float]) -> None:
+    """Refuse a log whose effort drives the friction backward: inertia and dissipated power both negative.
+
+    Parameters
+    ----------
+    regression : Regression
+        The rows.
+    sliding : dict
+        ``M``, ``F_v`` and ``F_C`` of an unbounded Coulomb and viscous fit [SI].
+
+    Raises
+    ------
+    InputError
+        If so.
+    """
+    speed = np.abs(regression.velocity)
+    power = float(np.mean(sliding["F_C"] * speed + sliding["F_v"] * speed * speed))
+    if power < 0.0 and sliding["M"] <= 0.0:
+        raise InputError(
+            "the sign of effort seems reversed", path="log.effort",
+            value=f"a friction that would deliver {-power:.3g} W and an inertia of "
+            f"{with_unit(sliding['M'], 'mass', regression.kind)}",
+            mend="Turn the sign of the effort column in the axis file",
+        )  # fmt: skip

@@ -1,0 +1,90 @@
+"""Why a log does not determine a parameter, in words, from what the log contains."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from bristle.core.variable import Variable
+from bristle.identification.treatment import Regression
+from bristle.identification.unknowns import Scales
+from bristle.identification.words import with_unit
+
+__all__ = ["why_unidentifiable"]
+
+NARROW = 1.3  # ratio of speeds below which a log has one speed only
+
+
+def why_unidentifiable(
+    variable: Variable, regression: Regression, scales: Scales, values: Mapping[str, float],
+    variables: Mapping[str, Variable],
+) -> str:  # fmt: skip
+    """Return what the log lacks to identify a parameter.
+
+    Parameters
+    ----------
+    variable : Variable
+        The parameter; its `excitation` names what it takes.
+    regression, scales : Regression, Scales
+        The log.
+    values, variables : mapping
+        All parameters of the fit [SI] and what they are.
+    """
+    kind = regression.kind
+    match variable.excitation:
+        case "acceleration":
+            top = float(np.max(np.abs(regression.acceleration)))
+            return f"the acceleration never exceeds {with_unit(top, 'length/time^2', kind)}"
+        case "speed":
+            return _about_speed(regression, scales)
+        case "stribeck":
+            slow = values.get("v_S", scales.slowest)
+            count = int(np.sum(np.abs(regression.all_velocities) < slow))
+            return (
+                f"the log does not show the force fall with speed ({count} of {regression.all_velocities.size} samples "
+                f"are slower than {with_unit(slow, 'length/time', kind)})"
+            )
+        case "presliding":
+            return _about_presliding(regression, scales, values, variables)
+        case "sliding":
+            return (
+                f"the log holds {len(regression.reversals)} reversals over a stroke of "
+                f"{with_unit(scales.stroke, 'length', kind)}"
+            )
+    return "its effect on the effort is smaller than what the model misses"
+
+
+def _about_speed(regression: Regression, scales: Scales) -> str:
+    speeds = np.abs(regression.velocity)
+    low, high = np.quantile(speeds, [0.1, 0.9])
+    top = with_unit(scales.speed, "length/time", regression.kind)
+    if high < NARROW * low:
+        return f"the log moves at one speed only, {top}"
+    return f"the log never exceeds {top}"
+
+
+def _about_presliding(
+    regression: Regression, scales: Scales, values: Mapping[str, float], variables: Mapping[str, Variable]
+) -> str:
+    count = len(regression.reversals)
+    times = "reversal" if count == 1 else "reversals"
+    stiffness = [value for name, value in values.items() if variables[name].quantity == "force/length" and value > 0.0]
+    if not count or not stiffness:
+        return f"the log has only {count} {times}"
+    zone = scales.force / max(stiffness)
+    samples = _samples_within(regression, zone)
+    return (
+        f"the log has only {count} {times}, each crosses the pre-sliding zone of "
+        f"{with_unit(zone, 'length', regression.kind)} in {samples:.0f} samples"
+    )
+
+
+def _samples_within(regression: Regression, zone: float) -> float:
+    """Return the median number of samples from a reversal until the body has moved by `zone`."""
+    counts = []
+    for number, first in regression.reversals:
+        position = regression.stretches[number].position[first:]
+        left = np.abs(position - position[0]) > zone
+        counts.append(int(np.argmax(left)) if left.any() else left.size)
+    return float(np.median(counts))

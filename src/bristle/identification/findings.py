@@ -1,0 +1,156 @@
+"""From a solution to a `Fit`: values with their uncertainty, and in words what the log does not tell."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from bristle.core.contracts import Model, make_model
+from bristle.identification.excitation import why_unidentifiable
+from bristle.identification.held_out import relative_error_percent
+from bristle.identification.problem import Problem
+from bristle.identification.result import Estimate, Fit, Traces
+from bristle.identification.solution import Solution
+from bristle.identification.uncertainty import Uncertainty, uncertainty_of
+from bristle.identification.unknowns import Scales, variables_with_plant
+from bristle.identification.words import with_unit
+from bristle.plants.inertia import MODEL as inertia
+
+__all__ = ["fit_of"]
+
+UNSURE = 0.5  # relative standard error above which a parameter counts as unidentifiable
+NEGLIGIBLE = 0.02  # share of the effort up to which a parameter that may be zero counts as zero, and known to be so
+INSEPARABLE = 0.99  # correlation
+
+
+def fit_of(problem: Problem, solution: Solution, scales: Scales) -> Fit:
+    """Return the fit at a solution, all but its error on held-out blocks."""
+    regression, component = problem.regression, problem.unknowns.component
+    values = problem.unknowns.complete(solution.values)
+    predicted = problem.predicted(values)
+    uncertainty = uncertainty_of(solution, regression.effort - predicted)
+    estimates = _Findings(problem, solution, scales, uncertainty, values).estimates()
+    names = tuple(solution.values)
+    friction = make_model(
+        component, {name: values[name] for name in component.variables}, kind=regression.kind, validate=False
+    )
+    return Fit(
+        plant=make_model(inertia, {"M": values["M"]}, kind=regression.kind, validate=False),
+        friction=friction,
+        estimates=estimates,
+        correlation=uncertainty.correlation,
+        correlation_names=names,
+        condition_number=uncertainty.condition_number,
+        traces=Traces(regression.time, regression.velocity, regression.acceleration, regression.effort, predicted),
+        force_error_percent=relative_error_percent(regression.effort, predicted),
+        warnings=_warnings(estimates, uncertainty, names) + _broken_relations(friction),
+        assumptions=_assumptions(problem),
+    )
+
+
+class _Findings:
+    """Judges each parameter of one fit."""
+
+    def __init__(
+        self, problem: Problem, solution: Solution, scales: Scales, uncertainty: Uncertainty, values: dict[str, float]
+    ) -> None:
+        self.problem, self.solution, self.scales, self.values = problem, solution, scales, values
+        self.variables = variables_with_plant(problem.unknowns.component)
+        self.kind = problem.regression.kind
+        free = tuple(solution.values)
+        self.std = dict(zip(free, uncertainty.std.tolist(), strict=True))
+        self.robust_std = dict(zip(free, uncertainty.robust_std.tolist(), strict=True))
+        self.effort = float(np.sqrt(np.mean(problem.regression.effort**2)))
+
+    def estimates(self) -> tuple[Estimate, ...]:
+        """Return every parameter, plant first."""
+        return tuple(self._estimate(name) for name in self.variables)
+
+    def _estimate(self, name: str) -> Estimate:
+        variable, held = self.variables[name], self.problem.unknowns.held.get(name)
+        unit, value = variable.unit(self.kind), self.values[name]
+        if held is not None:
+            return Estimate(name, unit, variable.description, held.value, None, "held", held.note)
+        if name in self.solution.at_edge:
+            return Estimate(name, unit, variable.description, value, None, "at_edge", self._why_at_edge(name))
+        note = self._why_unsure(name)
+        std = self.std[name] if math.isfinite(self.std[name]) else None
+        return Estimate(name, unit, variable.description, value, std, "unidentifiable" if note else "identified", note)
+
+    def _why_unsure(self, name: str) -> str:
+        """Return why a parameter cannot be identified, or nothing where it can."""
+        value, std = self.values[name], self.robust_std[name]
+        if std <= UNSURE * abs(value) or self._known_to_be_small(name, std):
+            return ""
+        return self._why(name) + self._how_unsure(value, std)
+
+    @staticmethod
+    def _how_unsure(value: float, std: float) -> str:
+        if not math.isfinite(std) or value == 0.0 or std > 10.0 * abs(value):
+            return ""
+        return f"; standard error {100.0 * std / abs(value):.0f} %, with residuals correlated over time"
+
+    def _why(self, name: str) -> str:
+        return why_unidentifiable(
+            self.variables[name], self.problem.regression, self.scales, self.values, self.variables
+        )
+
+    def _known_to_be_small(self, name: str, std: float) -> bool:
+        """Return whether all that a parameter may be makes no difference: then it is known, though relatively unsure."""
+        variable = self.variables[name]
+        share = {"force": std, "force*time/length": std * self.scales.speed}.get(variable.quantity, math.inf)
+        return variable.excitation in ("sliding", "speed") and share < NEGLIGIBLE * self.effort
+
+    def _why_at_edge(self, name: str) -> str:
+        edge, variable = self.solution.at_edge[name], self.variables[name]
+        told = with_unit(self.values[name], variable.quantity, self.kind)
+        if variable.excitation == "stribeck" and variable.quantity == "force":
+            return f"the best value is the smallest that is allowed, {told}: in this log friction does not fall with speed"
+        bound = variable.min if edge == "smallest" else variable.max
+        if math.isclose(self.values[name], bound, rel_tol=1e-2, abs_tol=1e-9 * abs(self.scales.magnitude(variable.quantity))):
+            return f"the best value is the {edge} that is allowed, {told}"
+        return f"the search ran to the {edge} value that this log could show, {told}: {self._why(name)}"
+
+
+def _warnings(estimates: tuple[Estimate, ...], uncertainty: Uncertainty, names: tuple[str, ...]) -> tuple[str, ...]:
+    found = []
+    for estimate in estimates:
+        if estimate.status == "unidentifiable":
+            found.append(f"{estimate.name} cannot be identified: {estimate.note}")
+        elif estimate.status == "at_edge":
+            found.append(f"{estimate.name} has no standard error: {estimate.note}")
+    sure = {estimate.name for estimate in estimates if estimate.status == "identified"}
+    for row, one in enumerate(names):
+        for column, other in enumerate(names[:row]):
+            both = uncertainty.correlation[row, column]
+            if {one, other} <= sure and abs(both) > INSEPARABLE:
+                found.append(f"{other} and {one} can hardly be told apart in this log (correlation {both:.3f})")
+    return tuple(found)
+
+
+def _broken_relations(friction: Model) -> tuple[str, ...]:
+    return tuple(
+        f"the fit does not keep {relation.condition}. {relation.mend}"
+        for relation in friction.component.relations
+        if not relation.holds(friction.parameters)
+    )
+
+
+def _assumptions(problem: Problem) -> tuple[str, ...]:
+    regression, variables = problem.regression, variables_with_plant(problem.unknowns.component)
+    found = [
+        f"{name} is held at {with_unit(held.value, variables[name].quantity, regression.kind)}: {held.note}"
+        for name, held in problem.unknowns.held.items()
+    ]
+    found.append(
+        f"position filtered at {regression.cutoff:g} Hz without phase, {regression.dropped} samples dropped at each edge, "
+        f"one row for {regression.decimation} samples"
+    )
+    if regression.rest_share > 0.0:
+        found.append(
+            f"{100.0 * regression.rest_share:.3g} % of the samples are at rest and left out: there friction balances "
+            "whatever effort there is"
+        )
+    found.append("standard errors take the residuals for independent")
+    return tuple(found)

@@ -1,0 +1,159 @@
+r"""From a log to friction models with their uncertainty, by inverse dynamics.
+
+.. math:: u = M \ddot q + F(\dot q, \dots) + \text{offset}
+
+holds in every row of a regression; the parameters minimise the sum of squares of what is left over. No simulation is
+involved, and the controller that was running does not matter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from bristle.core.axis import Axis
+from bristle.core.contracts import FrictionModel
+from bristle.core.errors import InputError
+from bristle.friction import find
+from bristle.identification.asked import Known, known_of, models_of, refuse_reversed_effort, unknowns_of
+from bristle.identification.findings import fit_of
+from bristle.identification.held_out import held_out_error
+from bristle.identification.problem import Problem
+from bristle.identification.result import Fit, Identification
+from bristle.identification.search import Search
+from bristle.identification.solution import solve_linear
+from bristle.identification.treatment import Regression, treat
+from bristle.identification.unknowns import Scales, scales_of
+from bristle.logs.log import Log
+
+__all__ = ["identify"]
+
+Progress = Callable[[float, str], None]
+
+
+def identify(
+    log: Log, model: Any = "coulomb_viscous", *, axis: Axis | None = None, cutoff: float | None = None,
+    decimation: int | None = None, blocks: int = 5, offset: float | str | None = None, mass: float | None = None,
+    progress: Progress | None = None,
+) -> Identification:  # fmt: skip
+    """Identify one friction model or several from a log, with the inertia, and rank them.
+
+    Parameters
+    ----------
+    log : Log
+        Position and effort.
+    model : str, FrictionModel, or list of either
+        ``"lugre"``, ``"coulomb_viscous,stribeck+asymmetry"``, a model of your own.
+    axis : Axis, optional
+        What is known: mass, offset, encoder resolution, cut-off and decimation.
+    cutoff : float, optional
+        Cut-off of the zero-phase filter [Hz]; a tenth of the sampling frequency by default.
+    decimation : int, optional
+        Of how many samples one row is kept; 10 by default.
+    blocks : int
+        Contiguous time blocks, each held out in turn, by whose error models are ranked; 0 for none.
+    offset : float or "identify", optional
+        Constant part of the force [N or N*m] if known; the axis decides where it is not given.
+    mass : float, optional
+        Moving mass [kg] or inertia [kg*m^2] if known; the axis decides where it is not given.
+    progress : callable, optional
+        Called with the share of the work done and what is being done.
+
+    Returns
+    -------
+    Identification
+        The models, best first.
+
+    Raises
+    ------
+    InputError
+        If the log or the axis does not serve, or there is no such model.
+
+    References
+    ----------
+    .. [1] A. Janot, P.-O. Vandanjon, M. Gautier, "A generic instrumental variable approach for industrial robot
+       identification", IEEE Transactions on Control Systems Technology 22(1), 2014. doi:10.1109/TCST.2013.2246163
+    """
+    components = models_of(model)
+    if blocks != int(blocks) or blocks < 0 or blocks == 1:
+        raise InputError("must be a whole number", path="blocks", value=blocks, allowed="0, or 2 and more")
+    if log.effort is None:
+        raise InputError("has no effort, which inverse dynamics needs", path="log",
+                         mend="Name the column of force, torque or current in the axis file")  # fmt: skip
+    known = known_of(axis, mass, offset)
+    regression = treat(log, axis, cutoff, decimation)
+    workbench = _Workbench.of(regression, known)
+    fits = []
+    for number, component in enumerate(components):
+        report = _share(progress, number, len(components), component.name)
+        fits.append(workbench.fit(component, int(blocks), report))
+    fits.sort(key=lambda fit: fit.held_out.mean_percent if fit.held_out else fit.force_error_percent)
+    return Identification(
+        fits=tuple(replace(fit, rank=rank) for rank, fit in enumerate(fits, 1)),
+        log=log,
+        treatment={
+            "cutoff": regression.cutoff,
+            "decimation": float(regression.decimation),
+            "dropped": float(regression.dropped),
+            "rows": float(regression.effort.size),
+            "rest_percent": 100.0 * regression.rest_share,
+        },
+    )
+
+
+def _share(progress: Progress | None, number: int, count: int, name: str) -> Callable[[float], None]:
+    def report(share: float) -> None:
+        if progress is not None:
+            progress((number + share) / count, f"fitting {name}")
+
+    return report
+
+
+@dataclass(frozen=True)
+class _Workbench:
+    """What the fits of all models to one log share."""
+
+    regression: Regression
+    known: Known
+    sliding: dict[str, float]
+    scales: Scales
+
+    @classmethod
+    def of(cls, regression: Regression, known: Known) -> _Workbench:
+        """Fit Coulomb and viscous friction first: it checks the sign of the effort and sets the scale of all else."""
+        unknowns = unknowns_of(find("coulomb_viscous"), known, regression)
+        problem = Problem(regression, unknowns)
+        free = np.linalg.lstsq(problem.columns, regression.effort - problem.held_effort, rcond=None)[0]
+        sliding = unknowns.complete(dict(zip(unknowns.free, free.tolist(), strict=True)))
+        refuse_reversed_effort(regression, sliding)
+        effort = float(np.sqrt(np.mean(regression.effort**2)))
+        if effort == 0.0:
+            raise InputError("is zero throughout", path="log.effort", mend="Check which column holds the effort")
+        bounded = unknowns.complete(solve_linear(problem).values)
+        return cls(regression, known, bounded, scales_of(regression, max(bounded["F_C"], 0.01 * effort)))
+
+    def fit(self, component: FrictionModel, blocks: int, report: Callable[[float], None]) -> Fit:
+        """Fit one model."""
+        report(0.0)
+        problem = Problem(self.regression, unknowns_of(component, self.known, self.regression))
+        if component.linear:
+            solution = solve_linear(problem)
+
+            def on_rows(rows: np.ndarray):
+                return solve_linear(problem, rows)
+        else:
+            search = Search(problem, self.scales, self.sliding)
+            solution = search.solve(lambda share: report(0.6 * share))
+
+            def on_rows(rows: np.ndarray):
+                return search.refit(solution.values, rows)
+
+        held_out = None
+        if blocks:
+            held_out = held_out_error(problem, on_rows, blocks, lambda share: report(0.6 + 0.4 * share))
+        fit = fit_of(problem, solution, self.scales)
+        report(1.0)
+        return replace(fit, held_out=held_out)

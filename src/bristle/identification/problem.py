@@ -1,0 +1,73 @@
+"""Inverse dynamics as a least-squares problem: measured effort against inertia and friction, on regression rows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from bristle.core.contracts import Model
+from bristle.engine import force_along
+from bristle.identification.treatment import Regression
+from bristle.identification.unknowns import Unknowns
+
+__all__ = ["Problem"]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Rows ``effort = M acceleration + F(motion)`` for one friction model.
+
+    Parameters
+    ----------
+    regression : Regression
+        The rows.
+    unknowns : Unknowns
+        The model, what is free and what is held.
+    """
+
+    regression: Regression
+    unknowns: Unknowns
+
+    def friction(self, values: Mapping[str, float]) -> np.ndarray:
+        """Return the friction force of each row [N or N*m], of the model run along the recorded motion."""
+        component, dt = self.unknowns.component, self.regression.sample_time
+        parameters = component.assemble({name: values[name] for name in component.variables})
+        model = Model(component, parameters, self.regression.kind)
+        # The velocity at a sample is the mean over the step around it, which ends half a step later.
+        return self.regression.rows_of(
+            [
+                force_along(model, stretch.velocity, dt, stretch.position + 0.5 * dt * stretch.velocity)
+                for stretch in self.regression.stretches
+            ]
+        )
+
+    def predicted(self, values: Mapping[str, float]) -> np.ndarray:
+        """Return the effort of each row [N or N*m] from all parameters, held ones included."""
+        return values["M"] * self.regression.acceleration + self.friction(values)
+
+    def residual(self, free: Mapping[str, float]) -> np.ndarray:
+        """Return measured minus predicted effort of each row [N or N*m], from the free parameters."""
+        return self.regression.effort - self.predicted(self.unknowns.complete(free))
+
+    @cached_property
+    def columns(self) -> np.ndarray:
+        """Regressor of a model that is linear in its parameters, shape (row, free), by its own trial.
+
+        Each column is what the model answers to one parameter of 1 with all others 0.
+        """
+        names = self.unknowns.component.variables
+        found = []
+        for name in self.unknowns.free:
+            if name == "M":
+                found.append(self.regression.acceleration)
+            else:
+                found.append(self.friction({one: float(one == name) for one in names}))
+        return np.stack(found, axis=1) if found else np.empty((self.regression.effort.size, 0))
+
+    @cached_property
+    def held_effort(self) -> np.ndarray:
+        """Effort of each row [N or N*m] due to the held parameters alone, for a linear model."""
+        return self.predicted(self.unknowns.complete(dict.fromkeys(self.unknowns.free, 0.0)))

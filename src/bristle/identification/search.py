@@ -1,0 +1,116 @@
+"""Bounded nonlinear least squares from several starts, for models that are not linear in their parameters."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from bristle.core.variable import Variable
+from bristle.identification.problem import Problem
+from bristle.identification.solution import Solution
+from bristle.identification.unknowns import Coordinate, Scales, coordinates_of, natural_derivative, variables_with_plant
+
+__all__ = ["Search"]
+
+CANDIDATES = 24
+STARTS = 3
+EVALUATIONS = 60
+SEED = 20_240_229
+EDGE = 1e-3  # in coordinates: of a typical magnitude, or of a factor e
+
+
+@dataclass(frozen=True)
+class Search:
+    """The search for the parameters of one model.
+
+    Parameters
+    ----------
+    problem : Problem
+        What is minimised: the sum of squares of its residual.
+    scales : Scales
+        Typical magnitudes of the log, which bound the parameters of unknown magnitude.
+    guess : mapping of str to float
+        ``M``, ``F_C``, ``F_v`` and ``offset`` of a Coulomb and viscous fit to the same log [SI].
+    """
+
+    problem: Problem
+    scales: Scales
+    guess: Mapping[str, float]
+
+    def solve(self, report: Callable[[float], None] = lambda share: None) -> Solution:
+        """Return the best solution from several starts; `report` is told the share of the work done."""
+        coordinates = coordinates_of(self.problem.unknowns, self.scales)
+        rng = np.random.default_rng(SEED)
+        candidates = [self._start(coordinates, rng) for _ in range(CANDIDATES)]
+        costs = [float(np.sum(self._residual(coordinates, phi) ** 2)) for phi in candidates]
+        best = None
+        for number, index in enumerate(np.argsort(costs)[:STARTS]):
+            report((number + 0.3) / (STARTS + 0.3))
+            found = self._descend(coordinates, candidates[index], slice(None), EVALUATIONS)
+            if best is None or found.cost < best.cost:
+                best = found
+        return self._solution(coordinates, best)
+
+    def refit(self, start: Mapping[str, float], rows: np.ndarray) -> Solution:
+        """Return the solution on some rows only, from a start nearby."""
+        coordinates = coordinates_of(self.problem.unknowns, self.scales)
+        phi = np.array([one.phi(start[one.name], start) for one in coordinates])
+        return self._solution(coordinates, self._descend(coordinates, phi, rows, EVALUATIONS // 3))
+
+    def _values(self, coordinates: tuple[Coordinate, ...], phi: np.ndarray) -> dict[str, float]:
+        values = self.problem.unknowns.complete({})
+        for coordinate, one in zip(coordinates, phi.tolist(), strict=True):
+            values[coordinate.name] = coordinate.value(one, values)
+        return {coordinate.name: values[coordinate.name] for coordinate in coordinates}
+
+    def _residual(self, coordinates: tuple[Coordinate, ...], phi: np.ndarray) -> np.ndarray:
+        return self.problem.residual(self._values(coordinates, phi)) / self.scales.force
+
+    def _descend(self, coordinates: tuple[Coordinate, ...], phi: np.ndarray, rows: np.ndarray | slice, limit: int):
+        from scipy.optimize import least_squares
+
+        low = np.array([one.low for one in coordinates])
+        high = np.array([one.high for one in coordinates])
+        # The method needs a start strictly inside.
+        width = np.minimum(high - low, 1.0)
+        phi = np.clip(phi, low + 1e-4 * width, high - 1e-4 * width)
+        return least_squares(
+            lambda x: self._residual(coordinates, x)[rows], phi, bounds=(low, high), max_nfev=limit,
+            ftol=1e-9, xtol=1e-7, gtol=1e-10,
+        )  # fmt: skip
+
+    def _solution(self, coordinates: tuple[Coordinate, ...], found) -> Solution:
+        values = self._values(coordinates, found.x)
+        at_edge = {}
+        for coordinate, one in zip(coordinates, found.x, strict=True):
+            if one - coordinate.low < EDGE:
+                at_edge[coordinate.name] = "smallest"
+            elif coordinate.high - one < EDGE:
+                at_edge[coordinate.name] = "largest"
+        return Solution(values, at_edge, -found.jac * self.scales.force, natural_derivative(coordinates, values))
+
+    def _start(self, coordinates: tuple[Coordinate, ...], rng: np.random.Generator) -> np.ndarray:
+        """Return a start: the sliding part from the linear fit, all else drawn from the range it is sought in."""
+        variables = variables_with_plant(self.problem.unknowns.component)
+        values = self.problem.unknowns.complete({})
+        for coordinate in coordinates:
+            drawn = self._draw(coordinate, variables[coordinate.name], rng)
+            inside = coordinate.phi(drawn + (values[coordinate.above] if coordinate.above else 0.0), values)
+            values[coordinate.name] = coordinate.value(inside, values)
+        return np.array([one.phi(values[one.name], values) for one in coordinates])
+
+    def _draw(self, coordinate: Coordinate, variable: Variable, rng: np.random.Generator) -> float:
+        if coordinate.name in ("M", "offset"):
+            return self.guess[coordinate.name]
+        if coordinate.form == "excess":
+            return self.guess["F_C"] * rng.exponential(0.3)
+        if variable.quantity == "force":
+            return self.guess["F_C"]
+        if variable.excitation == "speed":
+            return self.guess["F_v"]
+        if coordinate.form == "log":
+            return math.exp(rng.uniform(coordinate.low, coordinate.high))
+        return self.scales.magnitude(variable.quantity) * 10.0 ** rng.uniform(-2.0, 1.0)

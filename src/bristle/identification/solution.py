@@ -1,0 +1,69 @@
+"""The best parameters of one problem, and the linear case, which needs no search."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from bristle.identification.problem import Problem
+from bristle.identification.unknowns import variables_with_plant
+
+__all__ = ["Solution", "solve_linear"]
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Where least squares ended.
+
+    Parameters
+    ----------
+    values : dict
+        The free parameters [SI].
+    at_edge : dict
+        Of those on an edge of their range, which one: ``"smallest"`` or ``"largest"``.
+    jacobian : ndarray, shape (row, free)
+        Derivative of the predicted effort with respect to the coordinates of the search.
+    derivative : ndarray, shape (free, free)
+        Derivative of the parameters with respect to those coordinates.
+    """
+
+    values: Mapping[str, float]
+    at_edge: Mapping[str, str]
+    jacobian: np.ndarray
+    derivative: np.ndarray
+
+
+def solve_linear(problem: Problem, rows: np.ndarray | slice = slice(None)) -> Solution:
+    """Return the least-squares parameters of a model that is linear in them.
+
+    Parameters
+    ----------
+    problem : Problem
+        A problem whose friction model is linear.
+    rows : ndarray or slice
+        The rows to use.
+    """
+    names = problem.unknowns.free
+    columns = problem.columns[rows]
+    target = (problem.regression.effort - problem.held_effort)[rows]
+    scale = np.linalg.norm(columns, axis=0)
+    scale[scale == 0.0] = 1.0
+    variables = variables_with_plant(problem.unknowns.component)
+    low = np.array([variables[name].min for name in names])
+    high = np.array([variables[name].max for name in names])
+    values = np.linalg.lstsq(columns / scale, target, rcond=None)[0] / scale
+    at_edge = {}
+    if np.any(values < low) or np.any(values > high):
+        from scipy.optimize import lsq_linear
+
+        found = lsq_linear(columns / scale, target, (low * scale, high * scale), method="bvls")
+        values = np.clip(found.x / scale, low, high)
+        at_edge = {
+            name: "smallest" if mask < 0 else "largest"
+            for name, mask in zip(names, found.active_mask, strict=True)
+            if mask
+        }
+    found_values = dict(zip(names, values.tolist(), strict=True))
+    return Solution(found_values, at_edge, columns, np.eye(len(names)))

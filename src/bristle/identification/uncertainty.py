@@ -1,0 +1,93 @@
+r"""How sure a fit is of its parameters, and whether the log determines them at all.
+
+The standard errors are those of least squares, :math:`s^2 (J^T J)^{-1}`, which take the residuals for independent.
+They are not where the model misses something, so whether a parameter counts as identified is decided by the
+errors that hold for residuals correlated over time as well (clustered by block [1]_).
+
+References
+----------
+.. [1] J. G. MacKinnon, M. O. Nielsen, M. D. Webb, "Cluster-robust inference: a guide to empirical practice",
+   Journal of Econometrics 232(2), 2023. doi:10.1016/j.jeconom.2022.04.001
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bristle.identification.solution import Solution
+
+__all__ = ["Uncertainty", "uncertainty_of"]
+
+CLUSTERS = 40
+SINGULAR = 1e-7  # of the largest singular value: the accuracy of a Jacobian by differences
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """Standard errors of the free parameters, in their order.
+
+    Parameters
+    ----------
+    std : ndarray, shape (free,)
+        Standard error [SI]; infinite where the log does not determine the parameter, NaN on an edge of its range.
+    robust_std : ndarray, shape (free,)
+        The same for residuals that are correlated over time.
+    correlation : ndarray, shape (free, free)
+        Correlation of the estimates; NaN where there is no standard error.
+    condition_number : float
+        Of the Jacobian with columns of unit length, those on an edge left out.
+    """
+
+    std: np.ndarray
+    robust_std: np.ndarray
+    correlation: np.ndarray
+    condition_number: float
+
+
+def uncertainty_of(solution: Solution, residual: np.ndarray) -> Uncertainty:
+    """Return the standard errors of a solution with this residual [N or N*m], shape (row,)."""
+    names = list(solution.values)
+    inner = np.array([name not in solution.at_edge for name in names], dtype=bool)
+    jacobian = solution.jacobian[:, inner]
+    scale = np.linalg.norm(jacobian, axis=0)
+    seen = scale > 0.0
+    columns = jacobian[:, seen] / scale[seen]
+    _, singular, directions = np.linalg.svd(columns, full_matrices=False)
+    inverse = _inverse(singular, directions)
+    variance = float(residual @ residual) / max(residual.size - len(names), 1)
+    scores = _by_cluster(columns * residual[:, None])
+    plain = variance * inverse
+    robust = inverse @ (scores.T @ scores) @ inverse
+    blind = _undetermined(singular, directions)
+    index = np.flatnonzero(inner)[seen]
+    back = solution.derivative[:, index] / scale[seen]
+    covariance = back @ plain @ back.T
+    lost = (np.abs(back[:, blind]) > 0.0).any(axis=1) | (solution.derivative[:, np.flatnonzero(inner)[~seen]] != 0).any(1)
+    std = np.where(lost, np.inf, np.sqrt(np.diag(covariance)))
+    robust_std = np.where(lost, np.inf, np.sqrt(np.diag(back @ robust @ back.T)))
+    std[~inner], robust_std[~inner] = np.nan, np.nan
+    usable = np.isfinite(std) & (std > 0.0)
+    correlation = np.full((len(names), len(names)), np.nan)
+    correlation[np.ix_(usable, usable)] = covariance[np.ix_(usable, usable)] / np.outer(std[usable], std[usable])
+    condition = np.inf if not seen.all() or singular[-1] == 0.0 else float(singular[0] / singular[-1])
+    return Uncertainty(std, np.maximum(std, robust_std), correlation, condition)
+
+
+def _inverse(singular: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    kept = singular > SINGULAR * singular[0]
+    return (directions[kept].T / singular[kept] ** 2) @ directions[kept]
+
+
+def _undetermined(singular: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Return which columns take part in a direction that the rows do not see, shape (column,) of bool."""
+    null = directions[singular <= SINGULAR * singular[0]]
+    return (np.abs(null) > 1e-3).any(axis=0)
+
+
+def _by_cluster(scores: np.ndarray) -> np.ndarray:
+    """Return the scores summed over blocks of consecutive rows, shape (block, column)."""
+    count = min(CLUSTERS, scores.shape[0])
+    starts = np.linspace(0, scores.shape[0], count, endpoint=False).astype(int)
+    return np.add.reduceat(scores, starts, axis=0)

@@ -1,0 +1,195 @@
+"""What is asked of a log: which parameters are free, which are held and why, and over what range they are sought.
+
+Free parameters are sought in dimensionless coordinates. Those that are positive and of unknown magnitude (a stiffness, a
+Stribeck velocity) are sought in their logarithm; one that may not fall below another (F_S >= F_C) as an excess
+over it, so that the relation holds at every step; all others over a typical magnitude.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bristle.core.contracts import FrictionModel
+from bristle.core.variable import Variable
+from bristle.identification.treatment import Regression
+from bristle.plants.inertia import MODEL as inertia
+
+__all__ = ["Coordinate", "Held", "Scales", "Unknowns", "coordinates_of", "scales_of", "variables_with_plant"]
+
+AT_LEAST = re.compile(r"(\w+) >= (\w+)")
+SLOWEST_SHARE = 0.01  # of the samples are slower than the smallest Stribeck velocity sought
+STRIBECK_SHARE = 1.0 / 3.0  # of the greatest speed: beyond, the log would not show the level that friction falls to
+
+
+class Held(NamedTuple):
+    """A parameter that is not identified: its value and why."""
+
+    value: float
+    note: str
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """The parameters of an inertia with a friction model, free and held.
+
+    Parameters
+    ----------
+    component : FrictionModel
+        The friction model.
+    free : tuple of str
+        The plant first, then friction in the order of the model.
+    held : mapping of str to Held
+        All others.
+    """
+
+    component: FrictionModel
+    free: tuple[str, ...]
+    held: Mapping[str, Held]
+
+    def complete(self, values: Mapping[str, float]) -> dict[str, float]:
+        """Return every parameter, from the free ones."""
+        return {name: held.value for name, held in self.held.items()} | dict(values)
+
+
+def variables_with_plant(component: FrictionModel) -> dict[str, Variable]:
+    """Return the `Variable` of each parameter, plant first."""
+    return inertia.variables | component.variables
+
+
+class Scales(NamedTuple):
+    """Typical magnitudes of a log, in SI."""
+
+    force: float
+    speed: float
+    slowest: float
+    acceleration: float
+    stroke: float
+    shortest: float
+    duration: float
+    sample_time: float
+
+    def magnitude(self, quantity: str) -> float:
+        """Return a typical value of a generalised quantity [SI]."""
+        return {
+            "force": self.force,
+            "length": math.sqrt(self.stroke * self.shortest),
+            "length/time": math.sqrt(self.slowest * self.speed),
+            "length/time^2": self.acceleration,
+            "force/length": self.force / math.sqrt(self.stroke * self.shortest),
+            "force*time/length": self.force / self.speed,
+            "force/time": self.force / self.duration,
+            "mass": self.force / self.acceleration,
+            "time": math.sqrt(self.sample_time * self.duration),
+            "1/time": 1.0 / math.sqrt(self.sample_time * self.duration),
+            "frequency": 1.0 / math.sqrt(self.sample_time * self.duration),
+        }.get(quantity, 1.0)
+
+    def range(self, quantity: str) -> tuple[float, float]:
+        """Return between which values a positive quantity of unknown magnitude is sought [SI]."""
+        return {
+            "length": (self.shortest, self.stroke),
+            "length/time": (self.slowest, max(STRIBECK_SHARE * self.speed, 2.0 * self.slowest)),
+            "force/length": (self.force / self.stroke, self.force / self.shortest),
+            "time": (self.sample_time, self.duration),
+            "1/time": (1.0 / self.duration, 1.0 / self.sample_time),
+        }.get(quantity, (1e-3 * self.magnitude(quantity), 1e2 * self.magnitude(quantity)))
+
+
+def scales_of(regression: Regression, force: float) -> Scales:
+    """Return the typical magnitudes of a log, for a friction force of this magnitude [N or N*m]."""
+    speeds = np.abs(regression.all_velocities)
+    speeds = speeds[speeds > 0.0]
+    speed = float(np.quantile(speeds, 0.995))
+    slowest = max(float(np.quantile(speeds, SLOWEST_SHARE)), 1e-4 * speed)
+    stroke = max(float(np.ptp(stretch.position)) for stretch in regression.stretches)
+    return Scales(
+        force=force,
+        speed=speed,
+        slowest=slowest,
+        acceleration=max(float(np.sqrt(np.mean(regression.acceleration**2))), 1e-9 * speed / regression.sample_time),
+        stroke=stroke,
+        shortest=min(max(regression.resolution, slowest * regression.sample_time), 0.1 * stroke),
+        duration=float(regression.time[-1] - regression.time[0]),
+        sample_time=regression.sample_time,
+    )
+
+
+class Coordinate(NamedTuple):
+    """One free parameter as the solver sees it: ``plain``, ``log`` or ``excess`` over the parameter `above`."""
+
+    name: str
+    form: str
+    scale: float
+    low: float
+    high: float
+    above: str = ""
+
+    def value(self, phi: float, values: Mapping[str, float]) -> float:
+        """Return the parameter [SI] at this coordinate, given those found before it."""
+        if self.form == "log":
+            return math.exp(phi)
+        return self.scale * phi + (values[self.above] if self.above else 0.0)
+
+    def phi(self, value: float, values: Mapping[str, float]) -> float:
+        """Return the coordinate of a parameter, put inside its range."""
+        if self.form == "log":
+            inside = math.log(max(value, 1e-300))
+        else:
+            inside = (value - (values[self.above] if self.above else 0.0)) / self.scale
+        return min(max(inside, self.low), self.high)
+
+
+def coordinates_of(unknowns: Unknowns, scales: Scales) -> tuple[Coordinate, ...]:
+    """Return the coordinates of the free parameters, in their order.
+
+    A parameter that must stay above another one comes after it in every model here; where it does not, the relation
+    is left to the check of the finished model.
+    """
+    variables = variables_with_plant(unknowns.component)
+    floors = _floors(unknowns)
+    found = []
+    for name in unknowns.free:
+        variable = variables[name]
+        scale = scales.magnitude(variable.quantity)
+        if name in floors:
+            found.append(Coordinate(name, "excess", scale, 0.0, math.inf, floors[name]))
+        elif variable.min > 0.0 and variable.quantity != "mass":
+            low, high = scales.range(variable.quantity)
+            low, high = max(low, variable.min), min(high, variable.max)
+            found.append(Coordinate(name, "log", 1.0, math.log(low), math.log(high)))
+        else:
+            found.append(Coordinate(name, "plain", scale, variable.min / scale, variable.max / scale))
+    return tuple(found)
+
+
+def _floors(unknowns: Unknowns) -> dict[str, str]:
+    """Return, for each parameter that a relation keeps above another one, that other one."""
+    known = [*unknowns.held, *unknowns.free]
+    found = {}
+    for relation in unknowns.component.relations:
+        match = AT_LEAST.fullmatch(relation.condition)
+        if match is None:
+            continue
+        for side in ("", "_pos", "_neg"):
+            upper, lower = match[1] + side, match[2] + side
+            lower = lower if lower in known else match[2]
+            if upper in unknowns.free and lower in known and known.index(lower) < known.index(upper):
+                found[upper] = lower
+    return found
+
+
+def natural_derivative(coordinates: tuple[Coordinate, ...], values: Mapping[str, Any]) -> np.ndarray:
+    """Return the derivative of the parameters [SI] with respect to their coordinates, shape (free, free)."""
+    names = [coordinate.name for coordinate in coordinates]
+    derivative = np.zeros((len(names), len(names)))
+    for row, coordinate in enumerate(coordinates):
+        derivative[row, row] = values[coordinate.name] if coordinate.form == "log" else coordinate.scale
+        if coordinate.above in names:
+            derivative[row] += derivative[names.index(coordinate.above)]
+    return derivative
