@@ -1,0 +1,200 @@
+"""A folder of results appears whole or not at all.
+
+Everything is written to ``DIR.partial`` beside the folder wanted. Only when all of it is there and synced to
+the disk is it renamed to ``DIR``; results that were there before are moved aside first and removed last. Whatever
+ends the program in between (an error, a full disk, Ctrl-C, a kill) leaves either the old results or the new ones.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import secrets
+import shutil
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from bristle.core.errors import InputError, InputWarning
+
+__all__ = ["SUMMARY", "results_folder"]
+
+SUMMARY = "summary.json"
+"""The file that every folder of results holds, and by which it is known as one."""
+
+_WRITING = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS, errno.EIO}
+
+
+@contextmanager
+def results_folder(out: str | os.PathLike[str], *, force: bool = False) -> Iterator[Path]:
+    """Give a folder to write results into; leaving the block without an error makes it appear as `out`.
+
+    What would prevent that (`out` exists, no place to write) is refused on entry, before any work is done.
+
+    Parameters
+    ----------
+    out : path
+        The folder wanted. Its parent must exist.
+    force : bool
+        Whether results that are there already are replaced.
+
+    Yields
+    ------
+    Path
+        The folder to write into, empty.
+
+    Raises
+    ------
+    InputError
+        If `out` cannot be made, is in use by another process, or the disk does not take what is written.
+    """
+    wanted = Path(out).resolve()
+    partial = wanted.with_name(f"{wanted.name}.partial")
+    _check_parent(wanted)
+    owner = _claim(partial, wanted)
+    try:
+        _restore(partial, wanted)
+        _check_free(wanted, force)
+        _empty(partial)
+        yield partial
+        _publish(partial, wanted)
+    except BaseException as error:
+        shutil.rmtree(partial, ignore_errors=True)
+        if isinstance(error, OSError) and (
+            error.errno in _WRITING or str(error.filename).startswith(str(wanted))
+        ):
+            raise _unwritable(wanted, error) from error
+        raise
+    finally:
+        if owner is not None:
+            os.close(owner)
+
+
+def _check_parent(wanted: Path) -> None:
+    parent = wanted.parent
+    if not parent.is_dir():
+        raise InputError(
+            "the folder that is to hold it does not exist", path=str(wanted), mend=f"Make {parent} first"
+        )
+    if not os.access(parent, os.W_OK | os.X_OK):
+        raise InputError("no permission to write there", path=str(wanted), mend="Name a folder of your own")
+
+
+def _check_free(wanted: Path, force: bool) -> None:
+    if not wanted.exists():
+        return
+    if not wanted.is_dir():
+        raise InputError("is a file, not a folder", path=str(wanted), mend="Name another folder")
+    if wanted.is_mount():
+        raise InputError(
+            "is a mount point and cannot be renamed", path=str(wanted), mend="Name a folder inside it"
+        )
+    if any(wanted.iterdir()) and not (wanted / SUMMARY).is_file():
+        raise InputError(
+            f"holds something else than results (no {SUMMARY})", path=str(wanted), mend="Name another folder"
+        )
+    if not force:
+        raise InputError(
+            "exists already",
+            path=str(wanted),
+            mend="Name another folder, or add --force to replace these results",
+        )
+
+
+def _claim(partial: Path, wanted: Path) -> int | None:
+    """Make the folder to write into and lock it; the lock ends with the process, however that ends."""
+    try:
+        import fcntl
+    except (
+        ImportError
+    ):  # no such locks on this system: the folder itself is the lock, and a stale one is reported
+        try:
+            partial.mkdir()
+        except FileExistsError:
+            raise _in_use(wanted, f"If no bristle is running, delete {partial}") from None
+        return None
+    while True:
+        try:
+            partial.mkdir(exist_ok=True)
+            owner = os.open(partial, os.O_RDONLY | os.O_DIRECTORY)
+        except OSError as error:
+            raise _unwritable(wanted, error) from error
+        try:
+            fcntl.flock(owner, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            # Between opening and locking, its former owner may have renamed or removed it.
+            if partial.exists() and os.path.samestat(os.fstat(owner), partial.stat()):
+                return owner
+        except BlockingIOError:
+            os.close(owner)
+            raise _in_use(wanted, "Wait for it to end, or name another folder") from None
+        except BaseException:
+            os.close(owner)
+            raise
+        os.close(owner)
+
+
+def _restore(partial: Path, wanted: Path) -> None:
+    """Bring back results that a process, killed between two renames, had moved aside."""
+    if wanted.exists() or not any(partial.iterdir()):
+        return
+    for aside in sorted(wanted.parent.iterdir()):
+        if aside.name.startswith(f"{wanted.name}.old-") and (aside / SUMMARY).is_file():
+            os.rename(aside, wanted)
+            return
+
+
+def _empty(folder: Path) -> None:
+    for one in folder.iterdir():
+        if one.is_dir() and not one.is_symlink():
+            shutil.rmtree(one)
+        else:
+            one.unlink()
+
+
+def _publish(partial: Path, wanted: Path) -> None:
+    if not (partial / SUMMARY).is_file():
+        raise RuntimeError(f"results without {SUMMARY}")
+    _sync(partial)
+    aside = wanted.with_name(f"{wanted.name}.old-{secrets.token_hex(4)}")
+    try:
+        if wanted.exists():
+            os.rename(wanted, aside)
+        os.rename(partial, wanted)
+        _sync_folder(wanted.parent)
+    finally:
+        if aside.exists() and not wanted.exists():
+            os.rename(aside, wanted)
+        shutil.rmtree(aside, ignore_errors=True)
+    if aside.exists():
+        warnings.warn(f"{aside}: the results replaced could not be removed", InputWarning, stacklevel=2)
+
+
+def _sync(folder: Path) -> None:
+    for place, _, names in os.walk(folder, topdown=False):
+        for name in names:
+            with open(os.path.join(place, name), "rb+") as file:
+                os.fsync(file.fileno())
+        _sync_folder(Path(place))
+
+
+def _sync_folder(folder: Path) -> None:
+    if os.name != "posix":
+        return
+    opened = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(opened)
+    finally:
+        os.close(opened)
+
+
+def _unwritable(wanted: Path, error: OSError) -> InputError:
+    return InputError(
+        f"the results cannot be written: {(error.strerror or str(error)).lower()}",
+        path=str(wanted),
+        mend="Nothing was changed there. Make room, or name a folder elsewhere",
+    )
+
+
+def _in_use(wanted: Path, mend: str) -> InputError:
+    return InputError("another process is writing results there", path=str(wanted), mend=mend)
