@@ -1,0 +1,109 @@
+"""Numbers and units as people read them: a fitting multiple of the unit, digits that the uncertainty allows."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import NamedTuple
+
+__all__ = ["Scale", "number", "scale_of", "typeset", "with_unit"]
+
+# For each leading symbol the multiples in use: symbol, factor on a number in SI, from which magnitude on.
+_METRE = ((1.0, "{}", 1.0), (1e-3, "m{}", 1e3), (1e-6, "µ{}", 1e6), (1e-9, "n{}", 1e9))
+_NEWTON = ((1e4, "k{}", 1e-3), (1.0, "{}", 1.0), (1e-3, "m{}", 1e3), (1e-6, "µ{}", 1e6))
+_MULTIPLES: dict[str, tuple[tuple[float, str, float], ...]] = {
+    "m": _METRE,
+    "rad": _METRE,
+    "s": _METRE,
+    "N": _NEWTON,
+    "V": _NEWTON,
+    "A": _NEWTON,
+    "Hz": _NEWTON[:2],
+}
+_INERTIA = ((1e-1, "kg*m^2", 1.0), (1e-5, "kg*cm^2", 1e4), (0.0, "g*cm^2", 1e7))
+_MASS = ((0.1, "kg", 1.0), (0.0, "g", 1e3))
+
+
+class Scale(NamedTuple):
+    """A multiple of a unit: `factor` times a number in SI is a number in `unit`, which is set for reading."""
+
+    factor: float
+    unit: str
+
+    def label(self, word: str) -> str:
+        """Return a word with the unit behind it, as it stands at an axis or above a column."""
+        return f"{word} [{self.unit}]" if self.unit else word
+
+
+def typeset(unit: str) -> str:
+    """Return a unit set for reading; nothing for a plain number.
+
+    Examples
+    --------
+    >>> typeset("kg*m^2"), typeset("N*s/m"), typeset("1")
+    ('kg·m²', 'N·s/m', '')
+    """
+    if unit == "1":
+        return ""
+    return re.sub(r"\bu(?=m|rad|s|N)", "µ", unit).replace("*", "·").replace("^2", "²")
+
+
+def scale_of(unit: str, magnitude: float) -> Scale:
+    """Return the multiple of an SI unit in which a number of this magnitude is read best.
+
+    Parameters
+    ----------
+    unit : str
+        SI unit, as `bristle.core.variable.unit_of` returns it.
+    magnitude : float
+        Largest absolute value to be shown, in `unit`.
+
+    Examples
+    --------
+    >>> scale_of("m", 7e-6), scale_of("N*m", 0.04), scale_of("kg*m^2", 4e-4)
+    (Scale(factor=1000000.0, unit='µm'), Scale(factor=1000.0, unit='mN·m'), Scale(factor=10000.0, unit='kg·cm²'))
+    """
+    magnitude = abs(magnitude)
+    if magnitude == 0.0 or not math.isfinite(magnitude):
+        return Scale(1.0, typeset(unit))
+    if unit in ("kg", "kg*m^2"):
+        steps = _MASS if unit == "kg" else _INERTIA
+        _, name, factor = next(step for step in steps if magnitude >= step[0])
+        return Scale(factor, typeset(name))
+    symbol = re.match(r"[A-Za-z]*", unit)[0]  # type: ignore[index]
+    steps = _MULTIPLES.get(symbol, ((0.0, "{}", 1.0),))
+    _, pattern, factor = next((step for step in steps if magnitude >= step[0] * (1 - 1e-12)), steps[-1])
+    return Scale(factor, typeset(pattern.format(unit)))
+
+
+def number(value: float, std: float | None = None, digits: int = 4) -> str:
+    """Return a number to the digits that its standard error allows (two of the error), or to `digits`.
+
+    Examples
+    --------
+    >>> number(95.10893, 0.108), number(-3.16481), number(123456.0)
+    ('95.11', '−3.165', '123456')
+    """
+    if not math.isfinite(value):
+        return "–" if math.isnan(value) else f"{value}".replace("inf", "∞").replace("-", "−")
+    if std is not None and 0.0 < std < math.inf:
+        decimals = 1 - math.floor(math.log10(std))
+    elif value == 0.0:
+        decimals = 0
+    else:
+        decimals = digits - 1 - math.floor(math.log10(abs(value)))
+    if decimals > 9:
+        return f"{value:.{digits - 1}e}".replace("-", "−")
+    return f"{value:.{max(decimals, 0)}f}".replace("-", "−")
+
+
+def with_unit(value: float, unit: str, digits: int = 3) -> str:
+    """Return a number in SI with a fitting multiple of its unit behind it.
+
+    Examples
+    --------
+    >>> with_unit(7.12e-6, "m"), with_unit(0.5, "1")
+    ('7.12 µm', '0.500')
+    """
+    scale = scale_of(unit, value)
+    return f"{number(value * scale.factor, digits=digits)} {scale.unit}".rstrip()

@@ -1,0 +1,69 @@
+"""Measured and predicted effort over time, and the stretch in which they differ most, close up."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from bristle.figures import style
+from bristle.figures.envelope import line
+from bristle.figures.labels import effort_scale, time_scale
+
+if TYPE_CHECKING:
+    from bristle.core.variable import Kind
+    from bristle.identification.result import Fit
+
+__all__ = ["draw_pair", "effort_over_time", "window"]
+
+
+@style.styled
+def effort_over_time(fit: Fit) -> Figure:
+    """Return measured and predicted effort over time, whole and close up.
+
+    Parameters
+    ----------
+    fit : Fit
+        A model and the traces that it was fitted to.
+    """
+    traces, kind = fit.traces, fit.plant.kind
+    figure, ((whole,), (close,)) = style.panels(4.1, rows=2)
+    draw_pair(whole, close, traces.time, traces.measured, traces.predicted, kind)
+    style.legend(whole)
+    return figure
+
+
+def draw_pair(
+    whole: style.Axes, close: style.Axes, time: np.ndarray, measured: np.ndarray, predicted: np.ndarray, kind: Kind
+) -> None:
+    """Draw measured and predicted effort into two panels, the second one close up where they differ most."""
+    scale, word = effort_scale(kind, measured, predicted)
+    near = window(time, measured - predicted)
+    for axes, part in ((whole, slice(None)), (close, near)):
+        span = time_scale(time[part])
+        for signal, look, name in (
+            (measured, style.MEASURED, "measured"), (predicted, style.PREDICTED, "predicted"),
+        ):  # fmt: skip
+            x, y = line(time[part], signal[part])
+            axes.plot(x * span.factor, y * scale.factor, label=name, **look)
+        axes.set_xlabel(span.label("Time"))
+        axes.set_ylabel(scale.label(word))
+    style.mark_window(whole, time[near] * time_scale(time).factor)
+    close.set_title("close up, around the largest difference")
+
+
+def window(time: np.ndarray, error: np.ndarray, share: float = 0.08) -> slice:
+    """Return the samples around the largest absolute error: `share` of all, at least 40.
+
+    Parameters
+    ----------
+    time, error : ndarray, shape (sample,)
+        Where and what; a value that is not finite counts as none.
+    share : float
+        Of the samples.
+    """
+    count = min(max(round(share * time.size), 40), time.size)
+    worst = int(np.argmax(np.nan_to_num(np.abs(error), nan=0.0, posinf=0.0)))
+    start = min(max(worst - count // 2, 0), time.size - count)
+    return slice(start, start + count)

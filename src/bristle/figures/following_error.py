@@ -1,0 +1,102 @@
+"""Following error of the variants of a loop: over time, close up, as a distribution, and the effort it takes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from bristle.core.typography import Scale
+from bristle.figures import style
+from bristle.figures.effort_over_time import window
+from bristle.figures.envelope import line
+from bristle.figures.labels import effort_scale, position_word, scale_for, time_scale
+
+if TYPE_CHECKING:
+    from bristle.simulation.result import SimulationResult
+
+__all__ = ["following_error"]
+
+BINS = 80
+CENTRAL = (0.002, 0.998)  # quantiles between which the distribution is drawn
+
+
+class _Loop(NamedTuple):
+    """One variant after its settling time."""
+
+    name: str
+    look: style.Look
+    time: np.ndarray
+    reference: np.ndarray
+    error: np.ndarray
+    effort: np.ndarray
+
+
+@style.styled
+def following_error(result: SimulationResult) -> Figure:
+    """Return the following error of each variant, whole, close up and as a distribution, and the effort.
+
+    Parameters
+    ----------
+    result : SimulationResult
+        The simulated variants; what lies before the settling time is left out.
+    """
+    kind, loops = result.experiment.kind, _settled(result)
+    error_scale = scale_for("length", kind, *(loop.error for loop in loops))
+    reference_scale = scale_for("length", kind, loops[0].reference)
+    force_scale, word = effort_scale(kind, *(loop.effort for loop in loops))
+    figure, ((motion, _), (whole, spread), (close, _), (effort, _)) = style.panels(
+        7.0, rows=4, columns=2, heights=(0.6, 1.2, 1.2, 1.0), widths=(3.2, 1.0), between=0.2
+    )
+    style.widen(motion, close, effort, until=spread)
+    near = window(loops[0].time, loops[0].error, share=0.06)
+    _plot(motion, loops[0].time, loops[0].reference, reference_scale, {"color": style.INK, "linewidth": 1.0})
+    motion.set_ylabel(reference_scale.label(position_word(kind)))
+    motion.set_title("reference")
+    for loop in loops:
+        _plot(whole, loop.time, loop.error, error_scale, loop.look, loop.name)
+        _plot(close, loop.time[near], loop.error[near], error_scale, loop.look)
+        _plot(effort, loop.time, loop.effort, force_scale, loop.look)
+    whole.set_ylabel(error_scale.label("Following error"))
+    close.set_ylabel(error_scale.label("Following error"))
+    close.set_title("close up, around the largest error of the first")
+    effort.set_ylabel(force_scale.label(word))
+    style.mark_window(whole, loops[0].time[near] * time_scale(loops[0].time).factor)
+    _draw_distributions(spread, loops, error_scale)
+    spread.set_ylim(whole.get_ylim())
+    style.legend(whole)
+    return figure
+
+
+def _settled(result: SimulationResult) -> list[_Loop]:
+    settle = {variant.name: variant.run.settle for variant in result.experiment.variants}
+    loops = []
+    for number, (name, one) in enumerate(result.variants.items()):
+        part = one.time >= settle.get(name, 0.0)
+        look = {key: value for key, value in style.SERIES[number % len(style.SERIES)].items() if key != "marker"}
+        error = one.reference[part] - one.measured[part]
+        loops.append(_Loop(name, look, one.time[part], one.reference[part], error, one.effort[part]))
+    return loops
+
+
+def _plot(
+    axes: style.Axes, time: np.ndarray, signal: np.ndarray, scale: Scale, look: style.Look, name: str = "_"
+) -> None:
+    span = time_scale(time)
+    x, y = line(time, signal)
+    axes.plot(x * span.factor, y * scale.factor, label=name, **look)
+    axes.set_xlabel(span.label("Time"))
+
+
+def _draw_distributions(axes: style.Axes, loops: list[_Loop], scale: Scale) -> None:
+    """Draw the share of samples in bins common to all, which leave out the rarest values."""
+    ends = np.array([np.quantile(loop.error, CENTRAL) for loop in loops if loop.error.size]) * scale.factor
+    low, high = (float(ends.min()), float(ends.max())) if ends.size else (0.0, 0.0)
+    edges = np.linspace(low, high if high > low else low + 1.0, BINS + 1)
+    for loop in loops:
+        counts, _ = np.histogram(loop.error * scale.factor, edges)
+        look = {key: loop.look[key] for key in ("color", "linestyle", "linewidth")}
+        axes.stairs(counts * (100.0 / max(loop.error.size, 1)), edges, orientation="horizontal", **look)
+    axes.set_xlabel("Share [%]")
+    axes.tick_params(labelleft=False)

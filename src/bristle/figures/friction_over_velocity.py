@@ -1,0 +1,59 @@
+"""Friction over velocity: what was measured, on both branches of speed, and the curve of the model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from bristle.figures import style
+from bristle.figures.envelope import spread
+from bristle.figures.labels import effort_scale, scale_for
+
+if TYPE_CHECKING:
+    from bristle.identification.result import Fit
+
+__all__ = ["friction_over_velocity"]
+
+BRANCHES = (
+    ("measured, speeding up", 1.0, {"marker": "o", "color": "#e0a83c", "markersize": 2.6}),
+    ("measured, slowing down", -1.0, {"marker": "+", "color": "#5b7f9e", "markersize": 4.0}),
+)
+
+
+@style.styled
+def friction_over_velocity(fit: Fit, curve: Sequence[tuple[float, float]] = ()) -> Figure:
+    """Return the friction over the velocity: effort less inertia, and the steady curve of the model on top.
+
+    Parameters
+    ----------
+    fit : Fit
+        A model and the traces that it was fitted to.
+    curve : sequence of (velocity, effort)
+        Steady friction of the model [m/s or rad/s, N or N*m], in order of velocity.
+    """
+    traces, kind = fit.traces, fit.plant.kind
+    inertial = fit.plant.values["M"] * traces.acceleration
+    friction = traces.measured - inertial
+    steady = np.array(list(curve), dtype=float).reshape(-1, 2)
+    scale, _ = effort_scale(kind, friction, steady[:, 1])
+    speed = scale_for("length/time", kind, traces.velocity, steady[:, 0])
+    figure, ((axes,),) = style.panels(3.7)
+    rate = traces.acceleration * np.where(np.signbit(traces.velocity), -1.0, 1.0)
+    for name, side, look in BRANCHES:
+        chosen = np.flatnonzero((rate >= 0.0) == (side > 0.0))
+        kept = chosen[spread(traces.velocity[chosen], friction[chosen])]
+        axes.plot(
+            traces.velocity[kept] * speed.factor, friction[kept] * scale.factor, linestyle="none",
+            markeredgewidth=0.7, label=name, **look,
+        )  # fmt: skip
+    look = {"color": style.INK, "linewidth": 2.0}
+    style.plot_by_side(axes, steady * (speed.factor, scale.factor), "model, steady sliding", look)
+    axes.axhline(0.0, color=style.GREY, linewidth=0.7)
+    axes.axvline(0.0, color=style.GREY, linewidth=0.7)
+    axes.set_xlabel(speed.label("Velocity"))
+    axes.set_ylabel(scale.label("Friction torque" if kind == "rotational" else "Friction force"))
+    style.legend(axes)
+    return figure

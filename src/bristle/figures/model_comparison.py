@@ -1,0 +1,54 @@
+"""Models side by side, by their error on time blocks that they were not fitted to."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from bristle.figures import style
+
+if TYPE_CHECKING:
+    from bristle.identification.result import Identification
+
+__all__ = ["model_comparison"]
+
+
+@style.styled
+def model_comparison(identification: Identification) -> Figure:
+    """Return the error of each model: on each held-out block, their mean, and on the log it was fitted to.
+
+    Parameters
+    ----------
+    identification : Identification
+        Models fitted to one log, best first.
+    """
+    fits = identification.fits
+    width = 0.35 + 0.075 * max(len(fit.name) for fit in fits)
+    figure, ((axes,),) = style.panels(0.85 + 0.34 * len(fits), left=max(width, 1.0))
+    names = {"blocks": "held-out block", "mean": "mean of the blocks", "fitted": "whole log, fitted"}
+    for row, fit in enumerate(fits):
+        if fit.held_out is not None:
+            blocks = fit.held_out.block_errors_percent
+            axes.plot(
+                blocks, np.full(len(blocks), row), linestyle="none", marker="|", markersize=11, markeredgewidth=1.3,
+                color=style.MEASURED["color"], label=names.pop("blocks", "_"),
+            )  # fmt: skip
+            axes.plot(
+                fit.held_out.mean_percent, row, linestyle="none", marker="o", color=style.PREDICTED["color"],
+                label=names.pop("mean", "_"),
+            )  # fmt: skip
+        axes.plot(
+            fit.force_error_percent, row, linestyle="none", marker="D", fillstyle="none", color=style.INK,
+            label=names.pop("fitted", "_"),
+        )  # fmt: skip
+    axes.set_yticks(range(len(fits)), [fit.name for fit in fits])
+    axes.set_ylim(len(fits) - 0.5, -0.5)
+    axes.set_xlim(left=0.0)
+    axes.margins(x=0.06)
+    axes.tick_params(axis="y", length=0)
+    axes.set_xlabel("Effort error [% of the effort, root mean square]")
+    axes.set_ylabel("Model")
+    style.legend(axes)
+    return figure

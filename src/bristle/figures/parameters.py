@@ -1,0 +1,83 @@
+"""Parameters with their uncertainty, side by side in percent of the value."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, NullLocator
+
+from bristle.core.typography import number, scale_of
+from bristle.figures import style
+
+if TYPE_CHECKING:
+    from bristle.identification.result import Estimate, Fit
+
+__all__ = ["parameters"]
+
+NORMAL_95 = 1.96
+LINEAR_BELOW = 1.0  # percent
+TICKS = (-100.0, -10.0, -1.0, 0.0, 1.0, 10.0, 100.0)
+EDGE = 200.0  # percent: wider intervals end in an arrow
+
+
+@style.styled
+def parameters(fit: Fit) -> Figure:
+    """Return the 95 % interval of each parameter in percent of its value, linear within 1 %, logarithmic beyond.
+
+    Parameters
+    ----------
+    fit : Fit
+        A model with the estimates of its parameters.
+    """
+    estimates = fit.estimates
+    height = 0.78 + 0.26 * len(estimates)
+    figure, ((axes,),) = style.panels(height, left=1.15, right=2.35, top=0.24)
+    axes.set_xscale("symlog", linthresh=LINEAR_BELOW, linscale=0.8)
+    axes.set_xlim(-EDGE, EDGE)
+    axes.set_ylim(len(estimates) - 0.4, -0.6)
+    for row, estimate in enumerate(estimates):
+        _draw(axes, row, estimate)
+        axes.annotate(
+            _in_words(estimate), (1.0, row), xycoords=("axes fraction", "data"), xytext=(8, 0),
+            textcoords="offset points", va="center", fontsize=8,
+        )  # fmt: skip
+    axes.set_yticks(range(len(estimates)), [estimate.name for estimate in estimates])
+    axes.set_xticks(TICKS, [f"{tick:+g}".replace("-", "−").replace("+0", "0") for tick in TICKS])
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:+g}".replace("-", "−") if x else "0"))
+    axes.axvline(0.0, color=style.GREY, linewidth=0.8)
+    axes.tick_params(axis="y", length=0)
+    axes.set_xlabel("95 % interval about the estimate [% of value]")
+    axes.set_ylabel("Parameter")
+    return figure
+
+
+def _draw(axes: style.Axes, row: int, estimate: Estimate) -> None:
+    percent = estimate.relative_std_percent
+    if estimate.status == "held":
+        axes.plot(0.0, row, marker="s", color=style.GREY, markersize=4.5, fillstyle="none")
+        return
+    doubtful = estimate.status != "identified"
+    half = NORMAL_95 * percent if percent is not None and math.isfinite(percent) else math.inf
+    look = {"color": "#b5651d" if doubtful else style.PREDICTED["color"], "linestyle": "--" if doubtful else "-"}
+    shown = min(half, EDGE)
+    axes.plot([-shown, shown], [row, row], linewidth=1.6, **look)
+    ends = ("<", ">") if half > EDGE else ("|", "|")
+    for x, marker in ((-shown, ends[0]), (shown, ends[1])):
+        axes.plot(x, row, marker=marker, color=look["color"], markersize=5.5, clip_on=False)
+    axes.plot(0.0, row, marker="D" if doubtful else "o", color=look["color"], markersize=4.5)
+
+
+def _in_words(estimate: Estimate) -> str:
+    std = estimate.std if estimate.std is not None and math.isfinite(estimate.std) else None
+    scale = scale_of(estimate.unit, estimate.value or std or 0.0)
+    value = number(estimate.value * scale.factor, None if std is None else std * scale.factor)
+    if estimate.status == "held":
+        return f"{value} {scale.unit}, held".replace(" ,", ",")
+    if estimate.status != "identified":
+        return "not identified"
+    if std is None:
+        return f"{value} {scale.unit}"
+    return f"{value} ± {number(std * scale.factor, std * scale.factor)} {scale.unit}"

@@ -1,0 +1,64 @@
+"""A prediction beside the log: effort, position, and how far off they are."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from bristle.figures import style
+from bristle.figures.effort_over_time import draw_pair
+from bristle.figures.envelope import line
+from bristle.figures.labels import position_word, scale_for, time_scale
+
+if TYPE_CHECKING:
+    from bristle.core.variable import Kind
+    from bristle.simulation.result import Prediction
+
+__all__ = ["prediction"]
+
+
+@style.styled
+def prediction(predicted: Prediction, kind: Kind = "translational") -> Figure:
+    """Return measured and predicted effort and position over time, as far as the mode predicts them.
+
+    Parameters
+    ----------
+    predicted : Prediction
+        What a model says of a log.
+    kind : {"translational", "rotational"}
+        The kind of axis.
+    """
+    effort, effort_predicted = predicted.effort, predicted.effort_predicted
+    with_effort = effort is not None and effort_predicted is not None
+    rows = 2 * with_effort + 2 * (predicted.position_predicted is not None)
+    figure, grid = style.panels(0.6 + 1.75 * rows, rows=rows)
+    axes = [row[0] for row in grid]
+    if effort is not None and effort_predicted is not None:
+        draw_pair(axes[0], axes[1], predicted.time, effort, effort_predicted, kind)
+    if predicted.position_predicted is not None:
+        _draw_position(axes[-2], axes[-1], predicted, predicted.position_predicted, kind)
+    style.legend(axes[0])
+    return figure
+
+
+def _draw_position(
+    course: style.Axes, off: style.Axes, log: Prediction, position_predicted: np.ndarray, kind: Kind
+) -> None:
+    error = log.position - position_predicted
+    span = time_scale(log.time)
+    scale = scale_for("length", kind, log.position, position_predicted)
+    error_scale = scale_for("length", kind, error)
+    for signal, look, name in (
+        (log.position, style.MEASURED, "measured"),
+        (position_predicted, style.PREDICTED, "predicted"),
+    ):
+        x, y = line(log.time, signal)
+        course.plot(x * span.factor, y * scale.factor, label=name, **look)
+    x, y = line(log.time, error)
+    off.plot(x * span.factor, y * error_scale.factor, color=style.PREDICTED["color"], linewidth=0.7)
+    course.set_ylabel(scale.label(position_word(kind)))
+    off.set_ylabel(error_scale.label(f"{position_word(kind)} error"))
+    for axes in (course, off):
+        axes.set_xlabel(span.label("Time"))

@@ -1,0 +1,107 @@
+"""What the model leaves over: residuals in time, their distribution, and whether they are white."""
+
+from __future__ import annotations
+
+from math import pi, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from bristle.figures import style
+from bristle.figures.envelope import line, runs
+from bristle.figures.labels import effort_scale, time_scale
+
+if TYPE_CHECKING:
+    from bristle.identification.result import Fit
+
+__all__ = ["autocorrelation", "residuals"]
+
+LAGS = 60
+
+
+@style.styled
+def residuals(fit: Fit) -> Figure:
+    """Return residuals over time, their distribution beside a normal one, and their autocorrelation.
+
+    Parameters
+    ----------
+    fit : Fit
+        A model and the traces that it was fitted to.
+    """
+    time, residual = fit.traces.time, fit.traces.residual
+    scale, _ = effort_scale(fit.plant.kind, residual)
+    figure, ((over_time, spread), (white, _)) = style.panels(
+        4.1, rows=2, columns=2, widths=(3.1, 1.0), between=0.2, top=0.26
+    )
+    style.widen(white, until=spread)
+    span = time_scale(time)
+    x, y = line(time, residual)
+    over_time.plot(x * span.factor, y * scale.factor, color=style.PREDICTED["color"], linewidth=0.7)
+    over_time.set_xlabel(span.label("Time"))
+    over_time.set_ylabel(scale.label("Residual"))
+    _draw_distribution(spread, residual * scale.factor)
+    spread.set_ylim(over_time.get_ylim())
+    _draw_autocorrelation(white, time, residual)
+    return figure
+
+
+def _draw_distribution(axes: style.Axes, residual: np.ndarray) -> None:
+    mean, std = float(residual.mean()), float(residual.std())
+    reach = 4.0 * std or 1.0
+    edges = np.linspace(mean - reach, mean + reach, 41)
+    counts, _ = np.histogram(residual, edges)
+    width = edges[1] - edges[0]
+    percent = 100.0 / residual.size
+    axes.stairs(counts * percent, edges, orientation="horizontal", fill=True, color="#ecd3a0", label="residual")
+    grid = np.linspace(edges[0], edges[-1], 121)
+    if std > 0.0:
+        normal = np.exp(-0.5 * ((grid - mean) / std) ** 2) / (std * sqrt(2.0 * pi)) * width * 100.0
+        axes.plot(normal, grid, color=style.PREDICTED["color"], label="normal")
+    axes.set_xlabel("Share [%]")
+    axes.tick_params(labelleft=False)
+    style.legend(axes, columns=2, handle=1.0)
+
+
+def _draw_autocorrelation(axes: style.Axes, time: np.ndarray, residual: np.ndarray) -> None:
+    correlation, count = autocorrelation(time, residual)
+    step = float(np.median(np.diff(time)))
+    lags = step * np.arange(correlation.size)
+    span = time_scale(lags)
+    band = 1.96 / np.sqrt(count)
+    axes.axhspan(-band, band, color="#dbe6f2", label="95 % band of white noise")
+    axes.vlines(lags * span.factor, 0.0, correlation, color=style.PREDICTED["color"], linewidth=1.4)
+    axes.axhline(0.0, color=style.GREY, linewidth=0.7)
+    axes.set_xlabel(span.label("Lag"))
+    axes.set_ylabel("Autocorrelation [–]")
+    axes.set_ylim(min(-0.3, correlation.min() - 0.05), 1.05)
+    style.legend(axes)
+
+
+def autocorrelation(time: np.ndarray, residual: np.ndarray, lags: int = LAGS) -> tuple[np.ndarray, int]:
+    """Return the autocorrelation of residuals, no product taken across a gap in time, and the samples used.
+
+    Parameters
+    ----------
+    time, residual : ndarray, shape (sample,)
+        When and what.
+    lags : int
+        Largest lag, in samples.
+
+    Returns
+    -------
+    correlation : ndarray, shape (lag + 1,)
+        1 at lag 0.
+    count : int
+        Samples that it was taken from.
+    """
+    parts = [residual[part] - residual.mean() for part in runs(time, residual)]
+    longest = max((part.size for part in parts), default=1)
+    reach = min(lags, longest - 1)
+    products = np.array(
+        [
+            sum(float(part[: part.size - lag] @ part[lag:]) for part in parts if part.size > lag)
+            for lag in range(reach + 1)
+        ]
+    )
+    return (products / products[0] if products[0] > 0.0 else products), sum(part.size for part in parts)
