@@ -14,7 +14,7 @@ from bristle.core.errors import InputError
 from bristle.core.variable import unit_of
 from bristle.friction import find
 from bristle.friction.slots import SlottedModel, slotted
-from bristle.identification.treatment import Regression
+from bristle.identification.regression import Regression
 from bristle.identification.unknowns import Held, Unknowns
 from bristle.identification.words import with_unit
 

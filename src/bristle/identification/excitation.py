@@ -7,11 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from bristle.core.variable import Variable
-from bristle.identification.treatment import Regression
+from bristle.identification.regression import Regression
 from bristle.identification.unknowns import Scales
 from bristle.identification.words import with_unit
 
-__all__ = ["why_unidentifiable"]
+__all__ = ["too_fast_to_see", "why_unidentifiable"]
 
 NARROW = 1.3  # ratio of speeds below which a log has one speed only
 
@@ -55,6 +55,27 @@ def why_unidentifiable(
     return "its effect on the effort is smaller than what the model misses"
 
 
+def too_fast_to_see(
+    variable: Variable, regression: Regression, scales: Scales, values: Mapping[str, float],
+    variables: Mapping[str, Variable],
+) -> bool:  # fmt: skip
+    """Return whether a parameter shapes only what lasts less than a period of the filter.
+
+    A pre-sliding zone that is crossed within one period of the cut-off leaves in the filtered effort its area but not
+    its shape: the fit still has a clear minimum there, and it is one of the filter, not of friction.
+    """
+    if variable.excitation != "presliding" or not regression.reversals:
+        return False
+    zone = _presliding_zone(scales, values, variables)
+    return zone is not None and _samples_within(regression, zone) * regression.sample_time * regression.cutoff < 1.0
+
+
+def _presliding_zone(scales: Scales, values: Mapping[str, float], variables: Mapping[str, Variable]) -> float | None:
+    """Return the displacement [m or rad] over which friction builds up, where the model has a stiffness."""
+    stiffness = [value for name, value in values.items() if variables[name].quantity == "force/length" and value > 0.0]
+    return scales.force / max(stiffness) if stiffness else None
+
+
 def _about_speed(regression: Regression, scales: Scales) -> str:
     speeds = np.abs(regression.velocity)
     low, high = np.quantile(speeds, [0.1, 0.9])
@@ -69,14 +90,14 @@ def _about_presliding(
 ) -> str:
     count = len(regression.reversals)
     times = "reversal" if count == 1 else "reversals"
-    stiffness = [value for name, value in values.items() if variables[name].quantity == "force/length" and value > 0.0]
-    if not count or not stiffness:
+    zone = _presliding_zone(scales, values, variables)
+    if not count or zone is None:
         return f"the log has only {count} {times}"
-    zone = scales.force / max(stiffness)
     samples = _samples_within(regression, zone)
     return (
         f"the log has only {count} {times}, each crosses the pre-sliding zone of "
-        f"{with_unit(zone, 'length', regression.kind)} in {samples:.0f} samples"
+        f"{with_unit(zone, 'length', regression.kind)} in {samples:.0f} samples, where a period of the filter takes "
+        f"{1.0 / (regression.cutoff * regression.sample_time):.0f}"
     )
 
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
 from bristle.core.contracts import Model, make_model
-from bristle.identification.excitation import why_unidentifiable
+from bristle.core.variable import Kind
+from bristle.identification.excitation import too_fast_to_see, why_unidentifiable
 from bristle.identification.held_out import relative_error_percent
 from bristle.identification.problem import Problem
 from bristle.identification.result import Estimate, Fit, Traces
@@ -21,6 +23,7 @@ __all__ = ["fit_of"]
 
 UNSURE = 0.5  # relative standard error above which a parameter counts as unidentifiable
 NEGLIGIBLE = 0.02  # share of the effort up to which a parameter that may be zero counts as zero, and known to be so
+HOPELESS = 100.0  # relative standard error above which no number is given
 INSEPARABLE = 0.99  # correlation
 
 
@@ -57,7 +60,7 @@ class _Findings:
     ) -> None:
         self.problem, self.solution, self.scales, self.values = problem, solution, scales, values
         self.variables = variables_with_plant(problem.unknowns.component)
-        self.kind = problem.regression.kind
+        self.kind: Kind = problem.regression.kind
         free = tuple(solution.values)
         self.std = dict(zip(free, uncertainty.std.tolist(), strict=True))
         self.robust_std = dict(zip(free, uncertainty.robust_std.tolist(), strict=True))
@@ -75,12 +78,14 @@ class _Findings:
         if name in self.solution.at_edge:
             return Estimate(name, unit, variable.description, value, None, "at_edge", self._why_at_edge(name))
         note = self._why_unsure(name)
-        std = self.std[name] if math.isfinite(self.std[name]) else None
+        std = self.std[name] if self.std[name] <= HOPELESS * abs(value) else None
         return Estimate(name, unit, variable.description, value, std, "unidentifiable" if note else "identified", note)
 
     def _why_unsure(self, name: str) -> str:
         """Return why a parameter cannot be identified, or nothing where it can."""
         value, std = self.values[name], self.robust_std[name]
+        if too_fast_to_see(*self._context(name)):
+            return self._why(name)
         if std <= UNSURE * abs(value) or self._known_to_be_small(name, std):
             return ""
         return self._why(name) + self._how_unsure(value, std)
@@ -92,12 +97,13 @@ class _Findings:
         return f"; standard error {100.0 * std / abs(value):.0f} %, with residuals correlated over time"
 
     def _why(self, name: str) -> str:
-        return why_unidentifiable(
-            self.variables[name], self.problem.regression, self.scales, self.values, self.variables
-        )
+        return why_unidentifiable(*self._context(name))
+
+    def _context(self, name: str) -> tuple[Any, ...]:
+        return self.variables[name], self.problem.regression, self.scales, self.values, self.variables
 
     def _known_to_be_small(self, name: str, std: float) -> bool:
-        """Return whether all that a parameter may be makes no difference: then it is known, though relatively unsure."""
+        """Return whether no value within the error would matter: then the parameter is known to be small."""
         variable = self.variables[name]
         share = {"force": std, "force*time/length": std * self.scales.speed}.get(variable.quantity, math.inf)
         return variable.excitation in ("sliding", "speed") and share < NEGLIGIBLE * self.effort
@@ -106,9 +112,13 @@ class _Findings:
         edge, variable = self.solution.at_edge[name], self.variables[name]
         told = with_unit(self.values[name], variable.quantity, self.kind)
         if variable.excitation == "stribeck" and variable.quantity == "force":
-            return f"the best value is the smallest that is allowed, {told}: in this log friction does not fall with speed"
+            return (
+                f"the best value is the smallest that is allowed, {told}: in this log friction does not fall with speed"
+            )
         bound = variable.min if edge == "smallest" else variable.max
-        if math.isclose(self.values[name], bound, rel_tol=1e-2, abs_tol=1e-9 * abs(self.scales.magnitude(variable.quantity))):
+        if math.isclose(
+            self.values[name], bound, rel_tol=1e-2, abs_tol=1e-9 * abs(self.scales.magnitude(variable.quantity))
+        ):
             return f"the best value is the {edge} that is allowed, {told}"
         return f"the search ran to the {edge} value that this log could show, {told}: {self._why(name)}"
 
@@ -144,8 +154,8 @@ def _assumptions(problem: Problem) -> tuple[str, ...]:
         for name, held in problem.unknowns.held.items()
     ]
     found.append(
-        f"position filtered at {regression.cutoff:g} Hz without phase, {regression.dropped} samples dropped at each edge, "
-        f"one row for {regression.decimation} samples"
+        f"position filtered at {regression.cutoff:g} Hz without phase, {regression.dropped} samples dropped at each "
+        f"edge, one row for {regression.decimation} samples"
     )
     if regression.rest_share > 0.0:
         found.append(

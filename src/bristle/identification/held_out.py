@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 
@@ -56,7 +57,7 @@ def held_out_error(
         )  # fmt: skip
     edges = np.linspace(0, count, blocks + 1).astype(int)
     errors = []
-    for number, (first, last) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+    for number, (first, last) in enumerate(pairwise(edges.tolist())):
         report(number / blocks)
         fitted = np.ones(count, dtype=bool)
         fitted[max(first - reach, 0) : last + reach] = False

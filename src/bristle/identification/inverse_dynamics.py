@@ -22,10 +22,11 @@ from bristle.identification.asked import Known, known_of, models_of, refuse_reve
 from bristle.identification.findings import fit_of
 from bristle.identification.held_out import held_out_error
 from bristle.identification.problem import Problem
+from bristle.identification.regression import Regression
 from bristle.identification.result import Fit, Identification
 from bristle.identification.search import Search
 from bristle.identification.solution import solve_linear
-from bristle.identification.treatment import Regression, treat
+from bristle.identification.treatment import treat
 from bristle.identification.unknowns import Scales, scales_of
 from bristle.logs.log import Log
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.engine import force_along
-from bristle.identification.treatment import Regression
+from bristle.identification.regression import Regression
 from bristle.identification.unknowns import Unknowns
 
 __all__ = ["Problem"]

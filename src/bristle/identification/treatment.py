@@ -14,140 +14,22 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.errors import InputError
-from bristle.core.variable import Kind
+from bristle.identification.regression import Regression, Stretch
 from bristle.identification.words import with_unit
 
-__all__ = ["Regression", "Stretch", "treat"]
+__all__ = ["treat"]
 
 CUTOFF_SHARE = 0.1  # of the sampling frequency
 DECIMATION = 10
 EDGE_PERIODS = 5  # of the cut-off frequency: the transient of the filter
 REST_PERIODS = 5  # of the cut-off frequency, without an encoder step, make a rest
-REST_IN_ROW = 0.01  # weight of samples at rest that a row may contain
 ROWS_MIN = 50
-
-
-@dataclass(frozen=True)
-class Stretch:
-    """A stretch of the log without gaps, at the rate of the log, filtered and without its edges.
-
-    Each array has shape (sample,): time [s], position [m or rad], velocity, acceleration, effort [N or N*m].
-    A velocity of +0.0 or -0.0 stands for rest after a motion forward or backward.
-    """
-
-    time: np.ndarray
-    position: np.ndarray
-    velocity: np.ndarray
-    acceleration: np.ndarray
-    effort: np.ndarray
-
-
-@dataclass(frozen=True)
-class Regression:
-    """The stretches of a log, and how a signal along them becomes rows of a regression.
-
-    Parameters
-    ----------
-    stretches : tuple of Stretch
-        What is left of the log.
-    kind : {"translational", "rotational"}
-        The kind of axis.
-    sample_time : float
-        Of the log [s].
-    resolution : float
-        Step of the position encoder [m or rad].
-    cutoff : float
-        Of the filter of the position [Hz].
-    decimation : int
-        One row for so many samples.
-    dropped : int
-        Samples dropped at each edge of each stretch.
-    """
-
-    stretches: tuple[Stretch, ...]
-    kind: Kind
-    sample_time: float
-    resolution: float
-    cutoff: float
-    decimation: int
-    dropped: int
-
-    def rows_of(self, parts: Sequence[np.ndarray]) -> np.ndarray:
-        """Return a signal, given along each stretch, low-pass filtered and decimated, in motion only, shape (row,)."""
-        return self._thinned(parts)[self._in_motion]
-
-    def _thinned(self, parts: Sequence[np.ndarray]) -> np.ndarray:
-        if self.decimation == 1:
-            return np.concatenate(parts)
-        from scipy.signal import resample_poly
-
-        return np.concatenate(
-            [resample_poly(part, 1, self.decimation, window=self._taps, padtype="edge") for part in parts]
-        )
-
-    @cached_property
-    def _in_motion(self) -> np.ndarray:
-        rests = [(stretch.velocity == 0.0).astype(float) for stretch in self.stretches]
-        return np.abs(self._thinned(rests)) < REST_IN_ROW
-
-    @cached_property
-    def _taps(self) -> np.ndarray:
-        from scipy.signal import firwin
-
-        return firwin(2 * self.reach * self.decimation + 1, 1.0 / self.decimation, window="hamming")
-
-    @property
-    def reach(self) -> int:
-        """By how many rows the decimating filter reaches to either side."""
-        return 10 if self.decimation > 1 else 0
-
-    @cached_property
-    def time(self) -> np.ndarray:
-        """Time of each row [s]."""
-        return np.concatenate([stretch.time[:: self.decimation] for stretch in self.stretches])[self._in_motion]
-
-    @cached_property
-    def velocity(self) -> np.ndarray:
-        """Velocity of each row [m/s or rad/s]."""
-        return self.rows_of([stretch.velocity for stretch in self.stretches])
-
-    @cached_property
-    def acceleration(self) -> np.ndarray:
-        """Acceleration of each row [m/s^2 or rad/s^2]."""
-        return self.rows_of([stretch.acceleration for stretch in self.stretches])
-
-    @cached_property
-    def effort(self) -> np.ndarray:
-        """Effort of each row [N or N*m]."""
-        return self.rows_of([stretch.effort for stretch in self.stretches])
-
-    @cached_property
-    def all_velocities(self) -> np.ndarray:
-        """Velocity of every sample [m/s or rad/s], before decimation."""
-        return np.concatenate([stretch.velocity for stretch in self.stretches])
-
-    @property
-    def rest_share(self) -> float:
-        """Share of the samples at rest."""
-        return float(np.mean(self.all_velocities == 0.0))
-
-    @cached_property
-    def reversals(self) -> tuple[tuple[int, int], ...]:
-        """Where the direction changes: number of the stretch, and of the first sample after it."""
-        found = []
-        for number, stretch in enumerate(self.stretches):
-            forward = ~np.signbit(stretch.velocity)
-            found += [(number, int(k) + 1) for k in np.flatnonzero(forward[1:] != forward[:-1])]
-        return tuple(found)
 
 
 def treat(log: Any, axis: Axis | None, cutoff: float | None = None, decimation: int | None = None) -> Regression:
@@ -177,14 +59,15 @@ def treat(log: Any, axis: Axis | None, cutoff: float | None = None, decimation: 
     resolution = _smallest_step(position) if given is None else given
     dropped = max(round(EDGE_PERIODS / (cutoff * dt)), 1)
     shortest = 2 * dropped + ROWS_MIN * decimation
-    kept = [part for part in log.segments if len(range(*part.indices(position.size))) >= shortest]
+    segments = log.segments or (slice(0, position.size),)
+    kept = [part for part in segments if len(range(*part.indices(position.size))) >= shortest]
     if not kept:
         raise InputError(
             "is too short for this filter and decimation", path="log", value=f"{position.size} samples",
             allowed=f"at least {shortest} samples without a gap",
             mend="Record a longer motion, raise the cut-off or lower the decimation",
         )  # fmt: skip
-    stretches = tuple(_stretch(log, part, dt, cutoff, dropped, resolution) for part in kept)
+    stretches = tuple(_stretch(log, part, dt, cutoff, resolution) for part in kept)
     moving = tuple(stretch for stretch in stretches if np.any(stretch.velocity != 0.0))
     regression = Regression(moving, log.kind, dt, resolution, cutoff, decimation, dropped)
     if not moving or regression.time.size < ROWS_MIN:
@@ -219,7 +102,7 @@ def _smallest_step(position: np.ndarray) -> float:
     return float(steps.min()) if steps.size else 0.0
 
 
-def _stretch(log: Any, part: slice, dt: float, cutoff: float, dropped: int, resolution: float) -> Stretch:
+def _stretch(log: Any, part: slice, dt: float, cutoff: float, resolution: float) -> Stretch:
     from scipy.signal import butter, sosfiltfilt
 
     raw = np.asarray(log.position.values[part], dtype=float)
@@ -230,13 +113,12 @@ def _stretch(log: Any, part: slice, dt: float, cutoff: float, dropped: int, reso
     acceleration = np.gradient(velocity, dt)
     window = max(round(REST_PERIODS / (cutoff * dt)), 1)
     velocity = _with_sides(velocity, _rests(raw, window, 1.5 * resolution))
-    kept = slice(dropped, raw.size - dropped)
     return Stretch(
-        time=np.asarray(log.time.values[part], dtype=float)[kept],
-        position=smooth[kept] + origin,
-        velocity=velocity[kept],
-        acceleration=acceleration[kept],
-        effort=np.asarray(log.effort.values[part], dtype=float)[kept],
+        time=np.asarray(log.time.values[part], dtype=float),
+        position=smooth + origin,
+        velocity=velocity,
+        acceleration=acceleration,
+        effort=np.asarray(log.effort.values[part], dtype=float),
     )
 
 

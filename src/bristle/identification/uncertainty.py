@@ -37,7 +37,8 @@ class Uncertainty:
     correlation : ndarray, shape (free, free)
         Correlation of the estimates; NaN where there is no standard error.
     condition_number : float
-        Of the Jacobian with columns of unit length, those on an edge left out.
+        Of the Jacobian with columns of unit length; those on an edge, and those that nothing in the log excites,
+        left out.
     """
 
     std: np.ndarray
@@ -64,14 +65,16 @@ def uncertainty_of(solution: Solution, residual: np.ndarray) -> Uncertainty:
     index = np.flatnonzero(inner)[seen]
     back = solution.derivative[:, index] / scale[seen]
     covariance = back @ plain @ back.T
-    lost = (np.abs(back[:, blind]) > 0.0).any(axis=1) | (solution.derivative[:, np.flatnonzero(inner)[~seen]] != 0).any(1)
+    lost = (np.abs(back[:, blind]) > 0.0).any(axis=1) | (solution.derivative[:, np.flatnonzero(inner)[~seen]] != 0).any(
+        1
+    )
     std = np.where(lost, np.inf, np.sqrt(np.diag(covariance)))
     robust_std = np.where(lost, np.inf, np.sqrt(np.diag(back @ robust @ back.T)))
     std[~inner], robust_std[~inner] = np.nan, np.nan
     usable = np.isfinite(std) & (std > 0.0)
     correlation = np.full((len(names), len(names)), np.nan)
     correlation[np.ix_(usable, usable)] = covariance[np.ix_(usable, usable)] / np.outer(std[usable], std[usable])
-    condition = np.inf if not seen.all() or singular[-1] == 0.0 else float(singular[0] / singular[-1])
+    condition = float(singular[0] / max(singular[-1], np.finfo(float).tiny)) if singular.size else 1.0
     return Uncertainty(std, np.maximum(std, robust_std), correlation, condition)
 
 
@@ -83,7 +86,7 @@ def _inverse(singular: np.ndarray, directions: np.ndarray) -> np.ndarray:
 def _undetermined(singular: np.ndarray, directions: np.ndarray) -> np.ndarray:
     """Return which columns take part in a direction that the rows do not see, shape (column,) of bool."""
     null = directions[singular <= SINGULAR * singular[0]]
-    return (np.abs(null) > 1e-3).any(axis=0)
+    return np.any(np.abs(null) > 1e-3, axis=0)
 
 
 def _by_cluster(scores: np.ndarray) -> np.ndarray:

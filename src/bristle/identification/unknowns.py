@@ -1,8 +1,8 @@
 """What is asked of a log: which parameters are free, which are held and why, and over what range they are sought.
 
-Free parameters are sought in dimensionless coordinates. Those that are positive and of unknown magnitude (a stiffness, a
-Stribeck velocity) are sought in their logarithm; one that may not fall below another (F_S >= F_C) as an excess
-over it, so that the relation holds at every step; all others over a typical magnitude.
+Free parameters are sought in dimensionless coordinates. Those that are positive and of unknown magnitude (a stiffness,
+a Stribeck velocity) are sought in their logarithm; one that may not fall below another (F_S >= F_C) as an excess over
+it, so that the relation holds at every step; all others over a typical magnitude.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 
 from bristle.core.contracts import FrictionModel
 from bristle.core.variable import Variable
-from bristle.identification.treatment import Regression
+from bristle.identification.regression import Regression
 from bristle.plants.inertia import MODEL as inertia
 
 __all__ = ["Coordinate", "Held", "Scales", "Unknowns", "coordinates_of", "scales_of", "variables_with_plant"]

@@ -1,0 +1,139 @@
+"""The rows of a regression: what becomes of a signal along the stretches of a log."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from bristle.core.variable import Kind
+
+__all__ = ["Regression", "Stretch"]
+
+REST_IN_ROW = 0.01  # weight of samples at rest that a row may contain
+REACH = 10  # rows on either side that the decimating filter takes in
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A stretch of the log without gaps, at the rate of the log, filtered.
+
+    Each array has shape (sample,): time [s], position [m or rad], velocity, acceleration, effort [N or N*m].
+    A velocity of +0.0 or -0.0 stands for rest after a motion forward or backward. The edges are still there: a model
+    with a memory runs in over them.
+    """
+
+    time: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    effort: np.ndarray
+
+
+@dataclass(frozen=True)
+class Regression:
+    """The stretches of a log, and how a signal along them becomes rows of a regression.
+
+    Parameters
+    ----------
+    stretches : tuple of Stretch
+        What is left of the log.
+    kind : {"translational", "rotational"}
+        The kind of axis.
+    sample_time : float
+        Of the log [s].
+    resolution : float
+        Step of the position encoder [m or rad].
+    cutoff : float
+        Of the filter of the position [Hz].
+    decimation : int
+        One row for so many samples.
+    dropped : int
+        Samples dropped at each edge of each stretch.
+    """
+
+    stretches: tuple[Stretch, ...]
+    kind: Kind
+    sample_time: float
+    resolution: float
+    cutoff: float
+    decimation: int
+    dropped: int
+
+    def rows_of(self, parts: Sequence[np.ndarray]) -> np.ndarray:
+        """Return the rows of a signal, which is given along each whole stretch, shape (row,)."""
+        return self._thinned(parts)[self._in_motion]
+
+    def without_edges(self, part: np.ndarray) -> np.ndarray:
+        """Return a signal along a stretch without the transients of the filter at its edges."""
+        return part[self.dropped : part.size - self.dropped]
+
+    def _thinned(self, whole: Sequence[np.ndarray]) -> np.ndarray:
+        parts = [self.without_edges(part) for part in whole]
+        if self.decimation == 1:
+            return np.concatenate(parts)
+        from scipy.signal import resample_poly
+
+        return np.concatenate(
+            [np.asarray(resample_poly(part, 1, self.decimation, window=self._taps, padtype="edge")) for part in parts]
+        )
+
+    @cached_property
+    def _in_motion(self) -> np.ndarray:
+        rests = [(stretch.velocity == 0.0).astype(float) for stretch in self.stretches]
+        return np.abs(self._thinned(rests)) < REST_IN_ROW
+
+    @cached_property
+    def _taps(self) -> np.ndarray:
+        from scipy.signal import firwin
+
+        return firwin(2 * self.reach * self.decimation + 1, 1.0 / self.decimation, window="hamming")
+
+    @property
+    def reach(self) -> int:
+        """By how many rows the decimating filter reaches to either side."""
+        return REACH if self.decimation > 1 else 0
+
+    @cached_property
+    def time(self) -> np.ndarray:
+        """Time of each row [s]."""
+        parts = [self.without_edges(stretch.time)[:: self.decimation] for stretch in self.stretches]
+        return np.concatenate(parts)[self._in_motion]
+
+    @cached_property
+    def velocity(self) -> np.ndarray:
+        """Velocity of each row [m/s or rad/s]."""
+        return self.rows_of([stretch.velocity for stretch in self.stretches])
+
+    @cached_property
+    def acceleration(self) -> np.ndarray:
+        """Acceleration of each row [m/s^2 or rad/s^2]."""
+        return self.rows_of([stretch.acceleration for stretch in self.stretches])
+
+    @cached_property
+    def effort(self) -> np.ndarray:
+        """Effort of each row [N or N*m]."""
+        return self.rows_of([stretch.effort for stretch in self.stretches])
+
+    @cached_property
+    def all_velocities(self) -> np.ndarray:
+        """Velocity of every sample [m/s or rad/s], edges left out."""
+        return np.concatenate([self.without_edges(stretch.velocity) for stretch in self.stretches])
+
+    @property
+    def rest_share(self) -> float:
+        """Share of the samples at rest."""
+        return float(np.mean(self.all_velocities == 0.0))
+
+    @cached_property
+    def reversals(self) -> tuple[tuple[int, int], ...]:
+        """Where the direction changes: number of the stretch, and of the first sample after it."""
+        found = []
+        for number, stretch in enumerate(self.stretches):
+            forward = ~np.signbit(stretch.velocity)
+            turns = np.flatnonzero(forward[1:] != forward[:-1]) + 1
+            inside = (turns > self.dropped) & (turns < forward.size - self.dropped)
+            found += [(number, int(k)) for k in turns[inside]]
+        return tuple(found)
