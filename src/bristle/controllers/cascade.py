@@ -60,7 +60,7 @@ def step(state, reference, measured, dt, p):
     return effort, State(measured, state.q_1, integral)
 
 
-def start(measured: float, velocity: float, dt: float, p: Parameters) -> State:  # noqa: ARG001
+def start(measured: float, velocity: float, dt: float, p: Parameters) -> State:
     """Return the state of a cascade that takes over a motion at `velocity` [m/s or rad/s]."""
     return State(measured - velocity * dt, measured - 2.0 * velocity * dt, 0.0)
 

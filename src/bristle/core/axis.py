@@ -77,6 +77,9 @@ class Axis:
         Smallest and largest position [m or rad].
     controller : Model or None
         The control law that was running.
+    presliding : float or None
+        Distance over which friction turns at a reversal, where known: static friction models are simulated with
+        it [m or rad].
     cutoff : float or None
         Cut-off of the zero-phase filter of the identification [Hz].
     decimation : int or None
@@ -96,5 +99,6 @@ class Axis:
     velocity_limit: float | None = None
     stroke: tuple[float, float] | None = None
     controller: Any = None
+    presliding: float | None = None
     cutoff: float | None = None
     decimation: int | None = None

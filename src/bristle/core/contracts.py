@@ -121,7 +121,7 @@ class Component:
         """Return the values that a person sets, from the `Parameters` that kernels receive."""
         return parameters._asdict()
 
-    def initial_state(self, parameters: Any) -> Any:  # noqa: ARG002
+    def initial_state(self, parameters: Any) -> Any:
         """Return the virgin state."""
         return self.State()
 
@@ -164,7 +164,7 @@ class FrictionModel(Component):
 
     trial: Callable[..., Any]
     commit: Callable[..., Any]
-    memory_size: Callable[[Any], int] = field(default=lambda p: 0)  # noqa: ARG005
+    memory_size: Callable[[Any], int] = field(default=lambda p: 0)
     rate: Callable[..., Any] | None = None
     linear: bool = False
 
@@ -306,11 +306,15 @@ def check_relations(component: Component, parameters: Any, path: str) -> None:
     """Refuse parameters that break a relation of the component."""
     for relation in component.relations:
         if not relation.holds(parameters):
-            names = [name for name in component.variables if name.split("_pos")[0].split("_neg")[0] in relation.condition]
+            names = [
+                name for name in component.variables if name.split("_pos")[0].split("_neg")[0] in relation.condition
+            ]
             values = component.values(parameters)
             found = ", ".join(f"{name} = {_number(values[name])}" for name in names)
             raise InputError(
-                f"needs {relation.condition}, but {found or 'it does not hold'}", path=path, mend=relation.mend
+                f"needs {relation.condition}, but {found or 'it does not hold'}",
+                path=path,
+                mend=relation.mend,
             )
 
 
@@ -328,7 +332,9 @@ def _validate(component: Component, name: str, variable: Variable, value: Any, k
     default = component.defaults.get(name)
     may_be_infinite = isinstance(default, float) and math.isinf(default)
     if not np.all(np.isfinite(value)) and not (may_be_infinite and value == default):
-        raise InputError("is not a finite number", path=path, value=float(np.max(value)), allowed=variable.allowed(kind))
+        raise InputError(
+            "is not a finite number", path=path, value=float(np.max(value)), allowed=variable.allowed(kind)
+        )
     variable.validate(value, path, kind)
 
 

@@ -11,7 +11,7 @@ a nested NamedTuple its own layout.
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -65,7 +65,7 @@ def _extend(value: Any, numbers: list[float]) -> None:
             numbers.append(float(one))
 
 
-@lru_cache(maxsize=None)
+@cache
 def unpacker(structure: Structure) -> Callable[[Any], Any]:
     """Return the kernel ``unpack(vector) -> NamedTuple`` for this structure.
 
@@ -100,7 +100,7 @@ def _unpack_expression(structure: Structure, names: dict[str, Any], lines: list[
     return f"{key}({', '.join(arguments)})"
 
 
-@lru_cache(maxsize=None)
+@cache
 def packer(structure: Structure) -> Callable[[Any, Any], None]:
     """Return the kernel ``store(value, vector)`` that writes a NamedTuple of scalars into a vector."""
     lines = [f"vector[{i}] = value[{i}]" for i, _ in enumerate(structure[1])]
@@ -110,7 +110,7 @@ def packer(structure: Structure) -> Callable[[Any, Any], None]:
 def _define(head: str, lines: list[str], names: dict[str, Any]) -> Callable[..., Any]:
     text = f"def {head}:\n" + "".join(f"    {line}\n" for line in lines)
     scope = dict(names)
-    exec(compile(text, f"<{head}>", "exec"), scope)  # noqa: S102
+    exec(compile(text, f"<{head}>", "exec"), scope)
     function = scope[head.partition("(")[0]]
     function.source = text
     return kernel(function)

@@ -1,16 +1,15 @@
 """The edge where units as people write them become numbers in SI.
 
-Files and the command line take text such as ``"7 um"``, ``"40 mN*m"`` or ``"3000 rpm"``; bare numbers are SI
-of the kind of axis. Four traps of unit libraries are closed here: an angle is a dimension of its own, so that
-60 Hz is not 60 rad/s; so is a count, so that 40000 counts are not 40000 rad; a torque is not an energy, so that
-0.04 J is refused where 0.04 N*m is meant; and ``Nm`` is read as newton metre.
+Files and the command line take text such as ``"7 um"``, ``"40 mN*m"`` or ``"3000 rpm"``; bare numbers are
+SI of the kind of axis. Four traps of unit libraries are closed here: an angle is a dimension of its own, so
+that 60 Hz is not 60 rad/s; so is a count, so that 40000 counts are not 40000 rad; a torque is not an energy,
+so that 0.04 J is refused where 0.04 N*m is meant; and ``Nm`` is read as newton metre.
 
 Units with a decimal factor are converted here, exactly; the unit library is imported for all others only.
 """
 
 from __future__ import annotations
 
-import itertools
 import numbers
 import re
 from collections.abc import Mapping
@@ -21,7 +20,7 @@ from typing import Any
 from bristle.core.errors import InputError
 from bristle.core.variable import KINDS, UNITS, Kind, Variable
 
-__all__ = ["DECIMAL_UNITS", "compatible", "convert", "factor", "kind_of", "quantity"]
+__all__ = ["DECIMAL_UNITS", "compatible", "convert", "factor", "is_unit", "kind_of", "quantity", "split"]
 
 ENERGY_UNITS = frozenset({"joule", "calorie", "electron_volt", "british_thermal_unit", "erg", "watt_hour"})
 
@@ -39,39 +38,43 @@ _SPELLINGS = (
 )
 
 
+_PLAIN = {
+    "s": {"s": 0, "ms": -3, "us": -6},
+    "1/s": {"1/s": 0},
+    "Hz": {"Hz": 0, "kHz": 3},
+    "kg": {"kg": 0, "g": -3},
+    "kg*m^2": {"kg*m^2": 0, "kg*cm^2": -4, "g*cm^2": -7},
+    "K": {"K": 0},
+    "V": {"V": 0, "mV": -3},
+    "A": {"A": 0, "mA": -3},
+    "count": {"count": 0},
+    "count/s": {"count/s": 0},
+    "rated": {"rated": 0, "%": -2},
+}
+_MOVEMENTS = {
+    "m": {"m": 0, "cm": -2, "mm": -3, "um": -6, "nm": -9},
+    "rad": {"rad": 0, "mrad": -3, "urad": -6},
+}
+_FORCES = {"N": 0, "mN": -3, "uN": -6, "kN": 3}
+_ARMS = {"m": 0, "cm": -2, "mm": -3}
+
+
 def _decimal_units() -> dict[str, tuple[str, int]]:
     """Return units that differ from SI by a power of ten: their SI unit and that power."""
-    length = {"m": 0, "cm": -2, "mm": -3, "um": -6, "nm": -9}
-    angle = {"rad": 0, "mrad": -3, "urad": -6}
-    seconds = {"s": 0, "ms": -3, "us": -6}
-    newton = {"N": 0, "mN": -3, "uN": -6, "kN": 3}
-    metre = {"m": 0, "cm": -2, "mm": -3}
-    found = {"kg": ("kg", 0), "g": ("kg", -3), "kg*m^2": ("kg*m^2", 0), "kg*cm^2": ("kg*m^2", -4)}
-    found |= {
-        "g*cm^2": ("kg*m^2", -7),
-        "Hz": ("Hz", 0),
-        "kHz": ("Hz", 3),
-        "1/s": ("1/s", 0),
-        "count": ("count", 0),
-    }
-    found |= {"V": ("V", 0), "mV": ("V", -3), "A": ("A", 0), "mA": ("A", -3), "K": ("K", 0)}
-    found |= {name: ("s", power) for name, power in seconds.items()}
-    for name, power in (length | angle).items():
-        si = "m" if name in length else "rad"
-        found |= {name: (si, power), f"{name}/s": (f"{si}/s", power), f"{name}/s^2": (f"{si}/s^2", power)}
-    for name, power in newton.items():
-        found[name] = ("N", power)
-        for below, less in length.items():
-            found[f"{name}/{below}"] = ("N/m", power - less)
-            found[f"{name}*s/{below}"] = ("N*s/m", power - less)
-        for arm, more in metre.items():
-            found[f"{name}*{arm}"] = ("N*m", power + more)
-            found[f"{name}*{arm}/rad"] = ("N*m/rad", power + more)
-            found[f"{name}*{arm}*s/rad"] = ("N*m*s/rad", power + more)
-    for (effort, power), drive in itertools.product(list(found.items()), ("V", "A")):
-        if power[0] in ("N", "N*m"):
-            found[f"{effort}/{drive}"] = (f"{power[0]}/{drive}", power[1])
-    return found
+    found = {name: (si, power) for si, names in _PLAIN.items() for name, power in names.items()}
+    for si, names in _MOVEMENTS.items():
+        for name, power in names.items():
+            found |= {f"{name}{per}": (f"{si}{per}", power) for per in ("", "/s", "/s^2")}
+    efforts = {name: ("N", power) for name, power in _FORCES.items()}
+    for force, power in _FORCES.items():
+        efforts |= {f"{force}*{arm}": ("N*m", power + more) for arm, more in _ARMS.items()}
+        for length, less in _MOVEMENTS["m"].items():
+            found[f"{force}/{length}"] = ("N/m", power - less)
+            found[f"{force}*s/{length}"] = ("N*s/m", power - less)
+    for effort, (si, power) in efforts.items():
+        found |= {f"{effort}/{drive}": (f"{si}/{drive}", power) for drive in ("V", "A", "count", "rated")}
+        found |= {f"{effort}{per}": (f"{si}{per}", power) for per in ("/rad", "*s/rad") if si == "N*m"}
+    return found | efforts
 
 
 DECIMAL_UNITS = _decimal_units()
@@ -121,9 +124,7 @@ def quantity(value: Any, variable: Variable, kind: Kind = "translational", *, pa
     7e-06
     """
     if isinstance(value, bool) or not isinstance(value, (numbers.Real, str)):
-        raise InputError(
-            f"must be a number, or text with a unit ({variable.description})", path=path, value=value
-        )
+        raise InputError(f"must be a number, or text with a unit ({variable.description})", path=path, value=value)
     if not isinstance(value, str):
         return float(value)
     try:
@@ -154,10 +155,10 @@ def convert(text: str, unit: str, *, path: str = "") -> float:
     >>> convert("40 mNm", "N*m"), convert("30 %", "rated")
     (0.04, 0.3)
     """
-    number, given = _split(text, path)
+    number, given = split(text, path)
     if not given and unit != "1":
         raise InputError("has no unit", path=path, value=text, allowed=_wanted(unit), mend=_EXAMPLE)
-    if given == "%" and unit in ("1", "rated"):
+    if given == "%" and unit == "1":
         return float(Decimal(number).scaleb(-2))
     here, there = DECIMAL_UNITS.get(given), DECIMAL_UNITS.get(unit)
     if here and there and here[0] == there[0]:
@@ -165,9 +166,7 @@ def convert(text: str, unit: str, *, path: str = "") -> float:
     if given in ("", "1"):
         return float(number)
     if not compatible(given, unit, path=path) or _misnamed(given, unit):
-        raise InputError(
-            "has the wrong unit", path=path, value=text, allowed=_wanted(unit), mend=_mend(given, unit)
-        )
+        raise InputError("has the wrong unit", path=path, value=text, allowed=_wanted(unit), mend=_mend(given, unit))
     return float(_registry().Quantity(float(number), _unit(given)).to(_unit(unit)).magnitude)
 
 
@@ -202,12 +201,29 @@ def compatible(unit: str, target: str, *, path: str = "") -> bool:
     """
     spelt = _spelt(unit)
     here, there = DECIMAL_UNITS.get(spelt), DECIMAL_UNITS.get(target)
-    if here and there and here[0] == there[0]:
-        return True
+    if here and there:
+        return here[0] == there[0] or {here[0], there[0]} == {"Hz", "1/s"}
     try:
         return _unit(spelt).dimensionality == _unit(target).dimensionality
     except InputError as error:
         raise InputError(error.message, path=path, value=unit, mend=_EXAMPLE) from None
+
+
+def is_unit(text: str) -> bool:
+    """Return whether `text` is a unit.
+
+    Examples
+    --------
+    >>> is_unit("mm/s"), is_unit("vir")
+    (True, False)
+    """
+    if _spelt(text) in DECIMAL_UNITS:
+        return True
+    try:
+        _unit(_spelt(text))
+    except InputError:
+        return False
+    return True
 
 
 def kind_of(values: Mapping[str, Any], variables: Mapping[str, Variable]) -> Kind:
@@ -216,22 +232,32 @@ def kind_of(values: Mapping[str, Any], variables: Mapping[str, Variable]) -> Kin
         variable = variables.get(name)
         if not isinstance(value, str) or variable is None:
             continue
-        _, unit = _split(value, name)
-        fits = [kind for kind in KINDS if unit and compatible(unit, variable.unit(kind), path=name)]
+        _, unit = split(value, name)
+        fits: list[Kind] = [kind for kind in KINDS if unit and compatible(unit, variable.unit(kind), path=name)]
         if len(fits) == 1:
             return fits[0]
     return "translational"
 
 
-def _split(text: str, path: str) -> tuple[str, str]:
+def split(text: str, path: str = "") -> tuple[str, str]:
+    """Return the number and the unit of a text, both as text, the unit in one spelling.
+
+    Raises
+    ------
+    InputError
+        If the text does not begin with a number.
+
+    Examples
+    --------
+    >>> split("0.12 Nm / A")
+    ('0.12', 'N*m/A')
+    """
     found = _NUMBER.fullmatch(text)
     if not found:
         raise InputError("is not a number with a unit", path=path, value=text, mend=_EXAMPLE)
     number, rest = found.groups()
     if re.match(r",\d", rest):
-        raise InputError(
-            "has a decimal comma", path=path, value=text, mend=f"Write {text.replace(',', '.', 1)!r}"
-        )
+        raise InputError("has a decimal comma", path=path, value=text, mend=f"Write {text.replace(',', '.', 1)!r}")
     return number, _spelt(rest)
 
 

@@ -1,7 +1,8 @@
 """The engine: integrators, drivers, and the only code besides the kernel decorator that compiles."""
 
 from bristle.engine.compilation import compiled_count, interpreted, is_interpreted
-from bristle.engine.run import Trace, force_along, response, run_closed_loop, run_open_loop
+from bristle.engine.loop import Trace, run_closed_loop, run_open_loop
+from bristle.engine.motion import force_along, response, settled
 
 __all__ = [
     "Trace",
@@ -12,4 +13,5 @@ __all__ = [
     "response",
     "run_closed_loop",
     "run_open_loop",
+    "settled",
 ]

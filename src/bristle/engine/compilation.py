@@ -2,8 +2,8 @@
 
 The compiler's own cache serves stale results when a called function in another file changes, and one user's model
 file can break every later process. This one cannot: a product is stored under a fingerprint of the sources of
-all kernels, the versions of Python and the compiler, the processor, and, for a user's component, of everything that its code
-refers to. Products hold flat vectors only, no class of anybody's.
+all kernels, the versions of Python and the compiler, the processor, and, for a user's component, of everything
+that its code refers to. Products hold flat vectors only, no class of anybody's.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
 
 import bristle
-from bristle.core.kernel import activate
 from bristle.core.fingerprint import fingerprint_of_code, fingerprint_of_sources
+from bristle.core.kernel import activate
 
 __all__ = ["cache_folder", "compiled", "compiled_count", "interpreted", "is_interpreted"]
 
@@ -120,7 +120,7 @@ def compiled(name: str, make: Callable[[], Callable[..., Any]], signature: str, 
     return _entries[key]
 
 
-@lru_cache(maxsize=None)
+@cache
 def _fingerprint_of_users(parts: tuple[Any, ...]) -> str:
     foreign = [part for part in parts if part.__module__.partition(".")[0] != "bristle"]
     return fingerprint_of_code(*foreign) if foreign else ""
@@ -174,7 +174,7 @@ class _EntryCache:
         checksum, payload = content[:32], content[32:]
         if hashlib.sha256(payload).digest() != checksum:
             return None
-        machine, reduced = pickle.loads(payload)  # noqa: S301
+        machine, reduced = pickle.loads(payload)
         if machine != target.codegen().magic_tuple():
             return None
         return CompileResult._rebuild(target, *reduced)

@@ -1,11 +1,11 @@
 r"""EFIM: the exponentially fitted implicit midpoint rule, with sticking. One scheme for every friction model.
 
-A plant offers its friction port as :math:`v_m = a + b\,F(v_m)` with :math:`b < 0`: the mean velocity of the step is affine in
-the mean force, and the model gives the exponentially fitted mean force at that velocity. The scalar equation is
-solved by a bracketed secant, to a residual in the force; memory is committed once, after that.
+A plant offers its friction port as :math:`v_m = a + b\,F(v_m)` with :math:`b < 0`: the mean velocity of the step is
+affine in the mean force, and the model gives the exponentially fitted mean force at that velocity. The scalar
+equation is solved by a bracketed secant, to a residual in the force; memory is committed once, after that.
 
-Sticking: the two one-sided limits :math:`v_m = \pm 0` are tried as soon as the iterate would cross zero. If the residual
-changes sign between them the body rests, and the force is the reaction. The midpoint rule alone reverses the
+Sticking: the two one-sided limits :math:`v_m = \pm 0` are tried as soon as the iterate would cross zero. If the
+residual changes sign between them the body rests, and the force is the reaction. The midpoint rule alone reverses the
 velocity of a body that stops inside a step (:math:`v_1 = 2 v_m - v_0`) and would ring for ever, so such a step is split
 where the body stops.
 """

@@ -16,6 +16,7 @@ from bristle.friction.coulomb_viscous import MODEL as coulomb_viscous
 from bristle.friction.dahl import MODEL as dahl
 from bristle.friction.lugre import MODEL as lugre
 from bristle.friction.maxwell_slip import MODEL as maxwell_slip
+from bristle.friction.presliding import is_static, with_presliding
 from bristle.friction.slots import SLOTS, slotted
 from bristle.friction.stribeck import MODEL as stribeck
 from bristle.friction.viscous import MODEL as viscous
@@ -30,11 +31,13 @@ __all__ = [
     "coulomb_viscous",
     "dahl",
     "find",
+    "is_static",
     "lugre",
     "maxwell_slip",
     "slotted",
     "stribeck",
     "viscous",
+    "with_presliding",
     "with_slots",
 ]
 

@@ -19,9 +19,7 @@ from bristle.core.variable import Variable
 class Parameters(NamedTuple):
     """Parameters of Coulomb friction."""
 
-    F_C: Annotated[
-        float, Variable("force", "Coulomb friction force", min=0.0, directional=True, excitation="sliding")
-    ]
+    F_C: Annotated[float, Variable("force", "Coulomb friction force", min=0.0, directional=True, excitation="sliding")]
 
 
 class State(NamedTuple):

@@ -23,9 +23,7 @@ class Parameters(NamedTuple):
         float,
         Variable("force*time/length", "viscous friction coefficient", min=0.0, directional=True, excitation="speed"),
     ]
-    F_C: Annotated[
-        float, Variable("force", "Coulomb friction force", min=0.0, directional=True, excitation="sliding")
-    ]
+    F_C: Annotated[float, Variable("force", "Coulomb friction force", min=0.0, directional=True, excitation="sliding")]
 
 
 class State(NamedTuple):

@@ -6,10 +6,10 @@ r"""The LuGre model: bristles that deflect, slip and carry the Stribeck effect.
     G(v) = F_C + (F_S - F_C)\,e^{-(v/v_S)^2}
 
 with :math:`\sigma_1(v) = \sigma_1 e^{-(v/v_d)^2}`, constant where :math:`v_d = \infty`. The deflection in sliding is
-:math:`z = G/\sigma_0` and the force :math:`F_{ss} = G(v)\operatorname{sgn} v + \sigma_2 v`. Where the bristle function is
-written :math:`g(v)` with :math:`\sigma_0 g = G`, a formula that divides by :math:`g` *and* keeps
-:math:`\sigma_0 z` in the numerator counts :math:`\sigma_0` twice; this is the consistent form. A step at constant velocity
-is exact, for every step size.
+:math:`z = G/\sigma_0` and the force :math:`F_{ss} = G(v)\operatorname{sgn} v + \sigma_2 v`. Where the bristle
+function is written :math:`g(v)` with :math:`\sigma_0 g = G`, a formula that divides by :math:`g` *and* keeps
+:math:`\sigma_0 z` in the numerator counts :math:`\sigma_0` twice; this is the consistent form. A step at constant
+velocity is exact, for every step size.
 
 References
 ----------
@@ -37,15 +37,19 @@ class Parameters(NamedTuple):
         float,
         Variable("force", "static (break-away) friction force", min=1e-12, directional=True, excitation="stribeck"),
     ]
-    v_S: Annotated[
-        float, Variable("length/time", "Stribeck velocity", min=1e-9, nominal=1e-2, excitation="stribeck")
-    ]
+    v_S: Annotated[float, Variable("length/time", "Stribeck velocity", min=1e-9, nominal=1e-2, excitation="stribeck")]
     sigma_0: Annotated[
         float, Variable("force/length", "bristle stiffness", min=1e-9, nominal=1e6, excitation="presliding")
     ]
     sigma_1: Annotated[
         float,
-        Variable("force*time/length", "micro-damping of the bristles", min=0.0, nominal=1e2, excitation="presliding"),
+        Variable(
+            "force*time/length",
+            "micro-damping of the bristles",
+            min=0.0,
+            nominal=1e2,
+            excitation="presliding",
+        ),
     ] = 0.0
     sigma_2: Annotated[
         float,

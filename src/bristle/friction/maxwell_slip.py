@@ -3,8 +3,8 @@ r"""The Maxwell-slip model: spring-slider elements in parallel, and with them no
 .. math::
     F = \sum_i k_i e_i + \sigma_2 v, \qquad \dot e_i = v \text{ while } |k_i e_i| < \nu_i F_C, \text{ else } 0
 
-Each element sticks and stretches by :math:`e_i`, or slips at its share :math:`\nu_i` of the Coulomb force. Reversing inside a
-loop and coming back closes the loop exactly. The mean force of a step at constant velocity is exact.
+Each element sticks and stretches by :math:`e_i`, or slips at its share :math:`\nu_i` of the Coulomb force. Reversing
+inside a loop and coming back closes the loop exactly. The mean force of a step at constant velocity is exact.
 
 References
 ----------
@@ -28,7 +28,8 @@ class Parameters(NamedTuple):
         float, Variable("force", "Coulomb friction force", min=1e-12, directional=True, excitation="sliding")
     ]
     k_i: Annotated[
-        np.ndarray, Variable("force/length", "stiffness of each element", min=1e-9, nominal=1e6, excitation="presliding")
+        np.ndarray,
+        Variable("force/length", "stiffness of each element", min=1e-9, nominal=1e6, excitation="presliding"),
     ]
     nu_i: Annotated[np.ndarray, Variable("1", "share of each element in the Coulomb force", min=0.0, max=1.0)]
     sigma_2: Annotated[

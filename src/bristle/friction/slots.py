@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cache
 from typing import Any, NamedTuple
 
 from bristle.core.contracts import FrictionModel, Relation
@@ -98,7 +98,9 @@ class SlottedModel(FrictionModel):
         found = {}
         for name in self.inner.variables:
             keys = self._keys(name)
-            found |= dict(zip(keys, (forward[name], backward[name]) if len(keys) == 2 else (forward[name],), strict=True))
+            found |= dict(
+                zip(keys, (forward[name], backward[name]) if len(keys) == 2 else (forward[name],), strict=True)
+            )
         return found | {"offset": parameters.offset}
 
     def _keys(self, name: str) -> tuple[str, ...]:
@@ -110,7 +112,7 @@ class SlottedModel(FrictionModel):
 _SIDES = {"_pos": ", moving forward", "_neg": ", moving backward"}
 
 
-@lru_cache(maxsize=None)
+@cache
 def slotted(model: FrictionModel, *, asymmetry: bool) -> SlottedModel:
     """Return `model` with an offset and, where asked for, parameters of its own for each direction."""
     return SlottedModel(

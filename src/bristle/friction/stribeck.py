@@ -22,16 +22,12 @@ from bristle.core.variable import Variable
 class Parameters(NamedTuple):
     """Parameters of static friction with the Stribeck effect."""
 
-    F_C: Annotated[
-        float, Variable("force", "Coulomb friction force", min=0.0, directional=True, excitation="sliding")
-    ]
+    F_C: Annotated[float, Variable("force", "Coulomb friction force", min=0.0, directional=True, excitation="sliding")]
     F_S: Annotated[
         float,
         Variable("force", "static (break-away) friction force", min=0.0, directional=True, excitation="stribeck"),
     ]
-    v_S: Annotated[
-        float, Variable("length/time", "Stribeck velocity", min=1e-9, nominal=1e-2, excitation="stribeck")
-    ]
+    v_S: Annotated[float, Variable("length/time", "Stribeck velocity", min=1e-9, nominal=1e-2, excitation="stribeck")]
     F_v: Annotated[
         float,
         Variable("force*time/length", "viscous friction coefficient", min=0.0, directional=True, excitation="speed"),

@@ -2,6 +2,7 @@
 
 from bristle.identification.drive_table import drive_table
 from bristle.identification.inverse_dynamics import identify
+from bristle.identification.prediction import predict
 from bristle.identification.result import Estimate, Fit, HeldOut, Identification, Traces
 
-__all__ = ["Estimate", "Fit", "HeldOut", "Identification", "Traces", "drive_table", "identify"]
+__all__ = ["Estimate", "Fit", "HeldOut", "Identification", "Traces", "drive_table", "identify", "predict"]

@@ -42,7 +42,5 @@ MODEL = Trajectory(
     Parameters=Parameters,
     State=State,
     sample=sample,
-    relations=(
-        Relation("at least 3 positions", lambda p: len(p.position) >= 3, "Give a longer record"),
-    ),
+    relations=(Relation("at least 3 positions", lambda p: len(p.position) >= 3, "Give a longer record"),),
 )

@@ -1,137 +1,20 @@
-"""Running the entries: from models and arrays of a person to flat vectors, and back."""
+"""A plant with friction, driven by a recorded effort or by a sampled controller."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from bristle.core.contracts import Model
-from bristle.core.dispatch import function_of
-from bristle.core.errors import InputError
-from bristle.core.packing import pack, structure_of
+from bristle.core.packing import pack
 from bristle.core.status import Status
 from bristle.engine import entries
-from bristle.engine.compilation import compiled
+from bristle.engine.compilation import SIGNATURES, compiled
+from bristle.engine.part import Part, vector
 
-__all__ = ["Trace", "force_along", "response", "run_closed_loop", "run_open_loop"]
-
-
-@dataclass
-class _Part:
-    """One component of a run: its vectors, which the run changes, and how to name and compile it."""
-
-    model: Model
-    parameters: np.ndarray = field(init=False)
-    state: np.ndarray = field(init=False)
-    structures: tuple[Any, Any] = field(init=False)
-
-    def __post_init__(self) -> None:
-        p = self.model.parameters
-        state = self.model.component.initial_state(p)
-        self.parameters, self.state = pack(p), pack(state)
-        self.structures = (structure_of(p), structure_of(state))
-
-    @property
-    def key(self) -> str:
-        return f"{self.model.component.module}.{_name_of(self.structures[0])}"
-
-    @property
-    def functions(self) -> tuple[Any, ...]:
-        return _functions(self.model.component.family, self.model.component.functions, self.structures[0])
-
-
-def _name_of(structure: Any) -> str:
-    cls, parts = structure
-    return cls.__qualname__ + "".join(_name_of(part) for part in parts if isinstance(part, tuple))
-
-
-def _functions(family: str, names: tuple[str, ...], structure: Any) -> tuple[Any, ...]:
-    """Return the functions of a component and of the components it holds: what a user may have written."""
-    cls, parts = structure
-    found = tuple(function_of(family, name, cls) for name in names)
-    for part in parts:
-        if isinstance(part, tuple):
-            found += _functions(family, names, part)
-    return found
-
-
-def force_along(
-    model: Model, v: Any, dt: float, x: Any = None, *, state: Any = None, memory: np.ndarray | None = None
-) -> np.ndarray:
-    """Return the friction force along a prescribed velocity.
-
-    Parameters
-    ----------
-    model : Model
-        A friction model with parameters.
-    v : array_like, shape (step,)
-        Mean velocity of each step [m/s or rad/s]; +0.0 and -0.0 are the two one-sided limits.
-    dt : float
-        Length of a step [s].
-    x : array_like, shape (step,), optional
-        Position at the end of each step [m or rad]; the integral of `v` where not given.
-    state : NamedTuple, optional
-        State before the first step; virgin where not given.
-    memory : ndarray, optional
-        Memory before the first step; it is not changed.
-
-    Returns
-    -------
-    ndarray, shape (step,)
-        Mean friction force of each step [N or N*m], positive when it opposes ``v > 0``.
-    """
-    part = _Part(model)
-    velocity = np.ascontiguousarray(v, dtype=float)
-    position = np.cumsum(velocity) * dt if x is None else np.ascontiguousarray(x, dtype=float)
-    state_vector = part.state if state is None else pack(state)
-    memory = model.component.new_memory(model.parameters) if memory is None else np.array(memory, dtype=float)
-    force = np.empty(velocity.size)
-    entry = compiled(
-        f"force_along-{part.key}", lambda: entries.make_force_along(*part.structures), "aaaaafa",
-        part.functions,
-    )  # fmt: skip
-    entry(part.parameters, state_vector, memory, velocity, position, float(dt), force)
-    return force
-
-
-def response(model: Model, x: Any, dt: float) -> np.ndarray:
-    """Return the friction force along a prescribed position.
-
-    Parameters
-    ----------
-    model : Model
-        A friction model with parameters.
-    x : array_like, shape (time,)
-        Position [m or rad] at equal time steps.
-    dt : float
-        Time step [s].
-
-    Returns
-    -------
-    ndarray, shape (time,)
-        Mean friction force [N or N*m] of the step that ends at each sample; 0 at the first, the origin.
-
-    Raises
-    ------
-    InputError
-        If `x` is not a finite 1-D array of at least one sample, or `dt` is not positive.
-
-    Examples
-    --------
-    >>> from bristle import friction
-    >>> response(friction.coulomb(F_C=2.0), [0.0, 1e-3, 2e-3, 1e-3], 0.1)
-    array([ 0.,  2.,  2., -2.])
-    """
-    position = np.asarray(x, dtype=float)
-    if position.ndim != 1 or position.size < 1 or not np.all(np.isfinite(position)):
-        raise InputError("must be a 1-D array of finite numbers", path="x", value=x)
-    if not (np.isfinite(dt) and dt > 0.0):
-        raise InputError("must be positive", path="dt", value=dt, allowed="> 0 s")
-    force = np.zeros(position.size)
-    force[1:] = force_along(model, np.diff(position) / dt, dt, position[1:])
-    return force
+__all__ = ["Trace", "run_closed_loop", "run_open_loop"]
 
 
 @dataclass(frozen=True)
@@ -156,7 +39,7 @@ class _Mechanism:
     """Plant and friction as one burst entry with its vectors."""
 
     def __init__(self, plant: Model, friction: Model, x: float, v: float, state: Any, memory: Any) -> None:
-        self.plant, self.friction = _Part(plant), _Part(friction)
+        self.plant, self.friction = Part(plant), Part(friction)
         if plant.component.State._fields[:2] != ("x", "v"):
             raise TypeError(f"the state of plant {plant.name} must begin with x and v")
         self.plant.state[0], self.plant.state[1] = x, v
@@ -212,7 +95,7 @@ def run_open_loop(
     Trace
         Position, velocity, effort and friction at each sample.
     """
-    u = np.ascontiguousarray(effort, dtype=float)
+    u = vector(effort)
     u_end = u if hold == "zero" else np.append(u[1:], u[-1:])
     mechanism = _Mechanism(plant, friction, x, v, state, memory)
     position, velocity, force = np.empty(u.size), np.empty(u.size), np.empty(u.size)
@@ -267,17 +150,17 @@ def run_closed_loop(
     """
     count = reference.shape[1]
     mechanism = _Mechanism(plant, friction, x, v, state, memory)
-    control, sense = _Part(controller), _Part(sensor)
+    control, sense = Part(controller), Part(sensor)
     started, _ = _sensed(sensor, x, dt)
     control.state = pack(controller.component.start(started, v, dt, controller.parameters))
-    extra = np.zeros(count) if injected is None else np.ascontiguousarray(injected, dtype=float)
+    extra = np.zeros(count) if injected is None else vector(injected)
     history = np.zeros(6 * count)
     driver = compiled("closed_loop", lambda: entries.closed_loop, "CaaSaaBaaaaaaafiffiaa")
     done = int(
         driver(
             _entry("control", control, "C", entries.make_control), control.parameters, control.state,
             _entry("sense", sense, "S", entries.make_sense), sense.parameters, sense.state,
-            mechanism.entry, *mechanism.vectors, np.ascontiguousarray(reference, dtype=float).ravel(), extra,
+            mechanism.entry, *mechanism.vectors, vector(reference).ravel(), extra,
             float(limit), int(delay), float(effort_before), float(dt), int(steps), history, mechanism.out,
         )
     )  # fmt: skip
@@ -288,9 +171,7 @@ def run_closed_loop(
     )  # fmt: skip
 
 
-def _entry(name: str, part: _Part, shape: str, make: Any) -> Any:
-    from bristle.engine.compilation import SIGNATURES
-
+def _entry(name: str, part: Part, shape: str, make: Any) -> Any:
     return compiled(f"{name}-{part.key}", lambda: make(*part.structures), SIGNATURES[shape], part.functions)
 
 

@@ -1,0 +1,126 @@
+"""Friction along a prescribed motion: no plant, no solve, one pass."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError
+from bristle.core.packing import pack, unpacker
+from bristle.engine import entries
+from bristle.engine.compilation import compiled
+from bristle.engine.part import Part, vector
+
+__all__ = ["force_along", "response", "settled"]
+
+
+def force_along(
+    model: Model, v: Any, dt: float, x: Any = None, *, state: Any = None, memory: np.ndarray | None = None
+) -> np.ndarray:
+    """Return the friction force along a prescribed velocity.
+
+    Parameters
+    ----------
+    model : Model
+        A friction model with parameters.
+    v : array_like, shape (step,)
+        Mean velocity of each step [m/s or rad/s]; +0.0 and -0.0 are the two one-sided limits.
+    dt : float
+        Length of a step [s].
+    x : array_like, shape (step,), optional
+        Position at the end of each step [m or rad]; the integral of `v` where not given.
+    state : NamedTuple, optional
+        State before the first step; virgin where not given.
+    memory : ndarray, optional
+        Memory before the first step; it is not changed.
+
+    Returns
+    -------
+    ndarray, shape (step,)
+        Mean friction force of each step [N or N*m], positive when it opposes ``v > 0``.
+    """
+    part = Part(model)
+    velocity = vector(v)
+    position = np.cumsum(velocity) * dt if x is None else vector(x)
+    if state is not None:
+        part.state = pack(state)
+    memory = part.component.new_memory(model.parameters) if memory is None else np.array(memory, dtype=float)
+    return _follow(part, memory, velocity, position, dt)
+
+
+def settled(model: Model, v: float) -> tuple[Any, np.ndarray]:
+    """Return the state and the memory of a friction model that has been sliding steadily.
+
+    Parameters
+    ----------
+    model : Model
+        A friction model with parameters.
+    v : float
+        Velocity [m/s or rad/s]; virgin where it is zero.
+
+    Returns
+    -------
+    state : NamedTuple
+        State of the model.
+    memory : ndarray
+        Memory of the model.
+    """
+    part = Part(model)
+    memory = part.component.new_memory(model.parameters)
+    if v != 0.0:
+        # Doubling steps, from a picometre to a metre, settle a contact of any stiffness.
+        for distance in np.geomspace(1e-12, 1.0, 80):
+            _follow(part, memory, np.array([v]), np.zeros(1), distance / abs(v))
+    return unpacker(part.structures[1])(part.state), memory
+
+
+def _follow(part: Part, memory: np.ndarray, velocity: np.ndarray, position: np.ndarray, dt: float) -> np.ndarray:
+    force = np.empty(velocity.size)
+    entry = compiled(
+        f"force_along-{part.key}",
+        lambda: entries.make_force_along(*part.structures),
+        "aaaaafa",
+        part.functions,
+    )
+    entry(part.parameters, part.state, memory, velocity, position, float(dt), force)
+    return force
+
+
+def response(model: Model, x: Any, dt: float) -> np.ndarray:
+    """Return the friction force along a prescribed position.
+
+    Parameters
+    ----------
+    model : Model
+        A friction model with parameters.
+    x : array_like, shape (time,)
+        Position [m or rad] at equal time steps.
+    dt : float
+        Time step [s].
+
+    Returns
+    -------
+    ndarray, shape (time,)
+        Mean friction force [N or N*m] of the step that ends at each sample; 0 at the first, the origin.
+
+    Raises
+    ------
+    InputError
+        If `x` is not a finite 1-D array of at least one sample, or `dt` is not positive.
+
+    Examples
+    --------
+    >>> from bristle import friction
+    >>> response(friction.coulomb(F_C=2.0), [0.0, 1e-3, 2e-3, 1e-3], 0.1)
+    array([ 0.,  2.,  2., -2.])
+    """
+    position = np.asarray(x, dtype=float)
+    if position.ndim != 1 or position.size < 1 or not np.all(np.isfinite(position)):
+        raise InputError("must be a 1-D array of finite numbers", path="x", value=x)
+    if not (np.isfinite(dt) and dt > 0.0):
+        raise InputError("must be positive", path="dt", value=dt, allowed="> 0 s")
+    force = np.zeros(position.size)
+    force[1:] = force_along(model, np.diff(position) / dt, dt, position[1:])
+    return force

@@ -1,0 +1,64 @@
+"""One component of a run: its model as flat vectors, and how to name and compile what runs it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from bristle.core.contracts import Model
+from bristle.core.dispatch import function_of
+from bristle.core.packing import pack, structure_of
+
+__all__ = ["Part", "vector"]
+
+
+def vector(values: Any) -> np.ndarray:
+    """Return values as compiled entries take them: contiguous, writable, of floating point."""
+    return np.require(values, dtype=float, requirements=("C", "W"))
+
+
+@dataclass
+class Part:
+    """One component of a run: its vectors, of which the run changes `state`, and how to name and compile it."""
+
+    model: Model
+    parameters: np.ndarray = field(init=False)
+    state: np.ndarray = field(init=False)
+    structures: tuple[Any, Any] = field(init=False)
+
+    def __post_init__(self) -> None:
+        p = self.model.parameters
+        state = self.model.component.initial_state(p)
+        self.parameters, self.state = pack(p), pack(state)
+        self.structures = (structure_of(p), structure_of(state))
+
+    @property
+    def component(self) -> Any:
+        """The descriptor."""
+        return self.model.component
+
+    @property
+    def key(self) -> str:
+        """Name of the component with those that it holds."""
+        return f"{self.model.component.module}.{_name_of(self.structures[0])}"
+
+    @property
+    def functions(self) -> tuple[Any, ...]:
+        """Functions of the component and of those that it holds: what a user may have written."""
+        return _functions(self.model.component.family, self.model.component.functions, self.structures[0])
+
+
+def _name_of(structure: Any) -> str:
+    cls, parts = structure
+    return cls.__qualname__ + "".join(_name_of(part) for part in parts if isinstance(part, tuple))
+
+
+def _functions(family: str, names: tuple[str, ...], structure: Any) -> tuple[Any, ...]:
+    cls, parts = structure
+    found = tuple(function_of(family, name, cls) for name in names)
+    for part in parts:
+        if isinstance(part, tuple):
+            found += _functions(family, names, part)
+    return found

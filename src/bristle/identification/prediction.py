@@ -1,0 +1,206 @@
+"""What a model predicts of a log, seen or unseen, against what was measured."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from bristle.core.axis import Axis
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError
+from bristle.core.status import Status
+from bristle.core.variable import unit_of
+from bristle.engine import Trace, force_along, run_closed_loop, run_open_loop, settled
+from bristle.friction import is_static, with_presliding
+from bristle.identification.treatment import treat
+from bristle.identification.words import with_unit
+from bristle.logs.log import Log
+from bristle.sensors import encoder
+from bristle.simulation.result import Prediction
+
+__all__ = ["MODES", "predict"]
+
+MODES = ("inverse", "closed-loop", "open-loop")
+START_SAMPLES = 20  # over which the initial velocity is estimated
+LONGEST_STEP = 2.5e-4  # of the integration [s]
+
+
+def predict(plant: Model, friction: Model, log: Log, axis: Axis | None = None, mode: str = "inverse") -> Prediction:
+    """Predict a log with a model.
+
+    Parameters
+    ----------
+    plant, friction : Model
+        The inertia and the friction model.
+    log : Log
+        What was measured. Its known inputs are injected in closed loop.
+    axis : Axis, optional
+        The controller that was running (needed in closed loop), encoder resolution, limit of the effort.
+    mode : {"inverse", "closed-loop", "open-loop"}
+        ``inverse``: the effort from the measured motion, filtered and decimated as in the identification.
+        ``closed-loop``: effort and motion from the reference. ``open-loop``: the motion from the measured effort; it
+        begins at the 20th sample, where the velocity is known from both sides.
+
+    Returns
+    -------
+    Prediction
+        Measured and predicted signals, and the errors ``100 ||y - y_hat|| / ||y||`` [%].
+
+    Raises
+    ------
+    InputError
+        If the log or the axis lacks what the mode needs.
+    """
+    if mode not in MODES:
+        raise InputError("no such mode", path="mode", value=mode, allowed=", ".join(MODES))
+    if plant.kind != log.kind:
+        raise InputError(
+            "model and log are of different kinds of axis",
+            path="model",
+            value=plant.kind,
+            allowed=log.kind,
+            mend="Use the axis file that the model was identified with",
+        )
+    if log.effort is None:
+        raise InputError("has no effort to compare with or to apply", path="log", mend="Name its column in the axis")
+    if mode == "inverse":
+        return _inverse(plant, friction, log, axis)
+    axis = axis or Axis(kind=log.kind)
+    notes = []
+    if axis.presliding and is_static(friction.component):
+        friction = with_presliding(friction, axis.presliding)
+        notes.append(
+            f"friction turns over a pre-sliding distance of {with_unit(axis.presliding, 'length', log.kind)} (axis file)"
+        )
+    run = _closed_loop if mode == "closed-loop" else _open_loop
+    segments = log.segments or (slice(0, len(log)),)
+    traces, used = [], []
+    for part in segments:
+        first, last, _ = part.indices(len(log))
+        first += START_SAMPLES if mode == "open-loop" else 0
+        if last - first <= START_SAMPLES:
+            notes.append(f"a stretch of {last - first} samples is too short to be predicted, and was left out")
+            continue
+        traces.append(run(plant, friction, log, axis, slice(first, last)))
+        used.append(slice(first, first + traces[-1].time.size))
+    if not traces:
+        raise InputError("no stretch of the log is long enough", path="log", allowed=f"> {2 * START_SAMPLES} samples")
+    return _compare(mode, log, traces, used, tuple(notes))
+
+
+def _inverse(plant: Model, friction: Model, log: Log, axis: Axis | None) -> Prediction:
+    regression = treat(log, axis)
+    mass = plant.values["M"]
+    parts = [
+        mass * one.acceleration + force_along(friction, one.velocity, regression.sample_time, one.position)
+        for one in regression.stretches
+    ]
+    predicted = regression.rows_of(parts)
+    return Prediction(
+        mode="inverse",
+        time=regression.time,
+        effort=regression.effort,
+        effort_predicted=predicted,
+        position=regression.rows_of([one.position for one in regression.stretches]),
+        position_predicted=None,
+        metrics=_metrics(log, regression.effort, predicted, None, None),
+        notes=("effort and motion are filtered and decimated as in the identification",),
+    )
+
+
+def _closed_loop(plant: Model, friction: Model, log: Log, axis: Axis, part: slice) -> Trace:
+    if not isinstance(axis.controller, Model):
+        raise InputError(
+            "is needed to predict the closed loop", path="axis.controller",
+            mend="Describe the controller that was running in [controller] of the axis file, or use --mode inverse",
+        )  # fmt: skip
+    if log.reference is None:
+        raise InputError(
+            "has no reference, which the closed loop follows", path="log",
+            mend="Name its column in [columns] of the axis file, or use --mode inverse",
+        )  # fmt: skip
+    reference = log.reference.values[part]
+    desired = np.zeros((4, reference.size))
+    desired[0] = reference
+    desired[1] = np.gradient(reference, log.sample_time)
+    desired[2] = np.gradient(desired[1], log.sample_time)
+    start = _start(log, friction, part.start, axis.resolution)
+    return run_closed_loop(
+        plant, friction, axis.controller, encoder(kind=log.kind, resolution=axis.resolution or 0.0), desired,
+        log.sample_time, steps=_substeps(log.sample_time), injected=log.injected_effort[part],
+        limit=axis.effort_limit or math.inf, **start,
+    )  # fmt: skip
+
+
+def _open_loop(plant: Model, friction: Model, log: Log, axis: Axis, part: slice) -> Trace:
+    assert log.effort is not None
+    start = _start(log, friction, part.start, axis.resolution)
+    return run_open_loop(
+        plant, friction, log.effort.values[part], log.sample_time, steps=_substeps(log.sample_time), **start
+    )
+
+
+def _substeps(sample_time: float) -> int:
+    return max(4, math.ceil(sample_time / LONGEST_STEP))
+
+
+def _start(log: Log, friction: Model, first: int, resolution: float | None) -> dict[str, Any]:
+    """Return position, velocity and state of the friction model at a sample.
+
+    The velocity is that of a parabola through the samples around it (those that the log has): one difference of an
+    encoder would be off by a count in a sample.
+    """
+    dt = log.sample_time
+    low = max(first - START_SAMPLES // 2, 0)
+    window = slice(low, low + START_SAMPLES + 1)
+    position = log.position.values[window]
+    t = dt * (np.arange(position.size) + low - first)
+    count = resolution or 0.0
+    if np.ptp(position) <= 1.5 * count:
+        return {"x": float(log.position.values[first]), "v": 0.0}
+    velocity = float(np.polyfit(t, position - position[0], 2)[1])
+    state, memory = settled(friction, velocity)
+    return {"x": float(log.position.values[first]), "v": velocity, "state": state, "memory": memory}
+
+
+def _compare(mode: str, log: Log, traces: list[Trace], used: list[slice], notes: tuple[str, ...]) -> Prediction:
+    assert log.effort is not None
+    effort = np.concatenate([log.effort.values[part] for part in used])
+    position = np.concatenate([log.position.values[part] for part in used])
+    command = np.concatenate([trace.command for trace in traces]) if mode == "closed-loop" else None
+    reached = np.concatenate([trace.measured for trace in traces])
+    status = max((trace.status for trace in traces), key=int)
+    return Prediction(
+        mode=mode,
+        time=np.concatenate([log.time.values[part] for part in used]),
+        effort=effort,
+        effort_predicted=command,
+        position=position,
+        position_predicted=reached,
+        metrics=_metrics(log, effort, command, position, reached, failed=status == Status.NOT_FINITE),
+        status=status,
+        notes=notes,
+    )
+
+
+def _metrics(
+    log: Log, effort: Any, effort_hat: Any, position: Any, position_hat: Any, *, failed: bool = False
+) -> dict[str, float | str | None]:
+    rmse = None
+    if position_hat is not None and not failed:
+        rmse = float(np.sqrt(np.mean((position - position_hat) ** 2)))
+    return {
+        "force_error_percent": None if failed else _relative_percent(effort, effort_hat),
+        "position_error_percent": None if failed else _relative_percent(position, position_hat),
+        "position_rmse": rmse,
+        "position_unit": unit_of("length", log.kind),
+    }
+
+
+def _relative_percent(signal: Any, predicted: Any) -> float | None:
+    if predicted is None:
+        return None
+    size = float(np.linalg.norm(signal))
+    return 100.0 * float(np.linalg.norm(signal - predicted)) / size if size > 0.0 else None

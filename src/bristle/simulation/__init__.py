@@ -1,0 +1,15 @@
+"""Simulation of experiments: open loop, closed loop, and what came out."""
+
+from bristle.simulation.result import Prediction, SimulationResult, Statistics, VariantResult, statistics_of
+from bristle.simulation.run import feedforward_effort, friction_along, simulate
+
+__all__ = [
+    "Prediction",
+    "SimulationResult",
+    "Statistics",
+    "VariantResult",
+    "feedforward_effort",
+    "friction_along",
+    "simulate",
+    "statistics_of",
+]
