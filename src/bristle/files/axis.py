@@ -1,0 +1,217 @@
+"""`read_axis`: what a person wrote of an axis, as an `Axis` in SI."""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from bristle.core import units
+from bristle.core.axis import Axis, Column, Injected
+from bristle.core.errors import InputError
+from bristle.core.transmission import Transmission
+from bristle.core.variable import Kind, Variable
+from bristle.files.axis_schema import AxisFile, ColumnEntry, EncoderEntry, InjectedEntry
+from bristle.files.drive import Constant, Drive, Scale
+from bristle.files.schema import validated
+from bristle.files.toml import read_toml
+
+__all__ = ["axis_from", "read_axis"]
+
+TIME = Variable("time", "time")
+FREQUENCY = Variable("frequency", "frequency")
+MASS = Variable("mass", "moving mass")
+FORCE = Variable("force", "force")
+VELOCITY = Variable("length/time", "velocity")
+LENGTH = Variable("length", "position")
+
+
+def read_axis(path: str | os.PathLike[str]) -> Axis:
+    """Return the axis that a file describes.
+
+    Parameters
+    ----------
+    path : path-like
+        An axis file, TOML.
+
+    Returns
+    -------
+    Axis
+        In SI of its kind; `controller` is the table as it stands in the file.
+
+    Raises
+    ------
+    InputError
+        With file, key, value and what is allowed there.
+    """
+    source = Path(path)
+    data = read_toml(source)
+    try:
+        return axis_from(data)
+    except InputError as error:
+        raise error.at(str(source)) from None
+
+
+def axis_from(data: dict[str, Any]) -> Axis:
+    """Return the axis that the content of an axis file describes.
+
+    Raises
+    ------
+    InputError
+        With key, value and what is allowed there.
+    """
+    file = validated(AxisFile, data)
+    drive = _drive_of(file)
+    columns = {
+        name: _column(name, entry, drive)
+        for name in ("time", "position", "velocity", "effort", "reference")
+        if (entry := getattr(file.columns, name)) is not None
+    }
+    return Axis(
+        name=file.name,
+        kind=file.kind,
+        columns=columns,
+        injected=tuple(_injected(entry, file, drive, f"injected[{i}]") for i, entry in enumerate(file.injected)),
+        sample_time=_positive(file.timing.sample_time, TIME, file.kind, "timing.sample_time"),
+        delay=units.quantity(file.timing.delay, TIME, path="timing.delay"),
+        mass=_mass(file),
+        offset=_offset(file),
+        resolution=drive.count,
+        effort_limit=_limit(file, drive),
+        velocity_limit=_positive(file.limits.velocity, VELOCITY, file.kind, "limits.velocity"),
+        stroke=_stroke(file),
+        controller=file.controller,
+        cutoff=_positive(file.identification.cutoff, FREQUENCY, file.kind, "identification.cutoff"),
+        decimation=file.identification.decimation,
+    )
+
+
+def _drive_of(file: AxisFile) -> Drive:
+    effort, given = file.effort, file.transmission
+    if effort.force_constant and effort.torque_constant:
+        raise InputError("has both a force_constant and a torque_constant", path="effort", mend="Keep one of them")
+    constant = None
+    if effort.force_constant:
+        constant = Constant.of(effort.force_constant, "N", "effort.force_constant")
+    if effort.torque_constant:
+        constant = Constant.of(effort.torque_constant, "N*m", "effort.torque_constant")
+    lead = _positive(_without(given.lead, "/rev"), LENGTH, "translational", "transmission.lead")
+    drive = Drive(Transmission(file.kind, given.gear_ratio or 1.0, lead), constant, effort.rated)
+    return replace(drive, count=_resolution(file.encoder, drive))
+
+
+def _resolution(encoder: EncoderEntry, drive: Drive) -> float | None:
+    """Return the movement of the axis for one count [m or rad]."""
+    path, given = "encoder.resolution", _without(encoder.resolution, "/count")
+    if given is not None and encoder.counts_per_rev is not None:
+        raise InputError("has both a resolution and counts_per_rev", path="encoder", mend="Keep one of them")
+    if encoder.counts_per_rev is not None:
+        turn = drive.movement("rad", encoder.side, "encoder.counts_per_rev")
+        return 2 * math.pi * turn.factor / encoder.counts_per_rev
+    if given is None:
+        return None
+    unit = units.split(given, path)[1] if isinstance(given, str) else ""
+    if not unit:
+        return _above_zero(float(given), path, given)
+    return _above_zero(drive.movement(unit, encoder.side, path).of(str(given), path), path, given)
+
+
+def _without(given: Any, suffix: str) -> Any:
+    """Leave out what a quantity is told for, such as one turn."""
+    return "".join(given.split()).removesuffix(suffix) if isinstance(given, str) else given
+
+
+def _column(name: str, entry: ColumnEntry, drive: Drive) -> Column:
+    path = f"columns.{name}.unit"
+    if name == "time":
+        scale = Scale("s", 1.0)
+    elif name == "effort":
+        scale = drive.effort(entry.unit, entry.side, path)
+    else:
+        scale = drive.movement(entry.unit, entry.side, path, per="/s" if name == "velocity" else "")
+    if entry.unit is not None:
+        units.factor(entry.unit, scale.base, path=path)
+    return Column(entry.column, entry.unit or "", scale.base, entry.sign * scale.factor, entry.optional)
+
+
+def _injected(entry: InjectedEntry, file: AxisFile, drive: Drive, path: str) -> Injected:
+    gain: Any = entry.gain
+    if entry.unit is not None:
+        if isinstance(gain, str):
+            raise InputError("has a unit, and so has `gain`", path=f"{path}.unit", mend="Keep one of them")
+        gain = f"{gain!r} {entry.unit}"
+    value = _effort(gain, file, drive, f"{path}.gain")
+    return Injected(entry.column, _finite(value, f"{path}.gain", gain), entry.optional)
+
+
+def _limit(file: AxisFile, drive: Drive) -> float | None:
+    given = file.effort.limit
+    if given is None:
+        return None
+    return _above_zero(abs(_effort(given, file, drive, "effort.limit")), "effort.limit", given)
+
+
+def _effort(given: float | str, file: AxisFile, drive: Drive, path: str) -> float:
+    """Return an effort in SI of the axis, from any unit that its column may have; a bare number is SI already."""
+    unit = units.split(given, path)[1] if isinstance(given, str) else ""
+    if not unit:
+        return float(given)
+    told = file.columns.effort.side if file.columns.effort else None
+    side = None if units.compatible(unit, "N", path=path) else told or ("motor" if drive.constant else None)
+    return drive.effort(unit, side, path).of(str(given), path)
+
+
+def _mass(file: AxisFile) -> float | None:
+    right, wrong = ("mass", "inertia") if file.kind == "translational" else ("inertia", "mass")
+    if getattr(file.plant, wrong) is not None:
+        raise InputError(
+            f"is not what a {file.kind} axis has",
+            path=f"plant.{wrong}",
+            mend=f"Write {right} in {MASS.unit(file.kind)}",
+        )
+    return _positive(getattr(file.plant, right), MASS, file.kind, f"plant.{right}")
+
+
+def _offset(file: AxisFile) -> float | str:
+    given = file.plant.offset
+    if given == "identify":
+        return given
+    try:
+        return _finite(units.quantity(given, FORCE, file.kind, path="plant.offset"), "plant.offset", given)
+    except InputError as error:
+        allowed = f'"identify", or a value in {FORCE.unit(file.kind)}'
+        raise InputError(error.message, path=error.path, value=given, allowed=allowed, mend=error.mend) from None
+
+
+def _stroke(file: AxisFile) -> tuple[float, float] | None:
+    if file.limits.stroke is None:
+        return None
+    low, high = (
+        _finite(units.quantity(one, LENGTH, file.kind, path=f"limits.stroke[{i}]"), f"limits.stroke[{i}]", one)
+        for i, one in enumerate(file.limits.stroke)
+    )
+    if low >= high:
+        raise InputError(
+            "must rise", path="limits.stroke", value=file.limits.stroke, allowed="[smallest, largest position]"
+        )
+    return low, high
+
+
+def _positive(given: Any, variable: Variable, kind: Kind, path: str) -> float | None:
+    if given is None:
+        return None
+    return _above_zero(units.quantity(given, variable, kind, path=path), path, given)
+
+
+def _above_zero(value: float, path: str, given: Any) -> float:
+    if not 0 < value < math.inf:
+        raise InputError("must be positive and finite", path=path, value=given, allowed="> 0")
+    return value
+
+
+def _finite(value: float, path: str, given: Any) -> float:
+    if not math.isfinite(value):
+        raise InputError("must be finite", path=path, value=given)
+    return value

@@ -1,0 +1,121 @@
+"""What an axis file may say: its tables and keys, before units are looked at."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field
+
+from bristle.core.transmission import Side
+from bristle.core.variable import Kind
+from bristle.files.schema import Quantity, Strict
+
+__all__ = ["AxisFile", "ColumnEntry", "InjectedEntry"]
+
+
+class ColumnEntry(Strict):
+    """One channel: which column it is, in what unit, with what sign, measured where."""
+
+    column: str
+    unit: str | None = None
+    sign: Literal[1, -1] = 1
+    side: Side | None = None
+    optional: bool = False
+
+
+def _entry(value: Any) -> Any:
+    """Take a bare name of a column for an entry that says no more."""
+    return {"column": value} if isinstance(value, str) else value
+
+
+Entry = Annotated[ColumnEntry, BeforeValidator(_entry)]
+
+
+class Columns(Strict):
+    """The channels of the log."""
+
+    time: Entry | None = None
+    position: Entry
+    velocity: Entry | None = None
+    effort: Entry | None = None
+    reference: Entry | None = None
+
+
+class InjectedEntry(Strict):
+    """A known input of the loop: effort for one unit of the column."""
+
+    column: str
+    gain: Quantity
+    unit: str | None = None
+    optional: bool = False
+
+
+class EffortEntry(Strict):
+    """What turns the drive's own numbers into a force or a torque."""
+
+    force_constant: str | None = None
+    torque_constant: str | None = None
+    rated: str | None = None
+    limit: Quantity | None = None
+
+
+class TransmissionEntry(Strict):
+    """What lies between motor and load."""
+
+    gear_ratio: Annotated[float, Field(gt=0)] | None = None
+    lead: Quantity | None = None
+
+
+class PlantEntry(Strict):
+    """What is known of the moving mass."""
+
+    mass: Quantity | None = None
+    inertia: Quantity | None = None
+    offset: Quantity = "identify"
+
+
+class EncoderEntry(Strict):
+    """The position sensor."""
+
+    resolution: Quantity | None = None
+    counts_per_rev: Annotated[float, Field(gt=0)] | None = None
+    side: Side | None = None
+
+
+class TimingEntry(Strict):
+    """Sample time and delay of the channels."""
+
+    sample_time: Quantity | None = None
+    delay: Quantity = 0.0
+
+
+class LimitsEntry(Strict):
+    """How fast and how far the axis may go."""
+
+    velocity: Quantity | None = None
+    stroke: Annotated[list[Quantity], Field(min_length=2, max_length=2)] | None = None
+
+
+class IdentificationEntry(Strict):
+    """How the log is filtered before a model is fitted."""
+
+    cutoff: Quantity | None = None
+    decimation: Annotated[int, Field(ge=1)] | None = None
+
+
+class AxisFile(Strict):
+    """An axis file as a whole."""
+
+    schema_version: Literal[1] = Field(alias="schema")
+    name: str = "axis"
+    kind: Kind
+    columns: Columns
+    effort: EffortEntry = EffortEntry()
+    injected: list[InjectedEntry] = Field(default_factory=list)
+    transmission: TransmissionEntry = TransmissionEntry()
+    plant: PlantEntry = PlantEntry()
+    encoder: EncoderEntry = EncoderEntry()
+    timing: TimingEntry = TimingEntry()
+    limits: LimitsEntry = LimitsEntry()
+    identification: IdentificationEntry = IdentificationEntry()
+    controller: dict[str, Any] | None = None

@@ -1,0 +1,89 @@
+"""The ground of all file schemas: strict tables, and errors that name key, value and what is allowed."""
+
+from __future__ import annotations
+
+import difflib
+import numbers
+from collections.abc import Iterable, Mapping
+from typing import Annotated, Any, TypeVar, get_args
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
+
+from bristle.core.errors import InputError
+
+__all__ = ["Quantity", "Strict", "validated"]
+
+
+class Strict(BaseModel):
+    """A table of a file: unknown keys are refused, nothing is coerced."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+
+S = TypeVar("S", bound=Strict)
+
+
+def _number_or_text(value: Any) -> Any:
+    if isinstance(value, bool) or not isinstance(value, (numbers.Real, str)):
+        raise ValueError('a number, or text with a unit such as "7 um"')
+    return value
+
+
+Quantity = Annotated[Any, AfterValidator(_number_or_text)]
+
+
+def validated(schema: type[S], data: Mapping[str, Any]) -> S:
+    """Return `data` as the table that `schema` describes.
+
+    Raises
+    ------
+    InputError
+        With the path of the first key that does not fit, its value, and what is allowed there.
+    """
+    try:
+        return schema.model_validate(data)
+    except ValidationError as error:
+        raise _refusal(error.errors(), schema) from None
+
+
+def _refusal(errors: list[Any], schema: type[Strict]) -> InputError:
+    first = errors[0]
+    loc, path = first["loc"], _dotted(first["loc"])
+    more = f"{len(errors) - 1} more of this kind follow" if len(errors) > 1 else ""
+    if first["type"] == "extra_forbidden":
+        known = _keys(_table_at(schema, loc[:-1]))
+        close = difflib.get_close_matches(str(loc[-1]), known, n=1)
+        mend = f"Did you mean {close[0]!r}?" if close else more
+        return InputError("unknown key", path=path, value=first["input"], allowed=", ".join(known), mend=mend)
+    if first["type"] == "missing":
+        mend = "Write schema = 1 on the first line" if path == "schema" else more
+        return InputError("is missing", path=path, mend=mend)
+    wanted = first["msg"].removeprefix("Input should be ").removeprefix("Value error, ")
+    return InputError("does not fit", path=path, value=first["input"], allowed=wanted, mend=more)
+
+
+def _dotted(loc: Iterable[str | int]) -> str:
+    path = ""
+    for part in loc:
+        path += f"[{part}]" if isinstance(part, int) else f".{part}" if path else part
+    return path
+
+
+def _keys(table: type[Strict]) -> list[str]:
+    return [field.alias or name for name, field in table.model_fields.items()]
+
+
+def _table_at(schema: type[Strict], loc: Iterable[str | int]) -> type[Strict]:
+    """Return the table that a path of keys leads to."""
+    table = schema
+    for part in loc:
+        fields = {field.alias or name: field for name, field in table.model_fields.items()}
+        if part in fields:
+            table = _table_in(fields[str(part)].annotation) or table
+    return table
+
+
+def _table_in(annotation: Any) -> type[Strict] | None:
+    if isinstance(annotation, type) and issubclass(annotation, Strict):
+        return annotation
+    return next((found for inner in get_args(annotation) if (found := _table_in(inner))), None)

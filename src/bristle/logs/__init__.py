@@ -1,0 +1,8 @@
+"""Logs of motion axes: what was recorded, with units, and the readers of the files that hold it."""
+
+from bristle.logs.log import Channel, Log
+from bristle.logs.read import read_log
+from bristle.logs.sign import sign_of_effort
+from bristle.logs.summary import summarize
+
+__all__ = ["Channel", "Log", "read_log", "sign_of_effort", "summarize"]

@@ -1,0 +1,157 @@
+"""What makes a recorded channel unfit for use, and how it is told to people.
+
+A log is refused for what would spoil a result without a trace. What is legitimate must pass: a position that
+rests for a long time, an effort of zero while the drive is off, a known input that was never switched on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from bristle.core.axis import Axis
+from bristle.core.errors import InputError
+from bristle.logs.gather import Gathered
+
+__all__ = ["FEWEST_SAMPLES", "longest_run", "problems_of", "quantisation"]
+
+FEWEST_SAMPLES = 100
+LONG_RUN = 10  # samples
+LIMIT_TOLERANCE = 0.05
+FEW_LEVELS = 16  # a commanded effort of few levels is no clipped one
+PILE_UP = 5  # times as many samples at the extreme as at the next level
+ENTRY_SPEED = 0.05  # of the largest speed: nothing stops from it within one sample
+ENTRY_STEPS = 5  # quantisation steps
+
+
+def problems_of(found: Gathered, axis: Axis, source: str) -> Iterator[InputError]:
+    """Yield what makes the channels of a log unfit for use, the gravest first."""
+    channels = list(found.named())
+    for name, channel in channels:
+        place = f"{source}: column {channel.column!r}"
+        if channel.values.size < FEWEST_SAMPLES:
+            yield InputError(
+                f"is too short to be used as the {name}", path=place, value=channel.values.size,
+                allowed=f"at least {FEWEST_SAMPLES} samples", mend="Record for longer, or copy it again",
+            )  # fmt: skip
+            return
+    finite = True
+    for _, channel in channels:
+        for problem in _not_finite(found, channel.values, f"{source}: column {channel.column!r}"):
+            finite = False
+            yield problem
+    if not finite:
+        return
+    for name, channel in found.channels.items():
+        if name != "time" and np.ptp(channel.values) == 0:
+            yield InputError(
+                f"is constant ({channel.values[0]:.6g} {channel.unit}), which tells nothing as the {name}",
+                path=f"{source}: column {channel.column!r}",
+                mend="Is it the right column, did the axis move? Leave out of [columns] what is not needed",
+            )
+        elif name == "effort":
+            yield from _saturated_effort(found, axis, f"{source}: column {channel.column!r}")
+        elif name == "position":
+            yield from _saturated_position(found, f"{source}: column {channel.column!r}")
+
+
+def quantisation(values: np.ndarray) -> float:
+    """Return the smallest step between two neighbours that differ, zero if none do."""
+    steps = np.abs(np.diff(values))
+    steps = steps[steps > 1e-12 * np.max(np.abs(values), initial=0.0)]
+    return float(steps.min()) if steps.size else 0.0
+
+
+def longest_run(chosen: np.ndarray) -> tuple[int, int]:
+    """Return first index and length of the longest run of true values."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], chosen, [False]]).astype(np.int8)))
+    starts, lengths = edges[::2], edges[1::2] - edges[::2]
+    if not lengths.size:
+        return 0, 0
+    longest = int(np.argmax(lengths))
+    return int(starts[longest]), int(lengths[longest])
+
+
+def _not_finite(found: Gathered, values: np.ndarray, place: str) -> Iterator[InputError]:
+    bad = np.flatnonzero(~np.isfinite(values))
+    if bad.size:
+        at = int(bad[0])
+        what = "NaN (not a number)" if np.isnan(values[at]) else "an infinite value"
+        yield InputError(
+            f"has {what} at {_moment(found, at)}, {bad.size} such samples in all",
+            path=place,
+            mend="Repair these samples or delete their rows: a gap in time is understood",
+        )
+
+
+def _moment(found: Gathered, at: int) -> str:
+    time = found.channels.get("time")
+    known = time is not None and at < time.values.size and np.isfinite(time.values[at])
+    return f"sample {at}" + (f" (t = {time.values[at]:.6g} s)" if time is not None and known else "")
+
+
+def _saturated_effort(found: Gathered, axis: Axis, place: str) -> Iterator[InputError]:
+    channel = found.channels["effort"]
+    mend = "Lower the acceleration or the amplitude of the motion, or widen the range of the channel"
+    own = channel.values
+    if all(known.values.size == own.size for known in found.injected):
+        own = own - sum((known.values for known in found.injected), np.zeros(own.size))
+    if axis.effort_limit is not None and np.max(np.abs(own)) > (1 + LIMIT_TOLERANCE) * axis.effort_limit:
+        at = int(np.argmax(np.abs(own)))
+        yield InputError(
+            f"exceeds the limit of the effort at {_moment(found, at)}", path=place, value=float(own[at]),
+            allowed=f"up to {axis.effort_limit:.6g} {channel.unit}",
+            mend="Mend the unit or the constant of the effort, or its limit, in the axis file",
+        )  # fmt: skip
+        return
+    for extreme in (own.max(), own.min()):
+        at_extreme = own == extreme
+        if axis.effort_limit is not None and abs(extreme) >= (1 - 1e-6) * axis.effort_limit:
+            at_extreme = np.sign(extreme) * own >= (1 - 1e-6) * axis.effort_limit
+        start, length = longest_run(at_extreme)
+        if length >= LONG_RUN and extreme != 0 and _piled_up(own, at_extreme):
+            yield InputError(
+                f"is saturated: {length} samples in a row at {extreme:.6g} {channel.unit} from "
+                f"{_moment(found, start)}, {at_extreme.sum()} in all", path=place, mend=mend,
+            )  # fmt: skip
+            return
+
+
+def _piled_up(values: np.ndarray, at_extreme: np.ndarray) -> bool:
+    """Return whether far more samples lie at the extreme than next to it, as in a clipped signal."""
+    levels, counts = np.unique(values[~at_extreme], return_counts=True)
+    if levels.size < FEW_LEVELS:
+        return False
+    next_level = counts[-1] if levels[-1] < values[at_extreme][0] else counts[0]
+    return bool(at_extreme.sum() >= PILE_UP * next_level)
+
+
+def _saturated_position(found: Gathered, place: str) -> Iterator[InputError]:
+    """Refuse a position that stops at its extreme within one sample out of full motion.
+
+    An axis that rests there arrives slowly; a reading that is cut off does not, while the reference goes on.
+    """
+    channel = found.channels["position"]
+    values = channel.values
+    speeds = np.abs(np.diff(values))
+    abrupt = max(ENTRY_SPEED * float(speeds.max()), ENTRY_STEPS * quantisation(values))
+    reference = found.channels.get("reference")
+    for extreme in (values.max(), values.min()):
+        start, length = longest_run(values == extreme)
+        if length < LONG_RUN or start < 2 or not _full_motion(speeds, start, abrupt):
+            continue
+        if reference is not None and reference.values.size == values.size:
+            beyond = np.sign(extreme - values.mean()) * (reference.values[start : start + length] - extreme)
+            if beyond.max() <= abrupt:
+                continue
+        yield InputError(
+            f"is saturated: it stops dead at {extreme:.6g} {channel.unit} at {_moment(found, start)}, "
+            f"for {length} samples", path=place, mend="Widen the range of the sensor or of the recording",
+        )  # fmt: skip
+        return
+
+
+def _full_motion(speeds: np.ndarray, start: int, abrupt: float) -> bool:
+    """Return whether the sample before `start` was still in motion, not slowing down."""
+    return bool(speeds[start - 2] > abrupt)

@@ -1,0 +1,159 @@
+"""How a text file is laid out: where its numbers begin, what separates them, how the columns are called."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from bristle.core import units
+from bristle.core.errors import InputError
+from bristle.logs.table import split_unit
+
+__all__ = ["COMMENT", "Layout", "cells_of", "is_number", "layout_of"]
+
+COMMENT = "#"
+# Tried in this order; None is any run of blanks. A comma is last but one: it may be a decimal comma.
+DELIMITERS = ("\t", ";", ",", None)
+PREAMBLE_LINES, SAMPLE_ROWS = 400, 20
+_NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?|nan|inf|infinity|1\.#\w+)", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where and how the numbers of a text file stand.
+
+    Parameters
+    ----------
+    delimiter : str or None
+        What separates cells; None is any run of blanks.
+    decimal_comma : bool
+        Whether decimals follow a comma.
+    first : int
+        Index of the first line of numbers.
+    numeric : tuple of bool
+        Which columns hold numbers.
+    names, units : tuple of str
+        What the header says, one for each column.
+    """
+
+    delimiter: str | None
+    decimal_comma: bool
+    first: int
+    numeric: tuple[bool, ...]
+    names: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()
+
+
+def cells_of(line: str, delimiter: str | None) -> list[str]:
+    """Return the cells of a line, stripped of blanks and quotes."""
+    return [cell.strip().strip('"').strip() for cell in line.split(delimiter)]
+
+
+def is_number(cell: str, decimal_comma: bool) -> bool:
+    """Return whether a cell is a number."""
+    if decimal_comma and "." not in cell:
+        cell = cell.replace(",", ".", 1)
+    return bool(_NUMBER.fullmatch(cell))
+
+
+def layout_of(lines: Sequence[str], source: Path) -> Layout:
+    """Return the layout that makes most numbers of the first lines of a file.
+
+    Raises
+    ------
+    InputError
+        If nowhere rows of numbers follow one another, or a cell in the first of them is no number.
+    """
+    best, best_score = None, (0.0, 0)
+    for delimiter in DELIMITERS:
+        for decimal_comma in (False, True) if delimiter != "," else (False,):
+            found = _rows_of_numbers(lines, delimiter, decimal_comma)
+            if found is None:
+                continue
+            score = (sum(found.numeric) / len(found.numeric), sum(found.numeric))
+            if score > best_score:
+                best, best_score = found, score
+    if best is None:
+        raise InputError(
+            "holds no rows of numbers, or is truncated before them",
+            path=str(source),
+            mend="Export one row a sample, with cells apart by a comma, a semicolon, a tab or blanks",
+        )
+    _refuse_bad_first_rows(lines, best, source)
+    names, units_ = _header(lines, best)
+    return Layout(best.delimiter, best.decimal_comma, best.first, best.numeric, names, units_)
+
+
+def _rows_of_numbers(lines: Sequence[str], delimiter: str | None, decimal_comma: bool) -> Layout | None:
+    """Return the layout with the first line from which on rows have numbers in the same columns."""
+    rows = [
+        (index, cells_of(line, delimiter))
+        for index, line in enumerate(lines)
+        if line.strip() and not line.lstrip().startswith(COMMENT)
+    ]
+    kinds = [[is_number(cell, decimal_comma) for cell in cells] for _, cells in rows]
+    for start in range(len(rows) - 1):
+        sample = range(start, min(start + SAMPLE_ROWS, len(rows)))
+        # The last line there is may be cut short: the rows themselves are examined when they are read.
+        sample = sample[:-1] if len(sample) > 2 and sample[-1] == len(rows) - 1 else sample
+        numeric = [any(column) for column in zip(*(kinds[k] for k in sample), strict=False)]
+        if any(numeric) and all(
+            len(kinds[k]) == len(kinds[start])
+            and all(
+                is_it or not wanted or cell == ""
+                for is_it, wanted, cell in zip(kinds[k], numeric, rows[k][1], strict=True)
+            )
+            for k in sample
+        ):
+            return Layout(delimiter, decimal_comma, rows[start][0], tuple(numeric))
+    return None
+
+
+def _refuse_bad_first_rows(lines: Sequence[str], layout: Layout, source: Path) -> None:
+    """Refuse rows before the first that are rows of numbers but for one cell: they are no preamble."""
+    alike = []
+    for index in range(layout.first):
+        cells = cells_of(lines[index], layout.delimiter)
+        if lines[index].lstrip().startswith(COMMENT) or len(cells) != len(layout.numeric):
+            continue
+        kinds = [is_number(cell, layout.decimal_comma) for cell, it in zip(cells, layout.numeric, strict=True) if it]
+        alike.append((index, cells, kinds))
+    for index, cells, kinds in alike[1:]:
+        if any(kinds) and index == layout.first - 1:
+            columns = [column for column, it in enumerate(layout.numeric) if it]
+            column = columns[kinds.index(False)]
+            raise InputError(
+                "is not a number",
+                path=f"{source}: line {index + 1}, column {column + 1}",
+                value=cells[column],
+            )
+
+
+def _header(lines: Sequence[str], layout: Layout) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return names and units from the one or two lines of text right before the numbers."""
+    count = len(layout.numeric)
+    above = [line.strip().lstrip(COMMENT + "%").strip() for line in lines[: layout.first] if line.strip()][-2:]
+    headers = [cells for line in above if len(cells := cells_of(line, layout.delimiter)) == count]
+    headers = [cells for cells in headers if not any(is_number(cell, layout.decimal_comma) for cell in cells)]
+    if not headers:
+        return tuple(f"column_{index + 1}" for index in range(count)), ("",) * count
+    if len(headers) == 2 and all(headers[0]) and _are_units(headers[1]):
+        names, found = headers[0], [cell.strip("[]()") for cell in headers[1]]
+    else:
+        names, found = map(list, zip(*(split_unit(cell) for cell in headers[-1]), strict=True))
+    return tuple(_distinct(names)), tuple("" if unit in ("-", "1") else unit for unit in found)
+
+
+def _are_units(cells: Sequence[str]) -> bool:
+    return all(units.is_unit(cell.strip("[]()")) for cell in cells if cell not in ("", "-", "[-]"))
+
+
+def _distinct(names: Sequence[str]) -> list[str]:
+    distinct: list[str] = []
+    for index, name in enumerate(names):
+        plain = name or f"column_{index + 1}"
+        again = distinct.count(plain) + sum(one.startswith(f"{plain}_") for one in distinct if plain in distinct)
+        distinct.append(f"{plain}_{again + 1}" if plain in distinct else plain)
+    return distinct

@@ -1,0 +1,108 @@
+"""`read_log`: from a file and an axis to a log that can be used, or the reason why it cannot."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+
+import numpy as np
+
+from bristle.core.axis import Axis
+from bristle.core.errors import InputError
+from bristle.logs.checks import problems_of
+from bristle.logs.clock import Clock, clock_of
+from bristle.logs.gather import Gathered, axis_of, gather
+from bristle.logs.log import Channel, Log
+from bristle.logs.readers import read_table
+from bristle.logs.sign import sign_of_effort
+from bristle.logs.table import Table
+
+__all__ = ["assembled", "clock_for", "read_log"]
+
+
+def read_log(path: str | os.PathLike[str], axis: Axis | None = None) -> Log:
+    """Return the log in a file, in SI of the axis, on a uniform grid of time.
+
+    Parameters
+    ----------
+    path : path-like
+        CSV and other text, MAT (version 5 to 7.2), or TDMS.
+    axis : Axis, optional
+        Which columns are which, in what units and signs. Without it columns called as usual (``t``,
+        ``position``, ``force``) are taken, in the units that the file says.
+
+    Raises
+    ------
+    InputError
+        If the file is truncated, a column is missing, of the wrong unit, not finite, constant or saturated,
+        or time is not even; it names the column and the sample.
+    """
+    table = read_table(path)
+    if axis is None:
+        axis = axis_of(table)
+    found = gather(table, axis)
+    for problem in (*found.problems, *problems_of(found, axis, str(table.source))):
+        raise problem
+    return assembled(table, axis, found, clock_for(table, axis, found))
+
+
+def clock_for(table: Table, axis: Axis, found: Gathered) -> Clock:
+    """Return the time base of a log: from its column of time, else from the sample time that is known.
+
+    Raises
+    ------
+    InputError
+        If there is neither, both sample times differ, or time is not even.
+    """
+    time = found.channels.get("time")
+    if time is not None:
+        place = f"{table.source}: column {time.column!r}"
+        return clock_of(time.values, place, delay=axis.delay, sample_time=axis.sample_time)
+    period = axis.sample_time or table.sample_time
+    if period is None:
+        raise InputError(
+            "has no column of time and no sample time", path=str(table.source),
+            mend="Name the column of time in [columns] of the axis file, or write sample_time in [timing]",
+        )  # fmt: skip
+    if table.sample_time and abs(period / table.sample_time - 1) > 0.01:
+        raise InputError(
+            f"was sampled every {table.sample_time:g} s and the axis file says otherwise",
+            path=str(table.source), value=period, mend="Leave sample_time out of the axis file",
+        )  # fmt: skip
+    stamps = period * np.arange(found.channels["position"].values.size)
+    return clock_of(stamps, str(table.source), delay=axis.delay)
+
+
+def assembled(table: Table, axis: Axis, found: Gathered, clock: Clock) -> Log:
+    """Return the log of channels that were examined, on the grid of `clock`."""
+
+    def on_grid(name: str, lag: float = 0.0) -> Channel | None:
+        channel = found.channels.get(name)
+        return channel and Channel(clock.sampled(channel.values, lag), channel.unit, channel.column)
+
+    position = on_grid("position")
+    if position is None:
+        raise InputError("has no position", path=str(table.source))
+    time = found.channels.get("time")
+    notes = [*found.notes, *clock.notes]
+    if axis.delay:
+        notes.append(f"effort was moved by its delay of {axis.delay:g} s")
+    log = Log(
+        time=Channel(clock.time, "s", time.column if time else ""),
+        position=position,
+        velocity=on_grid("velocity"),
+        effort=on_grid("effort", axis.delay),
+        reference=on_grid("reference"),
+        injected=tuple(
+            Channel(clock.sampled(known.values, axis.delay, smooth=False), known.unit, known.column)
+            for known in found.injected
+        ),
+        sample_time=clock.sample_time,
+        segments=clock.segments,
+        source=table.source,
+        checksum=table.checksum,
+        notes=tuple(notes),
+        kind=axis.kind,
+    )
+    warning = sign_of_effort(log)
+    return log if warning is None else replace(log, notes=(*log.notes, warning))

@@ -1,0 +1,101 @@
+"""What is in a log: columns, rates, ranges, and every problem that would have it refused."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+
+from bristle.core.axis import Axis
+from bristle.core.errors import InputError
+from bristle.logs.checks import problems_of, quantisation
+from bristle.logs.gather import axis_of, gather
+from bristle.logs.read import assembled, clock_for
+from bristle.logs.readers import read_table
+from bristle.logs.table import Table
+
+__all__ = ["summarize"]
+
+
+def summarize(path: str | os.PathLike[str], axis: Axis | None = None) -> dict[str, Any]:
+    """Return what is in a log, as plain data.
+
+    Parameters
+    ----------
+    path : path-like
+        The file.
+    axis : Axis, optional
+        Which columns are which; without it, columns called as usual are taken.
+
+    Returns
+    -------
+    dict
+        ``file``, ``format``, ``checksum``, ``columns`` (as the file holds them: name, unit, samples, min,
+        max, mean, std, step), ``constants``, ``channels`` (in SI of the axis, likewise), ``sample_time`` [s],
+        ``rate`` [Hz], ``duration`` [s], ``segments``, ``notes`` and ``problems``; None where not known.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read at all.
+    """
+    table = read_table(path)
+    summary: dict[str, Any] = {
+        "file": str(table.source),
+        "format": table.format,
+        "checksum": table.checksum,
+        "columns": [
+            {"name": name, "unit": table.units.get(name), **_range(values)} for name, values in table.columns.items()
+        ],
+        "constants": dict(table.constants),
+        "kind": None,
+        "channels": [],
+        "sample_time": table.sample_time,
+        "rate": None,
+        "duration": None,
+        "segments": None,
+        "notes": list(table.notes),
+        "problems": [],
+    }
+    try:
+        summary |= _as_log(table, axis or axis_of(table))
+    except InputError as problem:
+        summary["problems"] = [str(problem)]
+    if summary["sample_time"]:
+        summary["rate"] = 1 / summary["sample_time"]
+    return summary
+
+
+def _as_log(table: Table, axis: Axis) -> dict[str, Any]:
+    found = gather(table, axis)
+    problems = [*found.problems, *problems_of(found, axis, str(table.source))]
+    part: dict[str, Any] = {"kind": axis.kind, "notes": found.notes}
+    part["channels"] = [
+        {"name": name, "column": channel.column, "unit": channel.unit, **_range(channel.values)}
+        for name, channel in found.named()
+    ]
+    try:
+        clock = clock_for(table, axis, found) if "position" in found.channels else None
+    except InputError as problem:
+        problems.append(problem)
+        clock = None
+    if clock is not None:
+        part |= {"sample_time": clock.sample_time, "segments": len(clock.pieces)}
+        part |= {"duration": clock.time.size * clock.sample_time, "notes": [*found.notes, *clock.notes]}
+    if clock is not None and not problems:
+        part["notes"] = list(assembled(table, axis, found, clock).notes)
+    return part | {"problems": [str(problem) for problem in problems]}
+
+
+def _range(values: np.ndarray) -> dict[str, Any]:
+    finite = values[np.isfinite(values)]
+    statistics: dict[str, Any] = {"samples": int(values.size)}
+    if not finite.size:
+        return statistics | dict.fromkeys(("min", "max", "mean", "std", "step"))
+    statistics |= {"min": float(finite.min()), "max": float(finite.max())}
+    return statistics | {
+        "mean": float(finite.mean()),
+        "std": float(finite.std()),
+        "step": quantisation(finite) or None,
+    }

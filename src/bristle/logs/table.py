@@ -1,0 +1,85 @@
+"""`Table`: what a reader finds in a file, before anything is known of the axis."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from bristle.core.errors import InputError
+
+__all__ = ["Table", "close_matches", "split_unit"]
+
+
+@dataclass(frozen=True)
+class Table:
+    """Named columns of numbers, as a file holds them.
+
+    Parameters
+    ----------
+    columns : mapping of str to ndarray
+        Each column, 1-D; lengths may differ in formats that allow it.
+    units : mapping of str to str
+        Unit of a column, where the file says it.
+    constants : mapping of str to float
+        Named single numbers.
+    sample_time : float or None
+        Sample time, where the file knows it [s].
+    notes : tuple of str
+        What the reader left out or assumed.
+    format : str
+        Kind of file.
+    source : Path
+        The file.
+    checksum : str
+        SHA-256 of the file, in hexadecimal.
+    """
+
+    columns: Mapping[str, np.ndarray]
+    units: Mapping[str, str] = field(default_factory=dict)
+    constants: Mapping[str, float] = field(default_factory=dict)
+    sample_time: float | None = None
+    notes: tuple[str, ...] = ()
+    format: str = ""
+    source: Path = Path()
+    checksum: str = ""
+
+    def name_of(self, name: str) -> str | None:
+        """Return the column called `name`, with or without a unit in brackets; None if there is none."""
+        for wanted in (name, split_unit(name)[0]):
+            if wanted in self.columns:
+                return wanted
+        return None
+
+    def missing(self, name: str, key: str) -> InputError:
+        """Return the error that says which columns there are instead of `name`, asked for under `key`."""
+        close = close_matches(name, self.columns)
+        constant = f"{name!r} is a single number there. " if name in self.constants else ""
+        return InputError(
+            f"has no column {name!r}, which is to be the {key}",
+            path=str(self.source),
+            allowed=", ".join(self.columns),
+            mend=constant + (f"Did you mean {close[0]!r}?" if close else f"Name the {key} in the axis file"),
+        )
+
+
+def close_matches(name: str, names: Iterable[str]) -> list[str]:
+    """Return those of `names` that resemble `name`, the closest first, whatever their case."""
+    lowered = {one.lower(): one for one in names}
+    return [lowered[one] for one in difflib.get_close_matches(name.lower(), lowered, cutoff=0.5)]
+
+
+def split_unit(header: str) -> tuple[str, str]:
+    """Return name and unit of a header such as ``position [um]``, ``position (um)`` or ``position / um``.
+
+    Examples
+    --------
+    >>> split_unit("position [um]"), split_unit("vir")
+    (('position', 'um'), ('vir', ''))
+    """
+    found = re.fullmatch(r"(.+?)\s*[\[(]\s*([^\[\]()]*?)\s*[\])]", header) or re.fullmatch(r"(.+?)\s+/\s+(\S+)", header)
+    return (found[1].strip(), found[2]) if found else (header.strip(), "")

@@ -1,0 +1,87 @@
+"""Logs that LabVIEW streamed to disk (TDMS)."""
+
+from __future__ import annotations
+
+import io
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bristle.core.errors import InputError, MissingExtraError
+from bristle.logs.table import Table
+
+__all__ = ["read_tdms"]
+
+LEAD_IN_BYTES = 28
+BIG_ENDIAN = 1 << 6
+UNIT_PROPERTIES = ("unit_string", "NI_UnitDescription")
+
+
+def read_tdms(data: bytes, source: Path) -> Table:
+    """Return the channels of a TDMS file, scaled as the file says.
+
+    A channel has its own name where no other has it, else ``group/channel``.
+
+    Raises
+    ------
+    MissingExtraError
+        If the reader of TDMS files is not installed.
+    InputError
+        If the file is truncated or damaged, or holds no channel of numbers.
+    """
+    _refuse_truncated(data, source)
+    try:
+        import nptdms
+    except ImportError:
+        raise MissingExtraError.of(f"{source}: reading TDMS", "io") from None
+    try:
+        with nptdms.TdmsFile.read(io.BytesIO(data)) as content:
+            channels = [channel for group in content.groups() for channel in group.channels()]
+            values = [np.asarray(channel[:]) for channel in channels]
+    except Exception as error:  # noqa: BLE001  (a damaged file makes the reader raise anything)
+        raise InputError(f"is damaged ({error})", path=str(source), mend="Copy or record it again") from None
+    count = Counter(channel.name for channel in channels)
+    columns, units, increments, notes = {}, {}, set(), []
+    for channel, numbers in zip(channels, values, strict=True):
+        name = channel.name if count[channel.name] == 1 else f"{channel.group_name}/{channel.name}"
+        if numbers.dtype.kind == "M":
+            numbers = (numbers - numbers[:1]) / np.timedelta64(1, "s")
+            units[name] = "s"
+        if numbers.dtype.kind not in "fiub" or not numbers.size:
+            notes.append(f"channel {name!r} holds no numbers and was left out")
+            continue
+        columns[name] = numbers.astype(float)
+        if unit := _unit_of(channel.properties):
+            units[name] = unit
+        if step := channel.properties.get("wf_increment"):
+            increments.add(float(step))
+    if not columns:
+        raise InputError("holds no channel of numbers", path=str(source))
+    if len(increments) > 1:
+        notes.append("the channels differ in their sample time, which was ignored")
+    sample_time = increments.pop() if len(increments) == 1 else None
+    return Table(columns, units, sample_time=sample_time, notes=tuple(notes), format="TDMS")
+
+
+def _unit_of(properties: Any) -> str:
+    return next((str(properties[key]).strip() for key in UNIT_PROPERTIES if properties.get(key)), "")
+
+
+def _refuse_truncated(data: bytes, source: Path) -> None:
+    """Walk over the segments, each of which says its length: the last must end with the file."""
+    at = 0
+    while at < len(data):
+        lead_in = data[at : at + LEAD_IN_BYTES]
+        if len(lead_in) == LEAD_IN_BYTES and lead_in[:4] != b"TDSm":
+            raise InputError(f"is damaged, or no TDMS file (at byte {at})", path=str(source))
+        order = "big" if int.from_bytes(lead_in[4:8], "little") & BIG_ENDIAN else "little"
+        length = int.from_bytes(lead_in[12:20], order)
+        at += LEAD_IN_BYTES + length
+        if len(lead_in) < LEAD_IN_BYTES or at > len(data):
+            raise InputError(
+                "is truncated: its last segment is not complete",
+                path=str(source),
+                mend="Copy it again, or let LabVIEW close the file before it is copied",
+            )
