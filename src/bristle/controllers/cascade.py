@@ -60,9 +60,11 @@ def step(state, reference, measured, dt, p):
     return effort, State(measured, state.q_1, integral)
 
 
-def start(measured: float, velocity: float, dt: float, p: Parameters) -> State:
-    """Return the state of a cascade that takes over a motion at `velocity` [m/s or rad/s]."""
-    return State(measured - velocity * dt, measured - 2.0 * velocity * dt, 0.0)
+def start(measured: float, velocity: float, acceleration: float, dt: float, p: Parameters) -> State:
+    """Return the state of a cascade that takes over a motion at `velocity` [m/s or rad/s] and `acceleration`."""
+    before = measured - velocity * dt + 0.5 * acceleration * dt * dt
+    two_before = measured - 2.0 * velocity * dt + 2.0 * acceleration * dt * dt
+    return State(before, two_before, 0.0)
 
 
 MODEL = Controller(

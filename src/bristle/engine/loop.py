@@ -116,7 +116,7 @@ def run_open_loop(
 def run_closed_loop(
     plant: Model, friction: Model, controller: Model, sensor: Model, reference: np.ndarray, dt: float, *,
     steps: int = 1, injected: Any = None, limit: float = np.inf, delay: int = 0, effort_before: float = 0.0,
-    x: float = 0.0, v: float = 0.0, state: Any = None, memory: Any = None,
+    x: float = 0.0, v: float = 0.0, acceleration: float = 0.0, state: Any = None, memory: Any = None,
 ) -> Trace:  # fmt: skip
     """Run a sampled control loop on a plant with friction.
 
@@ -140,6 +140,8 @@ def run_closed_loop(
         Effort that acts until the first computed one arrives [N or N*m].
     x, v : float
         Position [m or rad] and velocity [m/s or rad/s] at the first sample.
+    acceleration : float
+        Acceleration at the first sample, for the memory of the controller [m/s^2 or rad/s^2].
     state, memory
         Of the friction model at the first sample; virgin where not given.
 
@@ -152,7 +154,7 @@ def run_closed_loop(
     mechanism = _Mechanism(plant, friction, x, v, state, memory)
     control, sense = Part(controller), Part(sensor)
     started, _ = _sensed(sensor, x, dt)
-    control.state = pack(controller.component.start(started, v, dt, controller.parameters))
+    control.state = pack(controller.component.start(started, v, acceleration, dt, controller.parameters))
     extra = np.zeros(count) if injected is None else vector(injected)
     history = np.zeros(6 * count)
     driver = compiled("closed_loop", lambda: entries.closed_loop, "CaaSaaBaaaaaaafiffiaa")

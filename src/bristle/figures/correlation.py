@@ -31,13 +31,10 @@ def correlation(fit: Fit) -> Figure:
     """
     names, matrix = fit.correlation_names, np.asarray(fit.correlation)
     count = len(names)
-    side = min(0.62 * count, 4.6)
-    height = side + 0.75
-    left = max(0.4 + 0.085 * max(map(len, names), default=4), 0.8)
-    figure, ((axes,),) = style.panels(
-        height, left=left, right=max(style.WIDTH - left - 1.5 * side, 0.9), bottom=0.6, top=0.15
-    )
-    image = axes.pcolormesh(
+    wide, tall = min(0.62 * count, 5.6), min(0.36 * count, 4.4)
+    left = 0.55 + 0.085 * max(map(len, names), default=4)
+    figure, ((axes,),) = style.panels(tall + 0.75, left=left, right=style.WIDTH - left - wide, bottom=0.62, top=0.13)
+    axes.pcolormesh(
         np.ma.masked_invalid(np.abs(matrix)), cmap=SHADES, vmin=0.0, vmax=1.0, edgecolors="white", linewidth=0.8
     )
     for row in range(count):
@@ -56,7 +53,4 @@ def correlation(fit: Fit) -> Figure:
         spine.set_visible(False)
     axes.set_xlabel("Parameter")
     axes.set_ylabel("Parameter")
-    bar = figure.colorbar(image, ax=axes, fraction=0.05, pad=0.03)
-    bar.set_label("Strength of correlation [–]")
-    bar.outline.set_visible(False)  # type: ignore[operator]
     return figure

@@ -28,7 +28,7 @@ def effort_over_time(fit: Fit) -> Figure:
         A model and the traces that it was fitted to.
     """
     traces, kind = fit.traces, fit.plant.kind
-    figure, ((whole,), (close,)) = style.panels(4.1, rows=2)
+    figure, ((whole,), (close,)) = style.panels(4.3, rows=2)
     draw_pair(whole, close, traces.time, traces.measured, traces.predicted, kind)
     style.legend(whole)
     return figure
@@ -53,7 +53,7 @@ def draw_pair(
     close.set_title("close up, around the largest difference")
 
 
-def window(time: np.ndarray, error: np.ndarray, share: float = 0.08) -> slice:
+def window(time: np.ndarray, error: np.ndarray, share: float = 0.03) -> slice:
     """Return the samples around the largest absolute error: `share` of all, at least 40.
 
     Parameters

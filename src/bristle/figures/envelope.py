@@ -81,7 +81,7 @@ def line(x: np.ndarray, y: np.ndarray, columns: int = COLUMNS) -> tuple[np.ndarr
     return np.concatenate(kept_x[:-1]), np.concatenate(kept_y[:-1])
 
 
-def spread(x: np.ndarray, y: np.ndarray, cells: tuple[int, int] = (110, 60)) -> np.ndarray:
+def spread(x: np.ndarray, y: np.ndarray, cells: tuple[int, int] = (240, 120)) -> np.ndarray:
     """Return which points of a cloud to draw: one for each cell of a grid that holds any, and the extremes.
 
     Parameters

@@ -47,10 +47,10 @@ def following_error(result: SimulationResult) -> Figure:
     reference_scale = scale_for("length", kind, loops[0].reference)
     force_scale, word = effort_scale(kind, *(loop.effort for loop in loops))
     figure, ((motion, _), (whole, spread), (close, _), (effort, _)) = style.panels(
-        7.0, rows=4, columns=2, heights=(0.6, 1.2, 1.2, 1.0), widths=(3.2, 1.0), between=0.2
+        7.3, rows=4, columns=2, heights=(0.6, 1.2, 1.2, 1.0), widths=(3.2, 1.0), between=0.2
     )
     style.widen(motion, close, effort, until=spread)
-    near = window(loops[0].time, loops[0].error, share=0.06)
+    near = window(loops[0].time, loops[0].error, share=0.04)
     _plot(motion, loops[0].time, loops[0].reference, reference_scale, {"color": style.INK, "linewidth": 1.0})
     motion.set_ylabel(reference_scale.label(position_word(kind)))
     motion.set_title("reference")

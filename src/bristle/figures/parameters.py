@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
@@ -19,7 +20,7 @@ __all__ = ["parameters"]
 NORMAL_95 = 1.96
 LINEAR_BELOW = 1.0  # percent
 TICKS = (-100.0, -10.0, -1.0, 0.0, 1.0, 10.0, 100.0)
-EDGE = 200.0  # percent: wider intervals end in an arrow
+EDGES = (2.0, 20.0, 200.0)  # percent: an interval wider than the last ends in an arrow
 
 
 @style.styled
@@ -35,16 +36,17 @@ def parameters(fit: Fit) -> Figure:
     height = 0.78 + 0.26 * len(estimates)
     figure, ((axes,),) = style.panels(height, left=1.15, right=2.35, top=0.24)
     axes.set_xscale("symlog", linthresh=LINEAR_BELOW, linscale=0.8)
-    axes.set_xlim(-EDGE, EDGE)
+    edge = _edge(estimates)
+    axes.set_xlim(-edge, edge)
     axes.set_ylim(len(estimates) - 0.4, -0.6)
     for row, estimate in enumerate(estimates):
-        _draw(axes, row, estimate)
+        _draw(axes, row, estimate, edge)
         axes.annotate(
             _in_words(estimate), (1.0, row), xycoords=("axes fraction", "data"), xytext=(8, 0),
             textcoords="offset points", va="center", fontsize=8,
         )  # fmt: skip
     axes.set_yticks(range(len(estimates)), [estimate.name for estimate in estimates])
-    axes.set_xticks(TICKS, [f"{tick:+g}".replace("-", "−").replace("+0", "0") for tick in TICKS])
+    axes.set_xticks([tick for tick in TICKS if abs(tick) <= edge])
     axes.xaxis.set_minor_locator(NullLocator())
     axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:+g}".replace("-", "−") if x else "0"))
     axes.axvline(0.0, color=style.GREY, linewidth=0.8)
@@ -54,17 +56,26 @@ def parameters(fit: Fit) -> Figure:
     return figure
 
 
-def _draw(axes: style.Axes, row: int, estimate: Estimate) -> None:
+def _half_width(estimate: Estimate) -> float:
     percent = estimate.relative_std_percent
+    return NORMAL_95 * percent if percent is not None and math.isfinite(percent) else math.inf
+
+
+def _edge(estimates: Sequence[Estimate]) -> float:
+    widest = max((_half_width(one) for one in estimates if one.status != "held"), default=0.0)
+    return next((edge for edge in EDGES if widest <= edge), EDGES[-1])
+
+
+def _draw(axes: style.Axes, row: int, estimate: Estimate, edge: float) -> None:
     if estimate.status == "held":
         axes.plot(0.0, row, marker="s", color=style.GREY, markersize=4.5, fillstyle="none")
         return
     doubtful = estimate.status != "identified"
-    half = NORMAL_95 * percent if percent is not None and math.isfinite(percent) else math.inf
+    half = _half_width(estimate)
     look = {"color": "#b5651d" if doubtful else style.PREDICTED["color"], "linestyle": "--" if doubtful else "-"}
-    shown = min(half, EDGE)
+    shown = min(half, edge)
     axes.plot([-shown, shown], [row, row], linewidth=1.6, **look)
-    ends = ("<", ">") if half > EDGE else ("|", "|")
+    ends = ("<", ">") if half > edge else ("|", "|")
     for x, marker in ((-shown, ends[0]), (shown, ends[1])):
         axes.plot(x, row, marker=marker, color=look["color"], markersize=5.5, clip_on=False)
     axes.plot(0.0, row, marker="D" if doubtful else "o", color=look["color"], markersize=4.5)

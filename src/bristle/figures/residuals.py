@@ -32,7 +32,7 @@ def residuals(fit: Fit) -> Figure:
     time, residual = fit.traces.time, fit.traces.residual
     scale, _ = effort_scale(fit.plant.kind, residual)
     figure, ((over_time, spread), (white, _)) = style.panels(
-        4.1, rows=2, columns=2, widths=(3.1, 1.0), between=0.2, top=0.26
+        4.3, rows=2, columns=2, widths=(3.1, 1.0), between=0.2, top=0.26
     )
     style.widen(white, until=spread)
     span = time_scale(time)

@@ -100,7 +100,7 @@ def panels(
     right: float = 0.12,
     top: float = 0.32,
     bottom: float = 0.46,
-    gap: float = 0.5,
+    gap: float = 0.66,
     between: float = 0.62,
 ) -> tuple[Figure, list[list[Axes]]]:
     """Return a figure as wide as a page and its axes by row and column.

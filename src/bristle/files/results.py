@@ -61,9 +61,7 @@ def results_folder(out: str | os.PathLike[str], *, force: bool = False) -> Itera
         _publish(partial, wanted)
     except BaseException as error:
         shutil.rmtree(partial, ignore_errors=True)
-        if isinstance(error, OSError) and (
-            error.errno in _WRITING or str(error.filename).startswith(str(wanted))
-        ):
+        if isinstance(error, OSError) and (error.errno in _WRITING or str(error.filename).startswith(str(wanted))):
             raise _unwritable(wanted, error) from error
         raise
     finally:
@@ -74,9 +72,7 @@ def results_folder(out: str | os.PathLike[str], *, force: bool = False) -> Itera
 def _check_parent(wanted: Path) -> None:
     parent = wanted.parent
     if not parent.is_dir():
-        raise InputError(
-            "the folder that is to hold it does not exist", path=str(wanted), mend=f"Make {parent} first"
-        )
+        raise InputError("the folder that is to hold it does not exist", path=str(wanted), mend=f"Make {parent} first")
     if not os.access(parent, os.W_OK | os.X_OK):
         raise InputError("no permission to write there", path=str(wanted), mend="Name a folder of your own")
 
@@ -87,9 +83,7 @@ def _check_free(wanted: Path, force: bool) -> None:
     if not wanted.is_dir():
         raise InputError("is a file, not a folder", path=str(wanted), mend="Name another folder")
     if wanted.is_mount():
-        raise InputError(
-            "is a mount point and cannot be renamed", path=str(wanted), mend="Name a folder inside it"
-        )
+        raise InputError("is a mount point and cannot be renamed", path=str(wanted), mend="Name a folder inside it")
     if any(wanted.iterdir()) and not (wanted / SUMMARY).is_file():
         raise InputError(
             f"holds something else than results (no {SUMMARY})", path=str(wanted), mend="Name another folder"
@@ -106,9 +100,7 @@ def _claim(partial: Path, wanted: Path) -> int | None:
     """Make the folder to write into and lock it; the lock ends with the process, however that ends."""
     try:
         import fcntl
-    except (
-        ImportError
-    ):  # no such locks on this system: the folder itself is the lock, and a stale one is reported
+    except ImportError:  # no such locks on this system: the folder itself is the lock, and a stale one is reported
         try:
             partial.mkdir()
         except FileExistsError:

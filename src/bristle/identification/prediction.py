@@ -126,17 +126,17 @@ def _closed_loop(plant: Model, friction: Model, log: Log, axis: Axis, part: slic
     desired[0] = reference
     desired[1] = np.gradient(reference, log.sample_time)
     desired[2] = np.gradient(desired[1], log.sample_time)
-    start = _start(log, friction, part.start, axis.resolution)
+    start, acceleration = _start(log, friction, part.start, axis.resolution)
     return run_closed_loop(
         plant, friction, axis.controller, encoder(kind=log.kind, resolution=axis.resolution or 0.0), desired,
         log.sample_time, steps=_substeps(log.sample_time), injected=log.injected_effort[part],
-        limit=axis.effort_limit or math.inf, **start,
+        limit=axis.effort_limit or math.inf, acceleration=acceleration, **start,
     )  # fmt: skip
 
 
 def _open_loop(plant: Model, friction: Model, log: Log, axis: Axis, part: slice) -> Trace:
     assert log.effort is not None
-    start = _start(log, friction, part.start, axis.resolution)
+    start, _ = _start(log, friction, part.start, axis.resolution)
     return run_open_loop(
         plant, friction, log.effort.values[part], log.sample_time, steps=_substeps(log.sample_time), **start
     )
@@ -146,23 +146,25 @@ def _substeps(sample_time: float) -> int:
     return max(4, math.ceil(sample_time / LONGEST_STEP))
 
 
-def _start(log: Log, friction: Model, first: int, resolution: float | None) -> dict[str, Any]:
-    """Return position, velocity and state of the friction model at a sample.
+def _start(log: Log, friction: Model, first: int, resolution: float | None) -> tuple[dict[str, Any], float]:
+    """Return the motion and the state of the friction model at a sample.
 
-    The velocity is that of a parabola through the samples around it (those that the log has): one difference of an
-    encoder would be off by a count in a sample.
+    Velocity and acceleration are those of a cubic through the samples around it (on one side only at the start of the
+    log), as few as it takes to move by a hundred counts of the encoder: one difference would be off by a count in
+    a sample, many samples would smooth a motion that begins.
     """
-    dt = log.sample_time
-    low = max(first - START_SAMPLES // 2, 0)
-    window = slice(low, low + START_SAMPLES + 1)
-    position = log.position.values[window]
+    dt, x = log.sample_time, float(log.position.values[first])
+    for count in range(8, 2 * START_SAMPLES + 2):
+        low = max(first - count // 2, 0)
+        position = log.position.values[low : low + count]
+        if np.ptp(position) >= 100.0 * (resolution or 0.0) > 0.0:
+            break
+    if np.ptp(position) <= 1.5 * (resolution or 0.0):
+        return {"x": x, "v": 0.0}, 0.0
     t = dt * (np.arange(position.size) + low - first)
-    count = resolution or 0.0
-    if np.ptp(position) <= 1.5 * count:
-        return {"x": float(log.position.values[first]), "v": 0.0}
-    velocity = float(np.polyfit(t, position - position[0], 2)[1])
+    *_, half_acceleration, velocity, _ = (float(one) for one in np.polyfit(t, position - x, 3))
     state, memory = settled(friction, velocity)
-    return {"x": float(log.position.values[first]), "v": velocity, "state": state, "memory": memory}
+    return {"x": x, "v": velocity, "state": state, "memory": memory}, 2.0 * half_acceleration
 
 
 def _compare(mode: str, log: Log, traces: list[Trace], used: list[slice], notes: tuple[str, ...]) -> Prediction:

@@ -89,7 +89,7 @@ class Regression:
     def _taps(self) -> np.ndarray:
         from scipy.signal import firwin
 
-        return firwin(2 * self.reach * self.decimation + 1, 1.0 / self.decimation, window="hamming")
+        return np.asarray(firwin(2 * self.reach * self.decimation + 1, 1.0 / self.decimation, window="hamming"))
 
     @property
     def reach(self) -> int:

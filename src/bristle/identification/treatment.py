@@ -55,6 +55,7 @@ def treat(log: Any, axis: Axis | None, cutoff: float | None = None, decimation: 
     cutoff = _cutoff(cutoff if cutoff is not None else axis and axis.cutoff, dt)
     decimation = _decimation(decimation if decimation is not None else axis and axis.decimation)
     position = np.asarray(log.position.values, dtype=float)
+    _refuse_non_finite(log)
     given = axis.resolution if axis is not None else None
     resolution = _smallest_step(position) if given is None else given
     dropped = max(round(EDGE_PERIODS / (cutoff * dt)), 1)
@@ -77,6 +78,17 @@ def treat(log: Any, axis: Axis | None, cutoff: float | None = None, decimation: 
             mend="Record a motion in both directions, over the speeds at which the axis works",
         )  # fmt: skip
     return regression
+
+
+def _refuse_non_finite(log: Any) -> None:
+    for name in ("time", "position", "effort"):
+        values = getattr(log, name).values
+        bad = np.flatnonzero(~np.isfinite(values))
+        if bad.size:
+            raise InputError(
+                "is not a finite number", path=f"log.{name}[{bad[0]}]", value=float(values[bad[0]]),
+                mend=f"Cut the log before that sample, or repair it ({bad.size} samples)",
+            )  # fmt: skip
 
 
 def _cutoff(given: float | None, dt: float) -> float:

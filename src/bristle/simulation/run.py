@@ -109,6 +109,7 @@ def _simulate_variant(variant: Variant) -> VariantResult:
         delay=run.delay,
         x=float(position[0]),
         v=float(velocity[0]),
+        acceleration=float(acceleration[0]),
     )
     done = trace.time.size
     judged = slice(min(round(run.settle / dt), done), done)
