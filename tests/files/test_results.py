@@ -100,9 +100,7 @@ def test_what_stands_in_the_way_is_named(tmp_path, make, words):
 def test_a_parent_that_is_missing_or_closed_is_refused(tmp_path, monkeypatch):
     with pytest.raises(InputError, match="does not exist"), results_folder(tmp_path / "no" / "run"):
         pytest.fail("the work must not begin")
-    monkeypatch.setattr(
-        results.os, "access", lambda *_: False
-    )  # the tests may run as root, who may everything
+    monkeypatch.setattr(results.os, "access", lambda *_: False)  # the tests may run as root, who may everything
     with pytest.raises(InputError, match="permission"), results_folder(tmp_path / "run"):
         pytest.fail("the work must not begin")
 

@@ -1,0 +1,173 @@
+"""Tables that name a component and give its parameters: ``model = "cascade"``, ``k_p = "160 1/s"``, ..."""
+
+from __future__ import annotations
+
+import difflib
+import keyword
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from bristle.core import units
+from bristle.core.contracts import Component, Model, make_model
+from bristle.core.errors import InputError
+from bristle.core.variable import Kind, Variable
+
+__all__ = [
+    "check_keys",
+    "check_schema",
+    "component_named",
+    "key_of",
+    "model_from",
+    "number_at",
+    "parameters_in",
+    "table_at",
+]
+
+
+def key_of(name: str) -> str:
+    """Return the key in files of a parameter: without the underscore that Python needs after ``lambda``."""
+    return name[:-1] if name.endswith("_") and keyword.iskeyword(name[:-1]) else name
+
+
+def table_at(value: Any, path: str) -> dict[str, Any]:
+    """Return a value of a file that must be a table.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    if not isinstance(value, dict):
+        raise InputError("must be a table", path=path, value=value, mend=f"Write [{path}] on a line of its own")
+    return value
+
+
+def check_keys(table: Mapping[str, Any], known: Iterable[str], path: str) -> None:
+    """Refuse a key that is not known, and suggest the one that was meant.
+
+    Raises
+    ------
+    InputError
+        With the path of the key.
+    """
+    names = list(known)
+    for key, value in table.items():
+        if key not in names:
+            close = difflib.get_close_matches(key, names, n=1)
+            raise InputError(
+                "unknown key",
+                path=f"{path}.{key}" if path else key,
+                value=value,
+                allowed=", ".join(names),
+                mend=f"Did you mean {close[0]!r}?" if close else "",
+            )
+
+
+def check_schema(data: Mapping[str, Any]) -> None:
+    """Refuse a file that does not say ``schema = 1``.
+
+    Raises
+    ------
+    InputError
+        If the schema is missing or another one.
+    """
+    if "schema" not in data:
+        raise InputError("is missing", path="schema", mend="Write schema = 1 on the first line")
+    if data["schema"] != 1 or isinstance(data["schema"], bool):
+        mend = "Is the file from a newer bristle?" if isinstance(data["schema"], int) else ""
+        raise InputError(
+            "is not one that this bristle reads", path="schema", value=data["schema"], allowed="1", mend=mend
+        )
+
+
+def component_named(name: Any, registry: Mapping[str, Component], path: str) -> Any:
+    """Return the component of this name.
+
+    Raises
+    ------
+    InputError
+        If the registry has none.
+    """
+    if isinstance(name, str) and name in registry:
+        return registry[name]
+    close = difflib.get_close_matches(str(name), registry, n=1)
+    raise InputError(
+        "there is no such model",
+        path=path,
+        value=name,
+        allowed=", ".join(registry),
+        mend=f"Did you mean {close[0]!r}?" if close else "",
+    )
+
+
+def parameters_in(
+    table: Mapping[str, Any], component: Component, path: str, *, beside: tuple[str, ...] = ()
+) -> dict[str, Any]:
+    """Return the parameters that a table gives, under the names that they have in code.
+
+    Parameters
+    ----------
+    table : mapping
+        The table.
+    component : Component
+        Whose parameters they are.
+    path : str
+        Key of the table, for messages.
+    beside : tuple of str
+        Keys that the table may hold besides parameters.
+
+    Raises
+    ------
+    InputError
+        If a key is not known.
+    """
+    names = {key_of(name): name for name in component.variables}
+    check_keys(table, (*beside, *names), path)
+    return {names[key]: value for key, value in table.items() if key in names}
+
+
+def model_from(table: Any, registry: Mapping[str, Component], *, kind: Kind, path: str, default: str = "") -> Model:
+    """Return the component that a table names, with the parameters that it gives.
+
+    Parameters
+    ----------
+    table : object
+        What stands in the file under `path`.
+    registry : mapping
+        Components by name.
+    kind : {"translational", "rotational"}
+        Kind of axis.
+    path : str
+        Key of the table, for messages.
+    default : str
+        The component where the table names none.
+
+    Raises
+    ------
+    InputError
+        With the path of the key that does not fit, its value and what is allowed.
+    """
+    given = table_at(table, path)
+    if "model" not in given and not default:
+        raise InputError(
+            "names no model", path=path, allowed=", ".join(registry), mend=f'Write model = "..." under [{path}]'
+        )
+    component = component_named(given.get("model", default), registry, f"{path}.model")
+    values = parameters_in(given, component, path, beside=("model",))
+    return make_model(component, values, kind=kind, validate=True, path=path)
+
+
+def number_at(given: Any, variable: Variable, kind: Kind, path: str) -> float:
+    """Return a value of a file as a finite number in SI, in the range of its variable.
+
+    Raises
+    ------
+    InputError
+        If it is no number, has the wrong unit, or is out of range.
+    """
+    value = units.quantity(given, variable, kind, path=path)
+    if not math.isfinite(value):
+        raise InputError("must be finite", path=path, value=given, allowed=variable.allowed(kind))
+    variable.validate(value, path, kind)
+    return value

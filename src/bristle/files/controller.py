@@ -1,0 +1,87 @@
+"""Control laws in files, with gains in the units of the drive where the axis says what these are."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bristle.controllers import CONTROLLERS
+from bristle.core import units
+from bristle.core.axis import Axis, Column
+from bristle.core.contracts import Model, make_model
+from bristle.core.errors import InputError
+from bristle.core.variable import Kind, unit_of
+from bristle.files.components import component_named, parameters_in, table_at
+
+__all__ = ["controller_from", "controller_of", "in_effort"]
+
+
+def controller_of(axis: Axis) -> Model | None:
+    """Return the control law that was running on an axis; None where its file names none.
+
+    Gains may be given in the units of the drive, such as ``k_v = "243.45 V*s/m"`` where the effort column is in
+    volts: the constant of the drive turns them into SI.
+
+    Raises
+    ------
+    InputError
+        With the path of the key that does not fit, its value and what is allowed.
+    """
+    if axis.controller is None or isinstance(axis.controller, Model):
+        return axis.controller
+    return controller_from(axis.controller, kind=axis.kind, effort=axis.columns.get("effort"), path="controller")
+
+
+def controller_from(table: Any, *, kind: Kind, effort: Column | None, path: str) -> Model:
+    """Return the control law of a table.
+
+    Parameters
+    ----------
+    table : object
+        ``model = "cascade"`` and its parameters.
+    kind : {"translational", "rotational"}
+        Kind of axis.
+    effort : Column or None
+        The effort column of the axis: what one unit of the drive is in SI.
+    path : str
+        Key of the table, for messages.
+
+    Raises
+    ------
+    InputError
+        With the path of the key that does not fit, its value and what is allowed.
+    """
+    given = table_at(table, path)
+    if "model" not in given:
+        raise InputError("names no model", path=path, allowed=", ".join(CONTROLLERS), mend='Write model = "cascade"')
+    component = component_named(given["model"], CONTROLLERS, f"{path}.model")
+    values = parameters_in(given, component, path, beside=("model",))
+    for name, value in values.items():
+        values[name] = in_effort(value, component.variables[name].unit(kind), kind, effort, f"{path}.{name}")
+    return make_model(component, values, kind=kind, validate=True, path=path)
+
+
+def in_effort(value: Any, unit: str, kind: Kind, effort: Column | None, path: str) -> Any:
+    """Return text in the units of the drive as a number in SI, and everything else as it is.
+
+    Parameters
+    ----------
+    value : object
+        What a person wrote, such as ``"243.45 V*s/m"``.
+    unit : str
+        The SI unit wanted, such as ``"N*s/m"``.
+    kind : {"translational", "rotational"}
+        Kind of axis.
+    effort : Column or None
+        What one unit of the drive is in SI.
+    path : str
+        Where the value stands, for messages.
+    """
+    force = unit_of("force", kind)
+    if effort is None or effort.base == force or not isinstance(value, str) or not unit.startswith(force):
+        return value
+    _, given = units.split(value, path)
+    drive_unit = effort.base + unit.removeprefix(force)
+    if not given or units.compatible(given, unit, path=path) or not units.compatible(given, drive_unit, path=path):
+        return value
+    # A sign in the scale is a matter of wiring; a gain has none.
+    return units.convert(value, drive_unit, path=path) * abs(effort.scale)

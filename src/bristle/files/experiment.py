@@ -1,0 +1,89 @@
+"""Experiment files: a loop to be simulated, and variants of it side by side."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from bristle.core.errors import InputError
+from bristle.core.experiment import Experiment
+from bristle.files.components import check_keys, check_schema, table_at
+from bristle.files.sources import Sources
+from bristle.files.toml import read_toml
+from bristle.files.variant import SECTIONS, Tables, variant_from
+
+__all__ = ["experiment_from", "merged", "read_experiment"]
+
+KEYS = ("schema", "name", "kind", *SECTIONS, "compare")
+
+
+def read_experiment(path: str | os.PathLike[str]) -> Experiment:
+    """Return the experiment that a file describes.
+
+    The file as it stands is the variant ``base``. Each table ``[compare.<name>]`` is one more, in which some sections
+    differ: tables are merged key by key, but a table that names its own ``model`` or ``file`` takes the place of
+    the one above it. An empty ``[compare.<name>]`` only gives the file as it stands another name than ``base``.
+
+    Parameters
+    ----------
+    path : path-like
+        An experiment file, TOML. The files that it names are looked for beside it.
+
+    Raises
+    ------
+    InputError
+        With file, key, value and what is allowed there.
+    """
+    source = Path(path)
+    data = read_toml(source)
+    try:
+        return experiment_from(data, source)
+    except InputError as error:
+        raise error.at(str(source)) from None
+
+
+def experiment_from(data: dict[str, Any], source: Path) -> Experiment:
+    """Return the experiment that the content of a file describes; `source` is where it was read from.
+
+    Raises
+    ------
+    InputError
+        With key, value and what is allowed there.
+    """
+    check_keys(data, KEYS, "")
+    check_schema(data)
+    name = data.get("name", source.stem)
+    if not isinstance(name, str):
+        raise InputError("must be text", path="name", value=name)
+    base = {key: data[key] for key in ("kind", *SECTIONS) if key in data}
+    sources = Sources(source.parent)
+    as_it_stands = variant_from("base", Tables(base), sources)
+    variants = []
+    for label, override in table_at(data.get("compare", {}), "compare").items():
+        path = f"compare.{label}"
+        check_keys(table_at(override, path), SECTIONS, path)
+        variants.append(variant_from(label, Tables(merged(base, override), override, path), sources))
+    named = any(not override or label == "base" for label, override in data.get("compare", {}).items())
+    if not named:
+        variants.insert(0, as_it_stands)
+    return Experiment(name=name, kind=as_it_stands.plant.kind, variants=tuple(variants), source=source)
+
+
+def merged(base: Any, override: Any) -> Any:
+    """Return `base` with what `override` says instead; neither is changed.
+
+    Examples
+    --------
+    >>> merged({"run": {"delay": 1, "settle": 0.5}}, {"run": {"delay": 2}})
+    {'run': {'delay': 2, 'settle': 0.5}}
+    >>> merged({"model": "coulomb", "F_C": 3.0}, {"model": "viscous", "F_v": 1.0})
+    {'model': 'viscous', 'F_v': 1.0}
+    """
+    if not isinstance(base, Mapping) or not isinstance(override, Mapping):
+        return override
+    if "model" in override or "file" in override:
+        # Parameters belong to the model that was named with them; tables inside have a model of their own.
+        base = {key: value for key, value in base.items() if isinstance(value, Mapping)}
+    return {**base, **{key: merged(base.get(key), value) for key, value in override.items()}}

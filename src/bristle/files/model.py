@@ -1,0 +1,207 @@
+"""Model files: a plant and a friction model with their values, how sure we are of them, and where they come from."""
+
+from __future__ import annotations
+
+import inspect
+import os
+import shutil
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from bristle.core.contracts import FrictionModel, Model, make_model
+from bristle.core.errors import InputError
+from bristle.core.variable import KINDS, Kind
+from bristle.files.components import check_keys, check_schema, key_of, model_from, parameters_in, table_at
+from bristle.files.toml import read_toml
+from bristle.friction import MODELS, find, with_slots
+from bristle.plants import PLANTS
+
+if TYPE_CHECKING:
+    from tomlkit.items import Table
+
+__all__ = ["ModelFile", "friction_from", "read_model", "write_model"]
+
+KEYS = ("schema", "kind", "provenance", "plant", "friction", "uncertainty")
+
+
+class ModelFile(NamedTuple):
+    """What a model file holds.
+
+    `info` has ``"provenance"`` and ``"uncertainty"``: for each parameter ``std`` in SI, where known, and ``status``.
+    """
+
+    plant: Model | None
+    friction: Model
+    info: dict[str, Any]
+
+
+def write_model(
+    path: str | os.PathLike[str],
+    plant: Model | None,
+    friction: Model,
+    *,
+    estimates: Iterable[Any] = (),
+    provenance: Mapping[str, str] | None = None,
+) -> None:
+    """Write a model file; numbers come back to the bit.
+
+    Parameters
+    ----------
+    path : path-like
+        The file. A friction model of a user's own is copied beside it.
+    plant, friction : Model
+        What is written; `plant` may be None.
+    estimates : iterable of Estimate
+        Standard error and status of each parameter.
+    provenance : mapping of str to str
+        Where the values come from: version, log, axis, command.
+
+    Raises
+    ------
+    InputError
+        If the friction model is neither one of bristle's own nor read from a file.
+    """
+    import tomlkit
+
+    target = Path(path)
+    document = tomlkit.document()
+    document.add("schema", tomlkit.item(1))
+    document.add("kind", tomlkit.item(friction.kind))
+    if provenance:
+        document.add("provenance", tomlkit.item(dict(provenance)))
+    if plant is not None:
+        document.add("plant", _table(plant, {"model": plant.name}))
+    document.add("friction", _table(friction, _name_of(friction, target.parent)))
+    known = [one for one in estimates if one.std is not None or one.status != "identified"]
+    if known:
+        uncertainty = tomlkit.table(is_super_table=True)
+        for one in known:
+            entry = {"std": one.std, "status": one.status, "note": one.note}
+            uncertainty.add(key_of(one.name), tomlkit.item({key: value for key, value in entry.items() if value}))
+        document.add("uncertainty", uncertainty)
+    target.write_text(tomlkit.dumps(document), encoding="utf-8")
+
+
+def _table(model: Model, head: Mapping[str, Any]) -> Table:
+    import tomlkit
+
+    table = tomlkit.table()
+    for key, value in head.items():
+        table.add(key, value)
+    for name, value in model.values.items():
+        variable = model.component.variables[name]
+        item = tomlkit.item(value.tolist() if hasattr(value, "tolist") else float(value))
+        item.comment(f"{variable.unit(model.kind)}: {' '.join(variable.description.split())}")
+        table.add(key_of(name), item)
+    return table
+
+
+def _name_of(friction: Model, folder: Path) -> dict[str, Any]:
+    """Return what names the friction model in the file: its name, or a user's file, which is copied there."""
+    base, *slots = friction.name.split("+")
+    inner = getattr(friction.component, "inner", friction.component)
+    if MODELS.get(base) is inner:
+        return {"model": friction.name}
+    source = Path(inspect.getfile(inner.trial))
+    if not source.is_file():
+        raise InputError("is in no file, so that a model file cannot name it", path=friction.name,
+                         mend="Put the model into a file of its own and load it from there")  # fmt: skip
+    if source.resolve() != (folder / source.name).resolve():
+        shutil.copyfile(source, folder / source.name)
+    return {"file": source.name} | ({"slots": slots} if slots else {})
+
+
+def read_model(path: str | os.PathLike[str]) -> ModelFile:
+    """Return what a model file holds.
+
+    Raises
+    ------
+    InputError
+        With file, key, value and what is allowed there.
+    """
+    source = Path(path)
+    data = read_toml(source)
+    try:
+        return _model_from(data, source.parent)
+    except InputError as error:
+        raise error.at(str(source)) from None
+
+
+def _model_from(data: dict[str, Any], folder: Path) -> ModelFile:
+    check_keys(data, KEYS, "")
+    check_schema(data)
+    kind = kind_at(data.get("kind", KINDS[0]), "kind")
+    if "friction" not in data:
+        raise InputError(
+            "is missing", path="friction", mend='Write [friction] and, below it, model = "coulomb_viscous"'
+        )
+    friction = friction_from(data["friction"], kind=kind, folder=folder, path="friction")
+    plant = model_from(data["plant"], PLANTS, kind=kind, path="plant") if "plant" in data else None
+    known = set(friction.values) | set(plant.values if plant else ())
+    uncertainty = table_at(data.get("uncertainty", {}), "uncertainty")
+    check_keys(uncertainty, [key_of(name) for name in known], "uncertainty")
+    provenance = table_at(data.get("provenance", {}), "provenance")
+    return ModelFile(plant, friction, {"provenance": provenance, "uncertainty": uncertainty})
+
+
+def kind_at(value: Any, path: str) -> Kind:
+    """Return a kind of axis.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    if value not in KINDS:
+        raise InputError("unknown kind of axis", path=path, value=value, allowed=" or ".join(KINDS))
+    return value
+
+
+def friction_from(table: Any, *, kind: Kind, folder: Path, path: str) -> Model:
+    """Return the friction model of a table, by name or from a user's own file.
+
+    Parameters
+    ----------
+    table : object
+        ``model = "lugre+asymmetry"``, or ``file = "my_model.py"`` with ``slots = ["asymmetry"]`` where wanted; and
+        the parameters.
+    kind : {"translational", "rotational"}
+        Kind of axis.
+    folder : Path
+        What a relative `file` starts from.
+    path : str
+        Key of the table, for messages.
+
+    Raises
+    ------
+    InputError
+        With the path of the key that does not fit, its value and what is allowed.
+    """
+    given = table_at(table, path)
+    if "model" in given and "file" in given:
+        raise InputError("has both a model and a file", path=path, mend="Keep one of them")
+    component = _user_model(given, folder, path) if "file" in given else _own_model(given, path)
+    beside = ("file", "slots") if "file" in given else ("model",)
+    values = parameters_in(given, component, path, beside=beside)
+    return make_model(component, values, kind=kind, validate=True, path=path)
+
+
+def _own_model(table: Mapping[str, Any], path: str) -> FrictionModel:
+    if not isinstance(table.get("model"), str):
+        raise InputError("names no model", path=f"{path}.model", value=table.get("model"), allowed=", ".join(MODELS),
+                         mend=f'Write model = "coulomb_viscous" under [{path}]')  # fmt: skip
+    return find(table["model"], f"{path}.model")
+
+
+def _user_model(table: Mapping[str, Any], folder: Path, path: str) -> FrictionModel:
+    from bristle.files.user_model import load_model_file
+
+    file, slots = table["file"], table.get("slots", [])
+    if not isinstance(file, str) or not file.endswith(".py"):
+        raise InputError(
+            "is no file with a model", path=f"{path}.file", value=file, allowed="a file of Python, my_model.py"
+        )
+    if not isinstance(slots, list) or not all(isinstance(slot, str) for slot in slots):
+        raise InputError("must be a list of names", path=f"{path}.slots", value=slots)
+    return with_slots(load_model_file(folder / file), slots, f"{path}.slots")

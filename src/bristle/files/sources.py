@@ -1,0 +1,91 @@
+"""The files that an experiment names: each is read once, relative to the folder of the experiment."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from bristle.core.axis import Axis
+from bristle.core.contracts import Model, make_model
+from bristle.core.errors import InputError
+from bristle.core.variable import Kind
+from bristle.files.axis import read_axis
+from bristle.files.components import check_keys, parameters_in, table_at
+from bristle.files.model import ModelFile, friction_from, read_model
+from bristle.logs import read_log
+from bristle.logs.log import Log
+from bristle.references import recorded
+
+__all__ = ["Sources"]
+
+
+@dataclass
+class Sources:
+    """Axes, identified models and logs that the tables of an experiment refer to by file."""
+
+    folder: Path
+    _read: dict[tuple[Any, ...], Any] = field(default_factory=dict)
+
+    def axis(self, file: Any, path: str) -> Axis:
+        """Return the axis in a file."""
+        return self._once(("axis", self._file(file, path)), lambda key: read_axis(key[1]))
+
+    def model(self, file: Any, path: str) -> ModelFile:
+        """Return the identified model in a file."""
+        return self._once(("model", self._file(file, path)), lambda key: read_model(key[1]))
+
+    def log(self, file: Any, axis: Axis | None, path: str) -> Log:
+        """Return the log in a file."""
+        return self._once(("log", self._file(file, path), id(axis)), lambda key: read_log(key[1], axis))
+
+    def friction(self, table: Any, kind: Kind, path: str) -> tuple[Model | None, Model]:
+        """Return the plant (where a model file gives one) and the friction model of a table.
+
+        Raises
+        ------
+        InputError
+            With the path of the key that does not fit, its value and what is allowed.
+        """
+        given = table_at(table, path)
+        file = given.get("file")
+        if not isinstance(file, str) or not file.endswith(".toml"):
+            return None, friction_from(given, kind=kind, folder=self.folder, path=path)
+        found = self.model(file, f"{path}.file")
+        if found.friction.kind != kind:
+            raise InputError(
+                f"holds a {found.friction.kind} axis, and this one is {kind}", path=f"{path}.file", value=file,
+                mend="Name the model of an axis of the same kind",
+            )  # fmt: skip
+        component = found.friction.component
+        values = found.friction.values | parameters_in(given, component, path, beside=("file",))
+        return found.plant, make_model(component, values, kind=kind, validate=True, path=path)
+
+    def recorded(self, table: dict[str, Any], axis: Axis | None, path: str) -> Model:
+        """Return the reference that a log holds."""
+        check_keys(table, ("model", "file", "axis"), path)
+        if "axis" in table:
+            axis = self.axis(table["axis"], f"{path}.axis")
+        log = self.log(table["file"], axis, f"{path}.file")
+        if log.reference is None:
+            raise InputError(
+                "has no reference", path=f"{path}.file", value=table["file"],
+                mend="Name its column under [columns] of the axis file: reference = ...",
+            )  # fmt: skip
+        if len(log.segments) > 1:
+            raise InputError(
+                f"has gaps, which split it into {len(log.segments)} parts", path=f"{path}.file", value=table["file"],
+                mend="Record the reference again, without gaps",
+            )  # fmt: skip
+        values = {"position": log.reference.values, "sample_time": log.sample_time}
+        return make_model(recorded, values, kind=log.kind, validate=True, path=path)
+
+    def _file(self, file: Any, path: str) -> Path:
+        if not isinstance(file, str) or not file:
+            raise InputError("must be the name of a file", path=path, value=file)
+        return self.folder / file
+
+    def _once(self, key: tuple[Any, ...], read: Any) -> Any:
+        if key not in self._read:
+            self._read[key] = read(key)
+        return self._read[key]

@@ -1,0 +1,176 @@
+"""One variant of an experiment, from its tables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from bristle.core import units
+from bristle.core.axis import Axis
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError
+from bristle.core.experiment import Feedforward, Variant
+from bristle.core.variable import Kind, Variable
+from bristle.files.components import check_keys, key_of, model_from, number_at, table_at
+from bristle.files.controller import controller_from
+from bristle.files.model import kind_at
+from bristle.files.run import run_from
+from bristle.files.sources import Sources
+from bristle.friction import MODELS
+from bristle.plants import PLANTS
+from bristle.references import REFERENCES
+from bristle.sensors import SENSORS
+
+__all__ = ["SECTIONS", "Tables", "variant_from"]
+
+SECTIONS = ("axis", "plant", "friction", "controller", "sensor", "reference", "run")
+
+FEEDFORWARD = {
+    "mass": Variable("mass", "mass or inertia times the desired acceleration", min=0.0),
+    "gain": Variable("1", "factor on the friction"),
+}
+
+
+@dataclass(frozen=True)
+class Tables:
+    """The tables of one variant, and where each of them stands in the file.
+
+    Parameters
+    ----------
+    content : mapping
+        The tables, what a variant overrides merged in.
+    override : mapping
+        What the variant overrides.
+    prefix : str
+        Where the overrides stand, such as ``"compare.none"``.
+    """
+
+    content: Mapping[str, Any]
+    override: Mapping[str, Any] = field(default_factory=dict)
+    prefix: str = ""
+
+    def path(self, *keys: str) -> str:
+        """Return the path in the file of a table."""
+        place: Any = self.override
+        for key in keys:
+            if not isinstance(place, Mapping) or key not in place:
+                return ".".join(keys)
+            place = place[key]
+        return ".".join((self.prefix, *keys))
+
+    def table(self, section: str) -> dict[str, Any]:
+        """Return a section, empty where the file has none."""
+        return table_at(self.content.get(section, {}), self.path(section))
+
+
+def variant_from(name: str, tables: Tables, sources: Sources) -> Variant:
+    """Return the variant that some tables describe.
+
+    Raises
+    ------
+    InputError
+        With the path of the key that does not fit, its value and what is allowed.
+    """
+    axis = _axis(tables, sources)
+    kind = _kind(tables, axis, sources)
+    if "friction" not in tables.content:
+        raise InputError(
+            "is missing", path="friction", mend='Write [friction] and, below it, model = "coulomb_viscous"'
+        )
+    identified, friction = sources.friction(tables.content["friction"], kind, tables.path("friction"))
+    reference = _reference(tables, axis, kind, sources)
+    return Variant(
+        name=name,
+        plant=_plant(tables, axis, identified, kind),
+        friction=friction,
+        controller=_controller(tables, axis, kind),
+        sensor=_sensor(tables, axis, kind),
+        reference=reference,
+        feedforward=_feedforward(tables, kind, sources),
+        run=run_from(tables.table("run"), axis, reference, kind, tables.path("run")),
+    )
+
+
+def _axis(tables: Tables, sources: Sources) -> Axis | None:
+    if "axis" not in tables.content:
+        return None
+    path = tables.path("axis")
+    table = tables.table("axis")
+    check_keys(table, ("file",), path)
+    return sources.axis(table.get("file"), f"{path}.file")
+
+
+def _kind(tables: Tables, axis: Axis | None, sources: Sources) -> Kind:
+    """Return the kind of axis: as the file says, its axis, its identified model, or the units of its parameters."""
+    given = kind_at(tables.content["kind"], "kind") if "kind" in tables.content else None
+    if given and axis and given != axis.kind:
+        raise InputError(f"does not match the axis file, which is {axis.kind}", path="kind", value=given)
+    if given or axis:
+        return given or axis.kind  # type: ignore[union-attr]
+    friction, plant = tables.table("friction"), tables.table("plant")
+    if isinstance(friction.get("file"), str) and friction["file"].endswith(".toml"):
+        return sources.model(friction["file"], tables.path("friction", "file")).friction.kind
+    variables = PLANTS["inertia"].variables | {
+        name: variable for model in MODELS.values() for name, variable in model.variables.items()
+    }
+    return units.kind_of(plant | friction, variables)
+
+
+def _plant(tables: Tables, axis: Axis | None, identified: Model | None, kind: Kind) -> Model:
+    path, given = tables.path("plant"), tables.table("plant")
+    if "model" not in given and identified is not None:
+        known = {key_of(name): value for name, value in identified.values.items()}
+        given = {"model": identified.name, **known, **given}
+    elif "model" not in given and axis is not None and axis.mass is not None:
+        given = {"M": axis.mass, **given}
+    if not given:
+        raise InputError("is missing", path=path, mend='Write [plant] and, below it, model = "inertia" and M = "95 kg"')
+    return model_from(given, PLANTS, kind=kind, path=path, default="inertia")
+
+
+def _controller(tables: Tables, axis: Axis | None, kind: Kind) -> Model:
+    path = tables.path("controller")
+    given = {key: value for key, value in tables.table("controller").items() if key != "feedforward"}
+    if "model" not in given and axis is not None and axis.controller is not None:
+        given = {**axis.controller, **given}
+    effort = axis.columns.get("effort") if axis is not None else None
+    return controller_from(given, kind=kind, effort=effort, path=path)
+
+
+def _feedforward(tables: Tables, kind: Kind, sources: Sources) -> Feedforward:
+    path = tables.path("controller", "feedforward")
+    given = table_at(tables.table("controller").get("feedforward", {}), path)
+    check_keys(given, (*FEEDFORWARD, "friction"), path)
+    friction = given.get("friction", "none")
+    where = tables.path("controller", "feedforward", "friction")
+    if isinstance(friction, str) and friction != "none":
+        raise InputError(
+            "must be a table", path=where, value=friction, allowed='"none", or a friction model as in [friction]',
+            mend=f'Write [{where}] and, below it, model = "coulomb_viscous" or file = "model.toml"',
+        )  # fmt: skip
+    values = {
+        name: number_at(given[name], variable, kind, f"{path}.{name}")
+        for name, variable in FEEDFORWARD.items()
+        if name in given
+    }
+    return Feedforward(friction=None if friction == "none" else sources.friction(friction, kind, where)[1], **values)
+
+
+def _sensor(tables: Tables, axis: Axis | None, kind: Kind) -> Model:
+    given = tables.table("sensor")
+    if not given and axis is not None and axis.resolution is not None:
+        given = {"resolution": axis.resolution}
+    return model_from(given, SENSORS, kind=kind, path=tables.path("sensor"), default="encoder")
+
+
+def _reference(tables: Tables, axis: Axis | None, kind: Kind, sources: Sources) -> Model:
+    path, given = tables.path("reference"), tables.table("reference")
+    if given.get("model") == "recorded" and "file" in given:
+        found = sources.recorded(given, axis, path)
+        if found.kind != kind:
+            raise InputError(
+                f"is of a {found.kind} axis, and this one is {kind}", path=f"{path}.file", value=given["file"]
+            )
+        return found
+    return model_from(given, REFERENCES, kind=kind, path=path)
