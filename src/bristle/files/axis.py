@@ -83,6 +83,7 @@ def axis_from(data: dict[str, Any]) -> Axis:
         velocity_limit=_positive(file.limits.velocity, VELOCITY, file.kind, "limits.velocity"),
         stroke=_stroke(file),
         controller=file.controller,
+        presliding=_positive(file.plant.presliding, LENGTH, file.kind, "plant.presliding"),
         cutoff=_positive(file.identification.cutoff, FREQUENCY, file.kind, "identification.cutoff"),
         decimation=file.identification.decimation,
     )

@@ -72,6 +72,7 @@ class PlantEntry(Strict):
     mass: Quantity | None = None
     inertia: Quantity | None = None
     offset: Quantity = "identify"
+    presliding: Quantity | None = None
 
 
 class EncoderEntry(Strict):

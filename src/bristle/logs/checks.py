@@ -57,9 +57,9 @@ def problems_of(found: Gathered, axis: Axis, source: str) -> Iterator[InputError
 
 
 def quantisation(values: np.ndarray) -> float:
-    """Return the smallest step between two neighbours that differ, zero if none do."""
-    steps = np.abs(np.diff(values))
-    steps = steps[steps > 1e-12 * np.max(np.abs(values), initial=0.0)]
+    """Return the smallest difference between two values that differ, zero if none do."""
+    steps = np.diff(np.unique(values))
+    steps = steps[steps > 1e-12 * np.max(np.abs(values), initial=0.0)]  # the rest is rounding
     return float(steps.min()) if steps.size else 0.0
 
 

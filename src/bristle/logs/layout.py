@@ -72,7 +72,9 @@ def layout_of(lines: Sequence[str], source: Path) -> Layout:
             found = _rows_of_numbers(lines, delimiter, decimal_comma)
             if found is None:
                 continue
-            score = (sum(found.numeric) / len(found.numeric), sum(found.numeric))
+            first_row = cells_of(lines[found.first], delimiter)
+            filled = sum(bool(cell) or it for cell, it in zip(first_row, found.numeric, strict=True))
+            score = (sum(found.numeric) / filled, sum(found.numeric))
             if score > best_score:
                 best, best_score = found, score
     if best is None:
@@ -88,47 +90,45 @@ def layout_of(lines: Sequence[str], source: Path) -> Layout:
 
 def _rows_of_numbers(lines: Sequence[str], delimiter: str | None, decimal_comma: bool) -> Layout | None:
     """Return the layout with the first line from which on rows have numbers in the same columns."""
-    rows = [
-        (index, cells_of(line, delimiter))
-        for index, line in enumerate(lines)
-        if line.strip() and not line.lstrip().startswith(COMMENT)
-    ]
-    kinds = [[is_number(cell, decimal_comma) for cell in cells] for _, cells in rows]
-    for start in range(len(rows) - 1):
-        sample = range(start, min(start + SAMPLE_ROWS, len(rows)))
-        # The last line there is may be cut short: the rows themselves are examined when they are read.
-        sample = sample[:-1] if len(sample) > 2 and sample[-1] == len(rows) - 1 else sample
-        numeric = [any(column) for column in zip(*(kinds[k] for k in sample), strict=False)]
-        if any(numeric) and all(
-            len(kinds[k]) == len(kinds[start])
-            and all(
-                is_it or not wanted or cell == ""
-                for is_it, wanted, cell in zip(kinds[k], numeric, rows[k][1], strict=True)
-            )
-            for k in sample
-        ):
-            return Layout(delimiter, decimal_comma, rows[start][0], tuple(numeric))
+    rows = [(index, cells_of(line, delimiter)) for index, line in enumerate(lines) if _has_content(line)]
+    # The last line there is may be cut short: the rows themselves are examined when they are read.
+    whole = rows[:-1] if len(rows) > 2 else rows
+    for start in range(len(whole) - 1 + (len(rows) > 2)):
+        sample = [cells for _, cells in whole[start : start + SAMPLE_ROWS]]
+        if len({len(cells) for cells in sample}) == 1:
+            columns = list(zip(*sample, strict=True))
+            numeric = [any(is_number(cell, decimal_comma) for cell in column) for column in columns]
+            if any(numeric) and all(
+                not wanted or all(not cell or is_number(cell, decimal_comma) for cell in column)
+                for wanted, column in zip(numeric, columns, strict=True)
+            ):
+                return Layout(delimiter, decimal_comma, rows[start][0], tuple(numeric))
     return None
 
 
+def _has_content(line: str) -> bool:
+    return bool(line.strip()) and not line.lstrip().startswith(COMMENT)
+
+
 def _refuse_bad_first_rows(lines: Sequence[str], layout: Layout, source: Path) -> None:
-    """Refuse rows before the first that are rows of numbers but for one cell: they are no preamble."""
-    alike = []
-    for index in range(layout.first):
-        cells = cells_of(lines[index], layout.delimiter)
-        if lines[index].lstrip().startswith(COMMENT) or len(cells) != len(layout.numeric):
-            continue
-        kinds = [is_number(cell, layout.decimal_comma) for cell, it in zip(cells, layout.numeric, strict=True) if it]
-        alike.append((index, cells, kinds))
-    for index, cells, kinds in alike[1:]:
-        if any(kinds) and index == layout.first - 1:
-            columns = [column for column, it in enumerate(layout.numeric) if it]
-            column = columns[kinds.index(False)]
-            raise InputError(
-                "is not a number",
-                path=f"{source}: line {index + 1}, column {column + 1}",
-                value=cells[column],
-            )
+    """Refuse a line right before the first that is a row of numbers but for one cell: it is no preamble."""
+    above = [(i, cells_of(lines[i], layout.delimiter)) for i in range(layout.first) if _has_content(lines[i])]
+    if not above:
+        return
+    index, cells = above.pop()
+    count, place = len(layout.numeric), f"{source}: line {index + 1}"
+    under_a_row = any(len(other) == count for _, other in above)
+    if len(cells) != count:
+        numbers = all(is_number(cell, layout.decimal_comma) for cell in cells if cell)
+        if numbers and (under_a_row or len(cells) > count):
+            raise InputError(f"has {len(cells)} cells instead of {count}", path=place, value=lines[index])
+        return
+    kinds = [is_number(cell, layout.decimal_comma) for cell in cells]
+    if under_a_row and any(kinds):
+        odd = [column for column, it in enumerate(layout.numeric) if it != kinds[column]]
+        said = "is a number, and below it stands text" if kinds[odd[0]] else "is not a number"
+        said = said if cells[odd[0]] else "is empty"
+        raise InputError(said, path=f"{place}, column {odd[0] + 1}", value=cells[odd[0]])
 
 
 def _header(lines: Sequence[str], layout: Layout) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -1,0 +1,161 @@
+"""The dialects of text files, and what is refused in them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bristle.core.errors import InputError
+from bristle.logs.csv import read_csv
+from bristle.logs.table import split_unit
+
+HERE = Path("log.csv")
+T = np.arange(30) * 0.5
+X = np.linspace(-3.0, 4.0, 30)
+
+
+def rows(delimiter=",", form="{:.4f}", comma=False):
+    lines = [delimiter.join(form.format(cell) for cell in row) for row in zip(T, X, strict=True)]
+    text = "\n".join(lines) + "\n"
+    return text.replace(".", ",") if comma else text
+
+
+@pytest.mark.parametrize(
+    ("delimiter", "comma"),
+    [(",", False), (";", False), (";", True), ("\t", False), ("\t", True), (" ", False), ("   ", True), (", ", False)],
+)
+@pytest.mark.parametrize("newline", ["\n", "\r\n", "\r"])
+def test_every_dialect_holds_the_same_numbers(delimiter, comma, newline):
+    text = delimiter.join(("t", "x")) + "\n" + rows(delimiter, comma=comma)
+    table = read_csv(text.replace("\n", newline).encode(), HERE)
+    assert list(table.columns) == ["t", "x"]
+    np.testing.assert_allclose(table.columns["t"], T, atol=1e-12)
+    np.testing.assert_allclose(table.columns["x"], X, atol=5.1e-5)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "latin-1", "utf-16"])
+def test_encodings_and_units_in_the_header(encoding):
+    text = "Zeit [s];Größe (µm)\n" + rows(";")
+    table = read_csv(text.encode(encoding), HERE)
+    assert table.units == {"Zeit": "s", "Größe": "µm"}
+
+
+@pytest.mark.parametrize(
+    ("preamble", "names"),
+    [
+        ("", ["column_1", "column_2"]),
+        ("t,x\n", ["t", "x"]),
+        ("# t,x\n", ["t", "x"]),
+        ('"t","x"\n', ["t", "x"]),
+        ("t,x\n\n", ["t", "x"]),
+        ("Drive export\nDate,2024-05-01\nRate,1000\nScale,0.5,0.25\n\nt,x\n", ["t", "x"]),
+        ("t,x\n# from here on the recording\n", ["t", "x"]),
+        ("t,t\n", ["t", "t_2"]),
+    ],
+)
+def test_headers_and_preambles(preamble, names):
+    table = read_csv((preamble + rows()).encode(), HERE)
+    assert list(table.columns) == names
+    assert all(column.size == T.size for column in table.columns.values())
+
+
+def test_a_row_of_units_below_the_names():
+    table = read_csv(("time;travel\ns;mm\n" + rows(";")).encode(), HERE)
+    assert table.units == {"time": "s", "travel": "mm"}
+
+
+def test_a_labview_measurement_file():
+    head = "LabVIEW Measurement\t\nSeparator\tTab\nX_Columns\tOne\n***End_of_Header***\t\n\nChannels\t1\t\n"
+    head += "Samples\t30\t\nDelta_X\t0.500000\t\nX0\t0.0E+0\t\n***End_of_Header***\t\t\nX_Value\tForce\tComment\n"
+    body = "".join(f"{t:.6f}\t{x:.6f}\t\n" for t, x in zip(T, X, strict=True))
+    table = read_csv((head + body).encode(), HERE)
+    assert list(table.columns) == ["X_Value", "Force"]
+    assert table.columns["X_Value"].size == T.size
+
+
+def test_comments_and_blank_lines_between_rows_are_skipped():
+    lines = ("t,x\n" + rows()).split("\n")
+    text = "\n".join([*lines[:9], "# a remark, with a comma", "", *lines[9:]])
+    assert read_csv(text.encode(), HERE).columns["x"].size == X.size
+
+
+def test_a_column_of_text_is_left_out_and_said_so():
+    text = "date;t;x\n" + "".join(f"01.02.2024;{t};{x}\n" for t, x in zip(T, X, strict=True))
+    table = read_csv(text.replace(".", ",").replace("01,02,", "01.02.").encode(), HERE)
+    assert list(table.columns) == ["t", "x"]
+    assert table.notes == ("text was left out: date",)
+
+
+@pytest.mark.parametrize("line", [1, 2, 5, 29])
+@pytest.mark.parametrize(
+    ("cell", "said"), [("abc", "is not a number"), ("", "is empty"), ("1,5", "has 3 cells"), ("0.1.2", "is not a")]
+)
+def test_a_bad_cell_is_named_with_line_and_column(line, cell, said):
+    lines = ("t,x\n" + rows()).split("\n")
+    lines[line] = lines[line].split(",")[0] + f",{cell}"
+    with pytest.raises(InputError, match=said) as caught:
+        read_csv("\n".join(lines).encode(), HERE)
+    assert f"line {line + 1}" in caught.value.path
+
+
+def test_a_column_that_is_now_a_number_and_now_text_is_refused():
+    states = ["0"] * 4 + ["OK"] * 26
+    text = "t,x,state\n" + "".join(f"{t},{x},{s}\n" for t, x, s in zip(T, X, states, strict=True))
+    with pytest.raises(InputError, match="line 5, column 3: is a number, and below it stands text"):
+        read_csv(text.encode(), HERE)
+
+
+def test_missing_values_that_are_written_reach_the_checks():
+    text = ("t,x\n" + rows()).replace("-3.0000", "NaN")
+    assert np.isnan(read_csv(text.encode(), HERE).columns["x"][0])
+
+
+@pytest.mark.parametrize("text", ["", "no numbers\nat all\n", "t,x\n", "t,x\n1,2\n", "1,2\n"])
+def test_a_file_without_rows_of_numbers_is_refused(text):
+    with pytest.raises(InputError, match="holds no rows of numbers"):
+        read_csv(text.encode(), HERE)
+
+
+def test_binary_content_is_refused():
+    with pytest.raises(InputError, match="neither text nor"):
+        read_csv(b"\x01\x02\0\0" * 50, HERE)
+
+
+@given(cut=st.integers(1, len(rows().encode()) + 3))
+def test_a_file_cut_anywhere_is_refused_or_its_whole_rows_are_read(cut):
+    whole = ("t,x\n" + rows()).encode()
+    part = whole[:cut]
+    try:
+        table = read_csv(part, HERE)
+    except InputError as refusal:
+        said = str(refusal)
+    else:
+        said = ""
+    if said:
+        assert "truncated" in said or "no rows of numbers" in said
+        return
+    count = part.count(b"\n") - 1
+    np.testing.assert_array_equal(table.columns["t"], T[:count])
+    if not part.endswith(b"\n"):
+        assert "its last row may be cut" in table.notes[-1]
+
+
+def test_a_header_is_split_into_name_and_unit():
+    assert split_unit("actual position / mm") == ("actual position", "mm")
+    assert split_unit("velocity[rad/s]") == ("velocity", "rad/s")
+    assert split_unit("F (N)") == ("F", "N")
+
+
+@pytest.mark.slow
+def test_a_million_rows_are_read_in_seconds():
+    import time
+
+    text = "t,q,r,u\n" + "0.001,1.25,1.5,-3.75\n" * 1_000_000
+    start = time.perf_counter()
+    table = read_csv(text.encode(), HERE)
+    assert table.columns["u"].size == 1_000_000
+    assert time.perf_counter() - start < 10

@@ -1,0 +1,344 @@
+"""From a file to a log: what is accepted, and what is refused by name."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bristle.core.axis import Column, Injected
+from bristle.core.errors import InputError
+from bristle.logs import read_log, sign_of_effort
+
+SAMPLE_TIME = 1e-3
+
+
+def with_columns(axis, **columns):
+    return dataclasses.replace(axis, columns={**axis.columns, **columns})
+
+
+def test_a_log_is_the_same_from_every_kind_of_file(any_file, recording, axis):
+    log = read_log(any_file, axis)
+    assert len(log) == recording["t"].size
+    assert log.segments == (slice(0, len(log)),)
+    assert log.sample_time == pytest.approx(SAMPLE_TIME, rel=1e-9)
+    assert (log.position.column, log.position.unit, log.effort.unit) == ("q", "m", "N")
+    np.testing.assert_allclose(log.effort.values, recording["u"], rtol=1e-10, atol=1e-12)
+    assert log.velocity is None
+    assert log.notes == ()
+
+
+def test_the_arrays_of_a_log_cannot_be_written(write, axis):
+    log = read_log(write(), axis)
+    for _, channel in log.channels():
+        with pytest.raises(ValueError, match="read-only"):
+            channel.values[0] = 1.0
+
+
+def test_scale_unit_and_sign_of_a_column(write, axis, recording):
+    axis = with_columns(axis, effort=Column("u", "mV", "V", -35.0), position=Column("q", "mm", "m"))
+    log = read_log(write(), axis)
+    np.testing.assert_allclose(log.effort.values, recording["u"] * 1e-3 * -35.0, rtol=1e-12)
+    np.testing.assert_allclose(log.position.values, recording["q"] * 1e-3, rtol=1e-12)
+
+
+def test_units_of_the_log_are_used_where_the_axis_file_says_none(tmp_path, write, axis, recording):
+    path = write()
+    path.write_text(path.read_text().replace("t,q,r,u", "t [s],q [mm],r [mm],u"))
+    axis = with_columns(axis, position=Column("q", "", "m"), reference=Column("r [mm]", "mm", "m"))
+    log = read_log(path, axis)
+    np.testing.assert_allclose(log.position.values, recording["q"] * 1e-3, rtol=1e-12)
+
+
+def test_units_that_contradict_each_other_are_refused(write, axis):
+    path = write()
+    path.write_text(path.read_text().replace("t,q,r,u", "t,q [mm],r,u"))
+    with pytest.raises(InputError, match="has another unit in the log than in the axis file; found 'mm'"):
+        read_log(path, axis)
+
+
+def test_a_unit_of_another_dimension_is_refused(write, axis):
+    path = write()
+    path.write_text(path.read_text().replace("t,q,r,u", "t,q [N],r,u"))
+    with pytest.raises(InputError, match="column 'q': has the wrong unit"):
+        read_log(path, axis)
+
+
+def test_a_missing_column_lists_those_there_are_and_suggests_one(write, axis):
+    axis = with_columns(axis, position=Column("Q", "m", "m"))
+    with pytest.raises(InputError, match=r"no column 'Q', .* allowed t, q, r, u\. Did you mean 'q'\?"):
+        read_log(write(), axis)
+
+
+def test_known_inputs(write, axis, recording):
+    pulses = np.where(np.arange(recording["t"].size) % 200 < 100, 5.0, 0.0)
+    known = (Injected("pulses", 2.0, optional=True), Injected("absent", 1.0, optional=True))
+    axis = dataclasses.replace(axis, injected=known)
+    log = read_log(write(pulses=pulses), axis)
+    np.testing.assert_array_equal(log.injected_effort, 2.0 * pulses)
+    assert log.notes == ("optional column absent is not in this log",)
+    assert read_log(write(), axis).injected == ()
+    required = dataclasses.replace(axis, injected=(Injected("pulses", 2.0),))
+    with pytest.raises(InputError, match="no column 'pulses'"):
+        read_log(write(), required)
+
+
+def test_a_known_input_that_was_never_on_is_no_constant_channel(write, axis, recording):
+    axis = dataclasses.replace(axis, injected=(Injected("pulses", 2.0),))
+    assert np.all(read_log(write(pulses=np.zeros(recording["t"].size)), axis).injected_effort == 0)
+
+
+@pytest.mark.parametrize("column", ["t", "q", "u"])
+@pytest.mark.parametrize(("value", "said"), [(np.nan, "has NaN"), (np.inf, "an infinite value")])
+def test_values_that_are_not_finite_are_named(write, axis, recording, column, value, said):
+    values = recording[column].copy()
+    values[[123, 500]] = value
+    with pytest.raises(InputError, match=said) as caught:
+        read_log(write(**{column: values}), axis)
+    assert f"column '{column}'" in str(caught.value)
+    assert "sample 123" in str(caught.value)
+    assert "2 such samples" in str(caught.value)
+    if column != "t":
+        assert "t = 0.123 s" in str(caught.value)
+
+
+@pytest.mark.parametrize("column", ["q", "u", "r"])
+def test_a_constant_channel_is_refused(write, axis, recording, column):
+    with pytest.raises(InputError, match=f"column '{column}': is constant"):
+        read_log(write(**{column: np.full(recording["t"].size, 0.7)}), axis)
+
+
+def test_a_short_log_is_refused(write, axis, recording):
+    path = write()
+    path.write_text("\n".join(path.read_text().split("\n")[:100]) + "\n")
+    with pytest.raises(InputError, match=r"is too short .* found 99, allowed at least 100"):
+        read_log(path, axis)
+
+
+@pytest.mark.parametrize("share", [0.9, 0.7, 0.5])
+@pytest.mark.parametrize("limit", [None, 1000.0])
+def test_a_clipped_effort_is_refused(write, axis, recording, share, limit):
+    axis = dataclasses.replace(axis, effort_limit=limit)
+    top = share * np.max(recording["u"])
+    with pytest.raises(InputError, match="column 'u': is saturated"):
+        read_log(write(u=np.minimum(recording["u"], top)), axis)
+
+
+def test_an_effort_at_its_known_limit_is_refused(write, axis, recording):
+    bounded = np.clip(recording["u"], -40.0, 40.0)
+    with pytest.raises(InputError, match=r"is saturated: .* at -?40 N"):
+        read_log(write(u=bounded), dataclasses.replace(axis, effort_limit=40.0))
+
+
+def test_an_effort_beyond_its_limit_points_at_the_unit(write, axis):
+    with pytest.raises(InputError, match="exceeds the limit of the effort"):
+        read_log(write(), dataclasses.replace(axis, effort_limit=10.0))
+
+
+def test_a_known_input_may_carry_the_effort_beyond_the_limit(write, axis, recording):
+    pulses = np.where(np.arange(recording["t"].size) % 200 < 100, 5.0, 0.0)
+    axis = dataclasses.replace(axis, effort_limit=90.0, injected=(Injected("pulses", 20.0),))
+    assert read_log(write(u=recording["u"] + 20.0 * pulses, pulses=pulses), axis).effort is not None
+
+
+def test_a_coarse_effort_is_not_taken_for_a_clipped_one(write, axis, recording):
+    assert len(read_log(write(u=np.round(recording["u"])), axis)) == recording["t"].size
+
+
+def test_a_drive_that_was_off_is_not_taken_for_a_clipped_effort(write, axis, recording):
+    effort = recording["u"] - recording["u"].min() + 1.0
+    effort[:200] = 0.0
+    assert len(read_log(write(u=effort), axis)) == recording["t"].size
+
+
+@pytest.mark.parametrize("with_reference", [True, False])
+def test_a_clipped_position_is_refused(write, axis, recording, with_reference):
+    columns = {name: axis.columns[name] for name in axis.columns if with_reference or name != "reference"}
+    clipped = np.minimum(recording["q"], 0.4)
+    with pytest.raises(InputError, match=r"column 'q': is saturated: it stops dead at 0\.4 m"):
+        read_log(write(q=clipped), dataclasses.replace(axis, columns=columns))
+
+
+def test_a_position_that_rests_at_its_extreme_is_legitimate(write, axis, recording):
+    t = recording["t"]
+    phase = np.clip((t % 0.6) / 0.2, 0.0, 1.0)  # a third of the time in motion, the rest at an end
+    there = 0.5 * (1 - np.cos(np.pi * phase))
+    position = np.round(np.where((t // 0.6) % 2 == 0, there, 1 - there), 6)
+    effort = np.gradient(np.gradient(position, t), t) + np.random.default_rng(3).normal(0, 0.1, t.size)
+    log = read_log(write(q=position, r=position, u=effort), axis)
+    assert np.mean(log.position.values == log.position.values.max()) > 0.3
+
+
+@pytest.mark.parametrize(("shift", "said"), [(0.0, "is repeated"), (-0.5, "runs backward")])
+def test_time_that_does_not_advance_is_refused(write, axis, recording, shift, said):
+    t = recording["t"].copy()
+    t[600:] += -SAMPLE_TIME + shift
+    with pytest.raises(InputError, match=f"column 't': {said} at sample 600"):
+        read_log(write(t=t), axis)
+
+
+def test_small_jitter_is_resampled_and_said_so(write, axis, recording):
+    rng = np.random.default_rng(7)
+    t = recording["t"] + rng.uniform(-0.09, 0.09, recording["t"].size) * SAMPLE_TIME
+    w = 2 * np.pi / 0.6
+    log = read_log(write(t=t, q=0.25 * (1 - np.cos(w * t))), axis)
+    assert "jitter" in log.notes[0]
+    assert "resampled" in log.notes[0]
+    assert np.ptp(np.diff(log.time.values)) < 1e-12
+    exact = 0.25 * (1 - np.cos(w * log.time.values))
+    assert np.max(np.abs(log.position.values - exact)) < 1e-9  # linear interpolation errs by 1e-6
+
+
+@pytest.mark.parametrize("share", [0.15, 0.3])
+def test_large_jitter_is_refused(write, axis, recording, share):
+    rng = np.random.default_rng(7)
+    t = recording["t"] + rng.uniform(-share, share, recording["t"].size) * SAMPLE_TIME
+    with pytest.raises(InputError, match=r"column 't': jitters by .* allowed up to 10 %"):
+        read_log(write(t=t), axis)
+
+
+def test_a_clock_that_drifts_slowly_is_no_jitter(write, axis, recording):
+    t = recording["t"] * (1 + 1e-3 * recording["t"])
+    assert "resampled" in read_log(write(t=t), axis).notes[0]
+
+
+def test_gaps_split_the_log(write, axis, recording):
+    t = recording["t"].copy()
+    t[400:] += 0.0123
+    t[405:] += 0.1
+    t[900:] += 2.0
+    log = read_log(write(t=t), axis)
+    assert log.segments == (slice(0, 400), slice(400, 895), slice(895, 1195))
+    assert log.notes[0].startswith("3 gaps")
+    assert "5 samples in segments shorter than 10" in log.notes[1]
+    np.testing.assert_allclose(log.time.values[log.segments[2]], t[900:], atol=1e-9)
+    np.testing.assert_array_equal(log.position.values[log.segments[2]], recording["q"][900:])
+
+
+def test_random_sampling_is_refused(write, axis, recording):
+    t = np.cumsum(np.random.default_rng(1).exponential(1e-3, recording["t"].size))
+    with pytest.raises(InputError, match="column 't': is not even"):
+        read_log(write(t=t), axis)
+
+
+def test_without_a_column_of_time_the_sample_time_is_needed(write, axis, recording):
+    columns = {name: column for name, column in axis.columns.items() if name != "time"}
+    bare = dataclasses.replace(axis, columns=columns)
+    with pytest.raises(InputError, match=r"sample_time in \[timing\]"):
+        read_log(write(), bare)
+    log = read_log(write(), dataclasses.replace(bare, sample_time=2e-3))
+    assert log.time.values[-1] == pytest.approx(2e-3 * (recording["t"].size - 1))
+    assert log.time.column == ""
+
+
+def test_a_time_column_of_another_rate_than_the_axis_file_is_refused(write, axis):
+    with pytest.raises(InputError, match=r"steps by 0\.001 s .* allowed 1e-06 s"):
+        read_log(write(), dataclasses.replace(axis, sample_time=1e-6))
+
+
+@pytest.mark.parametrize("samples", [3.0, 0.5, -2.0, -1.25])
+def test_a_delay_of_the_effort_is_taken_out(write, axis, recording, samples):
+    t = recording["t"]
+
+    def effort(at):
+        return 5 * np.sin(10 * at) + 0.3 * np.cos(31 * at)
+
+    path = write(u=effort(t - samples * SAMPLE_TIME))
+    log = read_log(path, dataclasses.replace(axis, delay=samples * SAMPLE_TIME))
+    assert len(log) == t.size - int(np.ceil(abs(samples)))
+    np.testing.assert_allclose(log.effort.values, effort(log.time.values), atol=1e-8)
+    at = np.round(log.time.values / SAMPLE_TIME).astype(int)
+    np.testing.assert_array_equal(log.position.values, recording["q"][at])
+    assert "was moved by its delay" in log.notes[-1]
+
+
+def test_columns_of_different_lengths_are_refused(tmp_path, recording, axis):
+    import scipy.io
+
+    path = tmp_path / "log.mat"
+    scipy.io.savemat(path, {**recording, "u": recording["u"][:-7]})
+    with pytest.raises(InputError, match=r"different lengths .*u: 1193"):
+        read_log(path, axis)
+
+
+def test_without_an_axis_usual_names_are_taken(write, recording):
+    path = write()
+    path.write_text(path.read_text().replace("t,q,r,u", "Time [ms],position [deg],other,Torque [mNm]"))
+    log = read_log(path)
+    assert log.kind == "rotational"
+    np.testing.assert_allclose(log.position.values, np.deg2rad(recording["q"]), rtol=1e-12)
+    np.testing.assert_allclose(log.effort.values, recording["u"] * 1e-3, rtol=1e-12)
+    assert log.reference is None
+
+
+def test_without_an_axis_and_usual_names_an_axis_file_is_asked_for(write):
+    path = write()
+    path.write_text(path.read_text().replace("t,q,r,u", "a,b,c,d"))
+    with pytest.raises(InputError, match="Give an axis file"):
+        read_log(path)
+
+
+def test_the_sign_of_the_effort(write, axis, recording):
+    assert sign_of_effort(read_log(write(), axis)) is None
+    turned = read_log(write(u=-recording["u"]), axis)
+    assert "the sign of effort seems reversed" in turned.notes[-1]
+    gravity = read_log(write(u=recording["u"] + 500.0), axis)
+    assert sign_of_effort(gravity) is None
+
+
+def data_file(*parts: str) -> Path:
+    folder = os.environ.get("BRISTLE_DATA")
+    if not folder:
+        pytest.skip("BRISTLE_DATA does not name the folder of measured logs")
+    path = Path(folder, *parts)
+    assert path.is_file(), f"BRISTLE_DATA is set, and {path} is missing"
+    return path
+
+
+@pytest.mark.measured
+def test_the_measured_positioning_system():
+    from bristle.files.log import read_log as read_with_axis_file
+
+    axis = Path(__file__).parents[2] / "examples" / "emps" / "axis.toml"
+    log = read_with_axis_file(data_file("emps", "DATA_EMPS.mat"), axis)
+    assert len(log) == 24841
+    assert log.sample_time == pytest.approx(1e-3, rel=1e-6)
+    assert log.segments == (slice(0, 24841),)
+    assert np.max(log.effort.values) == pytest.approx(145.47, abs=0.01)
+    assert log.notes == ("optional column pulses_N is not in this log",)
+
+
+@pytest.mark.measured
+@pytest.mark.parametrize(("column", "bound"), [("vir", 2.5), ("vir", 1.0), ("qm", 0.2)])
+def test_the_measured_positioning_system_clipped(tmp_path, column, bound):
+    import scipy.io
+
+    from bristle.files.log import read_log as read_with_axis_file
+
+    content = scipy.io.loadmat(data_file("emps", "DATA_EMPS.mat"))
+    content = {name: values for name, values in content.items() if not name.startswith("__")}
+    scipy.io.savemat(tmp_path / "clipped.mat", {**content, column: np.clip(content[column], -bound, bound)})
+    axis = Path(__file__).parents[2] / "examples" / "emps" / "axis.toml"
+    with pytest.raises(InputError, match=f"column '{column}': is saturated"):
+        read_with_axis_file(tmp_path / "clipped.mat", axis)
+
+
+@pytest.mark.measured
+def test_the_measured_tribometer_rests_half_of_the_time_and_has_the_other_sign():
+    from bristle.core.axis import Axis
+
+    columns = {
+        "time": Column("Time", "", "s"),
+        "position": Column("Position", "", "m"),
+        "effort": Column("Friction", "", "N"),
+    }
+    log = read_log(data_file("tribometer", "test_data_2.txt"), Axis(columns=columns))
+    assert log.sample_time == pytest.approx(5e-3)
+    steady = (log.time.values > 12) & (log.time.values < 205)
+    assert np.ptp(log.position.values[steady]) == pytest.approx(229.6e-6, rel=0.01)
+    assert "the sign of effort seems reversed" in log.notes[-1]
+    turned = Axis(columns={**columns, "effort": Column("Friction", "", "N", -1.0)})
+    assert sign_of_effort(read_log(data_file("tribometer", "test_data_2.txt"), turned)) is None

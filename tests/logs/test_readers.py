@@ -1,0 +1,152 @@
+"""MAT and TDMS, and which reader is chosen."""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+
+import numpy as np
+import pytest
+import scipy.io
+
+from bristle.core.errors import InputError, MissingExtraError
+from bristle.logs.readers import read_table
+
+
+def test_every_kind_of_file_holds_the_same_columns(any_file, recording):
+    table = read_table(any_file)
+    for name, values in recording.items():
+        np.testing.assert_allclose(table.columns[name], values, rtol=1e-11, atol=1e-15)
+    assert table.checksum == hashlib.sha256(any_file.read_bytes()).hexdigest()
+    assert table.source == any_file
+
+
+def test_the_content_decides_not_the_ending(any_file, recording):
+    lying = any_file.rename(any_file.with_suffix(".txt"))
+    assert set(read_table(lying).columns) == set(recording)
+
+
+@pytest.mark.parametrize("compressed", [True, False])
+def test_structures_matrices_and_constants_of_mat_files(tmp_path, compressed):
+    path = tmp_path / "log.mat"
+    content = {
+        "log": {"t": np.arange(5.0), "note": "text"},
+        "both": np.arange(10.0).reshape(5, 2),
+        "wide": np.arange(10.0).reshape(2, 5),
+        "count": np.arange(5, dtype=np.int16),
+        "kp": 160.18,
+    }
+    scipy.io.savemat(path, content, do_compression=compressed)
+    table = read_table(path)
+    assert set(table.columns) == {"log.t", "both[0]", "both[1]", "wide[0]", "wide[1]", "count"}
+    np.testing.assert_array_equal(table.columns["both[1]"], [1, 3, 5, 7, 9])
+    np.testing.assert_array_equal(table.columns["wide[1]"], [5, 6, 7, 8, 9])
+    assert table.constants == {"kp": 160.18}
+
+
+def test_a_mat_file_of_version_4_is_read(tmp_path):
+    scipy.io.savemat(tmp_path / "log.mat", {"t": np.arange(5.0)}, format="4")
+    np.testing.assert_array_equal(read_table(tmp_path / "log.mat").columns["t"], np.arange(5.0))
+
+
+@pytest.mark.parametrize("compressed", [True, False])
+def test_a_mat_file_cut_anywhere_is_refused(tmp_path, recording, compressed):
+    whole = tmp_path / "whole.mat"
+    scipy.io.savemat(whole, recording, do_compression=compressed)
+    data = whole.read_bytes()
+    ends = _ends_of_variables(data)
+    cuts = set(np.random.default_rng(1).integers(1, len(data), 40).tolist()) | {127, 128, 130, 136, len(data) - 1}
+    for cut in cuts - ends:
+        (tmp_path / "part.mat").write_bytes(data[:cut])
+        with pytest.raises(InputError, match=r"truncated|damaged"):
+            read_table(tmp_path / "part.mat")
+
+
+def _ends_of_variables(data: bytes) -> set[int]:
+    """Where a shorter file would be a valid one, with fewer variables: the reader then misses a column."""
+    ends, at = set(), 128
+    while at < len(data):
+        at += 8 + int.from_bytes(data[at + 4 : at + 8], "little")
+        ends.add(at)
+    return ends
+
+
+def test_a_tdms_file_cut_anywhere_is_refused(tmp_path, recording, request):
+    from conftest import write_tdms
+
+    data = write_tdms(tmp_path / "whole.tdms", recording).read_bytes()
+    first = 28 + int.from_bytes(data[12:20], "little")
+    cuts = set(np.random.default_rng(2).integers(1, len(data), 40).tolist()) | {27, 28, first + 3, len(data) - 1}
+    for cut in cuts - {first}:
+        (tmp_path / "part.tdms").write_bytes(data[:cut])
+        with pytest.raises(InputError, match="truncated"):
+            read_table(tmp_path / "part.tdms")
+
+
+def test_a_tdms_recording_that_was_never_closed_is_refused(tmp_path, recording):
+    from conftest import write_tdms
+
+    path = write_tdms(tmp_path / "log.tdms", recording)
+    data = bytearray(path.read_bytes())
+    first = 28 + int.from_bytes(data[12:20], "little")
+    data[first + 12 : first + 20] = b"\xff" * 8
+    path.write_bytes(data)
+    with pytest.raises(InputError, match="its last segment is not complete"):
+        read_table(path)
+
+
+def test_units_and_sample_time_of_tdms_channels(tmp_path):
+    nptdms = pytest.importorskip("nptdms")
+    path = tmp_path / "log.tdms"
+    wave = {"wf_increment": 5e-4, "unit_string": "mm"}
+    with nptdms.TdmsWriter(path) as writer:
+        writer.write_segment(
+            [
+                nptdms.ChannelObject("a", "x", np.arange(8.0), wave),
+                nptdms.ChannelObject("a", "y", np.arange(8.0), {"wf_increment": 5e-4}),
+                nptdms.ChannelObject("b", "y", np.arange(8, dtype=np.int32), {}),
+                nptdms.ChannelObject("b", "remark", ["one", "two"], {}),
+            ]
+        )
+    table = read_table(path)
+    assert set(table.columns) == {"x", "a/y", "b/y"}
+    assert table.units == {"x": "mm"}
+    assert table.sample_time == 5e-4
+    assert "'remark' holds no numbers" in table.notes[0]
+
+
+def test_a_missing_extra_names_the_line_to_type(tmp_path, recording, monkeypatch):
+    from conftest import write_tdms
+
+    path = write_tdms(tmp_path / "log.tdms", recording)
+    monkeypatch.setitem(sys.modules, "nptdms", None)
+    with pytest.raises(MissingExtraError, match=r'pip install "bristle\[io\]"'):
+        read_table(path)
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b"", "is empty"),
+        (b" \n\n", "is empty"),
+        (b"PK\x03\x04rest", "export the log as CSV"),
+        (b"\x1f\x8brest", "gunzip"),
+        (b"\x89HDF\r\n\x1a\n", "save.*-v7"),
+        (b"MATLAB 7.3 MAT-file", "save.*-v7"),
+        (b"MATLAB 5.0 MAT-file", "is truncated"),
+    ],
+)
+def test_what_is_no_log_says_what_to_do(tmp_path, content, said):
+    path = tmp_path / "log.mat"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=said) as caught:
+        read_table(path)
+    assert caught.value.path == str(path)
+
+
+def test_a_file_that_is_not_there_and_a_folder(tmp_path):
+    (tmp_path / "axis_log.csv").write_text("t\n")
+    with pytest.raises(InputError, match=r"there is no such file\. Did you mean 'axis_log\.csv'"):
+        read_table(tmp_path / "axislog.csv")
+    with pytest.raises(InputError, match="is a folder"):
+        read_table(tmp_path)

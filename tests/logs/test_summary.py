@@ -1,0 +1,46 @@
+"""What is in a log: all of it, and every problem."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from bristle.logs import summarize
+
+
+def test_a_good_log(any_file, axis, recording):
+    summary = summarize(any_file, axis)
+    assert summary["problems"] == []
+    assert summary["rate"] == pytest.approx(1000.0)
+    assert summary["duration"] == pytest.approx(recording["t"].size * 1e-3)
+    assert [channel["name"] for channel in summary["channels"]] == ["time", "position", "reference", "effort"]
+    position = summary["channels"][1]
+    assert position["step"] == pytest.approx(1e-7, rel=1e-3)
+    assert position["max"] == recording["q"].max()
+    assert json.loads(json.dumps(summary)) == summary
+
+
+def test_every_problem_is_listed(write, axis, recording):
+    effort, time = recording["u"].copy(), recording["t"].copy()
+    effort[5] = np.nan
+    time[900] = time[899]
+    path = write(u=effort, t=time, r=np.full(time.size, 1.0))
+    path.write_text(path.read_text().replace("t,q,r,u", "t,x,r,u"))
+    said = "\n".join(summarize(path, axis)["problems"])
+    for problem in ("no column 'q'", "has NaN"):
+        assert problem in said
+    path = write(t=time, r=np.full(time.size, 1.0))
+    said = "\n".join(summarize(path, axis)["problems"])
+    for problem in ("column 'r': is constant", "is repeated at sample 900"):
+        assert problem in said
+
+
+def test_without_an_axis_the_columns_are_described_all_the_same(write):
+    path = write()
+    path.write_text(path.read_text().replace("t,q,r,u", "a,b,c,d"))
+    summary = summarize(path)
+    assert [column["name"] for column in summary["columns"]] == ["a", "b", "c", "d"]
+    assert summary["channels"] == []
+    assert "Give an axis file" in summary["problems"][0]
