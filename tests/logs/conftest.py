@@ -20,11 +20,11 @@ def recording() -> dict[str, np.ndarray]:
     """Half a metre there and back, twice: time [s], position [m], reference [m], effort [N]."""
     rng = np.random.default_rng(5)
     t = SAMPLE_TIME * np.arange(COUNT)
-    w = 2 * np.pi / 0.6
+    w = 2 * np.pi / 0.617
     x = 0.25 * (1 - np.cos(w * t))
     v, a = 0.25 * w * np.sin(w * t), 0.25 * w**2 * np.cos(w * t)
     u = MASS * a + F_C * np.sign(v) + F_V * v + rng.normal(0, 0.05, COUNT)
-    return {"t": t, "q": np.round(x, 7), "r": x + 1e-5, "u": u}
+    return {"t": t, "q": np.round(x, 5), "r": x + 1e-5, "u": u}
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ def test_a_good_log(any_file, axis, recording):
     assert summary["duration"] == pytest.approx(recording["t"].size * 1e-3)
     assert [channel["name"] for channel in summary["channels"]] == ["time", "position", "reference", "effort"]
     position = summary["channels"][1]
-    assert position["step"] == pytest.approx(1e-7, rel=1e-3)
+    assert position["step"] == pytest.approx(1e-5, rel=1e-9)
     assert position["max"] == recording["q"].max()
     assert json.loads(json.dumps(summary)) == summary
 
