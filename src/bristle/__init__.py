@@ -1,1 +1,73 @@
-"""bristle."""
+"""bristle: from the log of a motion axis to an identified friction model and a compensated loop.
+
+Nothing is loaded before it is used: ``import bristle`` costs next to nothing.
+
+Examples
+--------
+>>> import bristle as br
+>>> model = br.friction.lugre(F_C="34 mN*m", F_S="40 mN*m", v_S="0.5 rad/s", sigma_0="100 N*m/rad")
+>>> br.response(model, [0.0, 1e-4, 2e-4], dt=1e-3).round(4)
+array([0.    , 0.0046, 0.0124])
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from bristle import controllers, engine, friction, plants, references, sensors, simulation
+    from bristle.engine import response
+    from bristle.files import read_axis, read_experiment, read_model
+    from bristle.identification import identify, predict
+    from bristle.logs import read_log
+    from bristle.simulation import simulate
+    from bristle.testing import check_model as check
+
+__version__ = "0.1.0"
+
+_FROM = {
+    "response": "bristle.engine",
+    "read_axis": "bristle.files",
+    "read_experiment": "bristle.files",
+    "read_model": "bristle.files",
+    "identify": "bristle.identification",
+    "predict": "bristle.identification",
+    "read_log": "bristle.files",
+    "simulate": "bristle.simulation",
+}
+_MODULES = ("controllers", "engine", "friction", "plants", "references", "sensors", "simulation")
+
+__all__ = [
+    "__version__",
+    "check",
+    "controllers",
+    "engine",
+    "friction",
+    "identify",
+    "plants",
+    "predict",
+    "read_axis",
+    "read_experiment",
+    "read_log",
+    "read_model",
+    "references",
+    "response",
+    "sensors",
+    "simulate",
+    "simulation",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _MODULES:
+        return importlib.import_module(f"bristle.{name}")
+    if name == "check":
+        return importlib.import_module("bristle.testing").check_model
+    if name in _FROM:
+        return getattr(importlib.import_module(_FROM[name]), name)
+    raise AttributeError(f"module 'bristle' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return __all__

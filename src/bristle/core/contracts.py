@@ -82,6 +82,8 @@ class Component:
         Source with DOI.
     relations : tuple of Relation
         Conditions between parameters.
+    example : mapping
+        Typical values of the parameters, in SI of a translational axis: for docs, and for the contract suite.
     """
 
     name: str
@@ -90,6 +92,7 @@ class Component:
     State: type
     reference: str = ""
     relations: tuple[Relation, ...] = ()
+    example: Mapping[str, Any] = field(default_factory=dict, compare=False)
     module: str = field(default="", compare=False)
 
     family: ClassVar[str] = "component"

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from bristle.core.contracts import Model
 from bristle.core.variable import Kind
 
@@ -60,7 +62,11 @@ class Feedforward:
 
 @dataclass(frozen=True)
 class Variant:
-    """One loop: the mechanism, what controls it, what it is asked to follow."""
+    """One loop: the mechanism, what controls it, what it is asked to follow.
+
+    `disturbance` is a force against the motion that no model explains, such as the residual of an identification,
+    shape (sample,) [N or N*m].
+    """
 
     name: str
     plant: Model
@@ -70,6 +76,7 @@ class Variant:
     reference: Model
     feedforward: Feedforward
     run: Run
+    disturbance: np.ndarray | None = None
 
 
 @dataclass(frozen=True)

@@ -108,7 +108,7 @@ def open_loop(burst, q, plant, p, state, memory, effort, effort_end, dt, steps, 
 
 def closed_loop(
     control, c, control_state, sense, m, sense_state, burst, q, plant, p, state, memory,
-    reference, injected, limit, delay, effort_before, dt, steps, history, out,
+    reference, injected, disturbance, limit, delay, effort_before, dt, steps, history, out,
 ):  # fmt: skip
     """Run a sampled loop; return the number of samples that stayed finite.
 
@@ -128,7 +128,8 @@ def closed_loop(
         history[2 * count + k], history[3 * count + k] = measured, command
         applied = history[3 * count + k - delay] if k >= delay else effort_before
         history[4 * count + k] = applied
-        burst(q, plant, p, state, memory, applied, applied, dt, steps, out)
+        driven = applied - disturbance[k]
+        burst(q, plant, p, state, memory, driven, driven, dt, steps, out)
         history[5 * count + k] = out[0]
         out[3] += out[1]
         if not abs(plant[0]) + abs(plant[1]) < 1e100:

@@ -115,7 +115,7 @@ def run_open_loop(
 
 def run_closed_loop(
     plant: Model, friction: Model, controller: Model, sensor: Model, reference: np.ndarray, dt: float, *,
-    steps: int = 1, injected: Any = None, limit: float = np.inf, delay: int = 0, effort_before: float = 0.0,
+    steps: int = 1, injected: Any = None, disturbance: Any = None, limit: float = np.inf, delay: int = 0, effort_before: float = 0.0,
     x: float = 0.0, v: float = 0.0, acceleration: float = 0.0, state: Any = None, memory: Any = None,
 ) -> Trace:  # fmt: skip
     """Run a sampled control loop on a plant with friction.
@@ -132,6 +132,8 @@ def run_closed_loop(
         Integration steps in a sample.
     injected : array_like, shape (sample,), optional
         Known effort added to the output of the controller [N or N*m].
+    disturbance : array_like, shape (sample,), optional
+        Force on the plant against its effort that no sensor sees [N or N*m].
     limit : float
         Largest effort of the drive [N or N*m].
     delay : int
@@ -156,13 +158,14 @@ def run_closed_loop(
     started, _ = _sensed(sensor, x, dt)
     control.state = pack(controller.component.start(started, v, acceleration, dt, controller.parameters))
     extra = np.zeros(count) if injected is None else vector(injected)
+    unseen = np.zeros(count) if disturbance is None else vector(disturbance)
     history = np.zeros(6 * count)
-    driver = compiled("closed_loop", lambda: entries.closed_loop, "CaaSaaBaaaaaaafiffiaa")
+    driver = compiled("closed_loop", lambda: entries.closed_loop, "CaaSaaBaaaaaaaafiffiaa")
     done = int(
         driver(
             _entry("control", control, "C", entries.make_control), control.parameters, control.state,
             _entry("sense", sense, "S", entries.make_sense), sense.parameters, sense.state,
-            mechanism.entry, *mechanism.vectors, vector(reference).ravel(), extra,
+            mechanism.entry, *mechanism.vectors, vector(reference).ravel(), extra, unseen,
             float(limit), int(delay), float(effort_before), float(dt), int(steps), history, mechanism.out,
         )
     )  # fmt: skip

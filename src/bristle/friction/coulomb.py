@@ -51,4 +51,5 @@ MODEL = FrictionModel(
     commit=commit,
     linear=True,
     reference="doi:10.1016/0005-1098(94)90209-7",
+    example={"F_C": 20.0},
 )

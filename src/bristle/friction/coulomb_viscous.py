@@ -55,4 +55,5 @@ MODEL = FrictionModel(
     commit=commit,
     linear=True,
     reference="doi:10.1109/TCST.2013.2246163",
+    example={"F_v": 200.0, "F_C": 20.0},
 )

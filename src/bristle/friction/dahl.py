@@ -91,4 +91,5 @@ MODEL = FrictionModel(
     commit=commit,
     rate=rate,
     reference="doi:10.2514/3.61511",
+    example={"sigma_0": 1e7, "F_C": 20.0, "sigma_2": 200.0, "exponent": 1.5},
 )

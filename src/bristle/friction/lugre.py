@@ -94,7 +94,7 @@ def trial(state, memory, motion, dt, p):
     z_steady = direction(v) * stribeck_force(v, p) / p.sigma_0
     decay = relaxation(abs(dx / z_steady))
     z_step = dx * (1.0 - state.z / z_steady) * decay
-    z_mean = z_steady + (state.z - z_steady) * decay
+    z_mean = state.z + (z_steady - state.z) * (1.0 - decay)
     z_dot = z_step / dt if dt > 0.0 else 0.0
     return p.sigma_0 * z_mean + micro_damping(v, p) * z_dot + p.sigma_2 * v, Move(state.z + z_step)
 
@@ -123,4 +123,5 @@ MODEL = FrictionModel(
     rate=rate,
     relations=(STATIC_ABOVE_COULOMB,),
     reference="doi:10.1109/9.376053",
+    example={"F_C": 20.0, "F_S": 28.0, "v_S": 2e-3, "sigma_0": 1e7, "sigma_1": 1e3, "sigma_2": 200.0, "v_d": 0.05},
 )

@@ -109,4 +109,5 @@ MODEL = FrictionModel(
     memory_size=memory_size,
     relations=RELATIONS,
     reference="doi:10.1109/PHYCON.2003.1237071",
+    example={"F_C": 20.0, "k_i": [6e6, 3e6, 1e6], "nu_i": [0.3, 0.4, 0.3], "sigma_2": 200.0},
 )

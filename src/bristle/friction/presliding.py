@@ -58,7 +58,7 @@ def trial(state, memory, motion, dt, p):
     backward, _ = friction_trial(state, memory, Motion(-0.0, motion.x, motion.load, motion.temperature), dt, p.inner)
     ratio = abs(v) * dt / p.distance
     decay = relaxation(ratio)
-    zeta_mean = side + (state.zeta - side) * decay
+    zeta_mean = state.zeta + (side - state.zeta) * (1.0 - decay)
     zeta_next = state.zeta + (side - state.zeta) * decay * ratio
     level = forward if side > 0.0 else backward
     force = at - level + 0.5 * (forward + backward) + 0.5 * (forward - backward) * zeta_mean

@@ -78,4 +78,5 @@ MODEL = FrictionModel(
     commit=commit,
     relations=(STATIC_ABOVE_COULOMB,),
     reference="doi:10.1016/0005-1098(94)90209-7",
+    example={"F_C": 20.0, "F_S": 28.0, "v_S": 2e-3, "F_v": 200.0},
 )

@@ -20,7 +20,7 @@ from bristle.logs.log import Log
 from bristle.sensors import encoder
 from bristle.simulation.result import Prediction
 
-__all__ = ["MODES", "predict"]
+__all__ = ["MODES", "predict", "unexplained_force"]
 
 MODES = ("inverse", "closed-loop", "open-loop")
 START_SAMPLES = 20  # over which the initial velocity is estimated
@@ -206,3 +206,39 @@ def _relative_percent(signal: Any, predicted: Any) -> float | None:
         return None
     size = float(np.linalg.norm(signal))
     return 100.0 * float(np.linalg.norm(signal - predicted)) / size if size > 0.0 else None
+
+
+def unexplained_force(plant: Model, friction: Model, log: Log, axis: Axis | None = None) -> np.ndarray:
+    """Return the force that a model does not explain, at the rate of the log.
+
+    It is what remains of the effort after inertia and friction, behind the filter of the identification; zero at
+    rest, where friction balances whatever effort there is, and at the edges of a stretch. Replayed as a disturbance it
+    puts into a simulation what the model leaves out, so that a compensator is not judged on its own model.
+
+    Parameters
+    ----------
+    plant, friction : Model
+        The model.
+    log : Log
+        The log.
+    axis : Axis, optional
+        Its cut-off and encoder resolution are used.
+
+    Returns
+    -------
+    ndarray, shape (sample,)
+        Force [N or N*m].
+    """
+    from scipy.signal import butter, sosfiltfilt
+
+    regression = treat(log, axis)
+    low_pass = butter(4, regression.cutoff, fs=1.0 / log.sample_time, output="sos")
+    force = np.zeros(len(log))
+    for one in regression.stretches:
+        explained = plant.values["M"] * one.acceleration
+        explained += force_along(friction, one.velocity, regression.sample_time, one.position)
+        residual = np.where(one.velocity == 0.0, 0.0, sosfiltfilt(low_pass, one.effort - explained))
+        residual[: regression.dropped] = residual[residual.size - regression.dropped :] = 0.0
+        first = int(np.searchsorted(log.time.values, one.time[0]))
+        force[first : first + residual.size] = residual
+    return force

@@ -1,5 +1,6 @@
 """Simulation of experiments: open loop, closed loop, and what came out."""
 
+from bristle.simulation.compensation import compensation_experiment
 from bristle.simulation.result import Prediction, SimulationResult, Statistics, VariantResult, statistics_of
 from bristle.simulation.run import feedforward_effort, friction_along, simulate
 
@@ -8,6 +9,7 @@ __all__ = [
     "SimulationResult",
     "Statistics",
     "VariantResult",
+    "compensation_experiment",
     "feedforward_effort",
     "friction_along",
     "simulate",

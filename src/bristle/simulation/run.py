@@ -105,6 +105,7 @@ def _simulate_variant(variant: Variant) -> VariantResult:
         np.stack((position, velocity, acceleration, effort)),
         dt,
         steps=run.substeps,
+        disturbance=variant.disturbance,
         limit=run.effort_limit,
         delay=run.delay,
         x=float(position[0]),

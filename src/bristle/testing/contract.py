@@ -1,0 +1,311 @@
+"""The contract suite: what every friction model, ours or a user's, must do. It needs no test framework.
+
+Each check runs the model itself; the first sentence of its docstring says what is demanded.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from bristle.core.contracts import FrictionModel, Model, Motion, make_model
+from bristle.core.errors import InputError
+from bristle.core.kernel import kernels
+from bristle.core.status import Status
+from bristle.core.variable import variables_of
+from bristle.engine import force_along, interpreted, run_open_loop, settled
+from bristle.plants import inertia
+from bristle.testing.kernel_subset import violations_of
+
+__all__ = ["CHECKS", "Check", "check_model", "example_of"]
+
+SEED = 20260
+
+
+@dataclass(frozen=True)
+class Check:
+    """One demand of the contract: whether the model meets it, what was seen, and what to do."""
+
+    name: str
+    passed: bool
+    detail: str = ""
+    advice: str = ""
+
+
+class _Fails(Exception):
+    """A demand is not met; carries what was seen and the advice."""
+
+    def __init__(self, detail: str, advice: str = "") -> None:
+        super().__init__(detail)
+        self.detail, self.advice = detail, advice
+
+
+def check_model(model: FrictionModel | Model) -> list[Check]:
+    """Run the contract suite on a friction model.
+
+    Parameters
+    ----------
+    model : FrictionModel or Model
+        A descriptor, checked with its example parameters, or a model with parameters of its own.
+
+    Returns
+    -------
+    list of Check
+        One for each demand, in order; after a demand of the form is not met, those of the physics are not tried.
+    """
+    results: list[Check] = []
+    try:
+        bound = model if isinstance(model, Model) else example_of(model)
+    except InputError as error:
+        return [Check("example", False, str(error), "Give the descriptor example={...} with typical values")]
+    for check in CHECKS:
+        results.append(_run(check, bound))
+        if not results[-1].passed and check in FORM:
+            break
+    return results
+
+
+def _run(check: Callable[[Model], str | None], model: Model) -> Check:
+    name = check.__name__.removeprefix("_").replace("_", " ")
+    try:
+        detail = check(model) or ""
+    except _Fails as failure:
+        return Check(name, False, failure.detail, failure.advice)
+    except Exception as error:  # noqa: BLE001  (a user's code may raise anything: that is the finding)
+        message = str(error).strip().splitlines()[0] if str(error).strip() else ""
+        return Check(name, False, f"stops with {type(error).__name__}: {message}", "Kernels never raise")
+    return Check(name, True, detail)
+
+
+def example_of(component: FrictionModel) -> Model:
+    """Return a model with the example parameters of its descriptor, or the nominal value of each."""
+    values: dict[str, Any] = dict(component.example)
+    for name, variable in component.variables.items():
+        if name not in values and name not in component.defaults:
+            number = min(max(variable.nominal, variable.min), variable.max)
+            values[name] = [number] if component.is_array(name) else number
+    return make_model(component, values, kind="translational", validate=True, path="example")
+
+
+# --- the form ---------------------------------------------------------------------------------------------------
+
+
+def described_variables(model: Model) -> str:
+    """Every parameter and every state variable carries a Variable; states are scalars with a default."""
+    component = model.component
+    if not component.variables and component.Parameters._fields:
+        raise _Fails("no parameter is described", "Annotate each field with Variable(...)")
+    variables_of(component.State)
+    try:
+        state = component.State()
+    except TypeError as error:
+        raise _Fails(f"State() has no defaults ({error})", "Give every field of State a virgin value") from None
+    for name, value in state._asdict().items():
+        if not isinstance(value, (int, float)):
+            raise _Fails(f"State.{name} is not a scalar", "Arrays belong into memory, not into the state")
+    return f"{len(component.variables)} parameters, {len(state)} states"
+
+
+def exportable_kernels(model: Model) -> str:
+    """The functions stay in the subset of Python that can be compiled and exported."""
+    component = model.component
+    functions = [component.trial, component.commit] + ([component.rate] if component.rate else [])
+    for function in functions:
+        if function not in kernels():
+            raise _Fails(f"{function.__name__} is not a kernel", "Decorate it with @kernel from bristle.core")
+    module = component.trial.__module__
+    own = [kernel for kernel in kernels() if kernel.__module__ in (module, component.module)]
+    found = [one for function in {*functions, *own} for one in violations_of(function)]
+    if found:
+        raise _Fails("; ".join(sorted(found)[:3]))
+    return f"{len({*functions, *own})} kernels"
+
+
+def scalar_results(model: Model) -> None:
+    """A trial returns a finite force and a NamedTuple of scalars; a commit returns a state."""
+    state, memory = _virgin(model)
+    force, move = model.component.trial(state, memory, Motion(1e-3, 1e-6), 1e-3, model.parameters)
+    if not isinstance(force, (float, int)) or not np.isfinite(force):
+        raise _Fails(f"the force is a {type(force).__name__}", "Return (force, move)")
+    if not hasattr(move, "_fields"):
+        raise _Fails(f"the move is a {type(move).__name__}", "Return (force, move), move a NamedTuple of scalars")
+    after = model.component.commit(state, memory, move, model.parameters)
+    if type(after) is not type(state):
+        raise _Fails(f"commit returned a {type(after).__name__}", "commit returns a State")
+
+
+# --- what a trial may do ----------------------------------------------------------------------------------------
+
+
+def pure_trial(model: Model) -> str:
+    """A trial changes nothing: the same call gives the same bits, and 1000 random trials leave the memory alone."""
+    state, memory = _used(model)
+    before = _bytes_of(memory)
+    p, trial = model.parameters, model.component.trial
+    first = trial(state, memory, Motion(1e-3, 0.0), 1e-3, p)
+    for motion, dt in _motions(1000):
+        trial(state, memory, motion, dt, p)
+        if _bytes_of(memory) != before:
+            raise _Fails(f"a trial at v = {motion.v:g} wrote into the memory", "Write in commit only")
+    again = trial(state, memory, Motion(1e-3, 0.0), 1e-3, p)
+    if first != again:
+        raise _Fails("the same trial gave another result later", "Keep no state outside State and memory")
+    return "1000 trials"
+
+
+def finite_everywhere(model: Model) -> None:
+    """The force is finite for every velocity and step: zero of both signs, tiny, huge, and a step of length 0."""
+    state, memory = _used(model)
+    for v in (0.0, -0.0, 1e-300, -1e-300, 1e-12, 1e-3, -1e-3, 1.0, -1e3, 1e6):
+        for dt in (0.0, 1e-9, 1e-3, 1.0):
+            force, _ = model.component.trial(state, memory, Motion(v, 0.0), dt, model.parameters)
+            if not np.isfinite(force):
+                raise _Fails(f"the force is {force} at v = {v:g}, dt = {dt:g}", "Guard divisions and exponents")
+
+
+# --- what friction does -----------------------------------------------------------------------------------------
+
+
+def one_sided_limits(model: Model) -> None:
+    """At rest the limit from forward motion is not below the one from backward motion: friction opposes both."""
+    state, memory = _used(model)
+    forward, _ = model.component.trial(state, memory, Motion(0.0, 0.0), 1e-3, model.parameters)
+    backward, _ = model.component.trial(state, memory, Motion(-0.0, 0.0), 1e-3, model.parameters)
+    if forward < backward - 1e-12 * abs(backward):
+        raise _Fails(
+            f"F(+0) = {forward:g} is below F(-0) = {backward:g}",
+            "Use direction(v), which tells +0 from -0, in place of a comparison with zero",
+        )
+
+
+def opposes_sliding(model: Model) -> None:
+    """In steady sliding the force, less its mean over both directions, opposes the motion."""
+    for speed in (1e-4, 1e-3, 1e-2, 1e-1):
+        forward, backward = _steady(model, speed), _steady(model, -speed)
+        if forward < backward:
+            raise _Fails(f"at {speed:g} it pulls forward with {forward:g} against {backward:g} backward", "Check signs")
+
+
+def dissipates(model: Model) -> str:
+    """Over closed cycles of random amplitude the force takes energy out, after the first cycle."""
+    generator = np.random.default_rng(SEED)
+    least = np.inf
+    for _ in range(20):
+        amplitude, count = 10 ** generator.uniform(-7, -2), 400
+        x = amplitude * np.sin(2 * np.pi * np.arange(3 * count + 1) / count)
+        v = np.diff(x) / 1e-3
+        force = force_along(model, v, 1e-3, x[1:])[count:]
+        step = v[count:] * 1e-3
+        scale = float(np.sum(np.abs(force * step))) or 1.0
+        least = min(least, float(np.sum(force * step)) / scale)
+    if least < -1e-9:
+        raise _Fails(f"a closed cycle returned {-100 * least:.2g} % of the work", "Friction cannot produce energy")
+    return f"least share taken out {least:.3f}"
+
+
+def refines(model: Model) -> str:
+    """Halving the step changes the mean force less and less: the step has an order."""
+    errors = []
+    for division in (1, 2, 4, 8):
+        count = 200 * division
+        x = 2e-5 * np.sin(2 * np.pi * np.arange(count + 1) / count) + 5e-6 * np.sin(
+            14 * np.pi * np.arange(count + 1) / count
+        )
+        v = np.diff(x) / (1.0 / count)
+        force = force_along(model, v, 1.0 / count, x[1:])
+        errors.append(force.reshape(200, division).mean(axis=1))
+    scale = float(np.max(np.abs(errors[-1]))) or 1.0
+    steps = [float(np.sqrt(np.mean((a - b) ** 2))) / scale for a, b in zip(errors, errors[1:], strict=False)]
+    if steps[-1] > 0.8 * steps[0] + 1e-9:
+        raise _Fails(
+            f"relative changes {', '.join(f'{one:.2g}' for one in steps)}", "The force must be the mean over the step"
+        )
+    return f"relative changes {', '.join(f'{one:.1e}' for one in steps)}"
+
+
+def rate_agrees(model: Model) -> str:
+    """Where a rate is given, small steps of trial and commit follow it."""
+    component, p = model.component, model.parameters
+    if component.rate is None:
+        return "no rate"
+    dt, worst = 1e-7, 0.0
+    for v in (1e-3, -2e-3, 5e-3):
+        state, memory = _used(model)
+        for _ in range(20):
+            motion = Motion(v, 0.0)
+            force, slope = component.rate(state, motion, p)
+            mean, move = component.trial(state, memory, motion, dt, p)
+            after = component.commit(state, memory, move, p)
+            expected = np.array(state, dtype=float) + dt * np.array(slope, dtype=float)
+            error = np.max(np.abs(np.array(after) - expected)) / (np.max(np.abs(expected)) + 1e-300)
+            worst = max(worst, float(error), abs(mean - force) / (abs(force) + 1e-9))
+            state = after
+    if worst > 1e-3:
+        raise _Fails(f"they differ by {worst:.2g}", "rate and trial are the same equations")
+    return f"largest relative difference {worst:.1e}"
+
+
+# --- how it runs ------------------------------------------------------------------------------------------------
+
+
+def same_bits_compiled(model: Model) -> str:
+    """Plain Python and compiled code agree to the bit."""
+    x = np.cumsum(np.random.default_rng(SEED).standard_normal(400)) * 1e-6
+    v = np.diff(x) / 1e-3
+    fast = force_along(model, v, 1e-3, x[1:])
+    with interpreted():
+        slow = force_along(model, v, 1e-3, x[1:])
+    if not np.array_equal(fast, slow):
+        raise _Fails(
+            f"they differ by up to {np.max(np.abs(fast - slow)):.3g}", "Use bristle.core.mathematics, not math or **"
+        )
+    return f"{v.size} steps"
+
+
+def drives_a_mass(model: Model) -> str:
+    """A mass driven against it by a sine moves and stays finite, and every implicit step converges."""
+    t = np.arange(2000) * 1e-3
+    level = max(abs(_steady(model, 1e-3)), abs(_steady(model, -1e-3)), 1e-6)
+    trace = run_open_loop(inertia(M=1.0), model, 2.0 * level * np.sin(8.0 * t), 1e-3, steps=4)
+    if trace.status != Status.OK:
+        raise _Fails(f"the simulation {trace.status.sentence}")
+    return f"travel {np.ptp(trace.position):.3g} m"
+
+
+FORM = (described_variables, exportable_kernels, scalar_results)
+CHECKS = (
+    *FORM, pure_trial, finite_everywhere, one_sided_limits, opposes_sliding, dissipates, refines, rate_agrees,
+    same_bits_compiled, drives_a_mass,
+)  # fmt: skip
+
+
+def _virgin(model: Model) -> tuple[Any, np.ndarray]:
+    return model.component.initial_state(model.parameters), model.component.new_memory(model.parameters)
+
+
+def _used(model: Model) -> tuple[Any, np.ndarray]:
+    """Return state and memory after some random motion."""
+    state, memory = _virgin(model)
+    for motion, dt in _motions(50):
+        _, move = model.component.trial(state, memory, motion, dt, model.parameters)
+        state = model.component.commit(state, memory, move, model.parameters)
+    return state, memory
+
+
+def _motions(count: int) -> Iterator[tuple[Motion, float]]:
+    generator = np.random.default_rng(SEED)
+    for _ in range(count):
+        v = float(generator.choice((-1.0, 1.0)) * 10 ** generator.uniform(-6, -1))
+        yield Motion(v, float(generator.uniform(-1e-3, 1e-3))), float(10 ** generator.uniform(-6, -2))
+
+
+def _steady(model: Model, v: float) -> float:
+    state, memory = settled(model, v)
+    return float(force_along(model, np.array([v]), 1e-3, state=state, memory=memory)[0])
+
+
+def _bytes_of(memory: Any) -> bytes:
+    return memory.tobytes() if isinstance(memory, np.ndarray) else b""
