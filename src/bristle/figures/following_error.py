@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
+from bristle.core.status import Status
 from bristle.core.typography import Scale
 from bristle.figures import style
 from bristle.figures.effort_over_time import window
@@ -14,9 +15,10 @@ from bristle.figures.envelope import line
 from bristle.figures.labels import effort_scale, position_word, scale_for, time_scale
 
 if TYPE_CHECKING:
-    from bristle.simulation.result import SimulationResult
+    from bristle.core.experiment import Variant
+    from bristle.simulation.result import SimulationResult, VariantResult
 
-__all__ = ["following_error"]
+__all__ = ["following_error", "has_completed"]
 
 BINS = 80
 CENTRAL = (0.002, 0.998)  # quantiles between which the distribution is drawn
@@ -40,7 +42,8 @@ def following_error(result: SimulationResult) -> Figure:
     Parameters
     ----------
     result : SimulationResult
-        The simulated variants; what lies before the settling time is left out.
+        The simulated variants, at least one of them completed: a loop that diverged would flatten all others and
+        is left out. So is what lies before the settling time.
     """
     kind, loops = result.experiment.kind, _settled(result)
     error_scale = scale_for("length", kind, *(loop.error for loop in loops))
@@ -50,34 +53,54 @@ def following_error(result: SimulationResult) -> Figure:
         7.3, rows=4, columns=2, heights=(0.6, 1.2, 1.2, 1.0), widths=(3.2, 1.0), between=0.2
     )
     style.widen(motion, close, effort, until=spread)
-    near = window(loops[0].time, loops[0].error, share=0.04)
+    near = loops[0].time[window(loops[0].time, loops[0].error, share=0.04)]
     _plot(motion, loops[0].time, loops[0].reference, reference_scale, {"color": style.INK, "linewidth": 1.0})
     motion.set_ylabel(reference_scale.label(position_word(kind)))
     motion.set_title("reference")
     for loop in loops:
         _plot(whole, loop.time, loop.error, error_scale, loop.look, loop.name)
-        _plot(close, loop.time[near], loop.error[near], error_scale, loop.look)
+        within = (loop.time >= near[0]) & (loop.time <= near[-1])
+        _plot(close, loop.time[within], loop.error[within], error_scale, loop.look)
         _plot(effort, loop.time, loop.effort, force_scale, loop.look)
     whole.set_ylabel(error_scale.label("Following error"))
     close.set_ylabel(error_scale.label("Following error"))
     close.set_title("close up, around the largest error of the first")
     effort.set_ylabel(force_scale.label(word))
-    style.mark_window(whole, loops[0].time[near] * time_scale(loops[0].time).factor)
+    style.mark_window(whole, near * time_scale(loops[0].time).factor)
     _draw_distributions(spread, loops, error_scale)
     spread.set_ylim(whole.get_ylim())
     style.legend(whole)
     return figure
 
 
+def has_completed(result: SimulationResult) -> bool:
+    """Return whether there is a variant to draw: one that stayed finite and outlasted its settling time."""
+    return any(_completed(result.variants[one.name], _judged(one)) for one in result.experiment.variants)
+
+
+def _judged(variant: Variant) -> slice:
+    return slice(round(variant.run.settle / variant.run.sample_time), None)
+
+
+def _completed(one: VariantResult, part: slice) -> bool:
+    return one.status is not Status.NOT_FINITE and one.time[part].size > 0
+
+
 def _settled(result: SimulationResult) -> list[_Loop]:
-    settle = {variant.name: variant.run.settle for variant in result.experiment.variants}
     loops = []
-    for number, (name, one) in enumerate(result.variants.items()):
-        part = one.time >= settle.get(name, 0.0)
+    for number, variant in enumerate(result.experiment.variants):
+        one, part = result.variants[variant.name], _judged(variant)
+        if not _completed(one, part):
+            continue
         look = {key: value for key, value in style.SERIES[number % len(style.SERIES)].items() if key != "marker"}
         error = one.reference[part] - one.measured[part]
-        loops.append(_Loop(name, look, one.time[part], one.reference[part], error, one.effort[part]))
+        loops.append(_Loop(_shown(variant.name), look, one.time[part], one.reference[part], error, one.effort[part]))
     return loops
+
+
+def _shown(name: str) -> str:
+    """Return a name for the legend, which hides names that begin with an underscore."""
+    return f"‘{name}’" if name.startswith("_") else name
 
 
 def _plot(

@@ -1,0 +1,45 @@
+"""What to measure next, for each parameter that a log did not determine."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from bristle.identification.result import Fit
+
+__all__ = ["next_measurements"]
+
+ADVICE = {
+    "sliding": "Move in both directions, at least ten reversals, each with a stretch of steady motion after it.",
+    "speed": "Move at several steady speeds between a tenth and all of the working speed, in both directions.",
+    "stribeck": (
+        "Move slowly and steadily, in both directions: at least five speeds below the one at which friction is least, "
+        "down to where the axis begins to stick."
+    ),
+    "presliding": (
+        "Reverse gently and often, at amplitudes of the break-away distance and below (slow triangles of a few "
+        "encoder counts to some ten times that), sampled so that a reversal lasts at least fifty samples."
+    ),
+    "acceleration": "Accelerate harder, or weigh the moving mass and give it in the axis file.",
+}
+
+
+def next_measurements(fit: Fit) -> list[tuple[str, str]]:
+    """Return which motion to record so that a log determines the parameters that this one did not.
+
+    Parameters
+    ----------
+    fit : Fit
+        A model with its estimates.
+
+    Returns
+    -------
+    list of (str, str)
+        Names of parameters, and the motion that they need.
+    """
+    variables = fit.plant.component.variables | fit.friction.component.variables
+    open_: dict[str, list[str]] = {}
+    for estimate in fit.estimates:
+        if estimate.status in ("unidentifiable", "at_edge") and estimate.name in variables:
+            open_.setdefault(variables[estimate.name].excitation, []).append(estimate.name)
+    return [(", ".join(names), ADVICE[needed]) for needed, names in open_.items() if needed in ADVICE]

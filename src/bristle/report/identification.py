@@ -1,0 +1,82 @@
+"""The report of an identification: verdict, parameters, table for the drive, figures, and what was assumed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from bristle.identification.drive_table import drive_table
+from bristle.report.advice import next_measurements
+from bristle.report.compensation import gain_of
+from bristle.report.log_facts import log_facts, treatment_facts
+from bristle.report.loop_tables import variant_table
+from bristle.report.model_tables import as_csv, comparison_table, drive_rows, parameter_table
+from bristle.report.page import render
+from bristle.report.pictures import identification_pictures
+from bristle.report.prediction import prediction_picture
+from bristle.report.simulation import following_picture
+from bristle.report.verdict import figures_of_merit, sentences
+
+if TYPE_CHECKING:
+    from bristle.identification.result import Identification
+    from bristle.simulation.result import Prediction, SimulationResult
+
+__all__ = ["identification_report"]
+
+CURVE_ENTRIES = 200
+
+
+def identification_report(
+    identification: Identification, *, prediction: Prediction | None = None,
+    simulation: SimulationResult | None = None, table: Sequence[tuple[float, float]] | None = None, command: str,
+    axis_name: str, provenance: Mapping[str, str], banner: str | None = None,
+) -> str:  # fmt: skip
+    """Return the report of an identification as one HTML page.
+
+    Parameters
+    ----------
+    identification : Identification
+        Models fitted to a log, best first.
+    prediction : Prediction, optional
+        The best model run on a log.
+    simulation : SimulationResult, optional
+        The loop without and with compensation by the best model.
+    table : sequence of (velocity, effort), optional
+        Table for the drive [m/s or rad/s, N or N*m].
+    command : str
+        The command that repeats it.
+    axis_name : str
+        What people call the axis.
+    provenance : mapping of str to str
+        Versions, files, checksums.
+    banner : str, optional
+        What a reader must know before anything else.
+    """
+    fit, kind = identification.best, identification.best.plant.kind
+    curve = drive_table(fit, CURVE_ENTRIES)
+    pictures = identification_pictures(identification, table or (), curve)
+    if simulation is not None:
+        pictures |= following_picture(simulation)
+    if prediction is not None:
+        pictures |= prediction_picture(prediction, kind)
+    gain = None if simulation is None else gain_of(simulation)
+    return render(
+        "identification.html",
+        provenance=provenance,
+        command=command,
+        banner=banner,
+        axis_name=axis_name,
+        merits=figures_of_merit(fit, gain),
+        verdict=sentences(identification, axis_name, gain, prediction),
+        parameters=parameter_table(fit),
+        warnings=fit.warnings,
+        next_measurements=next_measurements(fit),
+        drive=None if not table else drive_rows(table, kind),
+        drive_csv=None if not table else as_csv(table, kind),
+        variants=None if simulation is None else variant_table(simulation),
+        comparison=comparison_table(identification),
+        pictures=pictures,
+        assumptions=fit.assumptions,
+        log=log_facts(identification.log) + treatment_facts(identification.treatment),
+        notes=identification.log.notes,
+    )

@@ -1,0 +1,49 @@
+"""What there is to know of a log and of how it was treated, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bristle.core.typography import number, scale_of, with_unit
+
+if TYPE_CHECKING:
+    from bristle.logs.log import Log
+
+__all__ = ["log_facts", "treatment_facts"]
+
+TREATMENT = {
+    "cutoff": ("Cut-off of the zero-phase filter", "{:g} Hz"),
+    "decimation": ("Samples for one row of the regression", "{:.0f}"),
+    "dropped": ("Samples dropped at each edge", "{:.0f}"),
+    "rows": ("Rows of the regression", "{:.0f}"),
+    "rest_percent": ("Samples at rest, left out", "{:.3g} %"),
+}
+
+
+def log_facts(log: Log) -> list[tuple[str, str]]:
+    """Return what there is to know of a log."""
+    count = log.time.values.size
+    facts = [
+        ("File", log.source.name),
+        ("SHA-256", log.checksum),
+        ("Samples", f"{count} in {len(log.segments)} {'stretch' if len(log.segments) == 1 else 'stretches'}"),
+        ("Sample time", f"{with_unit(log.sample_time, 's', 4)} ({number(1.0 / log.sample_time)} Hz)"),
+        ("Duration", with_unit(count * log.sample_time, "s", 4)),
+    ]
+    for name, channel in log.channels():
+        if name == "time":
+            continue
+        values = np.asarray(channel.values)
+        scale = scale_of(channel.unit, float(np.max(np.abs(values), initial=0.0)))
+        ends = " to ".join(number(float(end) * scale.factor) for end in (values.min(), values.max()))
+        facts.append((name.capitalize(), f"column {channel.column}, {ends} {scale.unit}"))
+    return facts
+
+
+def treatment_facts(treatment: Mapping[str, float]) -> list[tuple[str, str]]:
+    """Return how a log was treated before the identification."""
+    known = [(TREATMENT.get(key, (key, "{:g}")), value) for key, value in treatment.items()]
+    return [(word, pattern.format(value)) for (word, pattern), value in known]

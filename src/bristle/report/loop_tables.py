@@ -1,0 +1,103 @@
+"""Tables of a simulated loop: errors and efforts of its variants, what it is made of, how it was run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bristle.core.status import Status
+from bristle.core.typography import number, scale_of, typeset, with_unit
+from bristle.core.variable import unit_of
+from bristle.report.page import Table
+
+if TYPE_CHECKING:
+    from bristle.core.contracts import Model
+    from bristle.core.experiment import Variant
+    from bristle.simulation.result import SimulationResult
+
+__all__ = ["component_table", "direction_table", "run_table", "variant_table"]
+
+
+def variant_table(result: SimulationResult) -> Table:
+    """Return the errors and efforts of the variants of a loop, side by side."""
+    kind = result.experiment.kind
+    finite = [one for one in result.variants.values() if one.status is not Status.NOT_FINITE]
+    length = scale_of(unit_of("length", kind), max((one.following_error.peak_to_peak for one in finite), default=0.0))
+    effort = scale_of(unit_of("force", kind), max((one.effort_peak for one in finite), default=0.0))
+    word = "Torque" if kind == "rotational" else "Force"
+    heads = (
+        "Variant", length.label("Following error, peak to peak"), length.label("rms"), length.label("mean"),
+        length.label("True error, peak to peak"), effort.label(f"{word}, rms"), effort.label("peak"), "Remark",
+    )  # fmt: skip
+    rows = []
+    for one in result.variants.values():
+        error = one.following_error
+        lengths = (error.peak_to_peak, error.rms, error.mean, one.true_error.peak_to_peak)
+        cells = [number(value * length.factor, digits=3) for value in lengths]
+        cells += [number(value * effort.factor, digits=3) for value in (one.effort_rms, one.effort_peak)]
+        if one.status is Status.NOT_FINITE:
+            cells = ["–"] * len(cells)
+        rows.append((one.name, *cells, "" if one.status is Status.OK else one.status.sentence))
+    return Table("The variants of the loop", heads, rows)
+
+
+def direction_table(result: SimulationResult) -> Table:
+    """Return the following error of each variant while the reference moves forward and backward."""
+    completed = [one for one in result.variants.values() if one.status is not Status.NOT_FINITE]
+    top = max((one.following_error.peak_to_peak for one in completed), default=0.0)
+    length = scale_of(unit_of("length", result.experiment.kind), top)
+    rows = [
+        (
+            one.name,
+            direction,
+            *(number(v * length.factor, digits=3) for v in (error.mean, error.rms, error.peak_to_peak)),
+        )
+        for one in completed
+        for direction, error in one.by_direction.items()
+    ]
+    heads = ("Variant", "Direction", length.label("Mean"), length.label("rms"), length.label("Peak to peak"))
+    return Table("Following error by direction of the reference", heads, rows)
+
+
+def component_table(title: str, models: Iterable[tuple[str, Model | None]]) -> Table:
+    """Return the parameters of the parts of a loop."""
+    rows = []
+    for part, model in models:
+        if model is None:
+            rows.append((part, "none", ""))
+            continue
+        values = [
+            f"{name} = {_value(value, model.component.variables[name].unit(model.kind))}"
+            for name, value in model.values.items()
+        ]
+        rows.append((part, model.name, ", ".join(values)))
+    return Table(title, ("Part", "Model", "Parameters"), rows)
+
+
+def _value(value: object, unit: str) -> str:
+    if isinstance(value, (float, int)):
+        return with_unit(float(value), unit, 4)
+    array = np.asarray(value)
+    if array.dtype.kind in "fi":
+        return f"{array.size} values, {number(array.min())} to {number(array.max())} {typeset(unit)}".rstrip()
+    return str(value)
+
+
+def run_table(variants: Sequence[Variant]) -> Table:
+    """Return how each variant was run."""
+    heads = (
+        "Variant", "Duration", "Left out at the start", "Sample time", "Steps in a sample", "Delay [samples]",
+        "Largest effort", "Mass fed forward", "Factor on the friction fed forward",
+    )  # fmt: skip
+    rows = [
+        (
+            one.name, with_unit(one.run.duration, "s", 4), with_unit(one.run.settle, "s", 4),
+            with_unit(one.run.sample_time, "s", 4), str(one.run.substeps), str(one.run.delay),
+            with_unit(one.run.effort_limit, unit_of("force", one.plant.kind), 4),
+            with_unit(one.feedforward.mass, unit_of("mass", one.plant.kind), 4), f"{one.feedforward.gain:g}",
+        )
+        for one in variants
+    ]  # fmt: skip
+    return Table("How it was simulated", heads, rows)

@@ -1,0 +1,91 @@
+"""Tables of an identified model: its parameters, the models beside it, the friction for the drive."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from bristle.core.typography import number, scale_of
+from bristle.core.variable import Kind, unit_of
+from bristle.report.page import Table
+
+if TYPE_CHECKING:
+    from bristle.identification.result import Estimate, Fit, Identification
+
+__all__ = ["as_csv", "comparison_table", "drive_rows", "parameter_table"]
+
+STATUS_WORDS = {
+    "identified": "",
+    "held": "held",
+    "at_edge": "at the edge of its range",
+    "unidentifiable": "not identified",
+}
+
+
+def parameter_table(fit: Fit) -> Table:
+    """Return the parameters of a fit with their uncertainty."""
+    heads = ("Parameter", "Meaning", "Value", "Standard error", "Unit", "Standard error [%]", "Remark")
+    return Table(f"Parameters of {fit.name}", heads, [_parameter_row(one) for one in fit.estimates])
+
+
+def _parameter_row(estimate: Estimate) -> tuple[str, ...]:
+    std = estimate.std if estimate.std is not None and math.isfinite(estimate.std) else None
+    scale = scale_of(estimate.unit, estimate.value or std or 0.0)
+    scaled = None if std is None else std * scale.factor
+    percent = estimate.relative_std_percent
+    words = [STATUS_WORDS.get(estimate.status, estimate.status), estimate.note]
+    return (
+        estimate.name,
+        estimate.description,
+        number(estimate.value * scale.factor, scaled),
+        "–" if scaled is None else f"± {number(scaled, scaled)}",
+        scale.unit or "–",
+        "–" if percent is None or not math.isfinite(percent) else number(percent, digits=2),
+        ": ".join(word for word in words if word),
+    )
+
+
+def comparison_table(identification: Identification) -> Table:
+    """Return the models side by side, best first."""
+    heads = ("Model", "Parameters", "Held-out error [%]", "Spread over blocks [%]", "Error of the fit [%]",
+             "Condition number", "Not identified")  # fmt: skip
+    rows = []
+    for fit in identification.fits:
+        held_out = fit.held_out
+        unknown = [one.name for one in fit.estimates if one.status in ("unidentifiable", "at_edge")]
+        rows.append((
+            fit.name,
+            str(sum(one.status != "held" for one in fit.estimates)),
+            "–" if held_out is None else number(held_out.mean_percent, digits=3),
+            "–" if held_out is None else f"± {number(held_out.std_percent, digits=2)}",
+            number(fit.force_error_percent, digits=3),
+            number(fit.condition_number, digits=3),
+            ", ".join(unknown) or "–",
+        ))  # fmt: skip
+    return Table("Models compared, best first", heads, rows)
+
+
+def drive_rows(table: Sequence[tuple[float, float]], kind: Kind) -> Table:
+    """Return the drive table in units that read well."""
+    speed = scale_of(unit_of("length/time", kind), max((abs(v) for v, _ in table), default=0.0))
+    effort = scale_of(unit_of("force", kind), max((abs(force) for _, force in table), default=0.0))
+    word = "Friction torque" if kind == "rotational" else "Friction force"
+    rows = [
+        (str(index), _signed(v, number(v * speed.factor)), number(force * effort.factor))
+        for index, (v, force) in enumerate(table, 1)
+    ]
+    return Table("Friction over velocity, for the drive", ("Entry", speed.label("Velocity"), effort.label(word)), rows)
+
+
+def _signed(v: float, text: str) -> str:
+    """Return the text of a velocity, both sides of rest told apart."""
+    if v == 0.0:
+        return "−0" if math.copysign(1.0, v) < 0.0 else "+0"
+    return text
+
+
+def as_csv(table: Sequence[tuple[float, float]], kind: Kind) -> str:
+    """Return the drive table as comma-separated values in SI."""
+    lines = [f"velocity [{unit_of('length/time', kind)}],effort [{unit_of('force', kind)}]"]
+    return "\n".join(lines + [f"{v:.6g},{force:.6g}" for v, force in table])

@@ -1,0 +1,87 @@
+"""A page from a template: everything in one file, everything escaped but the figures drawn here."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import jinja2
+from markupsafe import Markup
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["Picture", "Table", "picture", "render"]
+
+
+class Table(NamedTuple):
+    """A table: its caption, the heads of its columns, its rows; the first cell of a row is its head."""
+
+    caption: str
+    heads: Sequence[str]
+    rows: Sequence[Sequence[str]]
+
+    def is_number(self, column: int) -> bool:
+        """Return whether a column holds numbers, which stand to the right."""
+        cells = [row[column] for row in self.rows]
+        return bool(cells) and all(_NUMBER.fullmatch(cell) for cell in cells)
+
+
+_NUMBER = re.compile(r"[−+±]? ?[\d.]+(e[−+]?\d+)?|–|[−+]?∞")
+
+
+class Picture(NamedTuple):
+    """A figure of a page: its identifier, the drawing, and a caption that says what to see."""
+
+    id: str
+    svg: Markup
+    caption: str
+
+
+def picture(name: str, draw: Callable[[], Figure], alternative: str, caption: str) -> Picture:
+    """Return a figure for a page.
+
+    Parameters
+    ----------
+    name : str
+        Another one for each figure of a page.
+    draw : callable
+        Returns the figure.
+    alternative : str
+        What it is, for people who cannot see it.
+    caption : str
+        What to see in it.
+    """
+    from bristle.figures import inline_svg
+
+    return Picture(f"figure-{name}", Markup(inline_svg(draw(), name, alternative)), caption)
+
+
+def render(template: str, *, provenance: Mapping[str, str], command: str, banner: str | None, **content: Any) -> str:
+    """Return the page of a template.
+
+    Parameters
+    ----------
+    template : str
+        Name of the file in the folder of templates.
+    provenance : mapping of str to str
+        What the page was made from: versions, files, checksums.
+    command : str
+        The command that repeats it.
+    banner : str or None
+        What a reader must know before anything else.
+    **content
+        What the template itself asks for.
+    """
+    page = _environment().get_template(template)
+    return page.render(provenance=provenance, command=command, banner=banner, **content)
+
+
+@lru_cache(maxsize=1)
+def _environment() -> jinja2.Environment:
+    return jinja2.Environment(
+        loader=jinja2.PackageLoader("bristle.report"), autoescape=True, undefined=jinja2.StrictUndefined,
+        trim_blocks=True, lstrip_blocks=True,
+    )  # fmt: skip

@@ -1,0 +1,93 @@
+"""The report of a prediction: a model run on a log, and how far off it is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from bristle.core.status import Status
+from bristle.core.typography import number, with_unit
+from bristle.core.variable import Kind
+from bristle.report.log_facts import log_facts
+from bristle.report.loop_tables import component_table
+from bristle.report.page import Picture, picture, render
+
+if TYPE_CHECKING:
+    from bristle.core.contracts import Model
+    from bristle.logs.log import Log
+    from bristle.simulation.result import Prediction
+
+__all__ = ["prediction_picture", "prediction_report"]
+
+MODES = {
+    "inverse": "the effort, from the measured motion",
+    "closed-loop": "effort and motion, from the reference and the controller of the axis",
+    "open-loop": "the motion, from the measured effort",
+}
+
+
+def prediction_report(
+    prediction: Prediction, *, plant: Model, friction: Model, log: Log, command: str, axis_name: str,
+    provenance: Mapping[str, str], banner: str | None = None,
+) -> str:  # fmt: skip
+    """Return the report of a prediction as one HTML page.
+
+    Parameters
+    ----------
+    prediction : Prediction
+        What the model says of the log.
+    plant, friction : Model
+        The model.
+    log : Log
+        The log.
+    command : str
+        The command that repeats it.
+    axis_name : str
+        What people call the axis.
+    provenance : mapping of str to str
+        Versions, files, checksums.
+    banner : str, optional
+        What a reader must know before anything else.
+    """
+    return render(
+        "prediction.html",
+        provenance=provenance,
+        command=command,
+        banner=banner,
+        axis_name=axis_name,
+        mode=prediction.mode,
+        predicts=MODES.get(prediction.mode, prediction.mode),
+        metrics=_metrics(prediction),
+        status="" if prediction.status is Status.OK else prediction.status.sentence,
+        notes=(*prediction.notes, *log.notes),
+        components=component_table("The model", [("Plant", plant), ("Friction", friction)]),
+        pictures=prediction_picture(prediction, log.kind),
+        log=log_facts(log),
+    )
+
+
+def prediction_picture(prediction: Prediction, kind: Kind) -> dict[str, Picture]:
+    """Return the figure of a prediction, where it predicts anything."""
+    if prediction.effort_predicted is None and prediction.position_predicted is None:
+        return {}
+    from bristle.figures import prediction as draw
+
+    return {
+        "prediction": picture(
+            "prediction", lambda: draw(prediction, kind), f"Measured and predicted signals, {prediction.mode} mode",
+            f"The model run on the log in {prediction.mode} mode: {MODES.get(prediction.mode, '')}. Where the light "
+            "line looks out from under the dark one, what was measured is not predicted.",
+        )
+    }  # fmt: skip
+
+
+def _metrics(prediction: Prediction) -> list[tuple[str, str]]:
+    found = []
+    for key, word in (("force_error_percent", "Effort error"), ("position_error_percent", "Position error")):
+        value = prediction.metrics.get(key)
+        if isinstance(value, (int, float)):
+            found.append((word, f"{number(float(value), digits=3)} %"))
+    rmse, unit = prediction.metrics.get("position_rmse"), prediction.metrics.get("position_unit")
+    if isinstance(rmse, (int, float)):
+        found.append(("Position error, root mean square", with_unit(float(rmse), str(unit or "m"))))
+    return found

@@ -1,0 +1,89 @@
+"""The report of a simulated experiment: its variants side by side."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from bristle.core.status import Status
+from bristle.core.typography import with_unit
+from bristle.core.variable import unit_of
+from bristle.report.compensation import gain_of
+from bristle.report.loop_tables import component_table, direction_table, run_table, variant_table
+from bristle.report.page import Picture, picture, render
+
+if TYPE_CHECKING:
+    from bristle.core.contracts import Model
+    from bristle.core.experiment import Variant
+    from bristle.simulation.result import SimulationResult
+
+__all__ = ["following_picture", "simulation_report"]
+
+
+def simulation_report(
+    result: SimulationResult, *, command: str, provenance: Mapping[str, str], banner: str | None = None
+) -> str:
+    """Return the report of a simulated experiment as one HTML page.
+
+    Parameters
+    ----------
+    result : SimulationResult
+        The variants of a loop, simulated.
+    command : str
+        The command that repeats it.
+    provenance : mapping of str to str
+        Versions, files, checksums.
+    banner : str, optional
+        What a reader must know before anything else.
+    """
+    variants = result.experiment.variants
+    return render(
+        "simulation.html",
+        provenance=provenance,
+        command=command,
+        banner=banner,
+        name=result.experiment.name,
+        verdict=_sentences(result),
+        variants=variant_table(result),
+        directions=direction_table(result),
+        pictures=following_picture(result),
+        loops=[component_table(f"The parts of {one.name}", _parts(one)) for one in variants],
+        runs=run_table(variants),
+    )
+
+
+def following_picture(result: SimulationResult) -> dict[str, Picture]:
+    """Return the figure of the following error, where a variant completed."""
+    from bristle.figures import following_error, has_completed
+
+    if not has_completed(result):
+        return {}
+    return {
+        "following": picture(
+            "following", lambda: following_error(result), "Following error and effort of each variant over time",
+            "Reference less encoder reading: over time, close up where the first variant errs most (shaded above), and "
+            "as a distribution. Spikes where the reference reverses are friction. Below, the effort that it takes.",
+        )
+    }  # fmt: skip
+
+
+def _sentences(result: SimulationResult) -> list[str]:
+    failed = [one.name for one in result.variants.values() if one.status is Status.NOT_FINITE]
+    found = [f"{name}: {Status.NOT_FINITE.sentence}." for name in failed]
+    unit = unit_of("length", result.experiment.kind)
+    found += [
+        f"{one.name}: following error {with_unit(one.following_error.peak_to_peak, unit)} peak to peak, "
+        f"{with_unit(one.following_error.rms, unit)} root mean square."
+        for one in result.variants.values()
+        if one.name not in failed
+    ]
+    gain = gain_of(result)
+    return found if gain is None or gain.diverged else [*found, gain.sentence()]
+
+
+def _parts(variant: Variant) -> list[tuple[str, Model | None]]:
+    return [
+        ("Plant", variant.plant), ("Friction", variant.friction), ("Controller", variant.controller),
+        ("Sensor", variant.sensor), ("Reference", variant.reference),
+        ("Friction fed forward", variant.feedforward.friction),
+    ]  # fmt: skip

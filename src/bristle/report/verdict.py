@@ -1,0 +1,109 @@
+"""The headline of an identification, in words that can be forwarded."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from bristle.core.typography import number
+from bristle.report.compensation import Gain
+
+if TYPE_CHECKING:
+    from bristle.identification.result import Fit, Identification
+    from bristle.simulation.result import Prediction
+
+__all__ = ["figures_of_merit", "sentences"]
+
+NORMAL_95 = 1.96
+WIDER_OUTSIDE = 1.25  # ratio of held-out to fitted error from which the reader is told
+
+
+def figures_of_merit(fit: Fit, gain: Gain | None) -> list[tuple[str, str]]:
+    """Return the few numbers that decide, each with what it is."""
+    found = [("Friction model", fit.name), ("Effort error", _percent(fit.force_error_percent))]
+    if fit.held_out is not None:
+        found.append(("On held-out time blocks", _percent(fit.held_out.mean_percent)))
+    if gain is not None and not gain.diverged:
+        found.append(("Following error, peak to peak, simulated", " → ".join(gain.peaks)))
+    return found
+
+
+def sentences(
+    identification: Identification, axis_name: str, gain: Gain | None, prediction: Prediction | None
+) -> list[str]:
+    """Return the verdict: which model, how well it predicts, how sure it is, and what compensation gains.
+
+    Parameters
+    ----------
+    identification : Identification
+        Models fitted to a log, best first.
+    axis_name : str
+        What people call the axis.
+    gain : Gain or None
+        The simulated loop without and with compensation.
+    prediction : Prediction or None
+        The model run on a log.
+    """
+    fit = identification.best
+    found = [_model(identification, axis_name), _error(fit), _certainty(fit)]
+    if prediction is not None:
+        found += _prediction(prediction)
+    if gain is None:
+        found.append(
+            "What compensation gains was not simulated: that takes a log with a reference and a controller in the "
+            "axis file."
+        )
+    else:
+        found.append(gain.sentence())
+        found.append(
+            "The simulated axis has exactly the identified friction, and the compensation knows it exactly: take this "
+            "gain as the most to be hoped for, and confirm it on the machine."
+        )
+    return found
+
+
+def _model(identification: Identification, axis_name: str) -> str:
+    fit, others = identification.best, identification.fits[1:]
+    where = "held-out time blocks" if fit.held_out is not None else "the log they were fitted to"
+    compared = f", the best of {len(others) + 1} models by their error on {where}" if others else ""
+    return f"The friction of {axis_name} is described by {fit.name} ({fit.friction.component.description}){compared}."
+
+
+def _error(fit: Fit) -> str:
+    text = f"It reproduces the effort of the log to {_percent(fit.force_error_percent)} of its root mean square"
+    if fit.held_out is None:
+        return f"{text}; nothing was held out, so how it does on another log is open."
+    text += f", and to {_percent(fit.held_out.mean_percent)} on time blocks that it was not fitted to."
+    if fit.held_out.mean_percent > WIDER_OUTSIDE * fit.force_error_percent:
+        text += " The second is clearly larger: either the model has more freedom than this log supports, or the "
+        text += "friction changed while it was recorded."
+    return text
+
+
+def _certainty(fit: Fit) -> str:
+    asked = [one for one in fit.estimates if one.status != "held"]
+    unknown = [one.name for one in asked if one.status != "identified"]
+    if unknown:
+        return f"{len(unknown)} of {len(asked)} parameters could not be identified from this log: {', '.join(unknown)}."
+    known = [(one.relative_std_percent, one.name) for one in asked]
+    percents = [(percent, name) for percent, name in known if percent is not None and math.isfinite(percent)]
+    if not percents:
+        return "No parameter was asked of this log: all were held."
+    widest, name = max(percents)
+    return (
+        f"All {len(asked)} parameters are identified; the least certain, {name}, to ± {_percent(NORMAL_95 * widest)} "
+        "(95 % interval)."
+    )
+
+
+def _prediction(prediction: Prediction) -> list[str]:
+    force, position = (prediction.metrics.get(f"{one}_error_percent") for one in ("force", "position"))
+    parts = [f"the effort with an error of {_percent(float(force))}"] if force is not None else []
+    parts += [f"the position with one of {_percent(float(position))}"] if position is not None else []
+    if not parts:
+        return []
+    return [f"Run on the log in {prediction.mode} mode, it predicts {' and '.join(parts)}."]
+
+
+def _percent(value: float) -> str:
+    return f"{number(value, digits=2 if abs(value) < 100.0 else 3)} %"
