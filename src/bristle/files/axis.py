@@ -121,7 +121,8 @@ def _resolution(encoder: EncoderEntry, drive: Drive) -> float | None:
 
 def _without(given: Any, suffix: str) -> Any:
     """Leave out what a quantity is told for, such as one turn."""
-    return "".join(given.split()).removesuffix(suffix) if isinstance(given, str) else given
+    short = "".join(given.split()) if isinstance(given, str) else ""
+    return short.removesuffix(suffix) if short.endswith(suffix) else given
 
 
 def _column(name: str, entry: ColumnEntry, drive: Drive) -> Column:

@@ -1,0 +1,58 @@
+"""Gear and lead against numbers worked out by hand."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bristle.core.errors import InputError
+from bristle.core.transmission import Transmission
+
+
+@pytest.mark.parametrize(
+    ("train", "measured", "side", "travel"),
+    [
+        # A screw of 5 mm lead: a quarter turn moves the carriage by 1.25 mm.
+        (Transmission("translational", lead=0.005), "rotational", "load", 0.00125 / (math.pi / 2)),
+        # Behind a gear of 4:1 the motor makes a whole turn for it.
+        (Transmission("translational", 4.0, 0.005), "rotational", "motor", 0.00125 / (2 * math.pi)),
+        (Transmission("translational", 4.0, 0.005), "rotational", "load", 0.00125 / (math.pi / 2)),
+        (Transmission("translational", 4.0, 0.005), "translational", "load", 1.0),
+        # A joint behind a harmonic drive of 100:1.
+        (Transmission("rotational", 100.0), "rotational", "motor", 0.01),
+        (Transmission("rotational", 100.0), "rotational", "load", 1.0),
+        # A screw told as an angle, its carriage measured by a linear scale: 2.5 mm is half a turn.
+        (Transmission("rotational", lead=0.005), "translational", "load", math.pi / 0.0025),
+    ],
+)
+def test_travel_by_hand(train, measured, side, travel):
+    assert train.travel(measured, side) == pytest.approx(travel, rel=1e-14)
+
+
+def test_effort_by_hand():
+    # 1 N*m on a screw of 5 mm lead lifts 1256.6 N; through a gear of 4:1 the motor needs a quarter of it.
+    assert Transmission("translational", lead=0.005).effort("rotational") == pytest.approx(1256.637, abs=1e-3)
+    assert Transmission("translational", 4.0, 0.005).effort("rotational", "motor") == pytest.approx(5026.548, abs=1e-3)
+    assert Transmission("rotational", 100.0).effort("rotational", "motor") == pytest.approx(100.0)
+
+
+@given(
+    kind=st.sampled_from(["translational", "rotational"]),
+    measured=st.sampled_from(["translational", "rotational"]),
+    side=st.sampled_from(["motor", "load"]),
+    gear=st.floats(0.01, 200),
+    lead=st.floats(1e-4, 1),
+)
+def test_no_power_is_lost(kind, measured, side, gear, lead):
+    train = Transmission(kind, gear, lead)
+    velocity, effort = 3.0, 7.0
+    power = velocity * train.travel(measured, side) * effort * train.effort(measured, side)
+    assert power == pytest.approx(velocity * effort, rel=1e-12)
+
+
+def test_without_a_lead_an_angle_is_no_travel():
+    with pytest.raises(InputError, match='lead = "5 mm"'):
+        Transmission("translational").travel("rotational")

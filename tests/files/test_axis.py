@@ -1,0 +1,262 @@
+"""Axis files: what they say, in SI, and what is refused with key, value and mend."""
+
+from __future__ import annotations
+
+import copy
+import math
+from pathlib import Path
+
+import pytest
+
+from bristle.core import units
+from bristle.core.errors import InputError
+from bristle.files.axis import axis_from, read_axis
+from bristle.files.toml import read_toml
+
+EMPS = Path(__file__).parents[2] / "examples" / "emps" / "axis.toml"
+
+LINEAR = {
+    "schema": 1,
+    "name": "stage",
+    "kind": "translational",
+    "columns": {
+        "time": {"column": "t", "unit": "ms"},
+        "position": {"column": "q", "unit": "mm"},
+        "effort": {"column": "u", "unit": "N"},
+    },
+}
+
+
+def changed(base=LINEAR, **tables):
+    """The content of an axis file with some tables updated; None leaves a key out."""
+    data = copy.deepcopy(base)
+    for table, content in tables.items():
+        if isinstance(content, dict) and isinstance(data.get(table), dict):
+            data[table] |= content
+        else:
+            data[table] = content
+    return data
+
+
+def si(column, value=1.0):
+    """A number of the log in SI of the axis."""
+    return value * units.factor(column.unit or column.base, column.base) * column.scale
+
+
+def test_the_axis_file_of_the_positioning_system():
+    axis = read_axis(EMPS)
+    assert (axis.name, axis.kind) == ("EMPS", "translational")
+    assert si(axis.columns["effort"]) == pytest.approx(35.1507, abs=1e-4)
+    assert axis.injected[0].gain * 5 == pytest.approx(5.0695 * 35.1507, rel=1e-5)
+    assert axis.injected[0].optional
+    assert axis.effort_limit == pytest.approx(351.507, abs=1e-3)
+    assert axis.resolution == 50e-9
+    assert (axis.cutoff, axis.decimation, axis.offset, axis.mass) == (100.0, 10, "identify", None)
+
+
+def test_all_that_an_axis_file_may_say():
+    axis = axis_from(
+        changed(
+            plant={"mass": "95 kg", "offset": "-3 N", "presliding": "10 um"},
+            timing={"sample_time": "0.5 ms", "delay": "250 us"},
+            limits={"velocity": "300 mm/s", "stroke": ["0 mm", 0.25]},
+            encoder={"resolution": "50 nm/count"},
+            identification={"cutoff": "0.1 kHz", "decimation": 5},
+            controller={"model": "pid_cascade", "k_p": 3},
+            columns={"velocity": {"column": "v", "unit": "mm/s", "sign": -1}, "reference": "r"},
+        )
+    )
+    assert (axis.mass, axis.offset, axis.presliding) == (95.0, -3.0, 1e-5)
+    assert (axis.sample_time, axis.delay) == (5e-4, 2.5e-4)
+    assert (axis.velocity_limit, axis.stroke) == (0.3, (0.0, 0.25))
+    assert (axis.resolution, axis.cutoff, axis.decimation) == (5e-8, 100.0, 5)
+    assert axis.controller == {"model": "pid_cascade", "k_p": 3}
+    assert si(axis.columns["velocity"]) == -1e-3
+    assert (axis.columns["reference"].unit, axis.columns["reference"].base) == ("", "m")
+
+
+def test_a_motor_with_gear_and_screw():
+    axis = axis_from(
+        changed(
+            transmission={"gear_ratio": 2.0, "lead": "10 mm/rev"},
+            columns={
+                "position": {"column": "q", "unit": "rev", "side": "motor"},
+                "velocity": {"column": "v", "unit": "rpm", "side": "load"},
+                "effort": {"column": "i", "unit": "mA", "sign": -1},
+                "reference": {"column": "r", "unit": "mm"},
+            },
+            effort={"torque_constant": "0.12 N*m/A", "limit": "5 A"},
+        )
+    )
+    assert si(axis.columns["position"]) == pytest.approx(0.005)  # half a turn of the screw
+    assert si(axis.columns["velocity"], 60.0) == pytest.approx(0.010)
+    assert si(axis.columns["reference"]) == pytest.approx(1e-3)
+    # 1 A: 0.12 N*m at the motor, 0.24 at the screw, and 2 pi / 10 mm of that is 150.8 N.
+    assert si(axis.columns["effort"], 1000.0) == pytest.approx(-150.796, abs=1e-3)
+    assert axis.effort_limit == pytest.approx(5 * 150.796, abs=5e-3)
+
+
+def test_a_joint_in_percent_of_rated_and_counts():
+    axis = axis_from(
+        {
+            "schema": 1,
+            "kind": "rotational",
+            "columns": {
+                "position": {"column": "enc", "unit": "count"},
+                "effort": {"column": "load", "unit": "%"},
+            },
+            "effort": {"rated": "2.4 N*m"},
+            "transmission": {"gear_ratio": 50},
+            "encoder": {"counts_per_rev": 40000, "side": "motor"},
+            "plant": {"inertia": "4 kg*cm^2"},
+        }
+    )
+    assert si(axis.columns["position"], 40000 * 50) == pytest.approx(2 * math.pi)
+    assert si(axis.columns["effort"], 100.0) == pytest.approx(120.0)
+    assert axis.resolution == pytest.approx(2 * math.pi / 2e6)
+    assert axis.mass == 4e-4
+
+
+def test_percent_of_a_rated_current():
+    effort = {"rated": "3 A", "torque_constant": "0.5 Nm/A"}
+    axis = axis_from(
+        changed(kind="rotational", columns={"position": "q", "effort": {"column": "u", "unit": "%"}}, effort=effort)
+    )
+    assert si(axis.columns["effort"], 50.0) == pytest.approx(0.75)
+
+
+def test_a_linear_scale_on_an_axis_told_as_an_angle():
+    axis = axis_from(
+        changed(
+            kind="rotational",
+            transmission={"lead": "5 mm"},
+            columns={"position": {"column": "q", "unit": "um"}, "effort": {"column": "u", "unit": "mN*m"}},
+        )
+    )
+    assert si(axis.columns["position"], 5000.0) == pytest.approx(2 * math.pi)
+    assert si(axis.columns["effort"]) == pytest.approx(1e-3)
+
+
+@pytest.mark.parametrize("gain", [{"gain": "2 V"}, {"gain": 2.0, "unit": "V"}, {"gain": "70 N"}, {"gain": 70.0}])
+def test_a_known_input_in_any_unit_of_effort(gain):
+    axis = axis_from(
+        changed(
+            effort={"force_constant": "35 N/V"},
+            columns={"effort": {"column": "u", "unit": "V"}},
+            injected=[{"column": "pulses", **gain}],
+        )
+    )
+    assert axis.injected[0].gain == pytest.approx(70.0)
+
+
+def column(**entry):
+    return {"columns": entry}
+
+
+BAD = [
+    ({"schema": 2}, "schema: does not fit; found 2, allowed 1"),
+    ({"kind": "linear"}, "kind: does not fit; found 'linear', allowed 'translational' or 'rotational'"),
+    ({"colums": {}}, "colums: unknown key"),
+    ({"colums": {}}, "Did you mean 'columns'?"),
+    (column(position={"column": "q", "units": "m"}), "columns.position.units: unknown key; found 'm'"),
+    (column(position={"unit": "m"}), "columns.position.column: is missing"),
+    (column(position={"column": "q", "unit": "m", "sign": 0}), "columns.position.sign: does not fit"),
+    (column(position={"column": "q", "unit": "furlung"}), "columns.position.unit: is not a unit; found 'furlung'"),
+    (column(position={"column": "q", "unit": "kg"}), "columns.position.unit: has the wrong unit"),
+    (column(position={"column": "q", "unit": "rad"}), 'lead = "5 mm"'),
+    (column(position={"column": "q", "unit": "count"}), "columns.position.unit: needs to know what a count is"),
+    (column(position={"column": "q", "unit": "m", "side": "motor"}), "not on the motor's side"),
+    (column(velocity={"column": "v", "unit": "Hz"}), "columns.velocity.unit: has the wrong unit"),
+    (column(time={"column": "t", "unit": "m"}), "columns.time.unit: has the wrong unit"),
+    (column(effort={"column": "u", "unit": "J"}), "An energy is not a torque"),
+    (column(effort={"column": "u", "unit": "N*m"}), "columns.effort.unit: is measured as an angle"),
+    (column(effort={"column": "u", "unit": "V"}), "Write force_constant or torque_constant under [effort]"),
+    (column(effort={"column": "u", "unit": "%"}), 'Write rated = "2.4 N*m" under [effort]'),
+    (column(effort={"column": "u", "unit": "m"}), "columns.effort.unit: is not the unit of an effort"),
+    ({"effort": {"force_constant": "35 N"}}, "effort.force_constant: is not the constant of a drive"),
+    ({"effort": {"force_constant": "35 N*m/A"}}, "effort.force_constant: is not the constant of a drive"),
+    ({"effort": {"force_constant": "0 N/V"}}, "effort.force_constant: must be finite and not zero"),
+    ({"effort": {"force_constant": 35.0}}, "effort.force_constant: does not fit"),
+    ({"effort": {"force_constant": "1 N/V", "torque_constant": "1 N*m/A"}}, "Keep one of them"),
+    ({"effort": {"limit": "-0 N"}}, "effort.limit: must be positive"),
+    ({"effort": {"limit": "10 A"}}, "effort.limit: is no effort by itself"),
+    ({"transmission": {"lead": "0 mm"}}, "transmission.lead: must be positive and finite; found '0 mm'"),
+    ({"transmission": {"gear_ratio": -2.0}}, "transmission.gear_ratio: does not fit; found -2.0"),
+    ({"plant": {"mass": "95 N"}}, "plant.mass: has the wrong unit"),
+    ({"plant": {"mass": -1}}, "plant.mass: must be positive"),
+    ({"plant": {"inertia": "1 kg*m^2"}}, "plant.inertia: is not what a translational axis has. Write mass"),
+    ({"plant": {"offset": "guess"}}, "plant.offset: is not a number with a unit; found 'guess', allowed \"identify\""),
+    ({"timing": {"sample_time": "1 kHz"}}, "timing.sample_time: has the wrong unit"),
+    ({"timing": {"sample_time": 0}}, "timing.sample_time: must be positive"),
+    ({"timing": {"delay": True}}, "timing.delay: does not fit; found True, allowed a number, or text with a unit"),
+    ({"limits": {"stroke": ["1 m", "0 m"]}}, "limits.stroke: must rise"),
+    ({"limits": {"stroke": ["1 m"]}}, "limits.stroke: does not fit"),
+    ({"limits": {"velocity": "3000 rpm"}}, "limits.velocity: has the wrong unit"),
+    ({"encoder": {"resolution": "1 um", "counts_per_rev": 10}}, "encoder: has both"),
+    ({"encoder": {"counts_per_rev": 10}}, "encoder.counts_per_rev: is measured as an angle"),
+    ({"identification": {"cutoff": "100 rad/s"}}, "divide rad/s by 2 pi"),
+    ({"identification": {"decimation": 0}}, "identification.decimation: does not fit; found 0"),
+    ({"identification": {"decimation": 2.5}}, "identification.decimation: does not fit; found 2.5"),
+    ({"injected": [{"column": "a", "gain": 1}, {"column": "b"}]}, "injected[1].gain: is missing"),
+    ({"injected": [{"column": "a", "gain": "1 N", "unit": "N"}]}, "injected[0].unit: has a unit, and so has `gain`"),
+    ({"injected": [{"column": "a", "gain": "1 m"}]}, "injected[0].gain: is not the unit of an effort"),
+]
+
+
+@pytest.mark.parametrize(("tables", "said"), BAD, ids=[said[:50] for _, said in BAD])
+def test_what_is_refused_names_key_value_and_mend(tables, said):
+    with pytest.raises(InputError) as caught:
+        axis_from(changed(**tables))
+    assert said in str(caught.value)
+
+
+def test_with_a_gear_the_side_must_be_said():
+    with pytest.raises(InputError, match=r"does not say on which side of the gear .* side = \"motor\""):
+        axis_from(
+            changed(
+                kind="rotational",
+                transmission={"gear_ratio": 50},
+                columns={"position": {"column": "q", "unit": "rad"}, "effort": "u"},
+            )
+        )
+
+
+@pytest.mark.parametrize("key", ["schema", "kind", "columns"])
+def test_what_is_missing_is_named(key):
+    data = {name: value for name, value in LINEAR.items() if name != key}
+    with pytest.raises(InputError, match=f"^{key}: is missing"):
+        axis_from(data)
+
+
+def test_errors_carry_the_name_of_the_file(tmp_path):
+    path = tmp_path / "axis.toml"
+    path.write_text('schema = 1\nkind = "round"\n[columns]\nposition = "q"\n')
+    with pytest.raises(InputError, match=r"axis\.toml: kind: does not fit; found 'round'"):
+        read_axis(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("schema = 1\nlimit = 10 V\n", 'at line 2, .*"10 V"'),
+        ("schema = 1\n[columns\n", r"at line 2, .*The line reads: \[columns"),
+        ("schema = 1\nschema = 1\n", "at line 2"),
+        ('name = "EMPS', "is not valid TOML"),
+    ],
+)
+def test_what_is_no_toml_is_refused_with_the_line(tmp_path, text, said):
+    path = tmp_path / "axis.toml"
+    path.write_text(text)
+    with pytest.raises(InputError, match=said) as caught:
+        read_toml(path)
+    assert caught.value.path == str(path)
+
+
+def test_a_file_that_is_not_there_no_text_or_a_folder(tmp_path):
+    with pytest.raises(InputError, match="there is no such file"):
+        read_toml(tmp_path / "axis.toml")
+    with pytest.raises(InputError, match="cannot be read"):
+        read_toml(tmp_path)
+    (tmp_path / "axis.mat").write_bytes(b"MATLAB\xff\xfe")
+    with pytest.raises(InputError, match="not a text file in UTF-8"):
+        read_toml(tmp_path / "axis.mat")
