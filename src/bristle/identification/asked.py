@@ -166,7 +166,6 @@ def refuse_reversed_effort(regression: Regression, sliding: dict[str, float]) ->
     if power < 0.0 and sliding["M"] <= 0.0:
         raise InputError(
             "the sign of effort seems reversed", path="log.effort",
-            value=f"a friction that would deliver {-power:.3g} W and an inertia of "
-            f"{with_unit(sliding['M'], 'mass', regression.kind)}",
+            value=f"an inertia of {with_unit(sliding['M'], 'mass', regression.kind)}",
             mend="Turn the sign of the effort column in the axis file",
         )  # fmt: skip

@@ -35,7 +35,10 @@ def why_unidentifiable(
     match variable.excitation:
         case "acceleration":
             top = float(np.max(np.abs(regression.acceleration)))
-            return f"the acceleration never exceeds {with_unit(top, 'length/time^2', kind)}"
+            return (
+                f"the acceleration never exceeds {with_unit(top, 'length/time^2', kind)}; give the mass or inertia in "
+                "the axis file"
+            )
         case "speed":
             return _about_speed(regression, scales)
         case "stribeck":
@@ -64,8 +67,10 @@ def too_fast_to_see(
     A pre-sliding zone that is crossed within one period of the cut-off leaves in the filtered effort its area but not
     its shape: the fit still has a clear minimum there, and it is one of the filter, not of friction.
     """
-    if variable.excitation != "presliding" or not regression.reversals:
+    if variable.excitation != "presliding":
         return False
+    if not regression.reversals:
+        return True
     zone = _presliding_zone(scales, values, variables)
     return zone is not None and _samples_within(regression, zone) * regression.sample_time * regression.cutoff < 1.0
 
@@ -89,9 +94,11 @@ def _about_presliding(
     regression: Regression, scales: Scales, values: Mapping[str, float], variables: Mapping[str, Variable]
 ) -> str:
     count = len(regression.reversals)
+    if not count:
+        return "the log has no reversal"
     times = "reversal" if count == 1 else "reversals"
     zone = _presliding_zone(scales, values, variables)
-    if not count or zone is None:
+    if zone is None:
         return f"the log has only {count} {times}"
     samples = _samples_within(regression, zone)
     return (

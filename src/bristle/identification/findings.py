@@ -22,9 +22,11 @@ from bristle.plants.inertia import MODEL as inertia
 __all__ = ["fit_of"]
 
 UNSURE = 0.5  # relative standard error above which a parameter counts as unidentifiable
-NEGLIGIBLE = 0.02  # share of the effort up to which a parameter that may be zero counts as zero, and known to be so
+NEGLIGIBLE = 0.02  # share of the effort below which the error of a constant force does not matter
 HOPELESS = 100.0  # relative standard error above which no number is given
 INSEPARABLE = 0.99  # correlation
+NOISY = 0.01  # share of noise in the mean square of the acceleration
+POOR_PERCENT = 40.0  # force error
 
 
 def fit_of(problem: Problem, solution: Solution, scales: Scales) -> Fit:
@@ -35,6 +37,7 @@ def fit_of(problem: Problem, solution: Solution, scales: Scales) -> Fit:
     uncertainty = uncertainty_of(solution, regression.effort - predicted)
     estimates = _Findings(problem, solution, scales, uncertainty, values).estimates()
     names = tuple(solution.values)
+    error = relative_error_percent(regression.effort, predicted)
     friction = make_model(
         component, {name: values[name] for name in component.variables}, kind=regression.kind, validate=False
     )
@@ -46,8 +49,13 @@ def fit_of(problem: Problem, solution: Solution, scales: Scales) -> Fit:
         correlation_names=names,
         condition_number=uncertainty.condition_number,
         traces=Traces(regression.time, regression.velocity, regression.acceleration, regression.effort, predicted),
-        force_error_percent=relative_error_percent(regression.effort, predicted),
-        warnings=_warnings(estimates, uncertainty, names) + _broken_relations(friction),
+        force_error_percent=error,
+        warnings=(
+            *_warnings(estimates, uncertainty, names),
+            *_broken_relations(friction),
+            *_about_noise(problem),
+            *_about_error(error),
+        ),
         assumptions=_assumptions(problem),
     )
 
@@ -75,17 +83,21 @@ class _Findings:
         unit, value = variable.unit(self.kind), self.values[name]
         if held is not None:
             return Estimate(name, unit, variable.description, held.value, None, "held", held.note)
+        unsure = self._why_unsure(name)
+        if unsure:
+            std = self.std[name] if self.std[name] <= HOPELESS * abs(value) else None
+            return Estimate(name, unit, variable.description, value, std, "unidentifiable", unsure)
         if name in self.solution.at_edge:
             return Estimate(name, unit, variable.description, value, None, "at_edge", self._why_at_edge(name))
-        note = self._why_unsure(name)
-        std = self.std[name] if self.std[name] <= HOPELESS * abs(value) else None
-        return Estimate(name, unit, variable.description, value, std, "unidentifiable" if note else "identified", note)
+        return Estimate(name, unit, variable.description, value, self.std[name])
 
     def _why_unsure(self, name: str) -> str:
         """Return why a parameter cannot be identified, or nothing where it can."""
         value, std = self.values[name], self.robust_std[name]
         if too_fast_to_see(*self._context(name)):
             return self._why(name)
+        if name in self.solution.at_edge:
+            return self._why(name) if name == "M" else ""
         if std <= UNSURE * abs(value) or self._known_to_be_small(name, std):
             return ""
         return self._why(name) + self._how_unsure(value, std)
@@ -103,10 +115,8 @@ class _Findings:
         return self.variables[name], self.problem.regression, self.scales, self.values, self.variables
 
     def _known_to_be_small(self, name: str, std: float) -> bool:
-        """Return whether no value within the error would matter: then the parameter is known to be small."""
-        variable = self.variables[name]
-        share = {"force": std, "force*time/length": std * self.scales.speed}.get(variable.quantity, math.inf)
-        return variable.excitation in ("sliding", "speed") and share < NEGLIGIBLE * self.effort
+        """Return whether a constant force is known to be small: no value within its error would matter."""
+        return self.variables[name].quantity == "force" and std < NEGLIGIBLE * self.effort
 
     def _why_at_edge(self, name: str) -> str:
         edge, variable = self.solution.at_edge[name], self.variables[name]
@@ -119,7 +129,7 @@ class _Findings:
         if math.isclose(
             self.values[name], bound, rel_tol=1e-2, abs_tol=1e-9 * abs(self.scales.magnitude(variable.quantity))
         ):
-            return f"the best value is the {edge} that is allowed, {told}"
+            return f"the best value is the {edge} that is allowed, {told}; {self._why(name)}"
         return f"the search ran to the {edge} value that this log could show, {told}: {self._why(name)}"
 
 
@@ -144,6 +154,27 @@ def _broken_relations(friction: Model) -> tuple[str, ...]:
         f"the fit does not keep {relation.condition}. {relation.mend}"
         for relation in friction.component.relations
         if not relation.holds(friction.parameters)
+    )
+
+
+def _about_noise(problem: Problem) -> tuple[str, ...]:
+    regression = problem.regression
+    share = regression.acceleration_noise_share
+    if "M" not in problem.unknowns.free or share < NOISY:
+        return ()
+    enough = regression.bandwidth * (0.1 * NOISY / share) ** 0.2
+    return (
+        f"M is too small by about {100.0 * share:.2g} %: so much of the acceleration is noise of the position; lower "
+        f"the cut-off to {enough:.0f} Hz",
+    )
+
+
+def _about_error(percent: float) -> tuple[str, ...]:
+    if percent < POOR_PERCENT:
+        return ()
+    return (
+        f"the model leaves {percent:.0f} % of the effort unexplained: check units, signs, the delay between the "
+        "channels and the mass in the axis file",
     )
 
 

@@ -46,6 +46,8 @@ class Regression:
         Of the log [s].
     resolution : float
         Step of the position encoder [m or rad].
+    noise : float
+        Standard deviation of the noise of the position [m or rad].
     cutoff : float
         Of the filter of the position [Hz].
     decimation : int
@@ -58,6 +60,7 @@ class Regression:
     kind: Kind
     sample_time: float
     resolution: float
+    noise: float
     cutoff: float
     decimation: int
     dropped: int
@@ -111,6 +114,22 @@ class Regression:
     def acceleration(self) -> np.ndarray:
         """Acceleration of each row [m/s^2 or rad/s^2]."""
         return self.rows_of([stretch.acceleration for stretch in self.stretches])
+
+    @property
+    def bandwidth(self) -> float:
+        """Highest frequency that the rows contain [Hz]."""
+        return min(self.cutoff, 0.5 / (self.sample_time * self.decimation))
+
+    @property
+    def acceleration_noise_share(self) -> float:
+        r"""Share of noise in the mean square of the acceleration, by which the inertia comes out too small.
+
+        White noise of the position, differentiated twice up to the bandwidth `f`, has the mean square
+        :math:`\tfrac{2}{5} \Delta t \sigma^2 (2\pi)^4 f^5`.
+        """
+        square = 0.4 * self.sample_time * self.noise**2 * (2.0 * np.pi) ** 4 * self.bandwidth**5
+        whole = float(np.mean(self.acceleration**2))
+        return min(square / whole, 1.0) if whole > 0.0 else 1.0
 
     @cached_property
     def effort(self) -> np.ndarray:

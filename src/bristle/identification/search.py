@@ -83,13 +83,13 @@ class Search:
         )  # fmt: skip
 
     def _solution(self, coordinates: tuple[Coordinate, ...], found) -> Solution:
-        values = self._values(coordinates, found.x)
-        at_edge = {}
-        for coordinate, one in zip(coordinates, found.x, strict=True):
-            if one - coordinate.low < EDGE:
-                at_edge[coordinate.name] = "smallest"
-            elif coordinate.high - one < EDGE:
-                at_edge[coordinate.name] = "largest"
+        phi, at_edge = found.x.copy(), {}
+        for index, coordinate in enumerate(coordinates):
+            if phi[index] - coordinate.low < EDGE:
+                phi[index], at_edge[coordinate.name] = coordinate.low, "smallest"
+            elif coordinate.high - phi[index] < EDGE:
+                phi[index], at_edge[coordinate.name] = coordinate.high, "largest"
+        values = self._values(coordinates, phi)
         return Solution(values, at_edge, -found.jac * self.scales.force, natural_derivative(coordinates, values))
 
     def _start(self, coordinates: tuple[Coordinate, ...], rng: np.random.Generator) -> np.ndarray:

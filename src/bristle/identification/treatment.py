@@ -30,6 +30,7 @@ DECIMATION = 10
 EDGE_PERIODS = 5  # of the cut-off frequency: the transient of the filter
 REST_PERIODS = 5  # of the cut-off frequency, without an encoder step, make a rest
 ROWS_MIN = 50
+GAUSSIAN = 1.4826  # standard deviation over median absolute deviation, of a normal distribution
 
 
 def treat(log: Any, axis: Axis | None, cutoff: float | None = None, decimation: int | None = None) -> Regression:
@@ -61,16 +62,18 @@ def treat(log: Any, axis: Axis | None, cutoff: float | None = None, decimation: 
     dropped = max(round(EDGE_PERIODS / (cutoff * dt)), 1)
     shortest = 2 * dropped + ROWS_MIN * decimation
     segments = log.segments or (slice(0, position.size),)
-    kept = [part for part in segments if len(range(*part.indices(position.size))) >= shortest]
+    lengths = [len(range(*part.indices(position.size))) for part in segments]
+    kept = [part for part, length in zip(segments, lengths, strict=True) if length >= shortest]
     if not kept:
         raise InputError(
-            "is too short for this filter and decimation", path="log", value=f"{position.size} samples",
-            allowed=f"at least {shortest} samples without a gap",
+            "is too short for this filter and decimation", path="log", value=f"{max(lengths)} samples without a gap",
+            allowed=f"at least {shortest}",
             mend="Record a longer motion, raise the cut-off or lower the decimation",
         )  # fmt: skip
-    stretches = tuple(_stretch(log, part, dt, cutoff, resolution) for part in kept)
-    moving = tuple(stretch for stretch in stretches if np.any(stretch.velocity != 0.0))
-    regression = Regression(moving, log.kind, dt, resolution, cutoff, decimation, dropped)
+    treated = [_stretch(log, part, dt, cutoff, resolution) for part in kept]
+    moving = tuple(stretch for stretch, _ in treated if np.any(stretch.velocity != 0.0))
+    noise = float(np.mean([one for _, one in treated]))
+    regression = Regression(moving, log.kind, dt, resolution, noise, cutoff, decimation, dropped)
     if not moving or regression.time.size < ROWS_MIN:
         raise InputError(
             "the axis hardly moves", path="log.position",
@@ -114,35 +117,39 @@ def _smallest_step(position: np.ndarray) -> float:
     return float(steps.min()) if steps.size else 0.0
 
 
-def _stretch(log: Any, part: slice, dt: float, cutoff: float, resolution: float) -> Stretch:
+def _stretch(log: Any, part: slice, dt: float, cutoff: float, resolution: float) -> tuple[Stretch, float]:
+    """Return a stretch of the log and the standard deviation of the noise of its position [m or rad]."""
     from scipy.signal import butter, sosfiltfilt
 
     raw = np.asarray(log.position.values[part], dtype=float)
     # The offset of a long stroke would cost digits in the second difference.
     origin = raw[0]
     smooth = sosfiltfilt(butter(4, cutoff, fs=1.0 / dt, output="sos"), raw - origin)
+    noise = GAUSSIAN * float(np.median(np.abs(raw - origin - smooth)))
     velocity = np.gradient(smooth, dt)
     acceleration = np.gradient(velocity, dt)
     window = max(round(REST_PERIODS / (cutoff * dt)), 1)
-    velocity = _with_sides(velocity, _rests(raw, window, 1.5 * resolution))
-    return Stretch(
+    rest = _rests(smooth, window, max(1.5 * resolution, 4.0 * noise))
+    stretch = Stretch(
         time=np.asarray(log.time.values[part], dtype=float),
         position=smooth + origin,
-        velocity=velocity,
+        velocity=_with_sides(velocity, rest),
         acceleration=acceleration,
         effort=np.asarray(log.effort.values[part], dtype=float),
     )
+    return stretch, noise
 
 
 def _rests(position: np.ndarray, window: int, step: float) -> np.ndarray:
-    """Return where the position stays within one step both before and after, shape (sample,) of bool.
+    """Return the windows in which the position goes no further than a step, shape (sample,) of bool.
 
-    Both sides, because around a turning point the position before and after are alike though the body moves.
+    From its middle to either end, because around a turning point both ends are alike though the body moves.
     """
     padded = np.pad(position, window, mode="edge")
-    here = padded[window:-window]
     before, after = padded[: -2 * window], padded[2 * window :]
-    return (np.abs(after - here) <= step) & (np.abs(here - before) <= step)
+    middles = (np.abs(after - position) <= step) & (np.abs(position - before) <= step)
+    counted = np.concatenate([[0], np.cumsum(np.pad(middles, window))])
+    return counted[2 * window + 1 :] > counted[: -2 * window - 1]
 
 
 def _with_sides(velocity: np.ndarray, rest: np.ndarray) -> np.ndarray:

@@ -1,0 +1,65 @@
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from known_logs import sliding_log
+
+from bristle import friction
+from bristle.core import InputError
+from bristle.identification import drive_table, identify
+from bristle.identification.drive_table import steady_force
+
+
+@pytest.fixture(scope="module")
+def fit():
+    return identify(sliding_log(), blocks=0).best
+
+
+def test_it_covers_the_velocities_of_the_log(fit):
+    table = drive_table(fit)
+    velocities = [velocity for velocity, _ in table]
+    assert len(table) == 20
+    assert velocities == sorted(velocities)
+    assert velocities[0] == pytest.approx(np.min(fit.traces.velocity))
+    assert velocities[-1] == pytest.approx(np.max(fit.traces.velocity))
+    assert np.diff(velocities[11:]).min() > np.diff(velocities[10:12])[0]
+
+
+def test_standstill_has_one_entry_for_each_side(fit):
+    (below, force_below), (above, force_above) = (entry for entry in drive_table(fit) if entry[0] == 0.0)
+    assert math.copysign(1.0, below) == -1.0
+    assert math.copysign(1.0, above) == 1.0
+    values = fit.friction.values
+    assert 0.5 * (force_above - force_below) == pytest.approx(values["F_C"], rel=1e-6)
+    assert 0.5 * (force_above + force_below) == pytest.approx(values["offset"], rel=1e-6)
+
+
+@pytest.mark.parametrize("v", [-0.2, -3e-3, -1e-9, 1e-9, 1e-4, 4e-3, 0.5])
+def test_bristles_settle_to_the_static_map(v):
+    sliding = {"F_C": 8.0, "F_S": 11.0, "v_S": 4e-3}
+    bristles = friction.lugre(sigma_0=1e5, sigma_1=60.0, sigma_2=30.0, **sliding)
+    assert steady_force(bristles, v) == pytest.approx(steady_force(friction.stribeck(F_v=30.0, **sliding), v), rel=1e-9)
+
+
+def test_a_model_with_memory_settles_to_its_level():
+    model = friction.maxwell_slip(F_C=8.0, k_i=[1e4, 2e5, 3e6], nu_i=[0.2, 0.5, 0.3])
+    assert steady_force(model, 1e-7) == pytest.approx(8.0, rel=1e-9)
+    assert steady_force(model, -2.0) == pytest.approx(-8.0, rel=1e-9)
+
+
+def test_a_log_of_one_direction_gives_a_table_of_one_direction(fit):
+    forward = replace(fit.traces, velocity=np.abs(fit.traces.velocity))
+    table = drive_table(replace(fit, traces=forward), entries=12)
+    assert len(table) == 12
+    assert all(math.copysign(1.0, velocity) > 0.0 for velocity, _ in table)
+
+
+@pytest.mark.parametrize("entries", [3, 1001, 7.5])
+def test_a_size_out_of_range_is_refused(fit, entries):
+    with pytest.raises(InputError, match="entries"):
+        drive_table(fit, entries=entries)
+
+
+def test_an_odd_size_is_not_exceeded(fit):
+    assert len(drive_table(fit, entries=15)) == 14

@@ -1,0 +1,68 @@
+"""A measured axis: motor, ball screw and table in closed loop, with published results.
+
+A. Janot, M. Gautier, M. Brunot, "Data Set and Reference Models of EMPS", Workshop on Nonlinear System Identification
+Benchmarks, 2019.
+"""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from bristle.identification import identify
+from bristle.logs.log import Channel, Log
+
+pytestmark = pytest.mark.measured
+
+
+@pytest.fixture(scope="module")
+def emps() -> Log:
+    folder = os.environ.get("BRISTLE_DATA")
+    if not folder:
+        pytest.skip("BRISTLE_DATA does not name the folder of the measured logs")
+    from scipy.io import loadmat
+
+    record = loadmat(Path(folder) / "emps" / "DATA_EMPS.mat")
+    time, position, voltage = (record[name].ravel() for name in ("t", "qm", "vir"))
+    return Log(
+        time=Channel(time, "s", "t"),
+        position=Channel(position, "m", "qm"),
+        effort=Channel(voltage * record["gtau"].item(), "N", "vir"),
+        sample_time=1e-3,
+        segments=(slice(0, time.size),),
+    )
+
+
+def test_symmetric_friction_as_published(emps):
+    fit = identify(emps, "coulomb_viscous").best
+    published = {
+        "M": (95.1089, 0.114), "F_v": (203.5034, 0.563), "F_C": (20.3935, 0.496), "offset": (-3.1648, 1.402),
+    }  # fmt: skip
+    for name, (value, percent) in published.items():
+        estimate = fit.parameters[name]
+        assert abs(estimate.value - value) < 0.5 * abs(value) * percent / 100.0, name
+        assert 1.0 / 1.5 < estimate.relative_std_percent / percent < 1.5, name
+    assert 4.0 < fit.force_error_percent < 4.2
+    assert fit.warnings == ()
+
+
+def test_friction_by_direction_as_published(emps):
+    result = identify(emps, "coulomb_viscous,coulomb_viscous+asymmetry")
+    fit = result.best
+    published = {"M": 95.154, "F_v_pos": 166.71, "F_v_neg": 240.42, "F_C_pos": 20.144, "F_C_neg": 20.628}
+    assert fit.name == "coulomb_viscous+asymmetry"
+    for name, value in published.items():
+        assert fit.parameters[name].value == pytest.approx(value, rel=0.01), name
+    assert 3.1 < fit.force_error_percent < 3.25
+    assert fit.held_out.mean_percent < 0.8 * result.fits[1].held_out.mean_percent
+
+
+def test_seven_reversals_do_not_show_presliding(emps):
+    result = identify(emps, "lugre,dahl")
+    for fit in result.fits:
+        warning = next(one for one in fit.warnings if one.startswith("sigma_0 cannot be identified"))
+        assert "only 7 reversals" in warning
+    lugre = next(fit for fit in result.fits if fit.name == "lugre")
+    assert lugre.parameters["sigma_1"].status == "unidentifiable"
+    assert lugre.parameters["F_C"].status == "identified"
+    assert lugre.parameters["F_C"].value == pytest.approx(20.39, rel=0.02)

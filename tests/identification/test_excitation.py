@@ -1,0 +1,82 @@
+"""What a log does not excite is said in words, with the numbers of the log."""
+
+import numpy as np
+import pytest
+from known_logs import log_of, sines, sliding_effort, slow_log
+
+from bristle import friction
+from bristle.identification import identify
+
+
+def warning_about(name: str, warnings: tuple[str, ...]) -> str:
+    found = [one for one in warnings if one.startswith(f"{name} cannot be identified: ")]
+    assert len(found) == 1, warnings
+    return found[0]
+
+
+def test_slow_motion_does_not_show_viscous_friction_nor_inertia():
+    motion = sines(30.0, amplitudes=(2e-4,), frequencies=(0.5,), phases=(0.0,))
+    fit = identify(log_of(motion, sliding_effort(motion, noise=3.0))).best
+    assert "never exceeds 628 um/s" in warning_about("F_v", fit.warnings)
+    assert "acceleration never exceeds" in warning_about("M", fit.warnings)
+    assert "mm/s^2" in warning_about("M", fit.warnings)
+    assert fit.parameters["F_v"].status == "unidentifiable"
+    assert fit.parameters["F_C"].status == "identified"
+
+
+def test_one_speed_does_not_separate_coulomb_from_viscous_friction():
+    motion = sines(20.0, amplitudes=(0.1,), frequencies=(0.1,), phases=(0.0,))
+    # Both ends of a fast stroke cut out leave nearly one speed.
+    steady = np.abs(motion.velocity) > 0.995 * np.max(np.abs(motion.velocity))
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], steady, [False]]).astype(int)))
+    parts = tuple(slice(int(a), int(b)) for a, b in edges.reshape(-1, 2))
+    log = log_of(motion, sliding_effort(motion), segments=parts)
+    fit = identify(log, mass=12.0, blocks=0, cutoff=200.0, decimation=1).best
+    assert "one speed only, 62.8 mm/s" in warning_about("F_v", fit.warnings)
+
+
+def test_few_fast_reversals_do_not_show_presliding():
+    stiff = friction.find("lugre")(F_C=8.0, F_S=8.5, v_S=4e-3, sigma_0=2e7, sigma_1=100.0, sigma_2=30.0)
+    log = slow_log(stiff, duration=8.0)
+    fit = identify(log, "lugre").best
+    for name in ("sigma_0", "sigma_1"):
+        assert "reversals, each crosses the pre-sliding zone of" in warning_about(name, fit.warnings)
+        assert fit.parameters[name].status == "unidentifiable"
+    assert fit.parameters["F_C"].status == "identified"
+
+
+def test_friction_that_does_not_fall_hides_the_stribeck_velocity():
+    flat = friction.coulomb_viscous(F_C=8.0, F_v=30.0)
+    fit = identify(slow_log(flat), "stribeck").best
+    estimate = fit.parameters["v_S"]
+    assert estimate.status in ("unidentifiable", "at_edge")
+    assert estimate.std is None or estimate.relative_std_percent > 50.0
+    assert "fall with speed" in estimate.note
+
+
+def test_an_offset_of_zero_is_identified_as_zero():
+    motion = sines()
+    fit = identify(log_of(motion, sliding_effort(motion, offset=0.0))).best
+    offset = fit.parameters["offset"]
+    assert offset.status == "identified"
+    assert abs(offset.value) < 4.0 * offset.std
+    assert fit.warnings == ()
+
+
+def test_noise_of_the_position_makes_the_inertia_small_and_is_said():
+    motion = sines(5.0, 1e-4)
+    log = log_of(motion, sliding_effort(motion), step=1e-6)
+    noisy = identify(log, blocks=0).best
+    assert noisy.parameters["M"].value < 0.97 * 12.0
+    advice = next(one for one in noisy.warnings if one.startswith("M is too small by about"))
+    cutoff = float(advice.split("cut-off to ")[1].split()[0])
+    mended = identify(log, blocks=0, cutoff=cutoff).best
+    assert mended.parameters["M"].value == pytest.approx(12.0, rel=0.01)
+    assert not any(one.startswith("M is too small") for one in mended.warnings)
+
+
+def test_a_model_that_explains_little_is_said():
+    motion = sines()
+    fit = identify(log_of(motion, sliding_effort(motion)), mass=400.0).best
+    assert fit.force_error_percent > 40.0
+    assert any("of the effort unexplained" in one for one in fit.warnings)

@@ -1,0 +1,52 @@
+import numpy as np
+import pytest
+from known_logs import log_of, sines, sliding_effort, sliding_log
+
+from bristle.identification import identify
+
+
+def asymmetric_log():
+    motion = sines()
+    forward, backward = sliding_effort(motion, F_C=9.0), sliding_effort(motion, F_C=6.0, F_v=45.0)
+    return log_of(motion, np.where(motion.velocity > 0.0, forward, backward))
+
+
+def test_the_model_with_the_structure_of_the_truth_wins():
+    result = identify(asymmetric_log(), "coulomb,viscous,coulomb_viscous,coulomb_viscous+asymmetry")
+    assert [fit.rank for fit in result.fits] == [1, 2, 3, 4]
+    assert result.best.name == "coulomb_viscous+asymmetry"
+    errors = [fit.held_out.mean_percent for fit in result.fits]
+    assert errors == sorted(errors)
+    assert errors[0] < 0.5 * errors[1]
+
+
+def test_ranks_do_not_depend_on_the_order_asked_for():
+    names = ["coulomb_viscous", "coulomb_viscous+asymmetry", "coulomb"]
+    one, other = identify(asymmetric_log(), names), identify(asymmetric_log(), names[::-1])
+    assert [fit.name for fit in one.fits] == [fit.name for fit in other.fits]
+
+
+def test_a_block_is_not_fitted_by_the_parameters_that_predict_it():
+    motion = sines()
+    effort = sliding_effort(motion)
+    last = motion.time >= 8.0
+    strange = np.where(last, effort + 4.0 * np.sign(motion.velocity), effort)
+    held_out = identify(log_of(motion, strange)).best.held_out
+    plain = identify(log_of(motion, effort)).best.held_out
+    # The last block alone has friction of its own: nothing fitted to the others knows of it.
+    assert held_out.block_errors_percent[-1] > 10.0 * plain.block_errors_percent[-1]
+    assert np.argmax(held_out.block_errors_percent) == 4
+
+
+def test_mean_and_spread_are_those_of_the_blocks():
+    held_out = identify(sliding_log(), blocks=4).best.held_out
+    assert len(held_out.block_errors_percent) == 4
+    assert held_out.mean_percent == pytest.approx(np.mean(held_out.block_errors_percent))
+    assert held_out.std_percent == pytest.approx(np.std(held_out.block_errors_percent, ddof=1))
+
+
+def test_without_blocks_models_rank_by_their_error():
+    result = identify(asymmetric_log(), "coulomb,coulomb_viscous+asymmetry", blocks=0)
+    assert result.best.held_out is None
+    assert result.best.name == "coulomb_viscous+asymmetry"
+    assert "held_out_error_percent" not in result.best.metrics

@@ -1,0 +1,169 @@
+"""Known truth is found again, within the standard errors that are stated."""
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+import pytest
+from known_logs import TRUTH, log_of, sines, sliding_effort, sliding_log, slow_log
+
+from bristle import friction
+from bristle.core import Axis, FrictionModel, InputError, Variable
+from bristle.core.mathematics import direction
+from bristle.identification import identify
+
+
+def test_standard_errors_hold_for_white_noise():
+    scores = []
+    for seed in range(40):
+        found = identify(sliding_log(seed), "coulomb_viscous", blocks=0).best.parameters
+        scores.append([(found[name].value - truth) / found[name].std for name, truth in TRUTH.items()])
+    scores = np.array(scores)
+    # The spread of 40 draws is known to 11 %, its mean to 0.16; central differences shift M by a known 1e-4.
+    assert np.all(np.abs(scores.mean(axis=0)) < [0.8, 0.5, 0.5, 0.5])
+    assert np.all((scores.std(axis=0) > 0.65) & (scores.std(axis=0) < 1.4))
+
+
+def test_each_direction_has_its_own_friction():
+    motion = sines()
+    forward = sliding_effort(motion, F_C=9.0, F_v=25.0, offset=0.0)
+    backward = sliding_effort(motion, F_C=6.0, F_v=40.0, offset=0.0)
+    log = log_of(motion, np.where(motion.velocity > 0.0, forward, backward))
+    found = identify(log, "coulomb_viscous+asymmetry").best.parameters
+    for name, truth in {"F_C_pos": 9.0, "F_C_neg": 6.0, "F_v_pos": 25.0, "F_v_neg": 40.0, "M": 12.0}.items():
+        assert abs(found[name].value - truth) < 4.0 * found[name].std
+        assert found[name].status == "identified"
+
+
+@pytest.mark.parametrize(
+    ("name", "truth"),
+    [
+        ("dahl", {"sigma_0": 1e5, "F_C": 8.0, "sigma_2": 30.0, "offset": 0.5}),
+        ("lugre", {"F_C": 8.0, "F_S": 11.0, "v_S": 4e-3, "sigma_0": 1e5, "sigma_2": 30.0, "offset": 0.5}),
+        ("stribeck", {"F_C": 8.0, "F_S": 11.0, "v_S": 4e-3, "F_v": 30.0, "offset": 0.5}),
+    ],
+)
+def test_nonlinear_models_are_found_again(name, truth):
+    fit = identify(slow_log(friction.find(name)(**truth)), name).best
+    for parameter, value in truth.items():
+        estimate = fit.parameters[parameter]
+        assert estimate.status == "identified", estimate.note
+        assert estimate.value == pytest.approx(value, rel=0.03), parameter
+        assert estimate.relative_std_percent < 8.0
+    assert fit.parameters["M"].value == pytest.approx(12.0, rel=0.01)
+
+
+def test_what_is_known_is_held():
+    log = sliding_log()
+    fit = identify(log, axis=Axis(mass=12.0, offset=1.5)).best
+    for name in ("M", "offset"):
+        assert (fit.parameters[name].value, fit.parameters[name].std) == (TRUTH[name], None)
+        assert fit.parameters[name].status == "held"
+        assert any(sentence.startswith(f"{name} is held at") for sentence in fit.assumptions)
+        assert name not in fit.correlation_names
+    assert fit.parameters["F_C"].value == pytest.approx(8.0, abs=4.0 * fit.parameters["F_C"].std)
+    by_argument = identify(log, axis=Axis(mass=50.0, offset=9.0), mass=12.0, offset="identify").best
+    assert by_argument.plant.values["M"] == 12.0
+    assert by_argument.parameters["offset"].status == "identified"
+
+
+def test_a_bound_is_kept_and_said():
+    fit = identify(sliding_log(F_v=-5.0)).best
+    assert fit.parameters["F_v"].value == 0.0
+    assert fit.parameters["F_v"].status == "at_edge"
+    assert fit.parameters["F_v"].std is None
+    assert any(sentence.startswith("F_v has no standard error") for sentence in fit.warnings)
+    assert fit.parameters["F_C"].std > 0.0
+
+
+def test_break_away_never_falls_below_coulomb_friction():
+    with_rise = friction.stribeck(F_C=8.0, F_S=5.0, v_S=4e-3, F_v=30.0, validate=False)
+    fit = identify(slow_log(with_rise), "stribeck").best
+    assert fit.friction.values["F_S"] >= fit.friction.values["F_C"]
+    assert fit.parameters["F_S"].status == "at_edge"
+    assert "does not fall with speed" in fit.parameters["F_S"].note
+
+
+class HyperbolicParameters(NamedTuple):
+    F_C: Annotated[float, Variable("force", "level", min=0.0, excitation="sliding")]
+    v_t: Annotated[float, Variable("length/time", "velocity over which it turns", min=1e-9, excitation="stribeck")]
+
+
+class HyperbolicState(NamedTuple):
+    pass
+
+
+def test_a_model_of_ones_own_is_identified():
+    def trial(state, memory, motion, dt, p):
+        ratio = abs(motion.v) / p.v_t
+        return p.F_C * direction(motion.v) * ratio / (1.0 + ratio), HyperbolicState()
+
+    def commit(state, memory, move, p):
+        return state
+
+    own = FrictionModel(
+        name="hyperbolic", description="turns smoothly", Parameters=HyperbolicParameters, State=HyperbolicState,
+        trial=trial, commit=commit,
+    )  # fmt: skip
+    fit = identify(slow_log(own(F_C=8.0, v_t=2e-3)), [own]).best
+    assert fit.name == "hyperbolic"
+    assert fit.friction.values["F_C"] == pytest.approx(8.0, rel=0.01)
+    assert fit.friction.values["v_t"] == pytest.approx(2e-3, rel=0.02)
+
+
+def test_predicted_and_measured_are_traced():
+    fit = identify(sliding_log()).best
+    traces = fit.traces
+    assert traces.time.shape == traces.velocity.shape == traces.measured.shape == traces.predicted.shape
+    assert np.all(np.diff(traces.time) > 0.0)
+    relative = np.linalg.norm(traces.residual) / np.linalg.norm(traces.measured)
+    assert 100.0 * relative == pytest.approx(fit.force_error_percent)
+    assert fit.metrics["force_error_percent"] == fit.force_error_percent
+
+
+def test_progress_runs_from_start_to_end_and_an_interrupt_passes():
+    told = []
+    identify(sliding_log(), "coulomb_viscous,stribeck", progress=lambda share, text: told.append((share, text)))
+    shares = [share for share, _ in told]
+    assert shares == sorted(shares)
+    assert (shares[0], shares[-1]) == (0.0, 1.0)
+    assert {text for _, text in told} == {"fitting coulomb_viscous", "fitting stribeck"}
+
+    def interrupt(share: float, text: str) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        identify(sliding_log(), progress=interrupt)
+
+
+@pytest.mark.parametrize(
+    ("model", "words"),
+    [
+        ("karnopp", "no such friction model"),
+        ("coulomb+temperature", "no such slot"),
+        ("maxwell_slip", "lists of numbers"),
+        ([], "names no friction model"),
+        ([3.0], "must be a name"),
+    ],
+)
+def test_a_model_that_cannot_be_fitted_is_named(model, words):
+    with pytest.raises(InputError, match=words) as caught:
+        identify(sliding_log(), model)
+    assert caught.value.path == "model"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "path"),
+    [
+        ({"mass": 0.0}, "mass"),
+        ({"mass": float("nan")}, "mass"),
+        ({"offset": float("inf")}, "offset"),
+        ({"offset": "7 N"}, "offset"),
+        ({"blocks": 1}, "blocks"),
+        ({"blocks": 2.5}, "blocks"),
+        ({"blocks": 500}, "blocks"),
+    ],
+)
+def test_an_argument_out_of_range_is_named(arguments, path):
+    with pytest.raises(InputError) as caught:
+        identify(sliding_log(), **arguments)
+    assert caught.value.path == path

@@ -1,0 +1,95 @@
+"""What a log cannot tell apart is held or refused, in words."""
+
+import numpy as np
+import pytest
+from known_logs import Motion, log_of, sines, sliding_effort, sliding_log
+
+from bristle.core import Axis, InputError
+from bristle.identification import identify
+from bristle.identification.solution import Solution
+from bristle.identification.uncertainty import uncertainty_of
+
+
+def one_way(forward: bool = True) -> Motion:
+    t = 1e-3 * np.arange(10_000)
+    w = 2.0 * np.pi
+    q, v, a = 0.1 * t + 0.01 * np.sin(w * t), 0.1 + 0.01 * w * np.cos(w * t), -0.01 * w * w * np.sin(w * t)
+    side = 1.0 if forward else -1.0
+    return Motion(t, side * q, side * v, side * a)
+
+
+def test_offset_is_held_with_asymmetry_and_said():
+    log = sliding_log()
+    at_zero = identify(log, "coulomb_viscous+asymmetry").best
+    assert at_zero.parameters["offset"].status == "held"
+    assert at_zero.parameters["offset"].value == 0.0
+    assert any("F_C_pos and F_C_neg" in sentence for sentence in at_zero.assumptions)
+    at_known = identify(log, "coulomb_viscous+asymmetry", axis=Axis(offset=1.5)).best
+    assert at_known.parameters["offset"].value == 1.5
+    # Sliding shows two levels only: whatever the offset is held at, they are the same, and so is the fit.
+    for side, sign in (("F_C_pos", 1.0), ("F_C_neg", -1.0)):
+        level = at_zero.parameters[side].value
+        assert at_known.parameters[side].value + sign * 1.5 == pytest.approx(level, rel=1e-9)
+    assert at_known.force_error_percent == pytest.approx(at_zero.force_error_percent, rel=1e-9)
+
+
+@pytest.mark.parametrize("forward", [True, False])
+def test_one_direction_holds_the_offset(forward):
+    motion = one_way(forward)
+    fit = identify(log_of(motion, sliding_effort(motion, offset=0.0))).best
+    assert fit.parameters["offset"].status == "held"
+    assert ("forward only" if forward else "backward only") in fit.parameters["offset"].note
+    assert fit.parameters["F_C"].value == pytest.approx(8.0, rel=0.02)
+
+
+def test_one_direction_leaves_the_offset_to_a_model_without_a_level():
+    motion = one_way()
+    fit = identify(log_of(motion, sliding_effort(motion, F_C=0.0)), "viscous").best
+    assert fit.parameters["offset"].value == pytest.approx(1.5, abs=4.0 * fit.parameters["offset"].std)
+
+
+def test_one_direction_does_not_show_the_other():
+    motion = one_way()
+    with pytest.raises(InputError, match="forward only") as caught:
+        identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous+asymmetry")
+    assert "drop +asymmetry" in caught.value.mend
+
+
+def test_reversed_effort_is_recognised():
+    motion = sines()
+    with pytest.raises(InputError, match="sign of effort seems reversed"):
+        identify(log_of(motion, -sliding_effort(motion)))
+
+
+def test_an_effort_of_zero_is_refused():
+    motion = sines()
+    with pytest.raises(InputError, match="zero throughout"):
+        identify(log_of(motion, np.zeros(motion.time.size)))
+
+
+def test_a_log_without_effort_is_refused():
+    motion = sines()
+    log = log_of(motion, sliding_effort(motion))
+    bare = type(log)(log.time, log.position, sample_time=log.sample_time, segments=log.segments)
+    with pytest.raises(InputError, match="no effort"):
+        identify(bare)
+
+
+def test_parameters_that_the_rows_do_not_separate_have_no_standard_error():
+    rng = np.random.default_rng(0)
+    one, other = rng.normal(size=(2, 200))
+    columns = np.stack([one, 3.0 * one, other, 0.0 * other], axis=1)
+    solution = Solution({"a": 1.0, "b": 1.0, "c": 1.0, "d": 1.0}, {}, columns, np.eye(4))
+    found = uncertainty_of(solution, rng.normal(size=200))
+    assert np.isinf(found.std).tolist() == [True, True, False, True]
+    assert found.std[2] == pytest.approx(1.0 / np.linalg.norm(other), rel=0.2)
+    assert found.condition_number > 1e12
+
+
+def test_correlated_residuals_widen_the_robust_error_only():
+    rng = np.random.default_rng(0)
+    slow = np.repeat(rng.normal(size=40), 50)
+    column = np.ones((2000, 1))
+    found = uncertainty_of(Solution({"a": 1.0}, {}, column, np.eye(1)), slow)
+    # Fifty equal residuals carry the information of one.
+    assert found.robust_std[0] / found.std[0] == pytest.approx(np.sqrt(50.0), rel=0.05)

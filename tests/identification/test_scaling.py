@@ -1,0 +1,56 @@
+"""Another kind of axis and other magnitudes change the units of a result and nothing else."""
+
+import numpy as np
+import pytest
+from known_logs import Motion, log_of, slow_log
+
+from bristle import friction
+from bristle.identification import identify
+
+# By what the parameters change where lengths are multiplied by the first number and forces by the second.
+POWERS = {
+    "M": (-1, 1), "F_C": (0, 1), "F_S": (0, 1), "F_v": (-1, 1), "sigma_2": (-1, 1), "v_S": (1, 0), "sigma_0": (-1, 1),
+    "offset": (0, 1),
+}  # fmt: skip
+
+
+TRUTHS = {
+    "coulomb_viscous": {"F_C": 8.0, "F_v": 30.0, "offset": 0.5},
+    "stribeck": {"F_C": 8.0, "F_S": 11.0, "v_S": 4e-3, "F_v": 30.0, "offset": 0.5},
+    "lugre": {"F_C": 8.0, "F_S": 11.0, "v_S": 4e-3, "sigma_0": 1e5, "sigma_1": 60.0, "sigma_2": 30.0, "offset": 0.5},
+}
+
+
+@pytest.mark.parametrize("name", list(TRUTHS))
+def test_magnitudes_scale(name):
+    log = slow_log(friction.find(name)(**TRUTHS[name]), duration=10.0)
+    length, force = 2.0**9, 2.0**-12
+    motion = Motion(log.time.values, length * log.position.values, log.position.values, log.position.values)
+    small = log_of(motion, force * log.effort.values, kind="rotational")
+    one, other = identify(log, name, blocks=0).best, identify(small, name, blocks=0).best
+    assert other.force_error_percent == pytest.approx(one.force_error_percent, rel=1e-4)
+    for parameter, estimate in one.parameters.items():
+        if parameter not in POWERS:
+            continue
+        of_length, of_force = POWERS[parameter]
+        scale = length**of_length * force**of_force
+        scaled = other.parameters[parameter]
+        assert scaled.value == pytest.approx(scale * estimate.value, rel=2e-3), parameter
+        assert scaled.std == pytest.approx(scale * estimate.std, rel=0.02), parameter
+        assert scaled.status == estimate.status
+    assert other.parameters["M"].unit == "kg*m^2"
+    assert other.parameters["F_C"].unit == "N*m"
+    assert other.plant.kind == other.friction.kind == "rotational"
+
+
+def test_turning_the_axis_round_exchanges_the_directions():
+    truth = friction.find("coulomb_viscous+asymmetry")(F_C_pos=9.0, F_C_neg=6.0, F_v_pos=20.0, F_v_neg=40.0)
+    log = slow_log(truth, duration=10.0)
+    motion = Motion(log.time.values, -log.position.values, log.position.values, log.position.values)
+    turned = log_of(motion, -log.effort.values)
+    name = "coulomb_viscous+asymmetry"
+    one, other = identify(log, name).best.friction.values, identify(turned, name).best.friction.values
+    for parameter in ("F_C", "F_v"):
+        assert other[f"{parameter}_pos"] == pytest.approx(one[f"{parameter}_neg"], rel=1e-9)
+        assert other[f"{parameter}_neg"] == pytest.approx(one[f"{parameter}_pos"], rel=1e-9)
+    assert np.isfinite(list(one.values())).all()
