@@ -10,10 +10,13 @@ from typing import Any
 
 from bristle.core import units
 from bristle.core.axis import Axis, Column, Injected
+from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.transmission import Transmission
 from bristle.core.variable import Kind, Variable
 from bristle.files.axis_schema import AxisFile, ColumnEntry, EncoderEntry, InjectedEntry
+from bristle.files.controller import controller_of
+from bristle.files.controller import controller_from
 from bristle.files.drive import Constant, Drive, Scale
 from bristle.files.schema import validated
 from bristle.files.toml import read_toml
@@ -39,7 +42,7 @@ def read_axis(path: str | os.PathLike[str]) -> Axis:
     Returns
     -------
     Axis
-        In SI of its kind; `controller` is the table as it stands in the file.
+        In SI of its kind.
 
     Raises
     ------
@@ -69,7 +72,7 @@ def axis_from(data: dict[str, Any]) -> Axis:
         for name in ("time", "position", "velocity", "effort", "reference")
         if (entry := getattr(file.columns, name)) is not None
     }
-    return Axis(
+    axis = Axis(
         name=file.name,
         kind=file.kind,
         columns=columns,
@@ -82,11 +85,18 @@ def axis_from(data: dict[str, Any]) -> Axis:
         effort_limit=_limit(file, drive),
         velocity_limit=_positive(file.limits.velocity, VELOCITY, file.kind, "limits.velocity"),
         stroke=_stroke(file),
-        controller=file.controller,
+        controller=_controller(file, columns.get("effort")),
         presliding=_positive(file.plant.presliding, LENGTH, file.kind, "plant.presliding"),
         cutoff=_positive(file.identification.cutoff, FREQUENCY, file.kind, "identification.cutoff"),
         decimation=file.identification.decimation,
     )
+    return replace(axis, controller=controller_of(axis))
+
+
+def _controller(file: AxisFile, effort: Column | None) -> Model | None:
+    if file.controller is None:
+        return None
+    return controller_from(file.controller, kind=file.kind, effort=effort, path="controller")
 
 
 def _drive_of(file: AxisFile) -> Drive:

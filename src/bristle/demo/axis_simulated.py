@@ -1,0 +1,92 @@
+"""The simulated axis: what it is made of, and the logs that it writes as a real drive would."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+
+from bristle.core.axis import Axis
+from bristle.core.contracts import Model
+from bristle.core.status import Status
+from bristle.demo import truth
+from bristle.engine import Trace, run_closed_loop
+from bristle.files import read_axis
+from bristle.plants import inertia
+from bristle.sensors import encoder
+from bristle.testing import example_of
+
+__all__ = ["AXIS_FILE", "SAMPLE_TIME", "axis", "friction", "motion", "plant", "write_log"]
+
+AXIS_FILE = Path(str(files("bristle.demo") / "axis.toml"))
+SAMPLE_TIME = 1e-3
+SUBSTEPS = 8
+CURRENT_NOISE = 0.01  # of the current measurement [A], standard deviation
+
+
+def axis() -> Axis:
+    """Return the axis as its file describes it."""
+    return read_axis(AXIS_FILE)
+
+
+def plant() -> Model:
+    """Return the moving mass of the simulated axis."""
+    return inertia(M=28.0)
+
+
+def friction() -> Model:
+    """Return the friction of the simulated axis: a structure that no model of the demonstration has."""
+    return example_of(truth.MODEL)
+
+
+def motion(seed: int, duration: float = 24.0) -> np.ndarray:
+    """Return a production-like motion: moves of random length and speed, with pauses, position [m] at each sample."""
+    generator = np.random.default_rng(seed)
+    pieces, here = [np.zeros(200)], 0.0
+    while sum(piece.size for piece in pieces) < duration / SAMPLE_TIME:
+        there = float(np.clip(here + generator.choice((-1, 1)) * 10 ** generator.uniform(-3.0, -0.8), -0.15, 0.15))
+        speed = 10 ** generator.uniform(-2.3, -0.6)
+        pieces.append(_move(here, there, speed, acceleration=2.0))
+        pieces.append(np.full(int(generator.integers(20, 120)), there))
+        here = there
+    return np.concatenate(pieces)[: round(duration / SAMPLE_TIME)]
+
+
+def _move(start: float, end: float, speed: float, acceleration: float) -> np.ndarray:
+    """Return a move of trapezoidal velocity whose corners are rounded over 20 ms."""
+    distance = abs(end - start)
+    speed = min(speed, np.sqrt(distance * acceleration))
+    ramp = speed / acceleration
+    duration = distance / speed + ramp if speed > 0.0 else 0.0
+    t = SAMPLE_TIME * np.arange(round(duration / SAMPLE_TIME) + 41)
+    velocity = np.clip(np.minimum(t / ramp, (duration - t) / ramp), 0.0, 1.0) if ramp > 0.0 else np.zeros_like(t)
+    smooth = np.convolve(velocity, np.full(20, 0.05))[: t.size]
+    travelled = np.cumsum(smooth)
+    share = travelled / travelled[-1] if travelled[-1] > 0.0 else np.zeros_like(t)
+    return start + (end - start) * share
+
+
+def write_log(path: Path, seed: int) -> None:
+    """Run the axis along a motion and write the log that its drive would have recorded, as CSV."""
+    reference = motion(seed)
+    trace = _run(reference)
+    if trace.status != Status.OK:
+        raise RuntimeError(f"the simulated axis did not run: {trace.status.sentence}")
+    constant = 61.2
+    generator = np.random.default_rng(seed + 1000)
+    current = trace.command / constant + CURRENT_NOISE * generator.standard_normal(trace.command.size)
+    table = np.column_stack((trace.time, 1e3 * trace.measured, 1e3 * reference, current))
+    header = "# simulated axis, not a measurement\ntime [s],position [mm],reference [mm],motor_current [A]"
+    np.savetxt(path, table, fmt=("%.3f", "%.4f", "%.6f", "%.5f"), delimiter=",", header=header, comments="")
+
+
+def _run(reference: np.ndarray) -> Trace:
+    described = axis()
+    velocity = np.gradient(reference, SAMPLE_TIME)
+    desired = np.stack((reference, velocity, np.gradient(velocity, SAMPLE_TIME), np.zeros_like(reference)))
+    return run_closed_loop(
+        plant(), friction(), described.controller, encoder(resolution=described.resolution or 0.0), desired,
+        SAMPLE_TIME, steps=SUBSTEPS, limit=described.effort_limit or np.inf,
+    )  # fmt: skip
