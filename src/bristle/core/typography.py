@@ -76,8 +76,8 @@ def scale_of(unit: str, magnitude: float) -> Scale:
     return Scale(factor, typeset(pattern.format(unit)))
 
 
-def number(value: float, std: float | None = None, digits: int = 4) -> str:
-    """Return a number to the digits that its standard error allows (two of the error), or to `digits`.
+def number(value: float, resolution: float | None = None, digits: int = 4) -> str:
+    """Return a number to two digits of its resolution, such as a standard error, or to `digits` of its own.
 
     Examples
     --------
@@ -86,15 +86,16 @@ def number(value: float, std: float | None = None, digits: int = 4) -> str:
     """
     if not math.isfinite(value):
         return "–" if math.isnan(value) else f"{value}".replace("inf", "∞").replace("-", "−")
-    if std is not None and 0.0 < std < math.inf:
-        decimals = 1 - math.floor(math.log10(std))
+    if resolution is not None and 0.0 < resolution < math.inf:
+        decimals = 1 - math.floor(math.log10(resolution))
     elif value == 0.0:
         decimals = 0
     else:
         decimals = digits - 1 - math.floor(math.log10(abs(value)))
     if decimals > 9:
         return f"{value:.{digits - 1}e}".replace("-", "−")
-    return f"{value:.{max(decimals, 0)}f}".replace("-", "−")
+    text = f"{value:.{max(decimals, 0)}f}".replace("-", "−")
+    return text if any(digit in text for digit in "123456789") else text.removeprefix("−")
 
 
 def with_unit(value: float, unit: str, digits: int = 3) -> str:

@@ -40,7 +40,7 @@ def correlation(fit: Fit) -> Figure:
     for row in range(count):
         for column in range(count):
             value = matrix[row, column]
-            text = f"{value:+.2f}".replace("-", "−") if np.isfinite(value) else "–"
+            text = _signed(value) if np.isfinite(value) else "–"
             color = "white" if abs(value) > LIGHT_TEXT_ABOVE else style.INK
             axes.text(column + 0.5, row + 0.5, text, ha="center", va="center", color=color, fontsize=8)
     ticks = np.arange(count) + 0.5
@@ -54,3 +54,7 @@ def correlation(fit: Fit) -> Figure:
     axes.set_xlabel("Parameter")
     axes.set_ylabel("Parameter")
     return figure
+
+
+def _signed(value: float) -> str:
+    return "0" if abs(value) < 0.005 else f"{value:+.2f}".replace("-", "−")

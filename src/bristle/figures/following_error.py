@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 __all__ = ["following_error", "has_completed"]
 
 BINS = 80
+CLOSE_UP = 0.05  # share of the samples
 CENTRAL = (0.002, 0.998)  # quantiles between which the distribution is drawn
 
 
@@ -53,7 +54,7 @@ def following_error(result: SimulationResult) -> Figure:
         7.3, rows=4, columns=2, heights=(0.6, 1.2, 1.2, 1.0), widths=(3.2, 1.0), between=0.2
     )
     style.widen(motion, close, effort, until=spread)
-    near = loops[0].time[window(loops[0].time, loops[0].error, share=0.04)]
+    near = _turn(loops[0])
     _plot(motion, loops[0].time, loops[0].reference, reference_scale, {"color": style.INK, "linewidth": 1.0})
     motion.set_ylabel(reference_scale.label(position_word(kind)))
     motion.set_title("reference")
@@ -64,13 +65,30 @@ def following_error(result: SimulationResult) -> Figure:
         _plot(effort, loop.time, loop.effort, force_scale, loop.look)
     whole.set_ylabel(error_scale.label("Following error"))
     close.set_ylabel(error_scale.label("Following error"))
-    close.set_title("close up, around the largest error of the first")
+    close.set_title("close up, at a reversal of the reference")
     effort.set_ylabel(force_scale.label(word))
     style.mark_window(whole, near * time_scale(loops[0].time).factor)
     _draw_distributions(spread, loops, error_scale)
     spread.set_ylim(whole.get_ylim())
     style.legend(whole)
     return figure
+
+
+def _turn(loop: _Loop) -> np.ndarray:
+    """Return the times around a reversal of the reference, the one with the widest swing of the error.
+
+    Where the reference never reverses, around the largest error.
+    """
+    count = min(max(round(CLOSE_UP * loop.time.size), 40), loop.time.size)
+    steps = np.diff(loop.reference)
+    moving = np.flatnonzero(steps)
+    turns = moving[1:][np.sign(steps[moving[1:]]) != np.sign(steps[moving[:-1]])]
+    starts = np.clip(turns - count // 3, 0, loop.time.size - count)
+    if not starts.size:
+        return loop.time[window(loop.time, loop.error, CLOSE_UP)]
+    swings = [np.ptp(loop.error[start : start + count]) for start in starts]
+    start = starts[int(np.argmax(swings))]
+    return loop.time[start : start + count]
 
 
 def has_completed(result: SimulationResult) -> bool:

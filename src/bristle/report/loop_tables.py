@@ -8,57 +8,55 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bristle.core.status import Status
-from bristle.core.typography import number, scale_of, typeset, with_unit
+from bristle.core.typography import number, typeset, with_unit
 from bristle.core.variable import unit_of
-from bristle.report.page import Table
+from bristle.report.table import Quantity, Table
 
 if TYPE_CHECKING:
     from bristle.core.contracts import Model
     from bristle.core.experiment import Variant
-    from bristle.simulation.result import SimulationResult
+    from bristle.simulation.result import SimulationResult, VariantResult
 
 __all__ = ["component_table", "direction_table", "run_table", "variant_table"]
 
 
 def variant_table(result: SimulationResult) -> Table:
     """Return the errors and efforts of the variants of a loop, side by side."""
-    kind = result.experiment.kind
-    finite = [one for one in result.variants.values() if one.status is not Status.NOT_FINITE]
-    length = scale_of(unit_of("length", kind), max((one.following_error.peak_to_peak for one in finite), default=0.0))
-    effort = scale_of(unit_of("force", kind), max((one.effort_peak for one in finite), default=0.0))
-    word = "Torque" if kind == "rotational" else "Force"
+    completed, length = _following(result)
+    effort = Quantity.of(unit_of("force", result.experiment.kind), (one.effort_peak for one in completed))
+    word = "Torque" if result.experiment.kind == "rotational" else "Force"
     heads = (
-        "Variant", length.label("Following error, peak to peak"), length.label("rms"), length.label("mean"),
-        length.label("True error, peak to peak"), effort.label(f"{word}, rms"), effort.label("peak"), "Remark",
+        "Variant", length.head("Following error, peak to peak"), length.head("rms"), length.head("mean"),
+        length.head("True error, peak to peak"), effort.head(f"{word}, rms"), effort.head("peak"), "Remark",
     )  # fmt: skip
     rows = []
     for one in result.variants.values():
         error = one.following_error
-        lengths = (error.peak_to_peak, error.rms, error.mean, one.true_error.peak_to_peak)
-        cells = [number(value * length.factor, digits=3) for value in lengths]
-        cells += [number(value * effort.factor, digits=3) for value in (one.effort_rms, one.effort_peak)]
+        cells = [length.cell(v) for v in (error.peak_to_peak, error.rms, error.mean, one.true_error.peak_to_peak)]
+        cells += [effort.cell(one.effort_rms), effort.cell(one.effort_peak)]
         if one.status is Status.NOT_FINITE:
             cells = ["–"] * len(cells)
         rows.append((one.name, *cells, "" if one.status is Status.OK else one.status.sentence))
-    return Table("The variants of the loop", heads, rows)
+    return Table("The variants of the loop", heads, rows).without_empty_columns()
 
 
 def direction_table(result: SimulationResult) -> Table:
     """Return the following error of each variant while the reference moves forward and backward."""
-    completed = [one for one in result.variants.values() if one.status is not Status.NOT_FINITE]
-    top = max((one.following_error.peak_to_peak for one in completed), default=0.0)
-    length = scale_of(unit_of("length", result.experiment.kind), top)
-    rows = [
-        (
-            one.name,
-            direction,
-            *(number(v * length.factor, digits=3) for v in (error.mean, error.rms, error.peak_to_peak)),
-        )
-        for one in completed
-        for direction, error in one.by_direction.items()
-    ]
-    heads = ("Variant", "Direction", length.label("Mean"), length.label("rms"), length.label("Peak to peak"))
+    completed, length = _following(result)
+    heads = ("Variant", "Direction", length.head("Mean"), length.head("rms"), length.head("Peak to peak"))
+    rows = []
+    for one in completed:
+        for direction, error in one.by_direction.items():
+            numbers = (error.mean, error.rms, error.peak_to_peak)
+            rows.append((one.name, direction, *(length.cell(v) for v in numbers)))
     return Table("Following error by direction of the reference", heads, rows)
+
+
+def _following(result: SimulationResult) -> tuple[list[VariantResult], Quantity]:
+    """Return the variants that completed, and the column for their following errors."""
+    completed = [one for one in result.variants.values() if one.status is not Status.NOT_FINITE]
+    peaks = (one.following_error.peak_to_peak for one in completed)
+    return completed, Quantity.of(unit_of("length", result.experiment.kind), peaks, digits=4)
 
 
 def component_table(title: str, models: Iterable[tuple[str, Model | None]]) -> Table:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from bristle.core.typography import number, scale_of
 from bristle.core.variable import Kind, unit_of
-from bristle.report.page import Table
+from bristle.report.table import Quantity, Table
 
 if TYPE_CHECKING:
     from bristle.identification.result import Estimate, Fit, Identification
@@ -26,7 +26,9 @@ STATUS_WORDS = {
 def parameter_table(fit: Fit) -> Table:
     """Return the parameters of a fit with their uncertainty."""
     heads = ("Parameter", "Meaning", "Value", "Standard error", "Unit", "Standard error [%]", "Remark")
-    return Table(f"Parameters of {fit.name}", heads, [_parameter_row(one) for one in fit.estimates])
+    return Table(
+        f"Parameters of {fit.name}", heads, [_parameter_row(one) for one in fit.estimates]
+    ).without_empty_columns()
 
 
 def _parameter_row(estimate: Estimate) -> tuple[str, ...]:
@@ -68,21 +70,22 @@ def comparison_table(identification: Identification) -> Table:
 
 def drive_rows(table: Sequence[tuple[float, float]], kind: Kind) -> Table:
     """Return the drive table in units that read well."""
-    speed = scale_of(unit_of("length/time", kind), max((abs(v) for v, _ in table), default=0.0))
-    effort = scale_of(unit_of("force", kind), max((abs(force) for _, force in table), default=0.0))
-    word = "Friction torque" if kind == "rotational" else "Friction force"
-    rows = [
-        (str(index), _signed(v, number(v * speed.factor)), number(force * effort.factor))
-        for index, (v, force) in enumerate(table, 1)
-    ]
-    return Table("Friction over velocity, for the drive", ("Entry", speed.label("Velocity"), effort.label(word)), rows)
+    speed = Quantity.of(unit_of("length/time", kind), (v for v, _ in table), digits=5)
+    effort = Quantity.of(unit_of("force", kind), (force for _, force in table), digits=4)
+    heads = (
+        "Entry",
+        speed.head("Velocity"),
+        effort.head("Friction torque" if kind == "rotational" else "Friction force"),
+    )
+    rows = [(str(index), _side(v) or speed.cell(v), effort.cell(force)) for index, (v, force) in enumerate(table, 1)]
+    return Table("Friction over velocity, for the drive", heads, rows)
 
 
-def _signed(v: float, text: str) -> str:
-    """Return the text of a velocity, both sides of rest told apart."""
+def _side(v: float) -> str:
+    """Return which side of rest a velocity of zero is on; nothing for any other."""
     if v == 0.0:
         return "−0" if math.copysign(1.0, v) < 0.0 else "+0"
-    return text
+    return ""
 
 
 def as_csv(table: Sequence[tuple[float, float]], kind: Kind) -> str:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -13,23 +12,7 @@ from markupsafe import Markup
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Picture", "Table", "picture", "render"]
-
-
-class Table(NamedTuple):
-    """A table: its caption, the heads of its columns, its rows; the first cell of a row is its head."""
-
-    caption: str
-    heads: Sequence[str]
-    rows: Sequence[Sequence[str]]
-
-    def is_number(self, column: int) -> bool:
-        """Return whether a column holds numbers, which stand to the right."""
-        cells = [row[column] for row in self.rows]
-        return bool(cells) and all(_NUMBER.fullmatch(cell) for cell in cells)
-
-
-_NUMBER = re.compile(r"[−+±]? ?[\d.]+(e[−+]?\d+)?|–|[−+]?∞")
+__all__ = ["Picture", "picture", "render"]
 
 
 class Picture(NamedTuple):

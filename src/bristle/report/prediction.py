@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from bristle.logs.log import Log
     from bristle.simulation.result import Prediction
 
-__all__ = ["prediction_picture", "prediction_report"]
+__all__ = ["metrics_in_words", "prediction_picture", "prediction_report"]
 
 MODES = {
     "inverse": "the effort, from the measured motion",
@@ -57,7 +57,7 @@ def prediction_report(
         axis_name=axis_name,
         mode=prediction.mode,
         predicts=MODES.get(prediction.mode, prediction.mode),
-        metrics=_metrics(prediction),
+        metrics=metrics_in_words(prediction),
         status="" if prediction.status is Status.OK else prediction.status.sentence,
         notes=(*prediction.notes, *log.notes),
         components=component_table("The model", [("Plant", plant), ("Friction", friction)]),
@@ -81,7 +81,8 @@ def prediction_picture(prediction: Prediction, kind: Kind) -> dict[str, Picture]
     }  # fmt: skip
 
 
-def _metrics(prediction: Prediction) -> list[tuple[str, str]]:
+def metrics_in_words(prediction: Prediction) -> list[tuple[str, str]]:
+    """Return the errors of a prediction, each with its name, set for reading."""
     found = []
     for key, word in (("force_error_percent", "Effort error"), ("position_error_percent", "Position error")):
         value = prediction.metrics.get(key)

@@ -61,8 +61,9 @@ def following_picture(result: SimulationResult) -> dict[str, Picture]:
     return {
         "following": picture(
             "following", lambda: following_error(result), "Following error and effort of each variant over time",
-            "Reference less encoder reading: over time, close up where the first variant errs most (shaded above), and "
-            "as a distribution. Spikes where the reference reverses are friction. Below, the effort that it takes.",
+            "Reference less encoder reading: over time, as a distribution, and close up at a reversal (shaded above). "
+            "What jumps where the reference reverses is friction; what follows the velocity is the lag of the "
+            "position loop. Below, the effort that it takes.",
         )
     }  # fmt: skip
 
@@ -78,7 +79,7 @@ def _sentences(result: SimulationResult) -> list[str]:
         if one.name not in failed
     ]
     gain = gain_of(result)
-    return found if gain is None or gain.diverged else [*found, gain.sentence()]
+    return found if gain is None or gain.errors is None else found + gain.sentences()
 
 
 def _parts(variant: Variant) -> list[tuple[str, Model | None]]:

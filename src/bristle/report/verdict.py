@@ -23,8 +23,8 @@ def figures_of_merit(fit: Fit, gain: Gain | None) -> list[tuple[str, str]]:
     found = [("Friction model", fit.name), ("Effort error", _percent(fit.force_error_percent))]
     if fit.held_out is not None:
         found.append(("On held-out time blocks", _percent(fit.held_out.mean_percent)))
-    if gain is not None and not gain.diverged:
-        found.append(("Following error, peak to peak, simulated", " → ".join(gain.peaks)))
+    if gain is not None and gain.errors is not None:
+        found.append(("Following error, peak to peak, simulated without → with compensation", gain.peaks))
     return found
 
 
@@ -54,7 +54,7 @@ def sentences(
             "axis file."
         )
     else:
-        found.append(gain.sentence())
+        found += gain.sentences()
         found.append(
             "The simulated axis has exactly the identified friction, and the compensation knows it exactly: take this "
             "gain as the most to be hoped for, and confirm it on the machine."
@@ -106,4 +106,4 @@ def _prediction(prediction: Prediction) -> list[str]:
 
 
 def _percent(value: float) -> str:
-    return f"{number(value, digits=2 if abs(value) < 100.0 else 3)} %"
+    return f"{number(value, digits=3)} %"
