@@ -55,6 +55,8 @@ def test_encodings_and_units_in_the_header(encoding):
         ("Drive export\nDate,2024-05-01\nRate,1000\nScale,0.5,0.25\n\nt,x\n", ["t", "x"]),
         ("t,x\n# from here on the recording\n", ["t", "x"]),
         ("t,t\n", ["t", "t_2"]),
+        ("operator,Smith\nt,m\n", ["t", "m"]),
+        ("sep=,\nt,x\n", ["t", "x"]),
     ],
 )
 def test_headers_and_preambles(preamble, names):
@@ -66,6 +68,16 @@ def test_headers_and_preambles(preamble, names):
 def test_a_row_of_units_below_the_names():
     table = read_csv(("time;travel\ns;mm\n" + rows(";")).encode(), HERE)
     assert table.units == {"time": "s", "travel": "mm"}
+
+
+def test_units_apart_from_names_where_blanks_separate():
+    table = read_csv(("# time [s]  actual (um)\n" + rows("  ")).encode(), HERE)
+    assert (list(table.columns), table.units) == (["time", "actual"], {"time": "s", "actual": "um"})
+
+
+def test_a_delimiter_at_the_end_of_each_row():
+    table = read_csv(("t;x\n" + rows(";").replace("\n", ";\n")).encode(), HERE)
+    assert list(table.columns) == ["t", "x"]
 
 
 def test_a_labview_measurement_file():

@@ -148,10 +148,23 @@ def test_a_coarse_effort_is_not_taken_for_a_clipped_one(write, axis, recording):
     assert len(read_log(write(u=np.round(recording["u"])), axis)) == recording["t"].size
 
 
+def test_an_effort_of_constant_stretches_is_not_taken_for_a_clipped_one(write, axis, recording):
+    t = recording["t"]
+    speed = 0.1 * np.clip(np.minimum(t % 0.5, 0.5 - t % 0.5) / 0.1, 0.0, 1.0) * np.where(t % 1.0 < 0.5, 1.0, -1.0)
+    effort = 2.0 * np.gradient(speed, t) + 3.0 * np.sign(speed)  # trapezoids against Coulomb friction, no noise
+    assert len(read_log(write(q=np.cumsum(speed) * SAMPLE_TIME, u=effort), axis)) == t.size
+
+
 def test_a_drive_that_was_off_is_not_taken_for_a_clipped_effort(write, axis, recording):
     effort = recording["u"] - recording["u"].min() + 1.0
     effort[:200] = 0.0
     assert len(read_log(write(u=effort), axis)) == recording["t"].size
+
+
+def test_a_position_beyond_the_stroke_points_at_the_unit(write, axis):
+    with pytest.raises(InputError, match="travels further than the stroke"):
+        read_log(write(), dataclasses.replace(axis, stroke=(0.0, 0.05)))
+    assert read_log(write(), dataclasses.replace(axis, stroke=(-0.1, 0.45))).position is not None
 
 
 @pytest.mark.parametrize("with_reference", [True, False])

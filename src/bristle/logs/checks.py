@@ -18,6 +18,7 @@ __all__ = ["FEWEST_SAMPLES", "longest_run", "problems_of", "quantisation"]
 
 FEWEST_SAMPLES = 100
 LONG_RUN = 10  # samples
+ROUNDING = 1e-9  # of the range of a channel
 LIMIT_TOLERANCE = 0.05
 FEW_LEVELS = 16  # a commanded effort of few levels is no clipped one
 PILE_UP = 5  # times as many samples at the extreme as at the next level
@@ -53,6 +54,7 @@ def problems_of(found: Gathered, axis: Axis, source: str) -> Iterator[InputError
         elif name == "effort":
             yield from _saturated_effort(found, axis, f"{source}: column {channel.column!r}")
         elif name == "position":
+            yield from _beyond_stroke(found, axis, f"{source}: column {channel.column!r}")
             yield from _saturated_position(found, f"{source}: column {channel.column!r}")
 
 
@@ -105,12 +107,13 @@ def _saturated_effort(found: Gathered, axis: Axis, place: str) -> Iterator[Input
             mend="Mend the unit or the constant of the effort, or its limit, in the axis file",
         )  # fmt: skip
         return
+    rounding = ROUNDING * float(np.ptp(own))
     for extreme in (own.max(), own.min()):
-        at_extreme = own == extreme
+        at_extreme = np.abs(own - extreme) <= rounding
         if axis.effort_limit is not None and abs(extreme) >= (1 - 1e-6) * axis.effort_limit:
             at_extreme = np.sign(extreme) * own >= (1 - 1e-6) * axis.effort_limit
         start, length = longest_run(at_extreme)
-        if length >= LONG_RUN and extreme != 0 and _piled_up(own, at_extreme):
+        if length >= LONG_RUN and extreme != 0 and _clipped(own, at_extreme, length, rounding):
             yield InputError(
                 f"is saturated: {length} samples in a row at {extreme:.6g} {channel.unit} from "
                 f"{_moment(found, start)}, {at_extreme.sum()} in all", path=place, mend=mend,
@@ -118,13 +121,33 @@ def _saturated_effort(found: Gathered, axis: Axis, place: str) -> Iterator[Input
             return
 
 
-def _piled_up(values: np.ndarray, at_extreme: np.ndarray) -> bool:
-    """Return whether far more samples lie at the extreme than next to it, as in a clipped signal."""
-    levels, counts = np.unique(values[~at_extreme], return_counts=True)
+def _clipped(values: np.ndarray, at_extreme: np.ndarray, length: int, rounding: float) -> bool:
+    """Return whether a signal lies at its extreme as only a clipped one does.
+
+    A clipped signal lies there far more often than next to it. An effort that is constant at other levels
+    too, as a commanded one or that of a simulated Coulomb friction, or that moves over a few steps of its
+    resolution, is no clipped one.
+    """
+    levels, counts = np.unique(np.round(values[~at_extreme] / rounding), return_counts=True)
     if levels.size < FEW_LEVELS:
         return False
-    next_level = counts[-1] if levels[-1] < values[at_extreme][0] else counts[0]
-    return bool(at_extreme.sum() >= PILE_UP * next_level)
+    next_level = counts[-1] if values[at_extreme][0] > values.mean() else counts[0]
+    elsewhere = (values < values.max() - rounding) & (values > values.min() + rounding) & (values != 0)
+    still = np.append(np.abs(np.diff(values)) <= rounding, False) & elsewhere
+    return bool(at_extreme.sum() >= PILE_UP * next_level) and longest_run(still)[1] < length / 2
+
+
+def _beyond_stroke(found: Gathered, axis: Axis, place: str) -> Iterator[InputError]:
+    channel = found.channels["position"]
+    if axis.stroke is None:
+        return
+    travelled, allowed = float(np.ptp(channel.values)), axis.stroke[1] - axis.stroke[0]
+    if travelled > (1 + LIMIT_TOLERANCE) * allowed:
+        yield InputError(
+            "travels further than the stroke of the axis", path=place, value=travelled,
+            allowed=f"up to {allowed:.6g} {channel.unit}",
+            mend="Mend the unit of the position, or the stroke, in the axis file",
+        )  # fmt: skip
 
 
 def _saturated_position(found: Gathered, place: str) -> Iterator[InputError]:

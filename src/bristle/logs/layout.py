@@ -16,6 +16,8 @@ __all__ = ["COMMENT", "Layout", "cells_of", "is_number", "layout_of"]
 COMMENT = "#"
 # Tried in this order; None is any run of blanks. A comma is last but one: it may be a decimal comma.
 DELIMITERS = ("\t", ";", ",", None)
+# Units that a line below the names may consist of, besides the decimal ones.
+USUAL_UNITS = frozenset({"deg", "deg/s", "rev", "rev/s", "rpm", "1/min", "min", "lbf", "inch"})
 PREAMBLE_LINES, SAMPLE_ROWS = 400, 20
 _NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?|nan|inf|infinity|1\.#\w+)", re.IGNORECASE)
 
@@ -134,20 +136,32 @@ def _refuse_bad_first_rows(lines: Sequence[str], layout: Layout, source: Path) -
 def _header(lines: Sequence[str], layout: Layout) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return names and units from the one or two lines of text right before the numbers."""
     count = len(layout.numeric)
-    above = [line.strip().lstrip(COMMENT + "%").strip() for line in lines[: layout.first] if line.strip()][-2:]
-    headers = [cells for line in above if len(cells := cells_of(line, layout.delimiter)) == count]
+    above = [_header_cells(line, layout) for line in lines[: layout.first] if line.strip()][-2:]
+    headers = [cells for cells in above if len(cells) == count and any(cells)]
     headers = [cells for cells in headers if not any(is_number(cell, layout.decimal_comma) for cell in cells)]
     if not headers:
         return tuple(f"column_{index + 1}" for index in range(count)), ("",) * count
-    if len(headers) == 2 and all(headers[0]) and _are_units(headers[1]):
+    if len(headers) == 2 and _are_units(headers[1]):
         names, found = headers[0], [cell.strip("[]()") for cell in headers[1]]
     else:
         names, found = map(list, zip(*(split_unit(cell) for cell in headers[-1]), strict=True))
     return tuple(_distinct(names)), tuple("" if unit in ("-", "1") else unit for unit in found)
 
 
+def _header_cells(line: str, layout: Layout) -> list[str]:
+    """Return the cells of a line above the numbers; empty columns at the end may be missing there."""
+    line = line.strip(" ").lstrip(COMMENT + "%").strip(" ")
+    if layout.delimiter is None:
+        line = re.sub(r"\s+([\[(])", r"\1", line)
+    cells = cells_of(line, layout.delimiter)
+    lacking = layout.numeric[len(cells) :]
+    return cells if any(lacking) else cells + [""] * len(lacking)
+
+
 def _are_units(cells: Sequence[str]) -> bool:
-    return all(units.is_unit(cell.strip("[]()")) for cell in cells if cell not in ("", "-", "[-]"))
+    plain = [cell.strip("[]()") for cell in cells]
+    spelt = [units.split(f"1 {cell}")[1] for cell in plain if cell not in ("", "-")]
+    return bool(spelt) and all(unit in units.DECIMAL_UNITS or unit in USUAL_UNITS for unit in spelt)
 
 
 def _distinct(names: Sequence[str]) -> list[str]:
