@@ -1,1 +1,40 @@
-"""Files in and out: axis, model, experiment, results."""
+"""Files that people write and results that bristle writes: axes, models and experiments in TOML."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from bristle.files.axis import read_axis
+    from bristle.files.experiment import read_experiment
+    from bristle.files.log import read_log
+    from bristle.files.model import read_model, write_model
+    from bristle.files.results import results_folder
+    from bristle.files.user_model import load_model_file
+
+__all__ = [
+    "load_model_file",
+    "read_axis",
+    "read_experiment",
+    "read_log",
+    "read_model",
+    "results_folder",
+    "write_model",
+]
+
+_FROM = {
+    "load_model_file": "user_model",
+    "read_axis": "axis",
+    "read_experiment": "experiment",
+    "read_log": "log",
+    "read_model": "model",
+    "results_folder": "results",
+    "write_model": "model",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name in _FROM:
+        return getattr(importlib.import_module(f"bristle.files.{_FROM[name]}"), name)
+    raise AttributeError(f"module 'bristle.files' has no attribute {name!r}")

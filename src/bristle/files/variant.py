@@ -117,11 +117,15 @@ def _kind(tables: Tables, axis: Axis | None, sources: Sources) -> Kind:
     return units.kind_of(plant | friction, variables)
 
 
+def _known(model: Model) -> dict[str, Any]:
+    """Return a model as the table that would describe it."""
+    return {"model": model.name} | {key_of(name): value for name, value in model.values.items()}
+
+
 def _plant(tables: Tables, axis: Axis | None, identified: Model | None, kind: Kind) -> Model:
     path, given = tables.path("plant"), tables.table("plant")
     if "model" not in given and identified is not None:
-        known = {key_of(name): value for name, value in identified.values.items()}
-        given = {"model": identified.name, **known, **given}
+        given = _known(identified) | given
     elif "model" not in given and axis is not None and axis.mass is not None:
         given = {"M": axis.mass, **given}
     if not given:
@@ -133,7 +137,7 @@ def _controller(tables: Tables, axis: Axis | None, kind: Kind) -> Model:
     path = tables.path("controller")
     given = {key: value for key, value in tables.table("controller").items() if key != "feedforward"}
     if "model" not in given and axis is not None and axis.controller is not None:
-        given = {**axis.controller, **given}
+        given = _known(axis.controller) | given
     effort = axis.columns.get("effort") if axis is not None else None
     return controller_from(given, kind=kind, effort=effort, path=path)
 

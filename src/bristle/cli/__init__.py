@@ -1,0 +1,1 @@
+"""bristle for a person at a terminal: one module a command."""

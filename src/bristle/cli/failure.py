@@ -1,0 +1,60 @@
+"""Every way to fail, as one readable message and an exit code."""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+import traceback
+
+from bristle.cli.terminal import complain
+
+__all__ = ["BAD_INPUT", "INTERRUPTED", "NO", "OUR_BUG", "report"]
+
+NO = 1
+BAD_INPUT = 2
+OUR_BUG = 70
+INTERRUPTED = 130
+
+
+def report(error: BaseException) -> int:
+    """Tell a person what went wrong and return the exit code."""
+    from bristle.core.errors import BristleError
+
+    if isinstance(error, KeyboardInterrupt):
+        complain("interrupted")
+        return INTERRUPTED
+    if isinstance(error, BristleError):
+        complain(str(error))
+        return error.exit_code
+    if isinstance(error, BrokenPipeError):
+        _close_output()
+        return 0
+    if isinstance(error, MemoryError):
+        complain("there is not enough memory for this. Take a shorter log or experiment")
+        return BAD_INPUT
+    if isinstance(error, OSError) and error.filename is None:
+        complain(f"the output cannot be written: {error.strerror}. Make room or write it elsewhere")
+        _close_output()
+        return BAD_INPUT
+    complain(f"this is a fault of bristle, not yours: {type(error).__name__}: {error}. {_saved(error)}")
+    return OUR_BUG
+
+
+def _close_output() -> None:
+    """Leave nothing for the interpreter to write at its end, where it would fail again."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, sys.stdout.fileno())
+    os.close(nowhere)
+
+
+def _saved(error: BaseException) -> str:
+    try:
+        with tempfile.NamedTemporaryFile(
+            "w", prefix="bristle-", suffix=".txt", delete=False, encoding="utf-8", errors="backslashreplace"
+        ) as file:
+            file.write(f"command: {sys.argv}\n")
+            file.writelines(traceback.format_exception(error))
+    except OSError:
+        return "Its details could not be saved: there is no room for temporary files"
+    return f"Please report it with the details in {file.name}"

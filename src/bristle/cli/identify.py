@@ -1,0 +1,146 @@
+"""``bristle identify``: from a log to a friction model, its uncertainty, and what it gains."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from bristle.cli.options import AxisFile, Force, Json, Out
+from bristle.cli.terminal import complain, progress, say, show_table
+
+if TYPE_CHECKING:
+    from bristle.core import Axis
+    from bristle.identification import Identification
+    from bristle.logs import Log
+    from bristle.simulation import Prediction, SimulationResult
+
+__all__ = ["EXAMPLE", "identify"]
+
+EXAMPLE = """Example:
+  bristle identify axis.mat --axis axis.toml \\
+    --model coulomb_viscous,stribeck+asymmetry --out results"""
+
+
+def identify(
+    context: typer.Context,
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="A log: CSV, MAT or TDMS.")],
+    axis: AxisFile = None,
+    model: Annotated[
+        str,
+        typer.Option(
+            "--model", metavar="NAME[+slot][,NAME...]", help="Models to fit and compare, or a file my_model.py."
+        ),
+    ] = "coulomb_viscous",
+    out: Out = None,
+    cutoff: Annotated[
+        str | None, typer.Option("--cutoff", metavar="FREQUENCY", help="Of the zero-phase filter, such as '100 Hz'.")
+    ] = None,
+    decimation: Annotated[
+        int | None, typer.Option("--decimation", metavar="COUNT", help="Keep one of so many filtered samples.")
+    ] = None,
+    force: Force = False,
+    as_json: Json = False,
+) -> None:
+    """Identify friction models from a log.
+
+    Several models are compared on stretches of the log that they were not fitted to.
+
+    Writes model.toml, drive_table.csv, summary.json and report.html into DIR.
+    """
+    from bristle.core import Axis
+    from bristle.files.axis import read_axis
+    from bristle.files.provenance import provenance
+    from bristle.files.results import results_folder
+    from bristle.files.summary import as_json as json_text
+    from bristle.identification import drive_table
+    from bristle.identification import identify as identified
+    from bristle.logs import read_log
+    from bristle.report.summary import identification_summary
+
+    with results_folder(out, force=force) if out else nullcontext() as folder, progress("identifying") as report:
+        described = read_axis(axis) if axis else None
+        recorded = read_log(log, described)
+        found = identified(
+            recorded, _models(model), axis=described, cutoff=_hertz(cutoff), decimation=decimation, progress=report
+        )
+        table = drive_table(found.best, 20)
+        simulation, prediction = _in_the_loop(found, recorded, described or Axis(), report)
+        source = provenance(context.obj, log=log, axis=axis)
+        summary = identification_summary(
+            found, table=table, simulation=simulation, prediction=prediction, provenance=source
+        )
+        if folder:
+            from bristle.report.identification import identification_report
+            from bristle.report.results import write_identification
+
+            page = identification_report(
+                found, prediction=prediction, simulation=simulation, table=table, command=context.obj,
+                axis_name=described.name if described else log.stem, provenance=source,
+            )  # fmt: skip
+            write_identification(folder, found, table=table, report=page, summary=summary, provenance=source)
+    if as_json:
+        sys.stdout.write(json_text(summary))
+    else:
+        _show(found, simulation, recorded)
+    if out:
+        complain(f"wrote {out}; open {out / 'report.html'} in a browser")
+
+
+def _models(text: str) -> list[Any]:
+    """Return the models of a list: names, and models of a user's own from their files."""
+    from bristle.files.user_model import load_model_file
+    from bristle.friction import with_slots
+
+    found: list[Any] = []
+    for name in (part.strip() for part in text.split(",")):
+        file, *slots = name.split("+")
+        found.append(with_slots(load_model_file(file), slots, "--model") if file.endswith(".py") else name)
+    return found
+
+
+def _hertz(text: str | None) -> float | None:
+    if text is None:
+        return None
+    from bristle.core import Variable
+    from bristle.core.units import quantity
+
+    return quantity(text, Variable("frequency", "cut-off of the filter"), path="--cutoff")
+
+
+def _in_the_loop(
+    found: Identification, log: Log, axis: Axis, report: Any
+) -> tuple[SimulationResult | None, Prediction | None]:
+    """Return the loop with and without compensation, and the log as the model predicts it; None where nothing is known."""
+    from bristle.identification import predict
+    from bristle.identification.loop import loop_of
+    from bristle.simulation import simulate
+
+    best = found.best
+    experiment = loop_of(best.plant, best.friction, log, axis)
+    if experiment is None:
+        return None, None
+    return simulate(experiment, report), predict(best.plant, best.friction, log, axis, "closed-loop")
+
+
+def _show(found: Identification, simulation: SimulationResult | None, log: Log) -> None:
+    from bristle.report.model_tables import comparison_table, parameter_table
+    from bristle.report.compensation import gain_of
+
+    best = found.best
+    show_table(parameter_table(best))
+    if len(found.fits) > 1:
+        show_table(comparison_table(found))
+    held_out = f", {best.held_out.mean_percent:.3g} % on held-out blocks" if best.held_out else ""
+    say(f"Force error {best.force_error_percent:.3g} % of the effort{held_out}.")
+    gain = gain_of(simulation) if simulation else None
+    if gain:
+        for sentence in gain.sentences():
+            say(sentence)
+    for note in log.notes:
+        say(f"Note: {note}")
+    for warning in best.warnings:
+        complain(f"warning: {warning}")

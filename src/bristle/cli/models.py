@@ -1,0 +1,116 @@
+"""``bristle models``: what there is, with parameters and units."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from bristle.cli.options import Json
+from bristle.cli.terminal import say, show_table
+
+if TYPE_CHECKING:
+    from bristle.core import Component
+
+__all__ = ["EXAMPLE", "models"]
+
+EXAMPLE = """Example:
+  bristle models lugre+asymmetry"""
+
+
+def models(
+    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="Show the parameters of this one.")] = None,
+    as_json: Json = False,
+) -> None:
+    """List models, with parameters and units.
+
+    Friction models, plants, controllers, sensors and references; with NAME, the parameters of one.
+    """
+    from bristle.files.summary import as_json as json_text
+
+    chosen = _families() if name is None else _one(name)
+    if as_json:
+        entries = [_described(family, one) for family, members in chosen.items() for one in members]
+        sys.stdout.write(json_text({"models": entries}))
+    elif name is None:
+        _show_families(chosen)
+    else:
+        _show_one(next(one for members in chosen.values() for one in members))
+
+
+def _families() -> dict[str, list[Component]]:
+    from bristle import controllers, friction, plants, references, sensors
+
+    registries = (friction.MODELS, plants.PLANTS, controllers.CONTROLLERS, sensors.SENSORS, references.REFERENCES)
+    names = ("friction", "plant", "controller", "sensor", "reference")
+    return {family: list(registry.values()) for family, registry in zip(names, registries, strict=True)}
+
+
+def _one(name: str) -> dict[str, list[Component]]:
+    from bristle import friction
+    from bristle.files.components import component_named
+
+    base, plus, slots = name.partition("+")
+    named = {one.name: (family, one) for family, members in _families().items() for one in members}
+    family, one = component_named(base, named, "NAME")
+    if plus:
+        one = friction.with_slots(one, slots.split("+"), "NAME")
+    return {family: [one]}
+
+
+def _described(family: str, one: Component) -> dict[str, Any]:
+    return {
+        "name": one.name,
+        "family": family,
+        "description": one.description,
+        "reference": one.reference,
+        "relations": [relation.condition for relation in one.relations],
+        "parameters": {
+            name: {
+                "description": variable.description,
+                "quantity": variable.quantity,
+                "unit": variable.unit("translational"),
+                "unit_rotational": variable.unit("rotational"),
+                "min": variable.min,
+                "max": variable.max,
+                "default": one.defaults.get(name),
+                "array": one.is_array(name),
+                "directional": variable.directional,
+            }
+            for name, variable in one.variables.items()
+        },
+    }
+
+
+def _show_families(families: dict[str, list[Component]]) -> None:
+    from bristle.report.table import Table
+
+    for family, members in families.items():
+        rows = [(one.name, ", ".join(one.variables), one.description) for one in members]
+        show_table(Table(family.capitalize(), ("Name", "Parameters", "What it is"), rows))
+    say("Every friction model takes an offset, and +asymmetry behind its name: parameters by direction of motion.")
+
+
+def _show_one(one: Component) -> None:
+    from bristle.core.typography import typeset
+    from bristle.files.components import key_of
+    from bristle.report.table import Table
+
+    rows = [
+        (
+            key_of(name),
+            variable.description,
+            typeset(variable.unit("translational")),
+            typeset(variable.unit("rotational")),
+            variable.allowed().removesuffix(f" {variable.unit()}").removesuffix(" in"),
+            f"{one.defaults[name]:g}" if name in one.defaults else "",
+        )
+        for name, variable in one.variables.items()
+    ]
+    heads = ("Parameter", "Meaning", "Unit", "Unit, rotational", "Allowed", "Default")
+    show_table(Table(f"{one.name}: {one.description}", heads, rows))
+    for relation in one.relations:
+        say(f"Needs {relation.condition}.")
+    if one.reference:
+        say(f"Source: {one.reference}")

@@ -1,0 +1,86 @@
+"""``bristle predict``: what a model says of a log."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from bristle.cli.failure import NO
+from bristle.cli.options import AxisFile, Force, Json, Out
+from bristle.cli.terminal import complain, progress, say
+
+if TYPE_CHECKING:
+    from bristle.simulation import Prediction
+
+__all__ = ["EXAMPLE", "predict"]
+
+EXAMPLE = """Example:
+  bristle predict results/model.toml other.mat --axis axis.toml --mode closed-loop"""
+
+
+def predict(
+    context: typer.Context,
+    model: Annotated[Path, typer.Argument(metavar="MODEL.toml", help="A model file, as identify writes it.")],
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="A log: CSV, MAT or TDMS.")],
+    axis: AxisFile = None,
+    mode: Annotated[str, typer.Option("--mode", metavar="MODE", help="inverse, closed-loop or open-loop.")] = "inverse",
+    out: Out = None,
+    force: Force = False,
+    as_json: Json = False,
+) -> int:
+    """Predict a log with an identified model.
+
+    inverse: the effort from the measured motion. closed-loop: effort and motion from the reference, with the
+    controller of the axis file. open-loop: the motion from the measured effort.
+    """
+    from bristle.core import InputError
+    from bristle.files.axis import read_axis
+    from bristle.files.model import read_model
+    from bristle.files.provenance import provenance
+    from bristle.files.results import results_folder
+    from bristle.files.summary import as_json as json_text
+    from bristle.identification import predict as predicted
+    from bristle.logs import read_log
+    from bristle.report.summary import prediction_summary
+
+    with results_folder(out, force=force) if out else nullcontext() as folder, progress("predicting"):
+        plant, friction, _ = read_model(model)
+        if plant is None:
+            raise InputError("is missing", path=f"{model}: plant", mend='Write [plant], model = "inertia" and M = ...')
+        described = read_axis(axis) if axis else None
+        recorded = read_log(log, described)
+        prediction = predicted(plant, friction, recorded, described, mode)
+        source = provenance(context.obj, model=model, log=log, axis=axis)
+        summary = prediction_summary(prediction, friction=friction, notes=recorded.notes, provenance=source)
+        if folder:
+            from bristle.report.prediction import prediction_report
+            from bristle.report.results import write_report
+
+            page = prediction_report(
+                prediction, plant=plant, friction=friction, log=recorded, command=context.obj,
+                axis_name=described.name if described else log.stem, provenance=source,
+            )  # fmt: skip
+            write_report(folder, page, summary)
+    if as_json:
+        sys.stdout.write(json_text(summary))
+    else:
+        _show(prediction, (*recorded.notes, *prediction.notes))
+    if out:
+        complain(f"wrote {out}; open {out / 'report.html'} in a browser")
+    return 0 if summary["completed"] else NO
+
+
+def _show(prediction: Prediction, notes: tuple[str, ...]) -> None:
+    from bristle.core.status import Status
+    from bristle.report.prediction import metrics_in_words
+
+    for word, value in metrics_in_words(prediction):
+        say(f"{word}: {value}")
+    for note in notes:
+        say(f"Note: {note}")
+    if prediction.status is not Status.OK:
+        complain(f"the prediction {prediction.status.sentence}")

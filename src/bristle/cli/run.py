@@ -1,0 +1,65 @@
+"""``bristle run``: simulate an experiment."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from bristle.cli.failure import NO
+from bristle.cli.options import Force, Json, Out
+from bristle.cli.terminal import complain, progress, say, show_table
+
+__all__ = ["EXAMPLE", "run"]
+
+EXAMPLE = """Example:
+  bristle run experiment.toml --out results"""
+
+
+def run(
+    context: typer.Context,
+    experiment: Annotated[Path, typer.Argument(metavar="EXPERIMENT.toml", help="An experiment file.")],
+    out: Out = None,
+    force: Force = False,
+    as_json: Json = False,
+) -> int:
+    """Simulate an experiment.
+
+    With [compare] in the file, several variants of the loop side by side. The exit code is 1 if a loop diverges.
+    """
+    from bristle.files.experiment import read_experiment
+    from bristle.files.provenance import provenance
+    from bristle.files.results import results_folder
+    from bristle.files.summary import as_json as json_text
+    from bristle.report.loop_tables import variant_table
+    from bristle.report.compensation import gain_of
+    from bristle.report.summary import simulation_summary
+    from bristle.simulation import simulate
+
+    with results_folder(out, force=force) if out else nullcontext() as folder, progress("simulating") as report:
+        described = read_experiment(experiment)
+        result = simulate(described, report)
+        source = provenance(context.obj, experiment=experiment)
+        summary = simulation_summary(result, provenance=source)
+        if folder:
+            from bristle.report.results import write_report
+            from bristle.report.simulation import simulation_report
+
+            write_report(folder, simulation_report(result, command=context.obj, provenance=source), summary)
+    if as_json:
+        sys.stdout.write(json_text(summary))
+    else:
+        show_table(variant_table(result))
+        gain = gain_of(result)
+        if gain is not None:
+            for sentence in gain.sentences():
+                say(sentence)
+    if out:
+        complain(f"wrote {out}; open {out / 'report.html'} in a browser")
+    failed = [name for name, one in summary["variants"].items() if not one["completed"]]
+    for name in failed:
+        complain(f"{name}: {summary['variants'][name]['status']}")
+    return NO if failed else 0

@@ -1,0 +1,117 @@
+"""What a person sees: text, tables and progress, on any terminal, in a pipe, and without Unicode."""
+
+from __future__ import annotations
+
+import codecs
+import sys
+import threading
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, TextIO
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from bristle.report.table import Table
+
+__all__ = ["complain", "one_line", "progress", "say", "show_table", "streams_that_take_all", "warnings_as_lines"]
+
+PATIENCE = 1.0  # [s]
+PIPE_WIDTH = 160
+ASCII = {"µ": "u", "·": "*", "²": "^2", "±": "+-", "−": "-", "–": "-", "∞": "inf", "…": "...", "°": "deg"}
+
+
+def streams_that_take_all() -> None:
+    """Let the standard streams write plain letters where their encoding lacks a character."""
+    codecs.register_error("plain", _plain)
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="plain")
+
+
+def _plain(error: UnicodeError) -> tuple[str, int]:
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    return "".join(ASCII.get(one, "?") for one in error.object[error.start : error.end]), error.end
+
+
+def one_line(text: str) -> str:
+    """Return text as one line without control characters, such as those that a file's name may smuggle in."""
+    return " ".join("".join(one if one.isprintable() else " " for one in text).split())
+
+
+def complain(text: str) -> None:
+    """Write one readable line to the standard error stream."""
+    print(f"bristle: {one_line(text)}", file=sys.stderr)
+
+
+def _console(stream: TextIO) -> Console:
+    from rich.console import Console
+
+    width = None if stream.isatty() else PIPE_WIDTH
+    return Console(file=stream, width=width, markup=False, emoji=False, highlight=False)
+
+
+def say(text: str) -> None:
+    """Write a paragraph to the standard output."""
+    _console(sys.stdout).print(text)
+
+
+def show_table(table: Table) -> None:
+    """Write a table to the standard output; a column in which no row says anything is left out."""
+    from rich import box
+    from rich.table import Table as Drawing
+
+    told = table.without_empty_columns()
+    drawing = Drawing(title=told.caption, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
+    for i, head in enumerate(told.heads):
+        drawing.add_column(head, justify="right" if told.is_number(i) else "left", overflow="fold")
+    for row in told.rows:
+        drawing.add_row(*map(one_line, row))
+    _console(sys.stdout).print(drawing)
+
+
+@contextmanager
+def progress(text: str) -> Iterator[Callable[[float, str], None]]:
+    """Give what work reports its share to; a bar is shown on a terminal once the work takes longer than a second.
+
+    Yields
+    ------
+    callable
+        ``report(share, text)``, share from 0 to 1.
+    """
+    if not sys.stderr.isatty():
+        yield lambda share, text: None  # noqa: ARG005
+        return
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
+    bar = Progress(*columns, console=_console(sys.stderr), transient=True)
+    task = bar.add_task(text, total=None)
+    starter = threading.Timer(PATIENCE, bar.start)
+    starter.daemon = True
+    starter.start()
+    try:
+        yield lambda share, text: bar.update(task, total=1.0, completed=share, description=one_line(text))
+    finally:
+        starter.cancel()
+        starter.join()
+        bar.stop()
+
+
+@contextmanager
+def warnings_as_lines() -> Iterator[None]:
+    """Show each warning once, as one line without the place in the code that it comes from."""
+    shown: set[str] = set()
+
+    def show(message: Any, *_: Any, **__: Any) -> None:
+        line = one_line(str(message))
+        if line not in shown:
+            shown.add(line)
+            complain(f"warning: {line}")
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", UserWarning)
+        warnings.showwarning = show
+        yield

@@ -1,0 +1,36 @@
+"""What goes into a folder of results: the model file, the numbers, the report, the table for the drive."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bristle.files.model import write_model
+from bristle.files.results import SUMMARY
+from bristle.files.summary import as_json
+from bristle.report.model_tables import as_csv
+
+if TYPE_CHECKING:
+    from bristle.identification.result import Identification
+
+__all__ = ["REPORT", "write_identification", "write_report"]
+
+REPORT = "report.html"
+
+
+def write_report(folder: Path, report: str, summary: Mapping[str, Any]) -> None:
+    """Write a report and the numbers that it rests on into a folder of results."""
+    (folder / REPORT).write_text(report, encoding="utf-8")
+    (folder / SUMMARY).write_text(as_json(summary), encoding="utf-8")
+
+
+def write_identification(
+    folder: Path, identification: Identification, *, table: Sequence[tuple[float, float]], report: str,
+    summary: Mapping[str, Any], provenance: Mapping[str, str],
+) -> None:  # fmt: skip
+    """Write an identification into a folder of results: ``model.toml``, ``drive_table.csv``, report and numbers."""
+    best = identification.best
+    write_model(folder / "model.toml", best.plant, best.friction, estimates=best.estimates, provenance=provenance)
+    (folder / "drive_table.csv").write_text(as_csv(table, best.friction.kind) + "\n", encoding="utf-8")
+    write_report(folder, report, summary)

@@ -1,0 +1,102 @@
+"""Results in numbers, as plain data: what is printed as JSON and written to ``summary.json``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from bristle.core.status import Status
+from bristle.core.variable import unit_of
+
+if TYPE_CHECKING:
+    from bristle.core.contracts import Model
+    from bristle.identification.result import Fit, Identification
+    from bristle.simulation.result import Prediction, SimulationResult
+
+__all__ = ["identification_summary", "prediction_summary", "simulation_summary"]
+
+
+def identification_summary(
+    identification: Identification, *, table: Sequence[tuple[float, float]], simulation: SimulationResult | None,
+    prediction: Prediction | None, provenance: Mapping[str, str],
+) -> dict[str, Any]:  # fmt: skip
+    """Return an identification in numbers: the best model on top, all of them under ``models``."""
+    best, log = identification.best, identification.log
+    kind = best.friction.kind
+    return {
+        "model": best.name,
+        "kind": kind,
+        "parameters": _parameters(best),
+        "metrics": best.metrics,
+        "warnings": best.warnings,
+        "assumptions": best.assumptions,
+        "models": [
+            {"name": fit.name, "rank": fit.rank, "parameters": _parameters(fit), "metrics": fit.metrics,
+             "warnings": fit.warnings}
+            for fit in identification.fits
+        ],
+        "correlation": {"names": best.correlation_names, "values": best.correlation},
+        "drive_table": {
+            "velocity_unit": unit_of("length/time", kind), "effort_unit": unit_of("force", kind),
+            "velocity": [velocity for velocity, _ in table], "effort": [effort for _, effort in table],
+        },
+        "compensation": None if simulation is None else _variants(simulation),
+        "prediction": None if prediction is None else _prediction(prediction),
+        "log": {"samples": len(log), "sample_time": log.sample_time, "duration": log.duration, "notes": log.notes},
+        "treatment": identification.treatment,
+        "provenance": provenance,
+    }  # fmt: skip
+
+
+def prediction_summary(
+    prediction: Prediction, *, friction: Model, notes: Sequence[str], provenance: Mapping[str, str]
+) -> dict[str, Any]:
+    """Return a prediction in numbers; `notes` are those of the log."""
+    head = {"model": friction.name, "kind": friction.kind}
+    return head | _prediction(prediction) | {"log_notes": notes, "provenance": provenance}
+
+
+def simulation_summary(result: SimulationResult, *, provenance: Mapping[str, str]) -> dict[str, Any]:
+    """Return a simulated experiment in numbers, in SI of the axis."""
+    kind = result.experiment.kind
+    return {
+        "name": result.experiment.name,
+        "kind": kind,
+        "error_unit": unit_of("length", kind),
+        "effort_unit": unit_of("force", kind),
+        "runs": 1,
+        "variants": _variants(result),
+        "provenance": provenance,
+    }
+
+
+def _parameters(fit: Fit) -> dict[str, Any]:
+    return {
+        one.name: {
+            "value": one.value,
+            "unit": one.unit,
+            "std": one.std,
+            "relative_std_percent": one.relative_std_percent,
+            "status": one.status,
+            "note": one.note,
+            "description": one.description,
+        }
+        for one in fit.estimates
+    }
+
+
+def _variants(result: SimulationResult) -> dict[str, Any]:
+    return {
+        name: one.as_dict() | {"completed": one.status is not Status.NOT_FINITE, "runs": 1}
+        for name, one in result.variants.items()
+    }
+
+
+def _prediction(prediction: Prediction) -> dict[str, Any]:
+    return {
+        "mode": prediction.mode,
+        "metrics": dict(prediction.metrics),
+        "status": prediction.status.sentence,
+        "completed": prediction.status is not Status.NOT_FINITE,
+        "notes": prediction.notes,
+    }
