@@ -62,7 +62,6 @@ def test_all_that_an_axis_file_may_say():
             limits={"velocity": "300 mm/s", "stroke": ["0 mm", 0.25]},
             encoder={"resolution": "50 nm/count"},
             identification={"cutoff": "0.1 kHz", "decimation": 5},
-            controller={"model": "pid_cascade", "k_p": 3},
             columns={"velocity": {"column": "v", "unit": "mm/s", "sign": -1}, "reference": "r"},
         )
     )
@@ -70,7 +69,7 @@ def test_all_that_an_axis_file_may_say():
     assert (axis.sample_time, axis.delay) == (5e-4, 2.5e-4)
     assert (axis.velocity_limit, axis.stroke) == (0.3, (0.0, 0.25))
     assert (axis.resolution, axis.cutoff, axis.decimation) == (5e-8, 100.0, 5)
-    assert axis.controller == {"model": "pid_cascade", "k_p": 3}
+    assert axis.controller is None
     assert si(axis.columns["velocity"]) == -1e-3
     assert (axis.columns["reference"].unit, axis.columns["reference"].base) == ("", "m")
 
@@ -197,6 +196,9 @@ BAD = [
     ({"identification": {"cutoff": "100 rad/s"}}, "divide rad/s by 2 pi"),
     ({"identification": {"decimation": 0}}, "identification.decimation: does not fit; found 0"),
     ({"identification": {"decimation": 2.5}}, "identification.decimation: does not fit; found 2.5"),
+    ({"controller": {"k_p": 1}}, "controller: names no model"),
+    ({"controller": {"model": "cascde"}}, "controller.model: "),
+    ({"controller": 3}, "controller: does not fit; found 3"),
     ({"injected": [{"column": "a", "gain": 1}, {"column": "b"}]}, "injected[1].gain: is missing"),
     ({"injected": [{"column": "a", "gain": "1 N", "unit": "N"}]}, "injected[0].unit: has a unit, and so has `gain`"),
     ({"injected": [{"column": "a", "gain": "1 m"}]}, "injected[0].gain: is not the unit of an effort"),

@@ -10,13 +10,11 @@ from typing import Any
 
 from bristle.core import units
 from bristle.core.axis import Axis, Column, Injected
-from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.transmission import Transmission
 from bristle.core.variable import Kind, Variable
 from bristle.files.axis_schema import AxisFile, ColumnEntry, EncoderEntry, InjectedEntry
 from bristle.files.controller import controller_of
-from bristle.files.controller import controller_from
 from bristle.files.drive import Constant, Drive, Scale
 from bristle.files.schema import validated
 from bristle.files.toml import read_toml
@@ -85,18 +83,12 @@ def axis_from(data: dict[str, Any]) -> Axis:
         effort_limit=_limit(file, drive),
         velocity_limit=_positive(file.limits.velocity, VELOCITY, file.kind, "limits.velocity"),
         stroke=_stroke(file),
-        controller=_controller(file, columns.get("effort")),
+        controller=file.controller,
         presliding=_positive(file.plant.presliding, LENGTH, file.kind, "plant.presliding"),
         cutoff=_positive(file.identification.cutoff, FREQUENCY, file.kind, "identification.cutoff"),
         decimation=file.identification.decimation,
     )
     return replace(axis, controller=controller_of(axis))
-
-
-def _controller(file: AxisFile, effort: Column | None) -> Model | None:
-    if file.controller is None:
-        return None
-    return controller_from(file.controller, kind=file.kind, effort=effort, path="controller")
 
 
 def _drive_of(file: AxisFile) -> Drive:
