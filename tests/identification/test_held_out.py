@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
-from known_logs import log_of, sines, sliding_effort, sliding_log
+from known_logs import log_of, sines, sliding_effort, sliding_log, slow_log
 
+from bristle import friction
 from bristle.identification import identify
 
 
@@ -50,3 +51,11 @@ def test_without_blocks_models_rank_by_their_error():
     assert result.best.held_out is None
     assert result.best.name == "coulomb_viscous+asymmetry"
     assert "held_out_error_percent" not in result.best.metrics
+
+
+def test_of_two_models_that_are_no_different_the_simpler_one_wins():
+    rising = friction.stribeck(F_C=8.0, F_S=5.0, v_S=4e-3, F_v=30.0, validate=False)
+    result = identify(slow_log(rising), "stribeck,coulomb_viscous")
+    # Break-away may not lie below Coulomb friction, so that the first of the two ends as the second.
+    assert [fit.name for fit in result.fits] == ["coulomb_viscous", "stribeck"]
+    assert result.fits[1].held_out.mean_percent == pytest.approx(result.fits[0].held_out.mean_percent, rel=1e-6)

@@ -37,10 +37,6 @@ def drive_table(fit: Fit, entries: int = 20) -> list[tuple[float, float]]:
     ------
     InputError
         If `entries` is out of range.
-
-    Examples
-    --------
-    A table of 20 entries has ten velocities in each direction, 0 among them.
     """
     if entries != int(entries) or not 4 <= entries <= 1000:
         raise InputError("out of range", path="entries", value=entries, allowed="4 to 1000")

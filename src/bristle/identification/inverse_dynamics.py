@@ -91,7 +91,7 @@ def identify(
     for number, component in enumerate(components):
         report = _share(progress, number, len(components), component.name)
         fits.append(workbench.fit(component, int(blocks), report))
-    fits.sort(key=lambda fit: fit.held_out.mean_percent if fit.held_out else fit.force_error_percent)
+    fits.sort(key=_order)
     return Identification(
         fits=tuple(replace(fit, rank=rank) for rank, fit in enumerate(fits, 1)),
         log=log,
@@ -103,6 +103,12 @@ def identify(
             "rest_percent": 100.0 * regression.rest_share,
         },
     )
+
+
+def _order(fit: Fit) -> tuple[float, int]:
+    """Order by error in three digits: of two models that are no different, the simpler one is better."""
+    error = fit.held_out.mean_percent if fit.held_out else fit.force_error_percent
+    return float(f"{error:.3g}"), len(fit.correlation_names)
 
 
 def _share(progress: Progress | None, number: int, count: int, name: str) -> Callable[[float], None]:

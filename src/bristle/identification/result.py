@@ -140,11 +140,13 @@ class Identification:
     Parameters
     ----------
     fits : tuple of Fit
-        Ranked by the error on held-out time blocks.
+        Ranked by the error on held-out time blocks; of two with the same error in three digits, the one with fewer
+        parameters comes first.
     log : Log
         The log as it was used.
     treatment : dict
-        Cut-off [Hz], decimation, samples dropped at each edge, samples used.
+        ``cutoff`` [Hz], ``decimation``, samples ``dropped`` at each edge, ``rows`` used, and ``rest_percent``, the
+        share of the samples at rest [%].
     """
 
     fits: tuple[Fit, ...]
