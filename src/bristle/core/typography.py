@@ -83,6 +83,8 @@ def number(value: float, resolution: float | None = None, digits: int = 4) -> st
     --------
     >>> number(95.10893, 0.108), number(-3.16481), number(123456.0)
     ('95.11', '−3.165', '123456')
+    >>> number(3088.0, 30029.0), number(-0.0001, 0.1)
+    ('3000', '0.00')
     """
     if not math.isfinite(value):
         return "–" if math.isnan(value) else f"{value}".replace("inf", "∞").replace("-", "−")
@@ -92,6 +94,8 @@ def number(value: float, resolution: float | None = None, digits: int = 4) -> st
         decimals = 0
     else:
         decimals = digits - 1 - math.floor(math.log10(abs(value)))
+    if resolution is not None and decimals < 0:
+        value = round(value, decimals)
     if decimals > 9:
         return f"{value:.{digits - 1}e}".replace("-", "−")
     text = f"{value:.{max(decimals, 0)}f}".replace("-", "−")
@@ -99,12 +103,15 @@ def number(value: float, resolution: float | None = None, digits: int = 4) -> st
 
 
 def with_unit(value: float, unit: str, digits: int = 3) -> str:
-    """Return a number in SI with a fitting multiple of its unit behind it.
+    """Return a number in SI with a fitting multiple of its unit behind it, to `digits` at most.
 
     Examples
     --------
     >>> with_unit(7.12e-6, "m"), with_unit(0.5, "1")
-    ('7.12 µm', '0.500')
+    ('7.12 µm', '0.5')
     """
     scale = scale_of(unit, value)
-    return f"{number(value * scale.factor, digits=digits)} {scale.unit}".rstrip()
+    text = number(value * scale.factor, digits=digits)
+    if "." in text and "e" not in text:
+        text = text.rstrip("0").rstrip(".")
+    return f"{text} {scale.unit}".rstrip()

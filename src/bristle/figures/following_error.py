@@ -51,7 +51,7 @@ def following_error(result: SimulationResult) -> Figure:
     reference_scale = scale_for("length", kind, loops[0].reference)
     force_scale, word = effort_scale(kind, *(loop.effort for loop in loops))
     figure, ((motion, _), (whole, spread), (close, _), (effort, _)) = style.panels(
-        7.3, rows=4, columns=2, heights=(0.6, 1.2, 1.2, 1.0), widths=(3.2, 1.0), between=0.2
+        6.7, rows=4, columns=2, heights=(0.6, 1.2, 1.2, 1.0), widths=(3.2, 1.0), between=0.2
     )
     style.widen(motion, close, effort, until=spread)
     near = _turn(loops[0])

@@ -79,9 +79,9 @@ class Gain(NamedTuple):
         beyond = self._both([one.beyond_lag for one in self.errors], " to ")
         share, lag = 100.0 * compensated.lag_share, with_unit(compensated.lag, "s")
         return [
-            f"{share:.3g} % of the mean square of what is left is in proportion to the velocity, a lag of {lag}: that is "
-            "not friction but the position loop, and velocity fed forward removes it. Beyond this lag the error goes "
-            f"from {beyond} peak to peak."
+            f"{share:.3g} % of the mean square of what is left is in proportion to the velocity, a lag of {lag}: that "
+            "is not friction but the position loop, and velocity fed forward removes it. Beyond this lag the error "
+            f"goes from {beyond} peak to peak."
         ]
 
     def _both(self, values: list[float], between: str) -> str:

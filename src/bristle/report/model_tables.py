@@ -36,7 +36,6 @@ def _parameter_row(estimate: Estimate) -> tuple[str, ...]:
     scale = scale_of(estimate.unit, estimate.value or std or 0.0)
     scaled = None if std is None else std * scale.factor
     percent = estimate.relative_std_percent
-    words = [STATUS_WORDS.get(estimate.status, estimate.status), estimate.note]
     return (
         estimate.name,
         estimate.description,
@@ -44,7 +43,7 @@ def _parameter_row(estimate: Estimate) -> tuple[str, ...]:
         "–" if scaled is None else f"± {number(scaled, scaled)}",
         scale.unit or "–",
         "–" if percent is None or not math.isfinite(percent) else number(percent, digits=2),
-        ": ".join(word for word in words if word),
+        STATUS_WORDS.get(estimate.status, estimate.status),
     )
 
 
