@@ -95,6 +95,20 @@ def test_a_tdms_recording_that_was_never_closed_is_refused(tmp_path, recording):
         read_table(path)
 
 
+def test_a_tdms_file_that_its_reader_would_mend_by_itself_is_refused_in_silence(tmp_path, recording, capfd):
+    from conftest import write_tdms
+
+    path = write_tdms(tmp_path / "log.tdms", recording)
+    data = bytearray(path.read_bytes())
+    at = data.index(b"/'axis'/'t'") + len(b"/'axis'/'t'") + 12  # the count of samples in a chunk
+    assert int.from_bytes(data[at : at + 8], "little") == recording["t"].size // 2
+    data[at : at + 8] = (recording["t"].size // 2 + 1).to_bytes(8, "little")
+    path.write_bytes(data)
+    with pytest.raises(InputError, match="is damaged"):
+        read_table(path)
+    assert capfd.readouterr().err == ""
+
+
 def test_units_and_sample_time_of_tdms_channels(tmp_path):
     nptdms = pytest.importorskip("nptdms")
     path = tmp_path / "log.tdms"

@@ -65,6 +65,8 @@ def _decimal_units() -> dict[str, tuple[str, int]]:
     for si, names in _MOVEMENTS.items():
         for name, power in names.items():
             found |= {f"{name}{per}": (f"{si}{per}", power) for per in ("", "/s", "/s^2")}
+            for gain in ("V", "V*s", "A", "A*s"):  # of a controller, in the units of its drive
+                found[f"{gain}/{name}"] = (f"{gain}/{si}", -power)
     efforts = {name: ("N", power) for name, power in _FORCES.items()}
     for force, power in _FORCES.items():
         efforts |= {f"{force}*{arm}": ("N*m", power + more) for arm, more in _ARMS.items()}

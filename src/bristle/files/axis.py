@@ -40,7 +40,7 @@ def read_axis(path: str | os.PathLike[str]) -> Axis:
     Returns
     -------
     Axis
-        In SI of its kind.
+        In SI of its kind, its controller resolved.
 
     Raises
     ------

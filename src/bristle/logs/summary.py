@@ -94,8 +94,7 @@ def _range(values: np.ndarray) -> dict[str, Any]:
     if not finite.size:
         return statistics | dict.fromkeys(("min", "max", "mean", "std", "step"))
     statistics |= {"min": float(finite.min()), "max": float(finite.max())}
-    return statistics | {
-        "mean": float(finite.mean()),
-        "std": float(finite.std()),
-        "step": quantisation(finite) or None,
-    }
+    with np.errstate(over="ignore", invalid="ignore"):
+        mean, std = float(finite.mean()), float(finite.std())
+    known = {"mean": mean, "std": std, "step": quantisation(finite) or None}
+    return statistics | {name: value if value is None or np.isfinite(value) else None for name, value in known.items()}

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import io
+import logging
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +18,7 @@ __all__ = ["read_tdms"]
 
 LEAD_IN_BYTES = 28
 BIG_ENDIAN = 1 << 6
+NAME_REMARK = "Error decoding string"  # a name or remark in another alphabet, not damage
 UNIT_PROPERTIES = ("unit_string", "NI_UnitDescription")
 
 
@@ -34,14 +37,22 @@ def read_tdms(data: bytes, source: Path) -> Table:
     _refuse_truncated(data, source)
     try:
         import nptdms
+        from nptdms.log import log_manager
     except ImportError:
         raise MissingExtraError.of(f"{source}: reading TDMS", "io") from None
+    remarks: list[str] = []
+    console = log_manager.console_handler
+    console.addFilter(remark := _remark_in(remarks))
     try:
         with nptdms.TdmsFile.read(io.BytesIO(data)) as content:
             channels = [channel for group in content.groups() for channel in group.channels()]
             values = [np.asarray(channel[:]) for channel in channels]
     except Exception as error:  # noqa: BLE001  (a damaged file makes the reader raise anything)
-        raise InputError(f"is damaged ({error})", path=str(source), mend="Copy or record it again") from None
+        remarks.append(f"{error}")
+    finally:
+        console.removeFilter(remark)
+    if remarks:
+        raise InputError(f"is damaged ({remarks[0][:80]})", path=str(source), mend="Copy or record it again")
     count = Counter(channel.name for channel in channels)
     columns, units, increments, notes = {}, {}, set(), []
     for channel, numbers in zip(channels, values, strict=True):
@@ -63,6 +74,18 @@ def read_tdms(data: bytes, source: Path) -> Table:
         notes.append("the channels differ in their sample time, which was ignored")
     sample_time = increments.pop() if len(increments) == 1 else None
     return Table(columns, units, sample_time=sample_time, notes=tuple(notes), format="TDMS")
+
+
+def _remark_in(remarks: list[str]) -> Callable[[logging.LogRecord], bool]:
+    """Return a filter that keeps what the reader prints where a file is damaged, before it reads on."""
+
+    def keep(record: logging.LogRecord) -> bool:
+        message = record.getMessage()
+        if not message.startswith(NAME_REMARK):
+            remarks.append(message)
+        return False
+
+    return keep
 
 
 def _unit_of(properties: Any) -> str:
