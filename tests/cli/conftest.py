@@ -1,0 +1,188 @@
+"""A small axis, its log and its files, and the command line run in this process."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bristle.cli.main import main
+
+AXIS = """
+schema = 1
+name = "bench"
+kind = "translational"
+
+[columns]
+time = { column = "t", unit = "s" }
+position = { column = "q", unit = "m" }
+reference = { column = "r", unit = "m" }
+effort = { column = "u", unit = "N" }
+
+[effort]
+limit = "300 N"
+
+[encoder]
+resolution = "0.1 um"
+
+[identification]
+cutoff = "100 Hz"
+decimation = 5
+
+[controller]
+model = "cascade"
+k_p = "80 1/s"
+k_v = "4 N*s/mm"
+"""
+
+EXPERIMENT = """
+schema = 1
+name = "bench"
+
+[plant]
+M = "20 kg"
+
+[friction]
+model = "coulomb_viscous"
+F_C = "8 N"
+F_v = "40 N*s/m"
+
+[controller]
+model = "cascade"
+k_p = "80 1/s"
+k_v = "4 N*s/mm"
+limit = "300 N"
+
+[controller.feedforward]
+friction = { model = "coulomb_viscous", F_C = "8 N", F_v = "40 N*s/m" }
+
+[sensor]
+resolution = "0.1 um"
+
+[reference]
+model = "sine"
+amplitude = "50 mm"
+frequency = "0.5 Hz"
+ramp = "1 s"
+
+[run]
+duration = "6 s"
+sample_time = "1 ms"
+settle = "2 s"
+
+[compare.none.controller.feedforward]
+friction = "none"
+"""
+
+MODEL = """
+schema = 1
+kind = "translational"
+
+[plant]
+model = "inertia"
+M = 20.0
+
+[friction]
+model = "coulomb_viscous"
+F_C = 8.0
+F_v = 40.0
+"""
+
+USER_MODEL = '''
+from typing import Annotated, NamedTuple
+
+from bristle.core import FrictionModel, Variable, kernel
+from bristle.core.mathematics import direction
+
+
+class Parameters(NamedTuple):
+    F_0: Annotated[float, Variable("force", "force against the motion", min=0.0, directional=True)]
+
+
+class State(NamedTuple):
+    """None."""
+
+
+class Move(NamedTuple):
+    """None."""
+
+
+@kernel
+def trial(state, memory, motion, dt, p):
+    return p.F_0 * direction(motion.v), Move()
+
+
+@kernel
+def commit(state, memory, move, p):
+    return state
+
+
+MODEL = FrictionModel(
+    name="own", description="a model of my own", Parameters=Parameters, State=State, trial=trial, commit=commit
+)
+'''
+
+
+@dataclass
+class Ended:
+    """How a command ended."""
+
+    code: int
+    out: str
+    err: str
+
+    @property
+    def data(self) -> dict:
+        """The one JSON object on the standard output."""
+        return json.loads(self.out, parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))
+
+
+@pytest.fixture
+def bristle(capsys):
+    """Run the command line in this process."""
+
+    def run(*arguments: object) -> Ended:
+        capsys.readouterr()
+        code = main([str(one) for one in arguments])
+        captured = capsys.readouterr()
+        return Ended(code, captured.out, captured.err)
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def simulated(tmp_path_factory) -> Path:
+    """A log of the axis, simulated: reference, position and effort."""
+    from bristle.files import read_experiment
+    from bristle.simulation import simulate
+
+    folder = tmp_path_factory.mktemp("simulated")
+    (folder / "experiment.toml").write_text(EXPERIMENT)
+    variant = simulate(read_experiment(folder / "experiment.toml")).variants["none"]
+    columns = np.column_stack((variant.time, variant.measured, variant.reference, variant.effort))
+    np.savetxt(folder / "log.csv", columns, delimiter=",", header="t,q,r,u", comments="", fmt="%.9g")
+    return folder / "log.csv"
+
+
+@pytest.fixture
+def place(tmp_path, simulated, monkeypatch) -> Path:
+    """A folder with an axis file, a log, an experiment, a model file and a model of a user's own."""
+    for name, text in (("axis.toml", AXIS), ("experiment.toml", EXPERIMENT), ("model.toml", MODEL), ("own.py", USER_MODEL)):
+        (tmp_path / name).write_text(text)
+    (tmp_path / "log.csv").write_bytes(simulated.read_bytes())
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def emps() -> Path:
+    """The measured log of the electro-mechanical positioning system."""
+    if "BRISTLE_DATA" not in os.environ:
+        pytest.skip("BRISTLE_DATA names no folder of measured logs")
+    path = Path(os.environ["BRISTLE_DATA"]) / "emps" / "DATA_EMPS.mat"
+    assert path.is_file(), f"BRISTLE_DATA is set and {path} is missing"
+    return path

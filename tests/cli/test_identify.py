@@ -1,0 +1,114 @@
+"""``bristle identify``: what it prints, what it writes."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from bristle.files import read_model
+
+TRUTH = {"M": 20.0, "F_C": 8.0, "F_v": 40.0, "offset": 0.0}
+
+
+def test_the_parameters_of_a_simulated_axis_come_back(bristle, place):
+    found = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "coulomb_viscous", "--json")
+    assert found.code == 0
+    assert found.err == ""
+    for name, true in TRUTH.items():
+        assert found.data["parameters"][name]["value"] == pytest.approx(true, rel=0.03, abs=0.2), name
+    assert found.data["parameters"]["F_C"]["unit"] == "N"
+    assert found.data["parameters"]["M"]["relative_std_percent"] < 1.0
+    assert found.data["metrics"]["force_error_percent"] < 5.0
+    assert not [one for one in place.iterdir() if one.is_dir()]
+
+
+def test_the_folder_of_results_is_complete_and_agrees_with_what_was_printed(bristle, place):
+    models = "viscous,coulomb_viscous"
+    found = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", models, "--out", "run", "--json")
+    assert found.code == 0
+    assert {one.name for one in Path("run").iterdir()} == {
+        "model.toml", "summary.json", "report.html", "drive_table.csv",
+    }  # fmt: skip
+    assert json.loads(Path("run/summary.json").read_text()) == found.data
+    plant, friction, info = read_model("run/model.toml")
+    printed = {name: one["value"] for name, one in found.data["parameters"].items()}
+    assert {**plant.values, **friction.values} == printed
+    assert info["uncertainty"]["M"]["std"] == found.data["parameters"]["M"]["std"]
+    assert info["provenance"]["command"] == found.data["provenance"]["command"]
+    assert len(info["provenance"]["log_sha256"]) == 64
+    assert [one["name"] for one in found.data["models"]] == ["coulomb_viscous", "viscous"]
+    assert [one["rank"] for one in found.data["models"]] == [1, 2]
+    table = Path("run/drive_table.csv").read_text().splitlines()
+    assert table[0] == "velocity [m/s],effort [N]"
+    assert 4 <= len(table) - 1 <= 20
+
+
+def test_the_loop_is_judged_when_the_axis_has_a_controller_and_not_otherwise(bristle, place):
+    found = bristle("identify", "log.csv", "--axis", "axis.toml", "--json").data
+    variants = found["compensation"]
+    peaks = {name: one["following_error"]["peak_to_peak"] for name, one in variants.items()}
+    assert peaks["compensated"] < 0.5 * peaks["feedforward"] < peaks["as_recorded"]
+    assert found["prediction"]["metrics"]["force_error_percent"] < 5.0
+    axis = Path("axis.toml")
+    axis.write_text(axis.read_text().partition("[controller]")[0])
+    alone = bristle("identify", "log.csv", "--axis", "axis.toml", "--json").data
+    assert alone["compensation"] is None
+    assert alone["prediction"] is None
+    assert alone["parameters"] == found["parameters"]
+
+
+def test_the_report_asks_for_nothing_outside_and_names_the_command(bristle, place):
+    assert bristle("identify", "log.csv", "--axis", "axis.toml", "--out", "run").code == 0
+    page = Path("run/report.html").read_text()
+    assert "bristle identify log.csv --axis axis.toml --out run" in page
+    assert not re.search(r"""(src|href)=["']?https?:""", page)
+
+
+def test_results_are_kept_without_force(bristle, place):
+    arguments = ("identify", "log.csv", "--axis", "axis.toml", "--out", "run")
+    assert bristle(*arguments).code == 0
+    before = Path("run/model.toml").read_bytes()
+    again = bristle(*arguments, "--model", "viscous")
+    assert again.code == 2
+    assert "--force" in again.err
+    assert Path("run/model.toml").read_bytes() == before
+    assert bristle(*arguments, "--model", "viscous", "--force").code == 0
+    assert read_model("run/model.toml").friction.name == "viscous"
+
+
+def test_filter_options_change_the_treatment(bristle, place):
+    found = bristle(
+        "identify", "log.csv", "--axis", "axis.toml", "--cutoff", "0.04 kHz", "--decimation", 8, "--json"
+    )
+    assert found.data["treatment"]["cutoff"] == 40.0
+    assert found.data["treatment"]["decimation"] == 8
+
+
+def test_a_model_of_a_users_own_is_identified_and_kept_with_its_file(bristle, place):
+    found = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "own.py+asymmetry", "--out", "run", "--json")
+    assert found.code == 0
+    assert set(found.data["parameters"]) == {"M", "F_0_pos", "F_0_neg", "offset"}
+    Path("own.py").unlink()
+    friction = read_model("run/model.toml").friction
+    assert friction.name == "own+asymmetry"
+    assert friction.values["F_0_pos"] == found.data["parameters"]["F_0_pos"]["value"]
+
+
+def test_tables_for_people(bristle, place):
+    found = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "viscous,coulomb_viscous")
+    assert found.code == 0
+    assert "Parameters of coulomb_viscous" in found.out
+    assert "±" in found.out
+    assert "Models compared" in found.out
+
+
+@pytest.mark.measured
+@pytest.mark.parametrize(
+    ("model", "error"), [("coulomb_viscous", (4.0, 4.2)), ("coulomb_viscous+asymmetry", (3.1, 3.25))]
+)
+def test_emps(bristle, emps, model, error):
+    axis = Path(__file__).parents[2] / "examples" / "emps" / "axis.toml"
+    found = bristle("identify", emps, "--axis", axis, "--model", model, "--json")
+    assert found.code == 0
+    assert error[0] <= found.data["metrics"]["force_error_percent"] <= error[1]
