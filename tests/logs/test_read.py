@@ -268,6 +268,11 @@ def test_a_delay_of_the_effort_is_taken_out(write, axis, recording, samples):
     assert "was moved by its delay" in log.notes[-1]
 
 
+def test_a_delay_longer_than_the_log_is_refused(write, axis):
+    with pytest.raises(InputError, match="within a delay of 5 s"):
+        read_log(write(), dataclasses.replace(axis, delay=5.0))
+
+
 def test_columns_of_different_lengths_are_refused(tmp_path, recording, axis):
     import scipy.io
 

@@ -37,6 +37,23 @@ def test_every_problem_is_listed(write, axis, recording):
         assert problem in said
 
 
+@pytest.mark.parametrize("count", [2, 3, 50])
+def test_a_log_too_short_for_anything_is_described(write, axis, count):
+    path = write()
+    path.write_text("\n".join(path.read_text().split("\n")[: count + 1]) + "\n")
+    summary = summarize(path, axis)
+    assert summary["columns"][0]["samples"] == count
+    assert "is too short" in summary["problems"][0]
+
+
+def test_time_that_is_not_finite_leaves_the_rate_open(write, axis, recording):
+    time = recording["t"].copy()
+    time[7] = np.nan
+    summary = summarize(write(t=time), axis)
+    assert summary["rate"] is None
+    assert "column 't': has NaN" in summary["problems"][0]
+
+
 def test_without_an_axis_the_columns_are_described_all_the_same(write):
     path = write()
     path.write_text(path.read_text().replace("t,q,r,u", "a,b,c,d"))

@@ -127,8 +127,15 @@ def clock_of(stamps: np.ndarray, place: str, *, delay: float = 0.0, sample_time:
             f"time stamps jitter by {100 * jitter:.2g} % of the sample time: "
             f"resampled onto a uniform grid of {period:.6g} s"
         )
-    pieces = tuple((raw, _grid(stamps[raw], period, delay)) for raw in kept)
-    return Clock(period, tuple(piece for piece in pieces if piece[1].size), stamps, uniform, tuple(notes))
+    pieces = [(raw, _grid(stamps[raw], period, delay)) for raw in kept]
+    pieces = [(raw, grid) for raw, grid in pieces if grid.size >= SHORTEST_SEGMENT]
+    if not pieces:
+        raise InputError(
+            f"has no stretch of {SHORTEST_SEGMENT} even samples" + (f" within a delay of {delay:g} s" if delay else ""),
+            path=place,
+            mend="Mend the delay in [timing] of the axis file, or record without gaps",
+        )
+    return Clock(period, tuple(pieces), stamps, uniform, tuple(notes))
 
 
 def _refuse_backward(stamps: np.ndarray, steps: np.ndarray, place: str) -> None:

@@ -75,8 +75,10 @@ def _as_log(table: Table, axis: Axis) -> dict[str, Any]:
         {"name": name, "column": channel.column, "unit": channel.unit, **_range(channel.values)}
         for name, channel in found.named()
     ]
+    channels = [found.channels.get("time"), found.channels.get("position")]
+    fit = all(one is None or (one.values.size > 1 and np.all(np.isfinite(one.values))) for one in channels)
     try:
-        clock = clock_for(table, axis, found) if "position" in found.channels else None
+        clock = clock_for(table, axis, found) if fit and channels[1] else None
     except InputError as problem:
         problems.append(problem)
         clock = None

@@ -35,27 +35,10 @@ def read_tdms(data: bytes, source: Path) -> Table:
         If the file is truncated or damaged, or holds no channel of numbers.
     """
     _refuse_truncated(data, source)
-    try:
-        import nptdms
-        from nptdms.log import log_manager
-    except ImportError:
-        raise MissingExtraError.of(f"{source}: reading TDMS", "io") from None
-    remarks: list[str] = []
-    console = log_manager.console_handler
-    console.addFilter(remark := _remark_in(remarks))
-    try:
-        with nptdms.TdmsFile.read(io.BytesIO(data)) as content:
-            channels = [channel for group in content.groups() for channel in group.channels()]
-            values = [np.asarray(channel[:]) for channel in channels]
-    except Exception as error:  # noqa: BLE001  (a damaged file makes the reader raise anything)
-        remarks.append(f"{error}")
-    finally:
-        console.removeFilter(remark)
-    if remarks:
-        raise InputError(f"is damaged ({remarks[0][:80]})", path=str(source), mend="Copy or record it again")
-    count = Counter(channel.name for channel in channels)
+    channels = _channels(data, source)
+    count = Counter(channel.name for channel, _ in channels)
     columns, units, increments, notes = {}, {}, set(), []
-    for channel, numbers in zip(channels, values, strict=True):
+    for channel, numbers in channels:
         name = channel.name if count[channel.name] == 1 else f"{channel.group_name}/{channel.name}"
         if numbers.dtype.kind == "M":
             numbers = (numbers - numbers[:1]) / np.timedelta64(1, "s")
@@ -74,6 +57,29 @@ def read_tdms(data: bytes, source: Path) -> Table:
         notes.append("the channels differ in their sample time, which was ignored")
     sample_time = increments.pop() if len(increments) == 1 else None
     return Table(columns, units, sample_time=sample_time, notes=tuple(notes), format="TDMS")
+
+
+def _channels(data: bytes, source: Path) -> list[tuple[Any, np.ndarray]]:
+    """Return every channel of a file with its values, or refuse what its reader would mend by itself."""
+    try:
+        import nptdms
+        from nptdms.log import log_manager
+    except ImportError:
+        raise MissingExtraError.of(f"{source}: reading TDMS", "io") from None
+    remarks: list[str] = []
+    found: list[tuple[Any, np.ndarray]] = []
+    console = log_manager.console_handler
+    console.addFilter(remark := _remark_in(remarks))
+    try:
+        with nptdms.TdmsFile.read(io.BytesIO(data)) as content:
+            found = [(channel, np.asarray(channel[:])) for group in content.groups() for channel in group.channels()]
+    except Exception as error:  # noqa: BLE001  (a damaged file makes the reader raise anything)
+        remarks.append(f"{error}")
+    finally:
+        console.removeFilter(remark)
+    if remarks:
+        raise InputError(f"is damaged ({remarks[0][:80]})", path=str(source), mend="Copy or record it again")
+    return found
 
 
 def _remark_in(remarks: list[str]) -> Callable[[logging.LogRecord], bool]:
