@@ -102,7 +102,7 @@ def _saturated_effort(found: Gathered, axis: Axis, place: str) -> Iterator[Input
     if axis.effort_limit is not None and np.max(np.abs(own)) > (1 + LIMIT_TOLERANCE) * axis.effort_limit:
         at = int(np.argmax(np.abs(own)))
         yield InputError(
-            f"exceeds the limit of the effort at {_moment(found, at)}", path=place, value=float(own[at]),
+            f"exceeds the limit of the effort at {_moment(found, at)}", path=place, value=float(f"{own[at]:.6g}"),
             allowed=f"up to {axis.effort_limit:.6g} {channel.unit}",
             mend="Mend the unit or the constant of the effort, or its limit, in the axis file",
         )  # fmt: skip
@@ -144,7 +144,7 @@ def _beyond_stroke(found: Gathered, axis: Axis, place: str) -> Iterator[InputErr
     travelled, allowed = float(np.ptp(channel.values)), axis.stroke[1] - axis.stroke[0]
     if travelled > (1 + LIMIT_TOLERANCE) * allowed:
         yield InputError(
-            "travels further than the stroke of the axis", path=place, value=travelled,
+            "travels further than the stroke of the axis", path=place, value=float(f"{travelled:.6g}"),
             allowed=f"up to {allowed:.6g} {channel.unit}",
             mend="Mend the unit of the position, or the stroke, in the axis file",
         )  # fmt: skip
