@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ from bristle.figures.labels import effort_scale, position_word, scale_for, time_
 
 if TYPE_CHECKING:
     from bristle.core.experiment import Variant
+    from bristle.core.variable import Kind
     from bristle.simulation.result import SimulationResult, VariantResult
 
 __all__ = ["following_error", "has_completed"]
@@ -28,16 +30,26 @@ CENTRAL = (0.002, 0.998)  # quantiles between which the distribution is drawn
 class _Loop(NamedTuple):
     """One variant after its settling time."""
 
-    name: str
+    variant: str
     look: style.Look
     time: np.ndarray
     reference: np.ndarray
     error: np.ndarray
     effort: np.ndarray
 
+    @property
+    def name(self) -> str:
+        """The name for the legend, which hides names that begin with an underscore."""
+        return f"‘{self.variant}’" if self.variant.startswith("_") else self.variant
+
+    def between(self, begin: float, end: float) -> _Loop:
+        """Return the loop between two times [s]."""
+        kept = (self.time >= begin) & (self.time <= end)
+        return self._replace(**{name: getattr(self, name)[kept] for name in self._fields[2:]})
+
 
 @style.styled
-def following_error(result: SimulationResult) -> Figure:
+def following_error(result: SimulationResult, focus: Sequence[str] = ()) -> Figure:
     """Return the following error of each variant, whole, close up and as a distribution, and the effort.
 
     Parameters
@@ -45,33 +57,57 @@ def following_error(result: SimulationResult) -> Figure:
     result : SimulationResult
         The simulated variants, at least one of them completed: a loop that diverged would flatten all others and
         is left out. So is what lies before the settling time.
+    focus : sequence of str, optional
+        Names of the variants to be looked at closely, where others err so much more that they would flatten them;
+        all of them by default.
     """
-    kind, loops = result.experiment.kind, _settled(result)
-    error_scale = scale_for("length", kind, *(loop.error for loop in loops))
-    reference_scale = scale_for("length", kind, loops[0].reference)
-    force_scale, word = effort_scale(kind, *(loop.effort for loop in loops))
-    figure, ((motion, _), (whole, spread), (close, _), (effort, _)) = style.panels(
-        6.7, rows=4, columns=2, heights=(0.6, 1.2, 1.2, 1.0), widths=(3.2, 1.0), between=0.2
+    loops = _settled(result)
+    near = [loop for loop in loops if loop.variant in focus] or loops
+    rows = 4 if len(near) == len(loops) else 5
+    figure, grid = style.panels(
+        1.7 * rows, rows=rows, columns=2, heights=(0.6, *(1.2,) * (rows - 2), 1.0), widths=(3.2, 1.0), between=0.2
     )
-    style.widen(motion, close, effort, until=spread)
-    near = _turn(loops[0])
-    _plot(motion, loops[0].time, loops[0].reference, reference_scale, {"color": style.INK, "linewidth": 1.0})
-    motion.set_ylabel(reference_scale.label(position_word(kind)))
+    motion, *all_, whole, close, effort = (row[0] for row in grid)
+    spread = grid[-3][1]
+    style.widen(motion, *all_, close, effort, until=spread)
+    _draw_signals(motion, effort, loops, result.experiment.kind)
+    for axes in all_:
+        _draw_errors(axes, loops, result.experiment.kind)
+    scale = _draw_errors(whole, near, result.experiment.kind)
+    _draw_close_up(close, whole, near, result.experiment.kind)
+    _draw_distributions(spread, near, scale)
+    spread.set_ylim(whole.get_ylim())
+    style.legend((all_ or [whole])[0])
+    if all_:
+        whole.set_title(" and ".join(loop.name for loop in near) + " only")
+    return figure
+
+
+def _draw_signals(motion: style.Axes, effort: style.Axes, loops: list[_Loop], kind: Kind) -> None:
+    reference = scale_for("length", kind, loops[0].reference)
+    force, word = effort_scale(kind, *(loop.effort for loop in loops))
+    _plot(motion, loops[0].time, loops[0].reference, reference, {"color": style.INK, "linewidth": 1.0})
+    motion.set_ylabel(reference.label(position_word(kind)))
     motion.set_title("reference")
     for loop in loops:
-        _plot(whole, loop.time, loop.error, error_scale, loop.look, loop.name)
-        within = (loop.time >= near[0]) & (loop.time <= near[-1])
-        _plot(close, loop.time[within], loop.error[within], error_scale, loop.look)
-        _plot(effort, loop.time, loop.effort, force_scale, loop.look)
-    whole.set_ylabel(error_scale.label("Following error"))
-    close.set_ylabel(error_scale.label("Following error"))
+        _plot(effort, loop.time, loop.effort, force, loop.look)
+    effort.set_ylabel(force.label(word))
+
+
+def _draw_errors(axes: style.Axes, loops: list[_Loop], kind: Kind) -> Scale:
+    scale = scale_for("length", kind, *(loop.error for loop in loops))
+    for loop in loops:
+        _plot(axes, loop.time, loop.error, scale, loop.look, loop.name)
+    axes.set_ylabel(scale.label("Following error"))
+    return scale
+
+
+def _draw_close_up(close: style.Axes, whole: style.Axes, loops: list[_Loop], kind: Kind) -> None:
+    times = _turn(loops[0])
+    cut = [loop.between(times[0], times[-1]) for loop in loops]
+    _draw_errors(close, [loop for loop in cut if loop.time.size], kind)
     close.set_title("close up, at a reversal of the reference")
-    effort.set_ylabel(force_scale.label(word))
-    style.mark_window(whole, near * time_scale(loops[0].time).factor)
-    _draw_distributions(spread, loops, error_scale)
-    spread.set_ylim(whole.get_ylim())
-    style.legend(whole)
-    return figure
+    style.mark_window(whole, times * time_scale(loops[0].time).factor)
 
 
 def _turn(loop: _Loop) -> np.ndarray:
@@ -112,13 +148,8 @@ def _settled(result: SimulationResult) -> list[_Loop]:
             continue
         look = {key: value for key, value in style.SERIES[number % len(style.SERIES)].items() if key != "marker"}
         error = one.reference[part] - one.measured[part]
-        loops.append(_Loop(_shown(variant.name), look, one.time[part], one.reference[part], error, one.effort[part]))
+        loops.append(_Loop(variant.name, look, one.time[part], one.reference[part], error, one.effort[part]))
     return loops
-
-
-def _shown(name: str) -> str:
-    """Return a name for the legend, which hides names that begin with an underscore."""
-    return f"‘{name}’" if name.startswith("_") else name
 
 
 def _plot(

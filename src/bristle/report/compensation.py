@@ -1,4 +1,4 @@
-"""What feeding the friction forward gains, from two variants of one loop."""
+"""What feeding the friction forward gains, from the variants of one loop."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from bristle.core.typography import number, scale_of, with_unit
 from bristle.core.variable import Kind, unit_of
 
 if TYPE_CHECKING:
-    from bristle.core.experiment import Variant
+    from bristle.core.experiment import Experiment, Variant
     from bristle.simulation.result import SimulationResult, VariantResult
 
-__all__ = ["Gain", "gain_of"]
+__all__ = ["Gain", "gain_of", "pair_of"]
 
 NO_CHANGE = 0.05  # relative change below which nothing is claimed
 MOSTLY_LAG = 0.5  # share of the mean square of the following error that is in proportion to velocity
@@ -25,6 +25,8 @@ class Errors(NamedTuple):
 
     Parameters
     ----------
+    name : str
+        Of the variant.
     peak_to_peak, beyond_lag : float
         Peak to peak [m or rad], as it is, and less the part in proportion to the velocity of the reference.
     lag : float
@@ -33,6 +35,7 @@ class Errors(NamedTuple):
         Its share of the mean square, 0 to 1.
     """
 
+    name: str
     peak_to_peak: float
     beyond_lag: float
     lag: float
@@ -40,67 +43,111 @@ class Errors(NamedTuple):
 
 
 class Gain(NamedTuple):
-    """The loop without friction fed forward, and with it; None for errors where a loop diverged."""
+    """The loop step by step: as it is where that differs, without friction fed forward, and with it.
 
-    errors: tuple[Errors, Errors] | None
+    Parameters
+    ----------
+    steps : tuple of Errors
+        In this order; empty where a loop diverged.
+    kind : {"translational", "rotational"}
+        The kind of axis.
+    caveat : str
+        What the simulation leaves out.
+    """
+
+    steps: tuple[Errors, ...]
     kind: Kind
+    caveat: str
+
+    @property
+    def names(self) -> str:
+        """Names of the steps, as text."""
+        return " → ".join(one.name for one in self.steps)
 
     @property
     def peaks(self) -> str:
-        """Following error peak to peak, without and with compensation, as text."""
-        return "–" if self.errors is None else self._both([one.peak_to_peak for one in self.errors], " → ")
+        """Following error peak to peak of each step, as text."""
+        # No line ends between a number and its unit.
+        return " → ".join(self._words(one.peak_to_peak).replace(" ", "\u00a0") for one in self.steps)
 
     def sentences(self) -> list[str]:
         """Return what compensation does to the following error, in words."""
-        if self.errors is None:
+        if not self.steps:
             return ["A simulated loop left the finite numbers, so nothing can be said of the compensation."]
-        before, after = (one.peak_to_peak for one in self.errors)
-        old, new = (with_unit(one, unit_of("length", self.kind)) for one in (before, after))
+        return [self._about_friction(), *self._about_all(), *self._about_lag(), self.caveat]
+
+    def _about_friction(self) -> str:
+        before, after = (one.peak_to_peak for one in self.steps[-2:])
+        old, new = self._words(before), self._words(after)
         if after > (1.0 + NO_CHANGE) * before:
-            found = [
+            return (
                 f"In simulation, feeding the friction forward raises the following error from {old} to {new} "
                 "peak to peak: do not use this compensation as it is."
-            ]
-        elif after > (1.0 - NO_CHANGE) * before:
-            found = [f"In simulation, feeding the friction forward hardly changes the following error ({self.peaks})."]
-        else:
-            times = f", by a factor of {before / after:.1f}" if after > 0.0 else ""
-            found = [
-                f"In simulation, feeding the friction forward lowers the following error from {old} to {new} "
-                f"peak to peak{times}."
-            ]
-        return found + self._about_lag()
+            )
+        if after > (1.0 - NO_CHANGE) * before:
+            return f"In simulation, feeding the friction forward hardly changes the following error: {old}, then {new}."
+        return (
+            f"In simulation, feeding the friction forward lowers the following error from {old} to {new} "
+            f"peak to peak{_times(before, after)}."
+        )
+
+    def _about_all(self) -> list[str]:
+        if len(self.steps) < 3:
+            return []
+        first, last = self.steps[0].peak_to_peak, self.steps[-1].peak_to_peak
+        return [
+            f"The loop as it is ({self.steps[0].name}) has {self._words(first)}: together with what else is fed forward "
+            f"it becomes {self._words(last)}{_times(first, last)}."
+        ]
 
     def _about_lag(self) -> list[str]:
-        assert self.errors is not None
-        compensated = self.errors[1]
+        before, compensated = self.steps[-2:]
         if compensated.lag_share < MOSTLY_LAG:
             return []
-        beyond = self._both([one.beyond_lag for one in self.errors], " to ")
+        scale = scale_of(unit_of("length", self.kind), before.beyond_lag)
+        old, new = (number(one.beyond_lag * scale.factor, digits=3) for one in (before, compensated))
         share, lag = 100.0 * compensated.lag_share, with_unit(compensated.lag, "s")
         return [
             f"{share:.3g} % of the mean square of what is left is in proportion to the velocity, a lag of {lag}: that "
             "is not friction but the position loop, and velocity fed forward removes it. Beyond this lag the error "
-            f"goes from {beyond} peak to peak."
+            f"goes from {old} to {new} {scale.unit} peak to peak."
         ]
 
-    def _both(self, values: list[float], between: str) -> str:
-        scale = scale_of(unit_of("length", self.kind), max(values))
-        return f"{between.join(number(one * scale.factor, digits=3) for one in values)} {scale.unit}"
+    def _words(self, length: float) -> str:
+        return with_unit(length, unit_of("length", self.kind))
+
+
+def _times(before: float, after: float) -> str:
+    return f", by a factor of {number(before / after, digits=2)}" if 0.0 < after < before else ""
+
+
+def pair_of(experiment: Experiment) -> tuple[Variant, Variant] | None:
+    """Return the variant with friction fed forward, and before it the one that lacks nothing but that.
+
+    Where no variant differs in that alone, the first one without friction fed forward; None where there is none of
+    either.
+    """
+    plain = [one for one in experiment.variants if one.feedforward.friction is None]
+    compensated = next((one for one in experiment.variants if one.feedforward.friction is not None), None)
+    if compensated is None or not plain:
+        return None
+    mass, law = compensated.feedforward.mass, compensated.controller
+    alike = [one for one in plain if one.feedforward.mass == mass and one.controller == law]
+    return (alike or plain)[0], compensated
 
 
 def gain_of(simulation: SimulationResult) -> Gain | None:
-    """Return the first variant without friction fed forward and the first one with it; None where one is missing."""
-    variants = simulation.experiment.variants
-    plain = next((one for one in variants if one.feedforward.friction is None), None)
-    compensated = next((one for one in variants if one.feedforward.friction is not None), None)
-    if plain is None or compensated is None:
+    """Return what compensation gains; None where the variants do not show it."""
+    experiment = simulation.experiment
+    pair = pair_of(experiment)
+    if pair is None:
         return None
-    results = [simulation.variants[one.name] for one in (plain, compensated)]
-    kind = simulation.experiment.kind
-    if any(one.status is Status.NOT_FINITE for one in results):
-        return Gain(None, kind)
-    return Gain((_errors(plain, results[0]), _errors(compensated, results[1])), kind)
+    first = experiment.variants[0]
+    chosen = pair if first in pair else (first, *pair)
+    results = [simulation.variants[one.name] for one in chosen]
+    diverged = any(one.status is Status.NOT_FINITE for one in results)
+    steps = () if diverged else tuple(_errors(*both) for both in zip(chosen, results, strict=True))
+    return Gain(steps, experiment.kind, _caveat(pair[1]))
 
 
 def _errors(variant: Variant, result: VariantResult) -> Errors:
@@ -111,4 +158,18 @@ def _errors(variant: Variant, result: VariantResult) -> Errors:
     lag = float(error @ velocity) / power if power > 0.0 else 0.0
     beyond = error - lag * velocity
     share = 1.0 - float(beyond @ beyond) / square if square > 0.0 else 0.0
-    return Errors(result.following_error.peak_to_peak, float(np.ptp(beyond)), lag, share)
+    return Errors(variant.name, result.following_error.peak_to_peak, float(np.ptp(beyond)), lag, share)
+
+
+def _caveat(compensated: Variant) -> str:
+    if compensated.disturbance is not None:
+        return (
+            "The simulated axis is disturbed by what the model does not explain of the log, so the compensation is not "
+            "judged by its own model alone. It is a simulation all the same: confirm the gain on the machine."
+        )
+    if compensated.friction == compensated.feedforward.friction:
+        return (
+            "The simulated axis has exactly the friction that is fed forward: take this gain as the most to be hoped "
+            "for, and confirm it on the machine."
+        )
+    return "This is a simulation: confirm the gain on the machine."

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bristle.core.typography import number, scale_of, with_unit
+from bristle.core.typography import number, with_unit
+from bristle.report.table import Quantity
 
 if TYPE_CHECKING:
     from bristle.logs.log import Log
@@ -37,9 +38,10 @@ def log_facts(log: Log) -> list[tuple[str, str]]:
         if name == "time":
             continue
         values = np.asarray(channel.values)
-        scale = scale_of(channel.unit, float(np.max(np.abs(values), initial=0.0)))
-        ends = " to ".join(number(float(end) * scale.factor) for end in (values.min(), values.max()))
-        facts.append((name.capitalize(), f"column {channel.column}, {ends} {scale.unit}"))
+        low, high = float(values.min()), float(values.max())
+        column = Quantity.of(channel.unit, (low, high), digits=4)
+        span = f"{column.cell(low)} to {column.cell(high)} {column.scale.unit}"
+        facts.append((name.capitalize(), f"column {channel.column}, {span}"))
     return facts
 
 

@@ -53,10 +53,10 @@ def direction_table(result: SimulationResult) -> Table:
 
 
 def _following(result: SimulationResult) -> tuple[list[VariantResult], Quantity]:
-    """Return the variants that completed, and the column for their following errors."""
+    """Return the variants that completed, and the column for their following errors, by the smallest of them."""
     completed = [one for one in result.variants.values() if one.status is not Status.NOT_FINITE]
-    peaks = (one.following_error.peak_to_peak for one in completed)
-    return completed, Quantity.of(unit_of("length", result.experiment.kind), peaks, digits=4)
+    smallest = min((one.following_error.peak_to_peak for one in completed), default=0.0)
+    return completed, Quantity.of(unit_of("length", result.experiment.kind), (smallest,))
 
 
 def component_table(title: str, models: Iterable[tuple[str, Model | None]]) -> Table:

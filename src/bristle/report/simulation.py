@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from bristle.core.status import Status
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
-from bristle.report.compensation import gain_of
+from bristle.report.compensation import gain_of, pair_of
 from bristle.report.loop_tables import component_table, direction_table, run_table, variant_table
 from bristle.report.page import Picture, picture, render
 
@@ -60,12 +60,17 @@ def following_picture(result: SimulationResult) -> dict[str, Picture]:
         return {}
     return {
         "following": picture(
-            "following", lambda: following_error(result), "Following error and effort of each variant over time",
+            "following", lambda: following_error(result, _focus(result)),
+            "Following error and effort of each variant over time",
             "Reference less encoder reading: over time, as a distribution, and close up at a reversal (shaded above). "
             "What jumps where the reference reverses is friction; what follows the velocity is the lag of the "
             "position loop. Below, the effort that it takes.",
         )
     }  # fmt: skip
+
+
+def _focus(result: SimulationResult) -> tuple[str, ...]:
+    return tuple(one.name for one in pair_of(result.experiment) or ())
 
 
 def _sentences(result: SimulationResult) -> list[str]:
@@ -79,7 +84,7 @@ def _sentences(result: SimulationResult) -> list[str]:
         if one.name not in failed
     ]
     gain = gain_of(result)
-    return found if gain is None or gain.errors is None else found + gain.sentences()
+    return found if gain is None or not gain.steps else found + gain.sentences()
 
 
 def _parts(variant: Variant) -> list[tuple[str, Model | None]]:

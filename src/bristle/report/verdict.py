@@ -23,8 +23,8 @@ def figures_of_merit(fit: Fit, gain: Gain | None) -> list[tuple[str, str]]:
     found = [("Friction model", fit.name), ("Effort error", _percent(fit.force_error_percent))]
     if fit.held_out is not None:
         found.append(("On held-out time blocks", _percent(fit.held_out.mean_percent)))
-    if gain is not None and gain.errors is not None:
-        found.append(("Following error, peak to peak, simulated without → with compensation", gain.peaks))
+    if gain is not None and gain.steps:
+        found.append((f"Following error, peak to peak, simulated: {gain.names}", gain.peaks))
     return found
 
 
@@ -55,10 +55,6 @@ def sentences(
         )
     else:
         found += gain.sentences()
-        found.append(
-            "The simulated axis has exactly the identified friction, and the compensation knows it exactly: take this "
-            "gain as the most to be hoped for, and confirm it on the machine."
-        )
     return found
 
 
