@@ -78,15 +78,15 @@ def test_results_are_kept_without_force(bristle, place):
 
 
 def test_filter_options_change_the_treatment(bristle, place):
-    found = bristle(
-        "identify", "log.csv", "--axis", "axis.toml", "--cutoff", "0.04 kHz", "--decimation", 8, "--json"
-    )
+    found = bristle("identify", "log.csv", "--axis", "axis.toml", "--cutoff", "0.04 kHz", "--decimation", 8, "--json")
     assert found.data["treatment"]["cutoff"] == 40.0
     assert found.data["treatment"]["decimation"] == 8
 
 
 def test_a_model_of_a_users_own_is_identified_and_kept_with_its_file(bristle, place):
-    found = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "own.py+asymmetry", "--out", "run", "--json")
+    found = bristle(
+        "identify", "log.csv", "--axis", "axis.toml", "--model", "own.py+asymmetry", "--out", "run", "--json"
+    )
     assert found.code == 0
     assert set(found.data["parameters"]) == {"M", "F_0_pos", "F_0_neg", "offset"}
     Path("own.py").unlink()

@@ -1,4 +1,4 @@
-"""``bristle check``: is this model fit to be used?"""
+"""``bristle check``: whether a model is fit to be used."""
 
 from __future__ import annotations
 

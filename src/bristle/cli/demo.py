@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from bristle.cli.options import Force, Json
-from bristle.cli.terminal import progress, say
 
 __all__ = ["EXAMPLE", "demo"]
 

@@ -114,7 +114,7 @@ def _hertz(text: str | None) -> float | None:
 def _in_the_loop(
     found: Identification, log: Log, axis: Axis, report: Any
 ) -> tuple[SimulationResult | None, Prediction | None]:
-    """Return the loop with and without compensation, and the log as the model predicts it; None where nothing is known."""
+    """Return the loop with and without compensation, and the log as predicted; None without a known loop."""
     from bristle.identification import predict
     from bristle.identification.loop import loop_of
     from bristle.simulation import simulate
@@ -127,8 +127,8 @@ def _in_the_loop(
 
 
 def _show(found: Identification, simulation: SimulationResult | None, log: Log) -> None:
-    from bristle.report.model_tables import comparison_table, parameter_table
     from bristle.report.compensation import gain_of
+    from bristle.report.model_tables import comparison_table, parameter_table
 
     best = found.best
     show_table(parameter_table(best))

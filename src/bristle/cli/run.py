@@ -34,8 +34,8 @@ def run(
     from bristle.files.provenance import provenance
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
-    from bristle.report.loop_tables import variant_table
     from bristle.report.compensation import gain_of
+    from bristle.report.loop_tables import variant_table
     from bristle.report.summary import simulation_summary
     from bristle.simulation import simulate
 

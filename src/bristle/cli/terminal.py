@@ -82,7 +82,7 @@ def progress(text: str) -> Iterator[Callable[[float, str], None]]:
         ``report(share, text)``, share from 0 to 1.
     """
     if not sys.stderr.isatty():
-        yield lambda share, text: None  # noqa: ARG005
+        yield lambda share, text: None
         return
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 

@@ -12,6 +12,9 @@ from bristle.core.contracts import Sensor
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
 
+# Beyond it every number is a whole count already, and compiled code has no whole number to hold it.
+COUNTS_MAX = 2.0**53
+
 
 class Parameters(NamedTuple):
     """Parameters of the encoder."""
@@ -26,7 +29,7 @@ class State(NamedTuple):
 @kernel
 def step(state, x, dt, p):
     """Return the position in whole counts [m or rad], and the state."""
-    if p.resolution <= 0.0:
+    if p.resolution <= 0.0 or abs(x) >= COUNTS_MAX * p.resolution:
         return x, state
     return p.resolution * math.floor(x / p.resolution + 0.5), state
 

@@ -1,0 +1,41 @@
+"""``bristle log``: what is in a log, and every problem."""
+
+from pathlib import Path
+
+import pytest
+
+
+def test_columns_channels_and_rate(bristle, place):
+    found = bristle("log", "log.csv", "--axis", "axis.toml", "--json")
+    assert found.code == 0
+    assert [one["name"] for one in found.data["columns"]] == ["t", "q", "r", "u"]
+    assert {one["name"] for one in found.data["channels"]} == {"time", "position", "reference", "effort"}
+    assert found.data["rate"] == pytest.approx(1000.0)
+    assert found.data["problems"] == []
+
+
+def test_tables_for_people(bristle, place):
+    found = bristle("log", "log.csv", "--axis", "axis.toml")
+    assert found.code == 0
+    assert "position" in found.out
+    assert "1000 samples a second" in found.out
+
+
+def test_every_problem_is_told_and_the_answer_is_no(bristle, place):
+    lines = Path("log.csv").read_text().splitlines()
+    for row, column in ((100, 1), (300, 3)):
+        cells = lines[row].split(",")
+        lines[row] = ",".join([*cells[:column], "nan", *cells[column + 1 :]])
+    Path("log.csv").write_text("\n".join(lines))
+    found = bristle("log", "log.csv", "--axis", "axis.toml", "--json")
+    assert found.code == 1
+    assert len(found.data["problems"]) == 2
+    assert len(found.err.splitlines()) == len(found.data["problems"])
+
+
+def test_a_name_that_would_paint_the_terminal_does_not(bristle, place):
+    text = Path("log.csv").read_text()
+    Path("log.csv").write_text(text.replace("t,q,r,u", "t,q,r,\x1b[31m[bold]u", 1))
+    found = bristle("log", "log.csv")
+    assert "\x1b" not in found.out + found.err
+    assert "[bold]u" in found.out

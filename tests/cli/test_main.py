@@ -1,0 +1,227 @@
+"""The command as a whole: help, exit codes, what goes where, any terminal."""
+
+import io
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from bristle.cli import failure, identify, terminal
+from bristle.cli.main import app, main
+
+COMMANDS = [one.name for one in app.registered_commands]
+HEAVY = ("numba", "scipy", "pint", "pydantic", "rich", "matplotlib", "numpy")
+
+
+# A job of a shell without job control ignores the signal from its start, and so would this one.
+INTERRUPTIBLE = """
+import signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from bristle.cli.main import main
+sys.exit(main())
+"""
+
+
+def run_apart(*arguments: str, **options) -> subprocess.CompletedProcess:
+    command = [sys.executable, "-c", "import sys; from bristle.cli.main import main; sys.exit(main())", *arguments]
+    return subprocess.run(command, capture_output=True, check=False, timeout=120, **options)
+
+
+@pytest.mark.parametrize("arguments", [["--help"], [], ["--version"], *([one, "--help"] for one in COMMANDS)])
+def test_help_loads_nothing_heavy(arguments):
+    code = (
+        "import sys; from bristle.cli.main import main; code = main(sys.argv[1:]); "
+        f"print([one for one in {HEAVY!r} if one in sys.modules], code)"
+    )
+    ended = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=True)
+    # Newer releases of typer themselves read the options of a command through pydantic.
+    by_typer = [] if arguments == ["--help"] else ["pydantic"]
+    assert ended.stdout.splitlines()[-1] in ("[] 0", f"{by_typer} 0")
+    assert ended.stderr == ""
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_an_example_and_json(bristle, command):
+    shown = bristle(command, "--help")
+    assert shown.code == 0
+    assert f"Example:\n    bristle {command} " in shown.out
+    assert "--json" in shown.out
+
+
+def test_the_list_of_commands_tells_each_in_a_whole_sentence(bristle):
+    shown = bristle("--help").out.partition("Commands:")[2]
+    assert [line.split()[0] for line in shown.strip().splitlines()] == COMMANDS
+    assert "..." not in shown
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["identfy"], "Did you mean 'identify'"),
+        (["identify"], "LOG"),
+        (["identify", "x.csv", "--axes", "a.toml"], "--axis"),
+        (["identify", "x.csv", "--decimation", "ten"], "--decimation"),
+        (["run", "a.toml", "b.toml"], "b.toml"),
+        (["predict", "--mode"], "--mode"),
+    ],
+)
+def test_a_mistyped_command_line_is_one_line_that_says_how_to_go_on(bristle, arguments, words):
+    ended = bristle(*arguments)
+    assert ended.code == 2
+    assert ended.out == ""
+    assert words in ended.err
+    assert "Try: bristle" in ended.err
+    assert len(ended.err.splitlines()) == 1
+
+
+def test_a_bug_is_one_message_and_a_saved_traceback(bristle, monkeypatch, place):
+    def broken(*_, **__):
+        raise ZeroDivisionError("float division\nby zero")
+
+    monkeypatch.setattr("bristle.files.axis.read_axis", broken)
+    ended = bristle("identify", "log.csv", "--axis", "axis.toml", "--out", "run")
+    assert ended.code == 70
+    assert ended.out == ""
+    assert len(ended.err.splitlines()) == 1
+    assert "ZeroDivisionError: float division by zero" in ended.err
+    saved = Path(re.search(r"\S+\.txt", ended.err)[0])
+    assert "in broken" in saved.read_text()
+    saved.unlink()
+    assert not list(place.glob("run*"))
+
+
+@pytest.mark.parametrize(
+    ("error", "code"), [(KeyboardInterrupt(), 130), (MemoryError(), 2), (BrokenPipeError(32, "Broken pipe"), 0)]
+)
+def test_other_ends_have_codes_of_their_own(bristle, monkeypatch, error, code):
+    def ends(*_, **__):
+        raise error
+
+    monkeypatch.setattr(failure, "_close_output", lambda: None)
+    monkeypatch.setattr("bristle.friction.find", ends)
+    monkeypatch.setattr("bristle.cli.models._families", ends)
+    ended = bristle("models")
+    assert ended.code == code
+    assert ended.out == ""
+
+
+def test_ctrl_c_ends_the_work_and_leaves_nothing(place):
+    process = subprocess.Popen(
+        [
+            sys.executable,
+            "-c",
+            INTERRUPTIBLE,
+            "identify",
+            "log.csv",
+            "--axis",
+            "axis.toml",
+            "--model",
+            "lugre",
+            "--out",
+            "run",
+        ],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    until = time.monotonic() + 60
+    while not Path("run.partial").exists() and time.monotonic() < until:
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    out, errors = process.communicate(timeout=60)
+    assert (process.returncode, out, errors) == (130, "", "bristle: interrupted\n")
+    assert not list(place.glob("run*"))
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
+def test_an_output_that_takes_nothing_is_said_once():
+    with open("/dev/full", "w") as full:
+        ended = subprocess.run(
+            [sys.executable, "-c", "import sys; from bristle.cli.main import main; sys.exit(main(['models']))"],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert ended.returncode == 2
+    assert len(ended.stderr.splitlines()) == 1
+    assert "No space left" in ended.stderr
+
+
+def test_a_reader_that_has_had_enough_is_no_error():
+    code = "import sys; from bristle.cli.main import main; sys.exit(main(['models', '--json']))"
+    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert process.stdout is not None
+    process.stdout.close()
+    assert process.stderr is not None
+    errors = process.stderr.read()
+    process.stderr.close()
+    assert process.wait(timeout=60) == 0
+    assert errors == b""
+
+
+def test_any_encoding_of_the_terminal_will_do():
+    ended = run_apart("models", "lugre", env=os.environ | {"PYTHONIOENCODING": "ascii", "PYTHONUTF8": "0"})
+    assert ended.returncode == 0
+    assert "N*m*s/rad" in ended.stdout.decode("ascii")
+
+
+def test_piped_output_carries_no_colours_and_no_progress(place):
+    ended = run_apart("identify", "log.csv", "--axis", "axis.toml", env=os.environ | {"NO_COLOR": "1"})
+    assert ended.returncode == 0
+    assert b"\x1b" not in ended.stdout + ended.stderr
+    assert ended.stderr == b""
+
+
+class Terminal(io.StringIO):
+    """A stream that claims to be a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def test_progress_is_shown_on_a_terminal_after_a_while(monkeypatch):
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setattr(terminal, "PATIENCE", 0.05)
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    with terminal.progress("working") as report:
+        report(0.5, "fitting [lugre]")
+        time.sleep(0.4)
+    assert "fitting [lugre]" in sys.stderr.getvalue()
+    monkeypatch.setattr(terminal, "PATIENCE", 10.0)
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    with terminal.progress("working") as report:
+        report(0.5, "quick")
+    assert "quick" not in sys.stderr.getvalue()
+
+
+def test_a_narrow_terminal_cuts_no_number(monkeypatch, capsys, place):
+    monkeypatch.setenv("COLUMNS", "50")
+    monkeypatch.setattr(terminal, "PIPE_WIDTH", 50)
+    assert main(["models", "lugre"]) == 0
+    shown = capsys.readouterr().out
+    assert max(map(len, shown.splitlines())) <= 50
+    assert "1e-12" in re.sub(r"\s", "", shown)
+
+
+def test_warnings_are_lines_and_each_is_shown_once(bristle, monkeypatch, place):
+    import warnings
+
+    from bristle.core import InputWarning
+
+    original = identify._hertz
+
+    def warned(text):
+        for _ in range(2):
+            warnings.warn("the clock\x1b[31m jitters", InputWarning, stacklevel=1)
+        return original(text)
+
+    monkeypatch.setattr(identify, "_hertz", warned)
+    ended = bristle("identify", "log.csv", "--axis", "axis.toml", "--json")
+    assert ended.err == "bristle: warning: the clock [31m jitters\n"
+    assert ended.data["model"] == "coulomb_viscous"

@@ -1,0 +1,29 @@
+"""``bristle models``: what there is."""
+
+import pytest
+
+from bristle.friction import MODELS
+
+
+def test_every_friction_model_is_listed_with_units_and_ranges(bristle):
+    found = bristle("models", "--json")
+    assert found.code == 0
+    listed = {one["name"]: one for one in found.data["models"] if one["family"] == "friction"}
+    assert set(listed) == set(MODELS)
+    parameter = listed["coulomb"]["parameters"]["F_C"]
+    assert (parameter["unit"], parameter["unit_rotational"], parameter["max"]) == ("N", "N*m", None)
+    assert {one["family"] for one in found.data["models"]} == {"friction", "plant", "controller", "sensor", "reference"}
+
+
+@pytest.mark.parametrize("name", [*MODELS, "lugre+asymmetry", "cascade", "inertia", "encoder", "sine", "recorded"])
+def test_one_by_name(bristle, name):
+    shown = bristle("models", name)
+    assert shown.code == 0
+    (one,) = bristle("models", name, "--json").data["models"]
+    assert one["name"] == name
+    assert all(parameter in shown.out for parameter in one["parameters"])
+
+
+def test_without_a_name_all_are_shown(bristle):
+    shown = bristle("models").out
+    assert all(name in shown for name in (*MODELS, "cascade", "+asymmetry"))

@@ -1,0 +1,44 @@
+"""``bristle predict``: errors of a prediction, and what each mode needs."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+
+@pytest.mark.parametrize(
+    ("mode", "effort", "position"), [("inverse", 5.0, None), ("closed-loop", 5.0, 0.1), ("open-loop", None, 50.0)]
+)
+def test_each_mode_tells_what_it_predicts(bristle, place, mode, effort, position):
+    found = bristle("predict", "model.toml", "log.csv", "--axis", "axis.toml", "--mode", mode, "--json")
+    assert found.code == 0
+    metrics = found.data["metrics"]
+    assert set(metrics) == {"force_error_percent", "position_error_percent", "position_rmse", "position_unit"}
+    for key, limit in (("force_error_percent", effort), ("position_error_percent", position)):
+        assert (metrics[key] is None) == (limit is None)
+        assert limit is None or 0.0 < metrics[key] < limit
+    assert metrics["position_unit"] == "m"
+
+
+def test_a_wrong_model_predicts_worse(bristle, place):
+    right = bristle("predict", "model.toml", "log.csv", "--axis", "axis.toml", "--json").data
+    Path("model.toml").write_text(Path("model.toml").read_text().replace("F_C = 8.0", "F_C = 4.0"))
+    wrong = bristle("predict", "model.toml", "log.csv", "--axis", "axis.toml", "--json").data
+    assert wrong["metrics"]["force_error_percent"] > 2.0 * right["metrics"]["force_error_percent"]
+
+
+def test_results_and_words(bristle, place):
+    found = bristle("predict", "model.toml", "log.csv", "--axis", "axis.toml", "--mode", "closed-loop", "--out", "run")
+    assert found.code == 0
+    assert "Effort error" in found.out
+    assert {one.name for one in Path("run").iterdir()} == {"summary.json", "report.html"}
+    assert json.loads(Path("run/summary.json").read_text())["mode"] == "closed-loop"
+
+
+def test_a_loop_that_diverges_is_a_no(bristle, place):
+    axis = Path("axis.toml")
+    axis.write_text(axis.read_text().replace('"4 N*s/mm"', '"400 N*s/mm"').replace('limit = "300 N"', ""))
+    ended = bristle("predict", "model.toml", "log.csv", "--axis", "axis.toml", "--mode", "closed-loop", "--json")
+    assert ended.code == 1
+    assert ended.data["completed"] is False
+    assert ended.data["metrics"]["force_error_percent"] is None

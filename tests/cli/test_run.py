@@ -1,0 +1,47 @@
+"""``bristle run``: variants side by side."""
+
+import json
+from pathlib import Path
+
+STATISTICS = {"peak_to_peak", "mean", "std", "rms", "min", "max"}
+
+
+def test_variants_with_all_their_numbers(bristle, place):
+    found = bristle("run", "experiment.toml", "--json")
+    assert found.code == 0
+    variants = found.data["variants"]
+    assert list(variants) == ["base", "none"]
+    for one in variants.values():
+        assert set(one["following_error"]) == set(one["true_error"]) == STATISTICS
+        assert set(one["by_direction"]) == {"forward", "backward"}
+        assert one["effort"]["peak"] >= one["effort"]["rms"] > 0.0
+        assert one["runs"] == 1
+    assert found.data["error_unit"] == "m"
+
+
+def test_results_and_words(bristle, place):
+    found = bristle("run", "experiment.toml", "--out", "run")
+    assert found.code == 0
+    assert "base" in found.out
+    assert "none" in found.out
+    assert {one.name for one in Path("run").iterdir()} == {"summary.json", "report.html"}
+    assert list(json.loads(Path("run/summary.json").read_text())["variants"]) == ["base", "none"]
+
+
+def test_a_loop_that_diverges_is_a_no_and_prints_no_nan(bristle, place):
+    text = Path("experiment.toml").read_text()
+    Path("experiment.toml").write_text(text.replace('"4 N*s/mm"', '"400 N*s/mm"').replace('limit = "300 N"', ""))
+    ended = bristle("run", "experiment.toml", "--json", "--out", "run")
+    assert ended.code == 1
+    assert ended.data["variants"]["base"]["completed"] is False
+    assert "unstable" in ended.err
+    assert (Path("run") / "report.html").is_file()
+
+
+def test_a_user_model_runs_from_its_file(bristle, place):
+    text = Path("experiment.toml").read_text()
+    text = text.replace('model = "coulomb_viscous"\nF_C = "8 N"\nF_v = "40 N*s/m"', 'file = "own.py"\nF_0 = "8 N"')
+    Path("experiment.toml").write_text(text)
+    found = bristle("run", "experiment.toml", "--json")
+    assert found.code == 0
+    assert found.data["variants"]["none"]["completed"] is True
