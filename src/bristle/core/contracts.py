@@ -3,7 +3,7 @@ r"""The contracts: one grammar, *state, memory, inputs, dt, parameters*, for eve
 ========== ==================================================================================================
 friction   ``trial(state, memory, motion, dt, p) -> (force, move)``, ``commit(state, memory, move, p) -> state``
 plant      ``port(state, effort, dt, p) -> (a, b)``, ``step(state, effort, force, dt, p) -> (output, state)``,
-           ``arrest(state, p) -> state``
+           ``rest(state, effort, dt, p) -> state``
 controller ``step(state, reference, measured, dt, p) -> (effort, state)``
 sensor     ``step(state, x, dt, p) -> (measured, state)``
 ========== ==================================================================================================
@@ -185,16 +185,16 @@ class Plant(Component):
 
     ``port(state, effort, dt, p) -> (a, b)``: the mean velocity over the step is ``a + b * force``, with ``b < 0``.
     ``step(state, effort, force, dt, p) -> (output, state)`` takes the mean force of the step.
-    ``arrest(state, p) -> state`` sets the velocity at the port to exactly zero, after rounding left a trace of it.
+    ``rest(state, effort, dt, p) -> state`` holds the port at a velocity of exactly zero.
     Fields ``x`` and ``v`` of its `State` are the position and velocity at the port.
     """
 
     port: Callable[..., Any]
     step: Callable[..., Any]
-    arrest: Callable[..., Any]
+    rest: Callable[..., Any]
 
     family: ClassVar[str] = "plant"
-    functions: ClassVar[tuple[str, ...]] = ("port", "step", "arrest")
+    functions: ClassVar[tuple[str, ...]] = ("port", "step", "rest")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -19,8 +19,8 @@ __all__ = [
     "friction_trial",
     "function_of",
     "is_dispatch",
-    "plant_arrest",
     "plant_port",
+    "plant_rest",
     "plant_step",
     "register",
     "sensor_step",
@@ -30,9 +30,19 @@ _functions: dict[tuple[str, str, type], Callable[..., Any]] = {}
 
 
 def register(family: str, parameters: type, functions: Mapping[str, Callable[..., Any]]) -> None:
-    """Make the functions of a component known under the type of its parameters."""
+    """Make the functions of a component known under the type of its parameters.
+
+    Raises
+    ------
+    TypeError
+        If the type belongs to another component already: two could not be told apart.
+    """
     for name, function in functions.items():
-        _functions[family, name, parameters] = function
+        if _functions.setdefault((family, name, parameters), function) is not function:
+            raise TypeError(
+                f"{parameters.__module__}.{parameters.__qualname__} are the parameters of another {family} already: "
+                "give each component a Parameters class of its own"
+            )
 
 
 def function_of(family: str, name: str, parameters: type) -> Callable[..., Any]:
@@ -60,9 +70,9 @@ def plant_step(state, effort, force, dt, p):
     return _functions["plant", "step", type(p)](state, effort, force, dt, p)
 
 
-def plant_arrest(state, p):
-    """Call ``arrest`` of the plant with parameters `p`."""
-    return _functions["plant", "arrest", type(p)](state, p)
+def plant_rest(state, effort, dt, p):
+    """Call ``rest`` of the plant with parameters `p`."""
+    return _functions["plant", "rest", type(p)](state, effort, dt, p)
 
 
 def controller_step(state, reference, measured, dt, p):
@@ -80,7 +90,7 @@ _DISPATCHERS = {
     friction_commit: ("friction", "commit"),
     plant_port: ("plant", "port"),
     plant_step: ("plant", "step"),
-    plant_arrest: ("plant", "arrest"),
+    plant_rest: ("plant", "rest"),
     controller_step: ("controller", "step"),
     sensor_step: ("sensor", "step"),
 }
@@ -91,7 +101,7 @@ def is_dispatch(function: Callable[..., Any]) -> bool:
     return function in _DISPATCHERS
 
 
-def _overload_all() -> None:
+def overload_all() -> None:
     from numba.extending import overload
 
     options = {"forceinline": True, "error_model": "numpy"}
@@ -112,8 +122,8 @@ def _overload_all() -> None:
     def plant(state, effort, force, dt, p):
         return choose(("plant", "step"), p)
 
-    def arrest(state, p):
-        return choose(("plant", "arrest"), p)
+    def rest(state, effort, dt, p):
+        return choose(("plant", "rest"), p)
 
     def controller(state, reference, measured, dt, p):
         return choose(("controller", "step"), p)
@@ -126,11 +136,11 @@ def _overload_all() -> None:
         (friction_commit, commit),
         (plant_port, port),
         (plant_step, plant),
-        (plant_arrest, arrest),
+        (plant_rest, rest),
         (controller_step, controller),
         (sensor_step, sensor),
     ):
         overload(function, jit_options=options, strict=False)(implementation)
 
 
-on_activation(_overload_all)
+on_activation(overload_all)

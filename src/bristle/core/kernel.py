@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar, overload
 
-__all__ = ["activate", "kernel", "kernels", "on_activation"]
+__all__ = ["activate", "kernel", "kernel_options", "kernels", "on_activation"]
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -74,5 +74,9 @@ def activate() -> None:
 def _make_known(plain: Callable[..., Any], inline: bool) -> None:
     from numba.extending import register_jitable
 
-    options: dict[str, Any] = {"error_model": "numpy"} | ({"forceinline": True} if inline else {})
-    register_jitable(**options)(plain)
+    register_jitable(**kernel_options(inline))(plain)
+
+
+def kernel_options(inline: bool) -> dict[str, Any]:
+    """Return the options that a kernel is compiled with."""
+    return {"error_model": "numpy"} | ({"forceinline": True} if inline else {})

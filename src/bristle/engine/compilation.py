@@ -1,9 +1,9 @@
 """Compiling the entry points, and a disk cache that never returns an old number.
 
 The compiler's own cache serves stale results when a called function in another file changes, and one user's model
-file can break every later process. This one cannot: a product is stored under a fingerprint of the sources of
-all kernels, the versions of Python and the compiler, the processor, and, for a user's component, of everything
-that its code refers to. Products hold flat vectors only, no class of anybody's.
+file can break every later process. This one cannot: a product is stored under a fingerprint of the code that was
+compiled and of everything that it refers to, beside the versions of Python and the compiler and the processor.
+Products hold flat vectors only, no class of anybody's.
 """
 
 from __future__ import annotations
@@ -16,22 +16,20 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from functools import cache, lru_cache
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-import bristle
-from bristle.core.fingerprint import fingerprint_of_code, fingerprint_of_sources
-from bristle.core.kernel import activate
+from bristle.core import dispatch
+from bristle.core.fingerprint import fingerprint
+from bristle.core.kernel import activate, kernel_options
 
 __all__ = ["cache_folder", "compiled", "compiled_count", "interpreted", "is_interpreted"]
 
 _interpreted = False
-_entries: dict[tuple[str, str], Callable[..., Any]] = {}
+_entries: dict[tuple[str, tuple[Any, ...]], Callable[..., Any]] = {}
 _compiled: list[str] = []
 KEEP_DAYS = 30.0
-# Every folder of the package that holds kernels or what compiles them (a test compares this with the kernels).
-KERNEL_FOLDERS = ("core", "friction", "plants", "controllers", "sensors", "engine")
 
 
 def is_interpreted() -> bool:
@@ -57,43 +55,34 @@ def compiled_count() -> int:
 
 @lru_cache(maxsize=1)
 def cache_folder() -> Path | None:
-    """Return the folder of the cache for these sources, or None where none can be written.
+    """Return the folder of the cache, or None where none can be written.
 
     ``BRISTLE_CACHE_DIR`` overrides the place; an empty value switches the cache off.
     """
+    import numba
     import platformdirs
 
     given = os.environ.get("BRISTLE_CACHE_DIR")
     if given == "":
         return None
     root = Path(given) if given else Path(platformdirs.user_cache_dir("bristle", appauthor=False))
-    folder = root / _source_fingerprint()[:24]
+    folder = root / f"{sys.implementation.cache_tag}-numba-{numba.__version__}"
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
-            os.utime(folder)
-        _forget_old(root, folder)
+            pass
     except OSError:
         return None
     return folder
 
 
-@lru_cache(maxsize=1)
-def _source_fingerprint() -> str:
-    import numba
-
-    package = Path(bristle.__file__).parent
-    sources = "".join(fingerprint_of_sources(package / folder) for folder in KERNEL_FOLDERS)
-    return hashlib.sha256(f"{sources} {sys.version} {numba.__version__}".encode()).hexdigest()
-
-
-def _forget_old(root: Path, current: Path) -> None:
-    """Remove the caches of sources that nobody has run for a month."""
-    import shutil
-
-    for folder in root.iterdir():
-        if folder.is_dir() and folder != current and folder.stat().st_mtime < time.time() - 86400.0 * KEEP_DAYS:
-            shutil.rmtree(folder, ignore_errors=True)
+def _forget_old(folder: Path) -> None:
+    """Remove what nobody has used for a month."""
+    limit = time.time() - 86400.0 * KEEP_DAYS
+    for file in folder.iterdir():
+        with contextlib.suppress(OSError):
+            if file.stat().st_mtime < limit:
+                file.unlink()
 
 
 def compiled(name: str, make: Callable[[], Callable[..., Any]], signature: str, parts: tuple[Any, ...] = ()) -> Any:
@@ -109,21 +98,15 @@ def compiled(name: str, make: Callable[[], Callable[..., Any]], signature: str, 
         Types of the arguments, one letter each: ``a`` a vector, ``f`` a number, ``i`` an integer; ``C``, ``S`` and
         ``B`` the entries that the factories for control, sensing and bursts return.
     parts : tuple of callable
-        The functions of the components in it, which a user may have written.
+        The functions of the components in it, which the dispatch finds by type.
     """
     if is_interpreted():
         return make()
-    code = _fingerprint_of_users(parts)
-    key = (name, code)
+    key = (name, parts)
     if key not in _entries:
-        _entries[key] = _compile(name, make(), signature, code)
+        function = make()
+        _entries[key] = _compile(name, function, signature, fingerprint(function, *parts, *_MACHINERY))
     return _entries[key]
-
-
-@cache
-def _fingerprint_of_users(parts: tuple[Any, ...]) -> str:
-    foreign = [part for part in parts if part.__module__.partition(".")[0] != "bristle"]
-    return fingerprint_of_code(*foreign) if foreign else ""
 
 
 SIGNATURES = {"C": "aaffffff", "S": "aaff", "B": "aaaaafffia"}
@@ -152,6 +135,10 @@ def _compile(name: str, function: Callable[..., Any], signature: str, code: str)
     return dispatcher
 
 
+# What turns kernels into machine code; a change here changes products too.
+_MACHINERY = (_compile, _types, kernel_options, dispatch.overload_all)
+
+
 class _EntryCache:
     """What the compiler asks of a cache: load and save one product, here one file each."""
 
@@ -169,6 +156,7 @@ class _EntryCache:
             return None
         try:
             content = (folder / self._file).read_bytes()
+            os.utime(folder / self._file)
         except OSError:
             return None
         checksum, payload = content[:32], content[32:]
@@ -192,6 +180,7 @@ class _EntryCache:
             with os.fdopen(handle, "wb") as file:
                 file.write(hashlib.sha256(payload).digest() + payload)
             os.replace(temporary, folder / self._file)
+            _forget_old(folder)
         except OSError:
             # A full disk costs time in the next process, not this result.
             with contextlib.suppress(OSError):

@@ -13,7 +13,7 @@ where the body stops.
 from typing import Any, NamedTuple
 
 from bristle.core.contracts import Motion
-from bristle.core.dispatch import friction_commit, friction_trial, plant_arrest, plant_port, plant_step
+from bristle.core.dispatch import friction_commit, friction_trial, plant_rest, plant_port, plant_step
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import Bracket, bracket_guess, bracket_update
 
@@ -91,7 +91,7 @@ def solve(state, memory, x, dt, p, a, b, guess, slope):
             v_last, residual_last = v, residual
             bracket = bracket_update(bracket, v, residual)
             width = bracket.high - bracket.low
-            if width <= 4e-16 * (abs(v) + abs(bracket.low)) or evaluations >= ITERATIONS:
+            if width <= 4e-16 * abs(v) or evaluations >= ITERATIONS:
                 return Solution(v, force, move, slope, 1.0 if evaluations >= ITERATIONS else 0.0)
             target = next_guess(bracket, v, residual, slope)
             crosses = (v > 0.0 and target <= 0.0) or (v < 0.0 and target >= 0.0)
@@ -149,7 +149,7 @@ def stop_and_go_on(plant_state, friction_state, memory, effort, dt, q, p, slope)
     force_1, move = evaluate(friction_state, memory, 0.5 * plant_state.v, plant_state.x, first, p)
     friction_state = friction_commit(friction_state, memory, move, p)
     _, plant_state = plant_step(plant_state, effort, force_1, first, q)
-    plant_state = plant_arrest(plant_state, q)
+    plant_state = plant_rest(plant_state, effort, 0.0, q)
     second = dt - first
     if second <= 0.0:
         return Advance(plant_state, friction_state, force_1, 0.0, slope, 0.0)
@@ -158,7 +158,7 @@ def stop_and_go_on(plant_state, friction_state, memory, effort, dt, q, p, slope)
     friction_state = friction_commit(friction_state, memory, rest.move, p)
     _, plant_next = plant_step(plant_state, effort, rest.force, second, q)
     if rest.v == 0.0:
-        plant_next = plant_arrest(plant_next, q)
+        plant_next = plant_rest(plant_state, effort, second, q)
     force = (force_1 * first + rest.force * second) / dt
     return Advance(plant_next, friction_state, force, rest.v, rest.slope, rest.failures)
 
@@ -174,7 +174,7 @@ def advance(plant_state, friction_state, memory, effort, dt, q, p, guess, slope)
     _, plant_next = plant_step(plant_state, effort, found.force, dt, q)
     if plant_state.v == 0.0:
         if found.v == 0.0:
-            plant_next = plant_arrest(plant_next, q)
+            plant_next = plant_rest(plant_state, effort, dt, q)
     elif plant_state.v * plant_next.v < 0.0 and is_set_valued(friction_state, memory, plant_state.x, dt, p):
         return stop_and_go_on(plant_state, friction_state, memory, effort, dt, q, p, found.slope)
     friction_state = friction_commit(friction_state, memory, found.move, p)

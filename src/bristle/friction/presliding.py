@@ -74,16 +74,16 @@ def commit(state, memory, move, p):
 register("friction", Parameters, {"trial": trial, "commit": commit})
 
 
-def is_static(model: FrictionModel) -> bool:
-    """Return whether a model is a static map: it has neither state nor memory."""
-    return not model.State._fields
+def is_static(friction: Model) -> bool:
+    """Return whether a friction model is a static map: it has neither state nor memory."""
+    return not friction.component.State._fields and friction.component.memory_size(friction.parameters) == 0
 
 
 def with_presliding(friction: Model, distance: float) -> Model:
     """Return a static friction model whose force turns over `distance` [m or rad]; any other model as it is."""
-    component = friction.component
-    if distance <= 0.0 or not is_static(component):
+    if distance <= 0.0 or not is_static(friction):
         return friction
+    component = friction.component
     wrapped = FrictionModel(
         name=component.name,
         description=f"{component.description}, with pre-sliding",

@@ -39,7 +39,7 @@ def loop_of(plant: Model, friction: Model, log: Log, axis: Axis) -> Experiment |
         return None
     longest = max(log.segments, key=lambda part: part.stop - part.start)
     simulated = friction
-    if axis.presliding and is_static(friction.component):
+    if axis.presliding and is_static(friction):
         simulated = with_presliding(friction, axis.presliding)
     return compensation_experiment(
         plant,

@@ -69,7 +69,7 @@ def predict(plant: Model, friction: Model, log: Log, axis: Axis | None = None, m
         return _inverse(plant, friction, log, axis)
     axis = axis or Axis(kind=log.kind)
     notes = []
-    if axis.presliding and is_static(friction.component):
+    if axis.presliding and is_static(friction):
         friction = with_presliding(friction, axis.presliding)
         notes.append(
             f"friction turns over a pre-sliding distance of {with_unit(axis.presliding, 'length', log.kind)} (axis file)"

@@ -47,8 +47,8 @@ def step(state, effort, force, dt, p):
 
 
 @kernel
-def arrest(state, p):
-    """Return the state with the port at rest: a velocity of exactly zero."""
+def rest(state, effort, dt, p):
+    """Return the state after a time `dt` [s] with the port held at rest."""
     return State(state.x, 0.0)
 
 
@@ -59,5 +59,5 @@ MODEL = Plant(
     State=State,
     port=port,
     step=step,
-    arrest=arrest,
+    rest=rest,
 )

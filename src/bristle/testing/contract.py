@@ -18,7 +18,7 @@ from bristle.core.status import Status
 from bristle.core.variable import variables_of
 from bristle.engine import force_along, interpreted, run_open_loop, settled
 from bristle.plants import inertia
-from bristle.testing.kernel_subset import violations_of
+from bristle.testing.kernel_subset import reachable_kernels, violations_of
 
 __all__ = ["CHECKS", "Check", "check_model", "example_of"]
 
@@ -59,7 +59,7 @@ def check_model(model: FrictionModel | Model) -> list[Check]:
     results: list[Check] = []
     try:
         bound = model if isinstance(model, Model) else example_of(model)
-    except InputError as error:
+    except (InputError, TypeError) as error:
         return [Check("example", False, str(error), "Give the descriptor example={...} with typical values")]
     for check in CHECKS:
         results.append(_run(check, bound))
@@ -116,12 +116,11 @@ def exportable_kernels(model: Model) -> str:
     for function in functions:
         if function not in kernels():
             raise _Fails(f"{function.__name__} is not a kernel", "Decorate it with @kernel from bristle.core")
-    module = component.trial.__module__
-    own = [kernel for kernel in kernels() if kernel.__module__ in (module, component.module)]
-    found = [one for function in {*functions, *own} for one in violations_of(function)]
+    reached = reachable_kernels(*functions)
+    found = [one for function in reached for one in violations_of(function)]
     if found:
         raise _Fails("; ".join(sorted(found)[:3]))
-    return f"{len({*functions, *own})} kernels"
+    return f"{len(reached)} kernels"
 
 
 def scalar_results(model: Model) -> None:

@@ -16,7 +16,7 @@ from typing import Any
 from bristle.core.dispatch import is_dispatch
 from bristle.core.kernel import kernels
 
-__all__ = ["violations_of"]
+__all__ = ["reachable_kernels", "violations_of"]
 
 STATEMENTS = (
     ast.FunctionDef, ast.Return, ast.Assign, ast.AugAssign, ast.AnnAssign, ast.If, ast.While, ast.For, ast.Expr,
@@ -53,12 +53,28 @@ def violations_of(function: Callable[..., Any]) -> list[str]:
     """
     source = getattr(function, "source", None) or textwrap.dedent(inspect.getsource(function))
     tree = ast.parse(source)
-    tree.body[0].decorator_list.clear()
+    definition = tree.body[0]
+    if not isinstance(definition, ast.FunctionDef):
+        return [f"{function.__module__}.{function.__name__}: a kernel is a function with a name, defined by def"]
+    definition.decorator_list.clear()
     return [
         f"{function.__module__}.{function.__name__}, line {getattr(node, 'lineno', 1)}: {reason}"
-        for node in ast.walk(tree.body[0])
+        for node in ast.walk(definition)
         if (reason := _reason(node, function))
     ]
+
+
+def reachable_kernels(*functions: Callable[..., Any]) -> list[Callable[..., Any]]:
+    """Return some kernels and every kernel that they call, directly or not."""
+    found: list[Callable[..., Any]] = []
+    waiting = list(functions)
+    while waiting:
+        function = waiting.pop()
+        if function in found:
+            continue
+        found.append(function)
+        waiting += [one for one in inspect.getclosurevars(function).globals.values() if one in kernels()]
+    return found
 
 
 def _reason(node: ast.AST, function: Callable[..., Any]) -> str:

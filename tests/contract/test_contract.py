@@ -1,0 +1,187 @@
+"""The public contract suite over all models, over a faulty one for each demand, and over a user's file."""
+
+from typing import Annotated, NamedTuple
+
+import pytest
+
+from bristle import friction
+from bristle.core import FrictionModel, InputError, Variable, kernel
+from bristle.core.mathematics import direction
+from bristle.files.user_model import load_model_file
+from bristle.testing import CHECKS, check_model
+
+NAMES = [*friction.MODELS, "coulomb_viscous+asymmetry", "lugre+asymmetry", "maxwell_slip+asymmetry"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_model_meets_the_contract(name):
+    checks = check_model(friction.find(name))
+    assert [check for check in checks if not check.passed] == []
+    assert len(checks) == len(CHECKS)
+
+
+class State(NamedTuple):
+    z: Annotated[float, Variable("length", "deflection")] = 0.0
+
+
+class Nothing(NamedTuple):
+    pass
+
+
+@kernel
+def sound_trial(state, memory, motion, dt, p):
+    return p.F_C * direction(motion.v), Nothing()
+
+
+@kernel
+def sound_commit(state, memory, move, p):
+    return state
+
+
+@kernel
+def writes_in_trial(state, memory, motion, dt, p):
+    memory[0] = motion.v
+    return p.F_C * direction(motion.v), Nothing()
+
+
+@kernel
+def divides_by_the_step(state, memory, motion, dt, p):
+    return p.F_C * direction(motion.v) * (dt / dt), Nothing()
+
+
+@kernel
+def compares_with_zero(state, memory, motion, dt, p):
+    return (p.F_C if motion.v < 0.0 else 0.0) + (-p.F_C if motion.v > 0.0 else 0.0), Nothing()
+
+
+@kernel
+def produces_energy(state, memory, motion, dt, p):
+    return p.F_C * direction(motion.v) - 1e4 * motion.v, Nothing()
+
+
+@kernel
+def forgets_the_mean(state, memory, motion, dt, p):
+    return p.F_C * direction(motion.v) + 1e-3 * motion.v / (dt * dt + 1e-12), Nothing()
+
+
+@kernel
+def uses_a_list(state, memory, motion, dt, p):
+    return sum([p.F_C * direction(motion.v)]), Nothing()
+
+
+@kernel
+def pulls(state, memory, motion, dt, p):
+    return -p.F_C * direction(motion.v) * min(abs(motion.v), 1.0), Nothing()
+
+
+@kernel
+def wrong_rate(state, motion, p):
+    return 2.0 * p.F_C * direction(motion.v), State(0.0)
+
+
+def faulty(trial, **changes):
+    class Parameters(NamedTuple):
+        F_C: Annotated[float, Variable("force", "Coulomb friction force", min=0.0)] = 1.0
+
+    return FrictionModel(
+        name="faulty", description="made to fail", Parameters=changes.pop("Parameters", Parameters),
+        State=changes.pop("State", State), trial=trial, commit=changes.pop("commit", sound_commit),
+        memory_size=lambda p: 1, **changes,
+    )  # fmt: skip
+
+
+class Undescribed(NamedTuple):
+    F_C: float = 1.0
+
+
+class Arrays(NamedTuple):
+    z: Annotated[tuple, Variable("length", "deflection")] = (0.0,)
+
+
+@pytest.mark.parametrize(
+    ("model", "demand"),
+    [
+        (lambda: faulty(sound_trial, Parameters=Undescribed), "example"),
+        (lambda: faulty(sound_trial, State=Arrays), "described variables"),
+        (lambda: faulty(uses_a_list), "exportable kernels"),
+        (lambda: faulty(lambda state, memory, motion, dt, p: (0.0, Nothing())), "exportable kernels"),
+        (lambda: faulty(sound_trial, commit=kernel(lambda state, memory, move, p: 0.0)), "exportable kernels"),
+        (lambda: faulty(writes_in_trial), "pure trial"),
+        (lambda: faulty(divides_by_the_step), "finite everywhere"),
+        (lambda: faulty(compares_with_zero), "opposes sliding"),
+        (lambda: faulty(produces_energy), "opposes sliding"),
+        (lambda: faulty(pulls), "dissipates"),
+        (lambda: faulty(forgets_the_mean), "refines"),
+        (lambda: faulty(sound_trial, rate=wrong_rate), "rate agrees"),
+    ],
+)
+def test_each_fault_is_found_by_name(model, demand):
+    failed = [check.name for check in check_model(model()) if not check.passed]
+    assert demand in failed
+
+
+def test_the_sound_skeleton_of_the_faulty_models_passes():
+    assert [check for check in check_model(faulty(sound_trial)) if not check.passed] == []
+
+
+SOURCE = '''
+"""A user's model: Coulomb friction with a speed-dependent level."""
+from typing import Annotated, NamedTuple
+from bristle.core import FrictionModel, Variable, kernel
+from bristle.core.mathematics import direction, exp
+
+class Parameters(NamedTuple):
+    F_C: Annotated[float, Variable("force", "Coulomb friction force", min=0.0)] = 2.0
+    v_0: Annotated[float, Variable("length/time", "speed of the fall", min=1e-6)] = 0.1
+
+class State(NamedTuple):
+    pass
+
+class Move(NamedTuple):
+    pass
+
+@kernel
+def trial(state, memory, motion, dt, p):
+    return p.F_C * direction(motion.v) * (1.0 + LEVEL * exp(-abs(motion.v) / p.v_0)), Move()
+
+@kernel
+def commit(state, memory, move, p):
+    return state
+
+LEVEL = 0.5
+MODEL = FrictionModel(name="mine", description="mine", Parameters=Parameters, State=State, trial=trial, commit=commit)
+'''
+
+
+def test_two_models_cannot_share_their_parameters():
+    model = faulty(sound_trial)
+    with pytest.raises(TypeError, match="Parameters class of its own"):
+        faulty(pulls, Parameters=model.Parameters)
+
+
+def test_a_users_file_is_checked_like_ours(tmp_path):
+    path = tmp_path / "my_model.py"
+    path.write_text(SOURCE)
+    assert [check for check in check_model(load_model_file(path)) if not check.passed] == []
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("x = 1\n", "defines no friction model"),
+        ("MODEL = 3\n", "not a FrictionModel"),
+        ("def broken(:\n", "line 1"),
+        ("import math\n\n1 / 0\n", "line 3"),
+        ("import not_a_module_at_all\n", "ModuleNotFoundError"),
+    ],
+)
+def test_a_bad_file_is_refused_with_its_place(tmp_path, text, words):
+    path = tmp_path / "bad.py"
+    path.write_text(text)
+    with pytest.raises(InputError, match=words):
+        load_model_file(path)
+
+
+def test_a_missing_file_is_refused(tmp_path):
+    with pytest.raises(InputError, match="cannot be read"):
+        load_model_file(tmp_path / "nowhere.py")

@@ -1,0 +1,76 @@
+"""Plain Python, a process with the compiler switched off, and compiled code agree to the bit."""
+
+import hashlib
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from bristle import controllers, friction, sensors
+from bristle.engine import force_along, interpreted, run_closed_loop, run_open_loop
+from bristle.plants import inertia
+from bristle.testing import example_of
+
+NAMES = [*friction.MODELS, *(f"{name}+asymmetry" for name in friction.MODELS)]
+
+
+def model(name):
+    return example_of(friction.find(name))
+
+
+def runs(name):
+    """Every driver on one model, with changes of direction, rests and a saturated controller."""
+    generator = np.random.default_rng(11)
+    friction_model = model(name)
+    v = 10 ** generator.uniform(-6, -1, 120) * generator.choice((-1.0, 1.0), 120)
+    v[::17] = 0.0
+    along = force_along(friction_model, v, 1e-3)
+    plant = inertia(M=2.0)
+    t = 1e-3 * np.arange(150)
+    effort = 60.0 * np.sin(60.0 * t) * (t > 0.02)
+    zero = run_open_loop(plant, friction_model, effort, 1e-3, steps=3, v=0.01)
+    linear = run_open_loop(plant, friction_model, effort, 1e-3, hold="linear")
+    controller = controllers.cascade(k_p=60.0, k_v=500.0, k_i=2e4, limit=45.0, averaging=2)
+    reference = np.zeros((4, t.size))
+    reference[0] = 2e-3 * (1.0 - np.cos(40.0 * t))
+    closed = run_closed_loop(
+        plant, friction_model, controller, sensors.encoder(resolution=1e-7), reference, 1e-3,
+        steps=3, delay=1, injected=np.where(t > 0.1, 5.0, 0.0), limit=40.0,
+    )  # fmt: skip
+    static = friction.with_presliding(friction_model, 2e-6) if friction.is_static(friction_model) else None
+    extra = force_along(static, v, 1e-3) if static else np.zeros(1)
+    return [along, extra] + [
+        getattr(trace, field)
+        for trace in (zero, linear, closed)
+        for field in ("position", "velocity", "effort", "friction", "measured", "command")
+    ]
+
+
+def digest(arrays):
+    return hashlib.sha256(b"".join(np.ascontiguousarray(one).tobytes() for one in arrays)).hexdigest()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_plain_python_and_compiled_give_the_same_bits(name):
+    compiled = runs(name)
+    with interpreted():
+        plain = runs(name)
+    for a, b in zip(compiled, plain, strict=True):
+        assert np.array_equal(a, b), np.max(np.abs(a - b))
+
+
+def test_a_process_without_the_compiler_gives_the_same_bits():
+    code = (
+        "import sys; sys.path.insert(0, sys.argv[1])\n"
+        "from test_parity import NAMES, digest, runs\n"
+        "print('\\n'.join(digest(runs(name)) for name in NAMES))\n"
+        "assert 'numba' not in sys.modules\n"
+    )
+    out = subprocess.run(
+        [sys.executable, "-c", code, os.path.dirname(__file__)],
+        env=os.environ | {"NUMBA_DISABLE_JIT": "1"}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert out.returncode == 0, out.stderr
+    assert out.stdout.split() == [digest(runs(name)) for name in NAMES]

@@ -1,0 +1,66 @@
+"""Maxwell slip: non-local memory, Masing's rule, and the limits of its parts."""
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bristle import friction, response
+from bristle.engine import force_along
+
+MODEL = friction.maxwell_slip(F_C=1.0, k_i=[4e5, 2e5, 1e5, 4e4], nu_i=[0.2, 0.3, 0.3, 0.2])
+
+
+def path(*turns, count=400):
+    pieces = [np.linspace(a, b, count, endpoint=False) for a, b in zip(turns[:-1], turns[1:], strict=True)]
+    return np.concatenate([*pieces, [turns[-1]]])
+
+
+def end_force(x):
+    """Force at the end of a path: that of a last step at rest."""
+    return response(MODEL, np.append(x, x[-1]), 1e-3)[-1]
+
+
+def test_a_minor_loop_closes_exactly():
+    once = end_force(path(0, 3e-6))
+    back_and_forth = end_force(path(0, 3e-6, 1.5e-6, 3e-6))
+    assert abs(once - back_and_forth) < 1e-12
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(st.floats(-2.0, 2.0), min_size=1, max_size=6))
+def test_whatever_happens_inside_a_loop_is_forgotten_when_it_closes(turns):
+    inside = [3e-6 + 1e-6 * (turn - 2.0) / 4.0 for turn in turns]
+    direct = end_force(path(0, 5e-6, -1e-6, 3e-6, 4e-6, count=100))
+    detour = end_force(path(0, 5e-6, -1e-6, 3e-6, *inside, 3e-6, 4e-6, count=100))
+    assert abs(direct - detour) < 1e-12
+
+
+def test_masing_the_loop_is_the_virgin_curve_doubled():
+    a = 4e-6
+    for d in (0.5e-6, 2e-6, 6e-6):
+        virgin = end_force(path(0, d / 2))
+        descending = end_force(path(0, a, a - d))
+        tip = end_force(path(0, a))
+        assert abs(tip - descending - 2 * virgin) < 1e-12
+
+
+def test_mean_force_is_exact_whatever_the_step():
+    fine, coarse = 4096, 4
+    v = np.full(fine, 2e-3)
+    mean_fine = force_along(MODEL, v, 1e-6).reshape(coarse, -1).mean(axis=1)
+    np.testing.assert_allclose(force_along(MODEL, v[:coarse], 1e-6 * fine / coarse), mean_fine, rtol=1e-9)
+
+
+def test_rate_independence():
+    x = path(0, 4e-6, -3e-6, 1e-6)
+    slow, fast = response(MODEL, x, 1.0), response(MODEL, x, 1e-4)
+    np.testing.assert_allclose(slow, fast, rtol=0, atol=1e-9)
+
+
+def test_asymmetric_limits_and_reversal_keep_the_force_continuous():
+    model = friction.find("maxwell_slip+asymmetry")(F_C_pos=1.2, F_C_neg=0.8, k_i=[2e5, 1e5], nu_i=[0.5, 0.5], offset=0.1)
+    x = path(0, 60e-6, -60e-6, 60e-6, count=6000)
+    force = response(model, x, 1e-3)
+    assert np.max(np.abs(np.diff(force[2:]))) < 0.02
+    assert abs(force.max() - 1.3) < 1e-9
+    assert abs(force.min() + 0.7) < 1e-9
