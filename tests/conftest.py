@@ -1,0 +1,89 @@
+"""What several folders of tests need: an axis with known friction, its log, and what bristle makes of it."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bristle import controllers, friction, plants
+from bristle.core import Axis
+from bristle.core.variable import KINDS, Kind, unit_of
+from bristle.identification import Identification, drive_table, identify, predict
+from bristle.logs.log import Channel, Log
+from bristle.simulation import Prediction, SimulationResult, simulate
+from bristle.simulation.compensation import compensation_experiment
+
+
+@dataclass(frozen=True)
+class Workbench:
+    """A self-made axis: the log of its loop, and each result that a report is made from."""
+
+    axis: Axis
+    log: Log
+    identified: Identification
+    table: list[tuple[float, float]]
+    looped: SimulationResult
+    predicted: Prediction
+
+
+# Per kind of axis: a stage of 12 kg, and a joint of 4e-4 kg*m^2.
+MASS = {"translational": 12.0, "rotational": 4e-4}
+FRICTION = {
+    "translational": {"F_C": 8.0, "F_S": 10.0, "v_S": 5e-3, "F_v": 30.0},
+    "rotational": {"F_C": 0.034, "F_S": 0.04, "v_S": 0.5, "F_v": 3e-3},
+}
+STROKE = {"translational": 0.02, "rotational": 2.0}
+
+
+def build_workbench(kind: Kind) -> Workbench:
+    """Let a stribeck axis follow three sines, record it, and do the main job on the record."""
+    dt = 1e-3
+    t = dt * np.arange(6000)
+    reference = STROKE[kind] * (np.sin(3.1 * t) + 0.4 * np.sin(10.7 * t) + 0.1 * np.sin(29.0 * t)) * np.minimum(t, 1.0)
+    plant = plants.inertia(kind=kind, M=MASS[kind])
+    truth = friction.stribeck(kind=kind, **FRICTION[kind])
+    law = controllers.cascade(kind=kind, k_p=80.0, k_v=250.0 * MASS[kind])
+    step = 1e-5 * STROKE[kind]
+    recorded = simulate(
+        compensation_experiment(plant, truth, truth, law, reference, dt, resolution=step)
+    ).variants["as_recorded"]
+    length, force = unit_of("length", kind), unit_of("force", kind)
+    log = Log(
+        time=Channel(recorded.time, "s", "t"),
+        position=Channel(recorded.measured, length, "q"),
+        effort=Channel(recorded.effort, force, "u"),
+        reference=Channel(recorded.reference, length, "r"),
+        sample_time=dt,
+        segments=(slice(0, recorded.time.size),),
+        source=Path("stage.csv"),
+        checksum="0" * 64,
+        notes=("made by a simulation",),
+        kind=kind,
+    )
+    axis = Axis(name="stage", kind=kind, resolution=step, controller=law)
+    identified = identify(log, "coulomb_viscous,stribeck+asymmetry", axis=axis)
+    best = identified.best
+    looped = simulate(
+        compensation_experiment(plant, truth, best.friction, law, reference, dt, resolution=step, name="stage")
+    )
+    predicted = predict(best.plant, best.friction, log, axis, "closed-loop")
+    return Workbench(axis, log, identified, drive_table(best), looped, predicted)
+
+
+@pytest.fixture(scope="session")
+def workbenches() -> dict[Kind, Workbench]:
+    """The self-made axis of each kind."""
+    return {kind: build_workbench(kind) for kind in KINDS}
+
+
+@pytest.fixture(params=KINDS)
+def workbench(request, workbenches) -> Workbench:
+    """The self-made axis, of each kind in turn."""
+    return workbenches[request.param]
+
+
+@pytest.fixture
+def stage(workbenches) -> Workbench:
+    """The self-made axis that moves along a line."""
+    return workbenches["translational"]

@@ -1,0 +1,65 @@
+"""A long signal is drawn short, and nothing that a line of this width can show is lost."""
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from bristle.figures.envelope import envelope, line, runs, spread
+
+SIGNALS = arrays(float, st.integers(1, 600), elements=st.floats(-1e3, 1e3))
+
+
+@given(y=SIGNALS, columns=st.integers(1, 40))
+def test_extremes_and_ends_are_kept_exactly(y, columns):
+    kept = envelope(y, columns)
+    assert kept.size <= max(4 * columns, 1)
+    assert np.all(np.diff(kept) > 0)
+    assert (kept[0], kept[-1]) == (0, y.size - 1)
+    assert (y[kept].min(), y[kept].max()) == (y.min(), y.max())
+
+
+@given(y=SIGNALS, columns=st.integers(1, 40))
+def test_each_sample_lies_between_kept_ones_close_by(y, columns):
+    kept = envelope(y, columns)
+    reach = -(-y.size // columns)
+    for k in range(y.size):
+        near = y[kept[np.abs(kept - k) <= reach]]
+        assert near.min() <= y[k] <= near.max()
+
+
+def test_a_spike_of_one_sample_survives():
+    y = np.sin(np.linspace(0.0, 20.0, 25_000))
+    y[12_345] = 40.0
+    assert 12_345 in envelope(y)
+
+
+@given(lengths=st.lists(st.integers(2, 50), min_size=1, max_size=5))
+def test_a_line_breaks_at_each_gap_and_nowhere_else(lengths):
+    starts = np.cumsum([0, *(1.0 + 0.01 * n for n in lengths[:-1])])
+    t = np.concatenate([start + 0.01 * np.arange(n) for start, n in zip(starts, lengths, strict=True)])
+    x, y = line(t, np.cos(t))
+    assert np.isnan(y).sum() == len(lengths) - 1
+    assert set(x[np.isfinite(x)]) <= set(t)
+    assert [part.stop - part.start for part in runs(t, t)] == lengths
+
+
+def test_what_is_not_finite_is_a_gap():
+    t = np.arange(10.0)
+    y = np.array([0.0, 1.0, np.nan, 3.0, 4.0, np.inf, 6.0, 7.0, 8.0, np.nan])
+    assert runs(t, y) == [slice(0, 2), slice(3, 5), slice(6, 9)]
+    assert line(t, np.full(10, np.nan))[0].size == 0
+
+
+@settings(max_examples=50)
+@given(points=arrays(float, st.tuples(st.just(2), st.integers(1, 400)), elements=st.floats(-10, 10)))
+def test_no_point_of_a_cloud_is_far_from_a_drawn_one(points):
+    x, y = points
+    cells = (12, 8)
+    kept = spread(x, y, cells)
+    assert kept.size <= 12 * 8 + 4
+    cell = np.array([np.ptp(x) / cells[0], np.ptp(y) / cells[1]])
+    apart = np.abs(points[:, :, None] - points[:, None, kept]) <= cell[:, None, None] + 1e-9
+    assert apart.all(axis=0).any(axis=1).all()
+    for ends in (x, y):
+        assert (ends[kept].min(), ends[kept].max()) == (ends.min(), ends.max())

@@ -1,0 +1,113 @@
+"""Every figure: units at its axes, nothing overlaps, readable in grey, nothing else of matplotlib is changed."""
+
+import itertools
+import re
+import subprocess
+import sys
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgb
+
+from bristle import figures
+from bristle.identification import drive_table
+
+WITHOUT_UNIT = {"Parameter", "Model"}
+
+
+def draw(name, bench):
+    best = bench.identified.best
+    curve = drive_table(best, 100)
+    return {
+        "correlation": lambda: figures.correlation(best),
+        "drive_table": lambda: figures.drive_table(bench.table, curve, best.plant.kind),
+        "effort_over_time": lambda: figures.effort_over_time(best),
+        "following_error": lambda: figures.following_error(bench.looped),
+        "following_error_focus": lambda: figures.following_error(bench.looped, ("feedforward", "compensated")),
+        "friction_over_velocity": lambda: figures.friction_over_velocity(best, curve),
+        "model_comparison": lambda: figures.model_comparison(bench.identified),
+        "parameters": lambda: figures.parameters(best),
+        "prediction": lambda: figures.prediction(bench.predicted, best.plant.kind),
+        "residuals": lambda: figures.residuals(best),
+    }[name]()
+
+
+NAMES = (
+    "correlation", "drive_table", "effort_over_time", "following_error", "following_error_focus",
+    "friction_over_velocity", "model_comparison", "parameters", "prediction", "residuals",
+)  # fmt: skip
+
+
+@pytest.fixture(params=NAMES)
+def figure(request, workbench):
+    return draw(request.param, workbench)
+
+
+def drawn_texts(figure):
+    """All texts that the figure shows, with their boxes."""
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    found = list(figure.texts)
+    for axes in figure.axes:
+        found += [*axes.texts, axes.title, axes._left_title, axes._right_title]
+        if axes.get_legend() is not None:
+            found += axes.get_legend().get_texts()
+        for axis in (axes.xaxis, axes.yaxis):
+            low, high = sorted(axis.get_view_interval())
+            ticks = [tick for tick in axis.get_major_ticks() if low - 1e-9 <= tick.get_loc() <= high + 1e-9]
+            found += [axis.label, *(tick.label1 for tick in ticks if tick.label1.get_visible())]
+    shown = [one for one in found if one.get_text() and one.get_visible()]
+    return [(one.get_text(), one.get_window_extent(canvas.get_renderer())) for one in shown]
+
+
+def test_every_axis_says_what_it_is_and_in_which_unit(figure):
+    for axes in figure.axes:
+        assert axes.get_xlabel()
+        assert axes.get_ylabel() or not any(tick.label1.get_visible() for tick in axes.yaxis.get_major_ticks())
+        for label in (axes.get_xlabel(), axes.get_ylabel()):
+            assert not label or label in WITHOUT_UNIT or re.search(r"\[[^\]]+\]$", label), label
+
+
+def test_no_text_lies_on_another_or_outside(figure):
+    texts = drawn_texts(figure)
+    assert len(texts) > 4
+    for (one, here), (other, there) in itertools.combinations(texts, 2):
+        wide = min(here.x1, there.x1) - max(here.x0, there.x0)
+        tall = min(here.y1, there.y1) - max(here.y0, there.y0)
+        assert wide <= 1.0 or tall <= 1.0, f"{one!r} and {other!r} overlap"
+    page = figure.bbox
+    for text, box in texts:
+        assert box.x0 >= -1 and box.y0 >= -1 and box.x1 <= page.x1 + 1 and box.y1 <= page.y1 + 1, text
+
+
+def test_lines_with_a_name_differ_without_colour(figure):
+    for axes in figure.axes:
+        named = [one for one in axes.get_lines() if not one.get_label().startswith("_")]
+        for one, other in itertools.combinations(named, 2):
+            lightness = [np.dot(to_rgb(line.get_color()), (0.299, 0.587, 0.114)) for line in (one, other)]
+            shapes = [(line.get_linestyle(), str(line.get_marker()), line.get_fillstyle()) for line in (one, other)]
+            assert abs(lightness[0] - lightness[1]) > 0.2 or shapes[0] != shapes[1]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_rotational_axis_speaks_of_torque_and_angle(name, workbenches):
+    labels = {
+        kind: " ".join(one.get_xlabel() + one.get_ylabel() for one in draw(name, bench).axes)
+        for kind, bench in workbenches.items()
+    }
+    assert not re.search(r"rad|N·m|Torque|Angle", labels["translational"], re.IGNORECASE)
+    assert not re.search(r"\[[kmµ]?N\]|m/s|\[[mµn]?m\]|Force|Position", labels["rotational"])
+
+
+def test_drawing_leaves_the_settings_of_matplotlib_alone(stage):
+    before = dict(matplotlib.rcParams)
+    for name in NAMES:
+        draw(name, stage)
+    assert dict(matplotlib.rcParams) == before
+
+
+def test_the_stateful_interface_is_never_loaded():
+    code = "import bristle.figures, sys; sys.exit('matplotlib.pyplot' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

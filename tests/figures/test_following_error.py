@@ -1,0 +1,48 @@
+"""What the figure of the following error leaves out, and where it looks closely."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from bristle import figures
+from bristle.core import Status
+
+
+def with_status(result, name, status):
+    return replace(result, variants={**result.variants, name: replace(result.variants[name], status=status)})
+
+
+def legend_of(figure):
+    return [text.get_text() for axes in figure.axes if axes.get_legend() for text in axes.get_legend().get_texts()]
+
+
+def test_a_loop_that_diverged_is_left_out(stage):
+    result = with_status(stage.looped, "compensated", Status.NOT_FINITE)
+    assert legend_of(figures.following_error(result)) == ["as_recorded", "feedforward"]
+
+
+def test_there_is_nothing_to_draw_where_all_diverged(stage):
+    result = stage.looped
+    for name in result.variants:
+        assert figures.has_completed(result)
+        result = with_status(result, name, Status.NOT_FINITE)
+    assert not figures.has_completed(result)
+
+
+def test_the_close_up_holds_a_reversal_of_the_reference(stage):
+    figure = figures.following_error(stage.looped)
+    close = next(axes for axes in figure.axes if "reversal" in axes.get_title(loc="right"))
+    low, high = close.get_xlim()
+    one = stage.looped.variants["as_recorded"]
+    inside = one.reference[(one.time >= low) & (one.time <= high)]
+    assert np.diff(inside).min() < 0.0 < np.diff(inside).max()
+
+
+def test_a_name_with_an_underscore_in_front_is_in_the_legend(stage):
+    experiment = stage.looped.experiment
+    first = replace(experiment.variants[0], name="_hidden")
+    result = replace(
+        stage.looped, experiment=replace(experiment, variants=(first,)),
+        variants={"_hidden": stage.looped.variants["as_recorded"]},
+    )  # fmt: skip
+    assert any("_hidden" in text for text in legend_of(figures.following_error(result)))

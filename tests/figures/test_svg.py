@@ -1,0 +1,64 @@
+"""A figure inside a page: the same bytes each time, nothing from outside, no identifier twice, and small."""
+
+import re
+from dataclasses import replace
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from bristle import figures
+from bristle.figures import inline_svg
+from bristle.figures.style import panels, styled
+
+
+@styled
+def labelled(text):
+    figure, ((axes,),) = panels(2.0)
+    axes.plot([0.0, 1.0], [0.123456789, 2.0], marker="o")
+    axes.set_xlabel(text)
+    return figure
+
+
+def test_the_same_figure_gives_the_same_bytes(stage):
+    best = stage.identified.best
+    assert inline_svg(figures.residuals(best), "a", "") == inline_svg(figures.residuals(best), "a", "")
+
+
+def test_two_figures_share_no_identifier_and_each_reference_is_met(stage):
+    best = stage.identified.best
+    page = inline_svg(figures.residuals(best), "a", "") + inline_svg(figures.residuals(best), "b", "")
+    ids = re.findall(r'\bid="([^"]+)"', page)
+    assert len(ids) == len(set(ids)) > 4
+    assert set(re.findall(r'(?:href="#|url\(#)([^")]+)', page)) <= set(ids)
+
+
+def test_nothing_is_asked_from_outside_and_nothing_is_dated(stage):
+    text = inline_svg(figures.effort_over_time(stage.identified.best), "a", "")
+    assert not re.search(r"https?:|<metadata|<!DOCTYPE|<\?xml|xlink", text)
+
+
+def test_it_is_well_formed_and_described():
+    tree = ElementTree.fromstring(inline_svg(labelled("x"), "a", 'effort <& "more">'))
+    assert tree.get("role") == "img"
+    assert tree.get("aria-label") == 'effort <& "more">'
+
+
+@pytest.mark.parametrize("text", ["<script>alert(1)</script>", "1.23456789", "$\\alpha$ & co", 'd="M 1.23456"'])
+def test_text_comes_through_as_it_is(text):
+    svg = inline_svg(labelled(text), "a", "")
+    assert "<script" not in svg
+    assert text in "".join(ElementTree.fromstring(svg).itertext())
+
+
+def test_a_log_of_25000_samples_stays_small(stage):
+    n = 25_000
+    rng = np.random.default_rng(0)
+    signal = rng.normal(size=n)
+    traces = replace(
+        stage.identified.best.traces, time=1e-3 * np.arange(n), velocity=rng.normal(size=n),
+        acceleration=rng.normal(size=n), measured=signal, predicted=signal + rng.normal(size=n),
+    )  # fmt: skip
+    fit = replace(stage.identified.best, traces=traces)
+    for draw in (figures.effort_over_time, figures.residuals):
+        assert len(inline_svg(draw(fit), "a", "")) < 200_000
