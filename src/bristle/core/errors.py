@@ -7,7 +7,9 @@ computing is a status in the result (`bristle.core.status`), never an exception.
 
 from __future__ import annotations
 
-__all__ = ["BristleError", "InputError", "InputWarning", "MissingExtraError"]
+from collections.abc import Iterable
+
+__all__ = ["BristleError", "InputError", "InputWarning", "MissingExtraError", "did_you_mean"]
 
 
 class BristleError(Exception):
@@ -76,6 +78,21 @@ class MissingExtraError(InputError):
 
 class InputWarning(UserWarning):
     """Something a person handed in is used, but not as it stands; the message says how."""
+
+
+def did_you_mean(name: object, known: Iterable[str]) -> str:
+    """Return the question after the name that was meant; nothing where no known one is close.
+
+    Examples
+    --------
+    >>> did_you_mean("F_c", ["F_v", "F_C"])
+    "Did you mean 'F_C'?"
+    """
+    import difflib
+
+    spelt = {one.casefold(): one for one in known}
+    close = difflib.get_close_matches(str(name).casefold(), spelt, n=1)
+    return f"Did you mean {spelt[close[0]]!r}?" if close else ""
 
 
 def _short(value: object, width: int = 60) -> str:

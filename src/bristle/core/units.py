@@ -127,10 +127,10 @@ def quantity(value: Any, variable: Variable, kind: Kind = "translational", *, pa
     """
     if isinstance(value, bool) or not isinstance(value, (numbers.Real, str)):
         raise InputError(f"must be a number, or text with a unit ({variable.description})", path=path, value=value)
-    if not isinstance(value, str):
-        return float(value)
     try:
         return float(value)
+    except OverflowError:
+        raise InputError("is too large for a number", path=path, mend=_EXAMPLE) from None
     except ValueError:
         return convert(value, variable.unit(kind), path=path)
 

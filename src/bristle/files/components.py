@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import keyword
 import math
 from collections.abc import Iterable, Mapping
@@ -10,7 +9,7 @@ from typing import Any
 
 from bristle.core import units
 from bristle.core.contracts import Component, Model, make_model
-from bristle.core.errors import InputError
+from bristle.core.errors import InputError, did_you_mean
 from bristle.core.variable import Kind, Variable
 
 __all__ = [
@@ -54,13 +53,12 @@ def check_keys(table: Mapping[str, Any], known: Iterable[str], path: str) -> Non
     names = list(known)
     for key, value in table.items():
         if key not in names:
-            close = difflib.get_close_matches(key, names, n=1)
             raise InputError(
                 "unknown key",
                 path=f"{path}.{key}" if path else key,
-                value=value,
+                value=None if isinstance(value, dict) else value,
                 allowed=", ".join(names),
-                mend=f"Did you mean {close[0]!r}?" if close else "",
+                mend=did_you_mean(key, names),
             )
 
 
@@ -91,13 +89,12 @@ def component_named(name: Any, registry: Mapping[str, Component], path: str) -> 
     """
     if isinstance(name, str) and name in registry:
         return registry[name]
-    close = difflib.get_close_matches(str(name), registry, n=1)
     raise InputError(
         "there is no such model",
         path=path,
         value=name,
         allowed=", ".join(registry),
-        mend=f"Did you mean {close[0]!r}?" if close else "",
+        mend=did_you_mean(name, registry),
     )
 
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 import numbers
 from collections.abc import Iterable, Mapping
 from typing import Annotated, Any, TypeVar, get_args
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
 
-from bristle.core.errors import InputError
+from bristle.core.errors import InputError, did_you_mean
 
 __all__ = ["Quantity", "Strict", "validated"]
 
@@ -47,13 +46,13 @@ def validated(schema: type[S], data: Mapping[str, Any]) -> S:
 
 
 def _refusal(errors: list[Any], schema: type[Strict]) -> InputError:
-    first = errors[0]
+    # A misspelt key is unknown and leaves the right one missing: the first tells a person more.
+    first = next((one for one in errors if one["type"] == "extra_forbidden"), errors[0])
     loc, path = first["loc"], _dotted(first["loc"])
     more = f"{len(errors) - 1} more of this kind follow" if len(errors) > 1 else ""
     if first["type"] == "extra_forbidden":
         known = _keys(_table_at(schema, loc[:-1]))
-        close = difflib.get_close_matches(str(loc[-1]), known, n=1)
-        mend = f"Did you mean {close[0]!r}?" if close else more
+        mend = did_you_mean(loc[-1], known) or more
         return InputError("unknown key", path=path, value=first["input"], allowed=", ".join(known), mend=mend)
     if first["type"] == "missing":
         mend = "Write schema = 1 on the first line" if path == "schema" else more

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -29,15 +30,15 @@ class Sources:
 
     def axis(self, file: Any, path: str) -> Axis:
         """Return the axis in a file."""
-        return self._once(("axis", self._file(file, path)), lambda key: read_axis(key[1]))
+        return self._once(("axis", self._file(file, path)), path, lambda key: read_axis(key[1]))
 
     def model(self, file: Any, path: str) -> ModelFile:
         """Return the identified model in a file."""
-        return self._once(("model", self._file(file, path)), lambda key: read_model(key[1]))
+        return self._once(("model", self._file(file, path)), path, lambda key: read_model(key[1]))
 
     def log(self, file: Any, axis: Axis | None, path: str) -> Log:
         """Return the log in a file."""
-        return self._once(("log", self._file(file, path), id(axis)), lambda key: read_log(key[1], axis))
+        return self._once(("log", self._file(file, path), id(axis)), path, lambda key: read_log(key[1], axis))
 
     def friction(self, table: Any, kind: Kind, path: str) -> tuple[Model | None, Model]:
         """Return the plant (where a model file gives one) and the friction model of a table.
@@ -85,7 +86,10 @@ class Sources:
             raise InputError("must be the name of a file", path=path, value=file)
         return self.folder / file
 
-    def _once(self, key: tuple[Any, ...], read: Any) -> Any:
+    def _once(self, key: tuple[Any, ...], path: str, read: Callable[[Any], Any]) -> Any:
         if key not in self._read:
-            self._read[key] = read(key)
+            try:
+                self._read[key] = read(key)
+            except InputError as error:
+                raise error.at(path) from None
         return self._read[key]

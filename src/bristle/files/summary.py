@@ -11,14 +11,14 @@ __all__ = ["as_json", "plain"]
 
 
 def as_json(data: Mapping[str, Any]) -> str:
-    """Return data as the text of one JSON object, in ASCII, with a line end.
+    r"""Return data as the text of one JSON object, in ASCII, with a line end.
 
     Examples
     --------
     >>> print(as_json({"rms": float("nan"), "unit": "µm"}), end="")
     {
       "rms": null,
-      "unit": "\\u00b5m"
+      "unit": "\u00b5m"
     }
     """
     return json.dumps(plain(data), indent=2, allow_nan=False) + "\n"

@@ -35,6 +35,8 @@ def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
         return tomllib.loads(text.replace("\r\n", "\n"))
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"is not valid TOML: {error}", path=str(source), mend=_mend(text, str(error))) from None
+    except RecursionError:
+        raise InputError("is nested too deeply", path=str(source), mend="Is it the right file?") from None
 
 
 def _mend(text: str, message: str) -> str:

@@ -10,7 +10,7 @@ coulomb_viscous(F_v=200 N*s/m, F_C=20 N)
 from __future__ import annotations
 
 from bristle.core.contracts import FrictionModel
-from bristle.core.errors import InputError
+from bristle.core.errors import InputError, did_you_mean
 from bristle.friction.coulomb import MODEL as coulomb
 from bristle.friction.coulomb_viscous import MODEL as coulomb_viscous
 from bristle.friction.dahl import MODEL as dahl
@@ -52,7 +52,9 @@ def find(name: str, path: str = "friction.model") -> FrictionModel:
     """
     base, *slots = name.split("+")
     if base not in MODELS:
-        raise InputError("no such friction model", path=path, value=base, allowed=", ".join(MODELS))
+        raise InputError(
+            "no such friction model", path=path, value=base, allowed=", ".join(MODELS), mend=did_you_mean(base, MODELS)
+        )
     return with_slots(MODELS[base], slots, path)
 
 

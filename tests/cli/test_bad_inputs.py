@@ -1,0 +1,353 @@
+"""What a person can get wrong: always exit code 2, and one line that names the place and the mend."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+IDENTIFY = ("identify", "log.csv", "--axis", "axis.toml")
+PREDICT = ("predict", "model.toml", "log.csv", "--axis", "axis.toml")
+RUN = ("run", "experiment.toml")
+
+
+class Bad(NamedTuple):
+    """One mistake: how it is made, on which command line, and what the message must name."""
+
+    name: str
+    words: tuple[str, ...]
+    arguments: tuple[str, ...]
+    make: Callable[[], object] = lambda: None
+
+
+def swap(file: str, old: str, new: str) -> Callable[[], object]:
+    """Return what replaces a text in a file, once."""
+
+    def make() -> None:
+        text = Path(file).read_text()
+        assert old in text
+        Path(file).write_text(text.replace(old, new, 1))
+
+    return make
+
+
+def append(file: str, text: str) -> Callable[[], object]:
+    return lambda: Path(file).write_text(Path(file).read_text() + text)
+
+
+def write(file: str, content: str | bytes) -> Callable[[], object]:
+    return lambda: Path(file).write_bytes(content if isinstance(content, bytes) else content.encode())
+
+
+def rows(change: Callable[[list[list[str]]], object]) -> Callable[[], object]:
+    """Return what changes the rows of the log, header first."""
+
+    def make() -> None:
+        table = [line.split(",") for line in Path("log.csv").read_text().splitlines()]
+        change(table)
+        Path("log.csv").write_text("\n".join(",".join(row) for row in table) + "\n")
+
+    return make
+
+
+def cell(row: int, column: int, text: str) -> Callable[[], object]:
+    def change(table: list[list[str]]) -> None:
+        table[row][column] = text
+
+    return rows(change)
+
+
+def column(number: int, text: str) -> Callable[[], object]:
+    def change(table: list[list[str]]) -> None:
+        for row in table[1:]:
+            row[number] = text
+
+    return rows(change)
+
+
+COMMAND_LINES = [
+    Bad("no command of this name", ("idenfity", "identify", "--help"), ("idenfity", "log.csv")),
+    Bad("no option of this name", ("--axes", "--axis"), ("identify", "log.csv", "--axes", "axis.toml")),
+    Bad("argument left out", ("MODEL.toml",), ("predict",)),
+    Bad("text for a count", ("--decimation", "integer"), (*IDENTIFY, "--decimation", "ten")),
+    Bad("decimation of nothing", ("decimation", "1 to"), (*IDENTIFY, "--decimation", "0")),
+    Bad("angular velocity for a frequency", ("--cutoff", "2 pi"), (*IDENTIFY, "--cutoff", "60 rad/s")),
+    Bad("negative cut-off", ("cutoff", "-5"), (*IDENTIFY, "--cutoff=-5 Hz")),
+    Bad("cut-off beyond the samples", ("cutoff", "500"), (*IDENTIFY, "--cutoff", "2 kHz")),
+    Bad("no number", ("--cutoff", "fast", "7 um"), (*IDENTIFY, "--cutoff", "fast")),
+    Bad("no such model", ("strybeck", "Did you mean 'stribeck'"), (*IDENTIFY, "--model", "coulomb,strybeck")),
+    Bad("no such slot", ("+hot", "+asymmetry"), (*IDENTIFY, "--model", "coulomb+hot")),
+    Bad("no model at all", ("coulomb_viscous",), (*IDENTIFY, "--model", "")),
+    Bad("model that this method cannot fit", ("maxwell_slip", "lugre"), (*IDENTIFY, "--model", "maxwell_slip")),
+    Bad("no such mode", ("sideways", "closed-loop"), (*PREDICT, "--mode", "sideways")),
+    Bad(
+        "results into a file", ("kept.txt", "Name another"), (*IDENTIFY, "--out", "kept.txt"), write("kept.txt", "mine")
+    ),
+    Bad("results nowhere", ("no/run", "Make"), (*IDENTIFY, "--out", "no/run")),
+    Bad("results over a folder of something else", ("another folder",), (*IDENTIFY, "--out", ".", "--force")),
+    Bad("check of what is no model", ("log.csv", ".py"), ("check", "log.csv")),
+    Bad("no such name", ("lugree", "Did you mean 'lugre'"), ("models", "lugree")),
+]
+LOGS = [
+    Bad("no such file", ("nowhere.csv",), ("identify", "nowhere.csv", "--axis", "axis.toml")),
+    Bad("a folder", ("folder",), ("log", "folder"), lambda: Path("folder").mkdir()),
+    Bad("an empty file", ("log.csv",), IDENTIFY, write("log.csv", "")),
+    Bad("not a number", ("'q'", "sample 99", "Repair"), IDENTIFY, cell(100, 1, "nan")),
+    Bad("infinity", ("'u'", "sample 99"), IDENTIFY, cell(100, 3, "inf")),
+    Bad("text in a cell", ("line 101", "oops"), IDENTIFY, cell(100, 1, "oops")),
+    Bad("time runs back", ("'t'", "0.099"), IDENTIFY, cell(101, 0, "0.05")),
+    Bad("a row cut short", ("line 101",), IDENTIFY, rows(lambda table: table[100].pop())),
+    Bad(
+        "a column that is missing",
+        ("position", "'q'", "pos", "Did you mean"),
+        IDENTIFY,
+        rows(lambda t: t[0].__setitem__(1, "qq")),
+    ),
+    Bad("too short", ("100",), IDENTIFY, rows(lambda table: table.__delitem__(slice(60, None)))),
+    Bad("an axis that never moved", ("'q'", "constant"), IDENTIFY, column(1, "0.01")),
+    Bad("an effort that is constant", ("'u'", "constant"), IDENTIFY, column(3, "2.5")),
+    Bad(
+        "half a file of MATLAB",
+        ("half.mat",),
+        ("log", "half.mat"),
+        write("half.mat", b"MATLAB 5.0 MAT-file" + b" " * 150),
+    ),
+    Bad("half a file of LabVIEW", ("half.tdms",), ("log", "half.tdms"), write("half.tdms", b"TDSm\x0e\0\0\0\x69\x12")),
+    Bad("no log at all", ("photo.jpg",), ("log", "photo.jpg"), write("photo.jpg", bytes(range(256)) * 8)),
+]
+AXES = [
+    Bad("no such axis file", ("no.toml", "Check the path"), ("identify", "log.csv", "--axis", "no.toml")),
+    Bad("no TOML", ("axis.toml", "line 7", "time ="), IDENTIFY, swap("axis.toml", '"t", unit', "t, unit")),
+    Bad("value without quotation marks", ("axis.toml", "quotation"), IDENTIFY, swap("axis.toml", '"300 N"', "300 N")),
+    Bad("no text", ("axis.toml", "UTF-8"), IDENTIFY, write("axis.toml", b"\xff\xfe\x00")),
+    Bad("nested beyond reason", ("axis.toml",), IDENTIFY, write("axis.toml", "a = " + "[" * 20_000)),
+    Bad("no schema", ("schema = 1",), IDENTIFY, swap("axis.toml", "schema = 1", "")),
+    Bad("schema of the future", ("schema", "2"), IDENTIFY, swap("axis.toml", "schema = 1", "schema = 2")),
+    Bad(
+        "unknown key",
+        ("columns.positon", "Did you mean 'position'"),
+        IDENTIFY,
+        swap("axis.toml", "position =", "positon ="),
+    ),
+    Bad("unknown kind", ("kind", "linear", "translational"), IDENTIFY, swap("axis.toml", "translational", "linear")),
+    Bad(
+        "unit of another axis",
+        ("columns.position", "angle", "lead"),
+        IDENTIFY,
+        swap("axis.toml", '"q", unit = "m"', '"q", unit = "rad"'),
+    ),
+    Bad(
+        "no unit",
+        ("smoots", "columns.position"),
+        IDENTIFY,
+        swap("axis.toml", '"q", unit = "m"', '"q", unit = "smoots"'),
+    ),
+    Bad(
+        "current without a constant",
+        ("columns.effort", "torque_constant"),
+        IDENTIFY,
+        swap("axis.toml", '"u", unit = "N"', '"u", unit = "A"'),
+    ),
+    Bad(
+        "counts without a resolution",
+        ("columns.position", "counts_per_rev"),
+        IDENTIFY,
+        lambda: (
+            swap("axis.toml", '"q", unit = "m"', '"q", unit = "count"')(),
+            swap("axis.toml", 'resolution = "0.1 um"', "")(),
+        ),
+    ),
+    Bad("negative resolution", ("encoder.resolution", "> 0"), IDENTIFY, swap("axis.toml", '"0.1 um"', '"-0.1 um"')),
+    Bad("energy for a force", ("effort.limit", "energy"), IDENTIFY, swap("axis.toml", "300 N", "300 J")),
+    Bad("decimal comma", ("encoder.resolution", "0.1 um"), IDENTIFY, swap("axis.toml", "0.1 um", "0,1 um")),
+    Bad("gain in hertz", ("controller.k_p", "1/s"), IDENTIFY, swap("axis.toml", "80 1/s", "80 Hz")),
+    Bad("negative gain", ("controller.k_v", ">= 0"), IDENTIFY, swap("axis.toml", '"4 N*s/mm"', "-4.0")),
+    Bad("gain that is no such", ("controller.k_q", "k_p"), IDENTIFY, swap("axis.toml", "k_p", "k_q")),
+    Bad(
+        "controller that is no such",
+        ("controller.model", "Did you mean 'cascade'"),
+        IDENTIFY,
+        swap("axis.toml", '"cascade"', '"cascades"'),
+    ),
+    Bad("number beyond all bounds", ("controller.k_v",), IDENTIFY, swap("axis.toml", '"4 N*s/mm"', "1" + "0" * 400)),
+    Bad("exponent beyond all bounds", ("encoder.resolution",), IDENTIFY, swap("axis.toml", "0.1 um", "1e999999 um")),
+]
+EXPERIMENTS = [
+    Bad(
+        "unknown section",
+        ("frictoin", "Did you mean 'friction'"),
+        RUN,
+        swap("experiment.toml", "[friction]", "[frictoin]"),
+    ),
+    Bad(
+        "no friction",
+        ("friction", "[friction]"),
+        RUN,
+        swap("experiment.toml", '[friction]\nmodel = "coulomb_viscous"\nF_C = "8 N"\nF_v = "40 N*s/m"', ""),
+    ),
+    Bad("no plant", ("plant", "inertia"), RUN, swap("experiment.toml", '[plant]\nM = "20 kg"', "")),
+    Bad(
+        "model unknown",
+        ("friction.model", "coulomb_viscos"),
+        RUN,
+        swap("experiment.toml", '"coulomb_viscous"', '"coulomb_viscos"'),
+    ),
+    Bad("parameter unknown", ("friction.F_c", "Did you mean 'F_C'"), RUN, swap("experiment.toml", "F_C", "F_c")),
+    Bad("parameter missing", ("friction", "F_v"), RUN, swap("experiment.toml", 'F_v = "40 N*s/m"\n', "")),
+    Bad("parameter out of range", ("friction.F_C", "-8", ">= 0"), RUN, swap("experiment.toml", '"8 N"', '"-8 N"')),
+    Bad("parameter not finite", ("friction.F_C", "finite"), RUN, swap("experiment.toml", '"8 N"', "nan")),
+    Bad("truth for a number", ("friction.F_C", "True"), RUN, swap("experiment.toml", '"8 N"', "true")),
+    Bad("list for a number", ("friction.F_C", "[8.0]"), RUN, swap("experiment.toml", '"8 N"', "[8.0]")),
+    Bad(
+        "relation broken",
+        ("friction", "F_S >= F_C", "Raise F_S"),
+        RUN,
+        swap("experiment.toml", 'model = "coulomb_viscous"', 'model = "stribeck"\nF_S = 4.0\nv_S = 1e-3'),
+    ),
+    Bad("mass in newtons", ("plant.M", "kg"), RUN, swap("experiment.toml", "20 kg", "20 N")),
+    Bad("units of two kinds", ("friction.F_C", "rotational"), RUN, swap("experiment.toml", '"8 N"', '"8 N*m"')),
+    Bad("rotation as frequency", ("reference.frequency", "2 pi"), RUN, swap("experiment.toml", "0.5 Hz", "3 rad/s")),
+    Bad("no duration", ("run", "duration"), RUN, swap("experiment.toml", 'duration = "6 s"', "")),
+    Bad("sample time of nothing", ("run.sample_time", ">= 1e-09"), RUN, swap("experiment.toml", '"1 ms"', "0")),
+    Bad("more samples than memory", ("run.duration", "samples"), RUN, swap("experiment.toml", '"6 s"', '"6000 h"')),
+    Bad("nothing left to judge", ("run.settle", "6 s"), RUN, swap("experiment.toml", '"2 s"', '"9 s"')),
+    Bad(
+        "half a step", ("run.substeps", "1.5", "whole"), RUN, swap("experiment.toml", "[run]", "[run]\nsubsteps = 1.5")
+    ),
+    Bad(
+        "word for a model",
+        ("controller.feedforward.friction", "none"),
+        RUN,
+        swap(
+            "experiment.toml",
+            'friction = { model = "coulomb_viscous", F_C = "8 N", F_v = "40 N*s/m" }',
+            'friction = "all"',
+        ),
+    ),
+    Bad(
+        "mistake in a variant",
+        ("compare.none.controller.feedforward.gains", "Did you mean 'gain'"),
+        RUN,
+        append("experiment.toml", "gains = 2.0\n"),
+    ),
+    Bad(
+        "variant that is no table",
+        ("compare.none", "[compare.none]"),
+        RUN,
+        swap("experiment.toml", '[compare.none.controller.feedforward]\nfriction = "none"', "[compare]\nnone = 3"),
+    ),
+    Bad(
+        "file that is not there",
+        ("friction.file", "lost.toml"),
+        RUN,
+        swap("experiment.toml", 'model = "coulomb_viscous"\nF_C = "8 N"\nF_v = "40 N*s/m"', 'file = "lost.toml"'),
+    ),
+    Bad(
+        "reference of a log without one",
+        ("reference.file", "[columns]"),
+        RUN,
+        lambda: (
+            swap(
+                "experiment.toml",
+                'model = "sine"\namplitude = "50 mm"\nfrequency = "0.5 Hz"\nramp = "1 s"',
+                'model = "recorded"\nfile = "log.csv"\naxis = "axis.toml"',
+            )(),
+            swap("axis.toml", 'reference = { column = "r", unit = "m" }', "")(),
+        ),
+    ),
+]
+MODELS = [
+    Bad(
+        "model file without friction",
+        ("frictions", "Did you mean 'friction'"),
+        PREDICT,
+        swap("model.toml", "[friction]", "[frictions]"),
+    ),
+    Bad(
+        "model file without a plant",
+        ("model.toml", "plant"),
+        PREDICT,
+        swap("model.toml", '[plant]\nmodel = "inertia"\nM = 20.0', ""),
+    ),
+    Bad("value out of range in a model file", ("plant.M", "-20"), PREDICT, swap("model.toml", "M = 20.0", "M = -20.0")),
+    Bad("model of another kind of axis", ("rotational",), PREDICT, swap("model.toml", "translational", "rotational")),
+    Bad(
+        "controller unknown for the closed loop",
+        ("controller", "--mode inverse"),
+        (*PREDICT, "--mode", "closed-loop"),
+        lambda: Path("axis.toml").write_text(Path("axis.toml").read_text().partition("[controller]")[0]),
+    ),
+    Bad(
+        "own model with a slip of the pen",
+        ("own.py, line 1", "valid Python"),
+        ("check", "own.py"),
+        write("own.py", "def trial(:\n"),
+    ),
+    Bad(
+        "own model that stops",
+        ("own.py, line 2", "ZeroDivisionError"),
+        ("check", "own.py"),
+        write("own.py", "a = 0\nb = 1 / a\n"),
+    ),
+    Bad(
+        "own model without a model",
+        ("own.py", "MODEL = FrictionModel"),
+        ("check", "own.py"),
+        write("own.py", "a = 0\n"),
+    ),
+    Bad("own model that is not there", ("gone.py",), ("check", "gone.py")),
+]
+ALL = [*COMMAND_LINES, *LOGS, *AXES, *EXPERIMENTS, *MODELS]
+
+
+def is_readable(errors: str, words: tuple[str, ...]) -> None:
+    lines = errors.splitlines()
+    assert len(lines) == 1, errors
+    assert lines[0].startswith("bristle: ")
+    assert 20 <= len(lines[0]) <= 600
+    assert "Traceback" not in errors
+    assert "fault of bristle" not in errors
+    for word in words:
+        assert word in lines[0], (word, lines[0])
+
+
+@pytest.mark.parametrize("bad", ALL, ids=[bad.name for bad in ALL])
+def test_bad_input_is_refused_with_one_readable_line(bristle, place, bad):
+    bad.make()
+    before = {one: one.stat().st_mtime_ns for one in place.rglob("*")}
+    out = (
+        ()
+        if "--out" in bad.arguments or bad.arguments[0] not in ("identify", "predict", "run")
+        else ("--out", "results")
+    )
+    ended = bristle(*bad.arguments, *out, *(() if bad.arguments[0] == "idenfity" else ("--json",)))
+    assert ended.code == 2, ended
+    assert ended.out == ""
+    is_readable(ended.err, bad.words)
+    assert {one: one.stat().st_mtime_ns for one in place.rglob("*") if "__pycache__" not in one.parts} == before
+
+
+def test_the_table_is_long_and_its_rows_differ():
+    assert len(ALL) >= 30
+    assert len({bad.name for bad in ALL}) == len(ALL)
+
+
+@pytest.mark.parametrize("bad", [LOGS[3], AXES[7], EXPERIMENTS[6]], ids=lambda bad: bad.name)
+def test_a_process_of_its_own_says_the_same(place, bad):
+    bad.make()
+    code = "import sys; from bristle.cli.main import main; sys.exit(main())"
+    ended = subprocess.run(
+        [sys.executable, "-c", code, *bad.arguments, "--out", "results"],
+        capture_output=True,
+        text=True,
+        check=False,
+        env=os.environ | {"COLUMNS": "20"},
+    )
+    assert (ended.returncode, ended.stdout) == (2, "")
+    is_readable(ended.stderr, bad.words)
+    assert not list(place.glob("results*"))
