@@ -1,0 +1,178 @@
+"""The walls of the house: what loads what, what is public, what a kernel may hold, how long things are."""
+
+import ast
+import importlib
+import inspect
+import pkgutil
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import bristle
+from bristle.core.contracts import Component
+from bristle.core.kernel import kernels
+from bristle.core.variable import variables_of
+from bristle.testing import violations_of
+
+ROOT = Path(bristle.__file__).parent
+MODULES = sorted(
+    name for _, name, _ in pkgutil.walk_packages([str(ROOT)], "bristle.") if not name.endswith("__main__")
+)
+HEAVY = ("numba", "scipy", "pint", "pydantic", "rich", "matplotlib")
+FAMILIES = ("friction", "plants", "controllers", "sensors", "references")
+
+
+def loaded_after(code):
+    out = subprocess.run(
+        [sys.executable, "-c", f"import sys\n{code}\nprint(*{{name.partition('.')[0] for name in sys.modules}})"],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    return set(out.stdout.split()[-400:]) & {*HEAVY, "numpy"}
+
+
+def test_import_bristle_loads_nothing_heavy():
+    assert loaded_after("import bristle") == set()
+
+
+def test_the_help_loads_nothing_heavy():
+    code = (
+        "from bristle.cli.main import main\n"
+        "sys.argv = ['bristle', '--help']\n"
+        "try:\n    main()\nexcept SystemExit:\n    pass"
+    )
+    assert loaded_after(code) & set(HEAVY) == set()
+
+
+def test_defining_models_loads_no_compiler():
+    assert loaded_after("import bristle.friction, bristle.plants, bristle.controllers") & set(HEAVY) == set()
+
+
+def test_every_public_name_is_there_after_every_module_was_imported():
+    # A folder named like a function would replace it: import all, then ask.
+    for name in MODULES:
+        importlib.import_module(name)
+    for name in bristle.__all__:
+        value = getattr(bristle, name)
+        if name in ("response", "identify", "predict", "simulate", "check", "read_log", "read_axis", "read_model"):
+            assert callable(value), name
+    assert callable(bristle.friction.lugre)
+
+
+def test_public_face_is_small_and_known():
+    assert len(bristle.__all__) <= 25
+    assert set(bristle.__all__) <= set(dir(bristle))
+
+
+def test_every_kernel_stays_in_the_exportable_subset():
+    for name in MODULES:
+        importlib.import_module(name)
+    ours = [one for one in kernels() if one.__module__.startswith("bristle.") or one.__module__ == "bristle.core.packing"]
+    assert len(ours) > 40
+    assert [text for one in ours for text in violations_of(one)] == []
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "    return v ** 2.5",
+        "    return [v][0]",
+        "    import math",
+        "    return len({v})",
+        "    raise ValueError",
+        "    return math.exp(v)",
+        "    for x in p:\n        v += x\n    return v",
+        "    return sorted(p)",
+        "    return f'{v}'",
+        "    return p.sum()",
+        "    return (lambda x: x)(v)",
+        "    return max(v, key=p)",
+        "    with p:\n        return v",
+        "    while v:\n        v -= 1\n    else:\n        v = 2\n    return v",
+        "    try:\n        return v\n    finally:\n        v = 1",
+        "    return v @ p",
+        "    global g\n    return v",
+        "    return g",
+    ],
+)
+def test_what_is_outside_the_subset_is_found(body, tmp_path, monkeypatch):
+    path = tmp_path / "outside.py"
+    path.write_text(f"import math\ng = []\ndef f(v, p):\n{body}\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    sys.modules.pop("outside", None)
+    assert violations_of(importlib.import_module("outside").f) != []
+
+
+def components():
+    for family in FAMILIES:
+        package = importlib.import_module(f"bristle.{family}")
+        for _, name, _ in pkgutil.iter_modules(package.__path__):
+            module = importlib.import_module(f"bristle.{family}.{name}")
+            if isinstance(getattr(module, "MODEL", None), Component):
+                yield family, name, module.MODEL, package
+
+
+def test_every_component_is_bound_in_its_family_and_complete():
+    found = list(components())
+    assert len(found) >= 12
+    for family, name, model, package in found:
+        assert getattr(package, model.name) is model, f"{family}/{name} is not bound in its package"
+        assert model.description
+        variables_of(model.Parameters)
+        variables_of(model.State)
+        doc = importlib.import_module(model.module).__doc__ or ""
+        assert len(doc) > 40, f"{family}/{name} does not say what it is"
+        if family == "friction":
+            assert model.reference.startswith("doi:"), name
+            assert model.reference.removeprefix("doi:") in doc, name
+
+
+def functions(tree):
+    return [node for node in ast.walk(tree) if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef))]
+
+
+def test_modules_and_functions_are_short():
+    lengths = {}
+    for path in ROOT.rglob("*.py"):
+        text = path.read_text()
+        lengths[path] = text.count("\n")
+        for function in functions(ast.parse(text)):
+            length = function.end_lineno - function.lineno
+            assert length <= 80, f"{path.relative_to(ROOT)}:{function.lineno} {function.name} has {length} lines"
+    assert max(lengths.values()) <= 400, max(lengths, key=lengths.get)
+    assert sorted(lengths.values())[len(lengths) // 2] <= 120
+
+
+def test_no_exception_is_swallowed_and_nothing_is_left_for_later():
+    for path in ROOT.rglob("*.py"):
+        text = path.read_text()
+        for node in ast.walk(ast.parse(text)):
+            if isinstance(node, ast.ExceptHandler):
+                assert not (len(node.body) == 1 and isinstance(node.body[0], ast.Pass)), f"{path}:{node.lineno}"
+        assert not re.search(r"TODO|FIXME|XXX|NotImplementedError", text), path
+
+
+def test_public_functions_document_every_argument():
+    missing = []
+    for name in MODULES:
+        module = importlib.import_module(name)
+        for key in getattr(module, "__all__", ()):
+            value = getattr(module, key)
+            if not inspect.isfunction(value) or value.__module__ != name:
+                continue
+            doc = inspect.getdoc(value) or ""
+            if "Parameters\n----------" not in doc:
+                continue
+            for argument in inspect.signature(value).parameters:
+                if argument not in ("self", "args", "kwargs", "values") and not re.search(rf"\b{argument}\b", doc):
+                    missing.append(f"{name}.{key}: {argument}")
+    assert missing == []
+
+
+def test_the_package_knows_no_machine_and_no_working_paper():
+    for path in ROOT.rglob("*"):
+        if path.suffix in (".py", ".toml", ".html", ".css", ".md") and path.is_file():
+            text = path.read_text()
+            assert not re.search(r"/(root|work|farm)/|\.\./shared|theory\.md|design\.md|[Ii]ssue \d", text), path

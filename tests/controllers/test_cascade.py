@@ -1,0 +1,89 @@
+"""The cascade: its law, its limit, and an integral that does not wind up."""
+
+import numpy as np
+import pytest
+
+from bristle import controllers, friction, sensors
+from bristle.core.contracts import Reference
+from bristle.engine import run_closed_loop
+from bristle.plants import inertia
+
+DT = 1e-3
+
+
+def drive(controller, reference, *, limit=np.inf, model=None, **options):
+    desired = np.zeros((4, reference.size))
+    desired[0] = reference
+    desired[1] = np.gradient(reference, DT)
+    desired[2] = np.gradient(desired[1], DT)
+    model = model or friction.coulomb_viscous(F_C=5.0, F_v=20.0)
+    return run_closed_loop(inertia(M=2.0), model, controller, sensors.encoder(), desired, DT, limit=limit, **options)
+
+
+def test_without_integral_it_is_proportional_in_both_loops():
+    c = controllers.cascade(k_p=50.0, k_v=300.0)
+    state = c.component.start(0.1, 0.2, 0.0, DT, c.parameters)
+    effort, _ = c.component.step(state, Reference(0.103, 0.0, 0.0), 0.1, DT, c.parameters)
+    assert effort == pytest.approx(300.0 * (50.0 * 0.003 - 0.2), rel=1e-9)
+
+
+@pytest.mark.parametrize("averaging", [1, 2])
+def test_velocity_of_a_steady_motion_is_read_right(averaging):
+    c = controllers.cascade(k_p=0.0, k_v=1.0, averaging=averaging)
+    state = c.component.start(0.0, 0.25, 0.0, DT, c.parameters)
+    for k in range(5):
+        effort, state = c.component.step(state, Reference(0.0, 0.0, 0.0), 0.25 * k * DT, DT, c.parameters)
+        assert effort == pytest.approx(-0.25, rel=1e-9)
+
+
+def test_starting_under_way_leaves_no_jolt():
+    t = DT * np.arange(400)
+    reference = 0.05 * t
+    c = controllers.cascade(k_p=60.0, k_v=400.0, k_ff=1.0)
+    trace = drive(c, reference, v=0.05, model=friction.viscous(F_v=0.0))
+    assert np.max(np.abs(trace.command)) < 1e-6
+
+
+def test_the_integral_removes_the_error_that_friction_leaves():
+    reference = np.concatenate((np.zeros(50), np.full(3000, 1e-3)))
+    without = drive(controllers.cascade(k_p=60.0, k_v=400.0), reference, model=friction.viscous(F_v=20.0),
+                    injected=np.full(reference.size, 3.0))  # fmt: skip
+    with_integral = drive(controllers.cascade(k_p=60.0, k_v=400.0, k_i=8e3), reference,
+                          model=friction.viscous(F_v=20.0), injected=np.full(reference.size, 3.0))  # fmt: skip
+    assert abs(without.position[-1] - 1e-3) > 1e-4
+    assert abs(with_integral.position[-1] - 1e-3) < 1e-7
+
+
+def test_a_long_saturation_winds_nothing_up():
+    reference = np.concatenate((np.zeros(20), np.full(3980, 0.2)))
+    c = controllers.cascade(k_p=30.0, k_v=400.0, k_i=2e4, limit=12.0)
+    trace = drive(c, reference)
+    assert np.max(np.abs(trace.command)) <= 12.0
+    overshoot = trace.position.max() - 0.2
+    assert overshoot < 0.05 * 0.2
+    assert abs(trace.position[-1] - 0.2) < 1e-3
+
+
+def test_the_limit_holds_with_feedforward_and_injected_inputs():
+    t = DT * np.arange(1500)
+    c = controllers.cascade(k_p=60.0, k_v=400.0, limit=20.0)
+    trace = drive(c, 0.05 * np.sin(12 * t), limit=18.0, injected=np.full(t.size, 4.0))
+    assert np.max(np.abs(trace.command)) <= 18.0
+
+
+@pytest.mark.parametrize("delay", [0, 1, 3])
+def test_delay_moves_the_effort_by_whole_samples(delay):
+    t = DT * np.arange(300)
+    c = controllers.cascade(k_p=20.0, k_v=100.0)
+    trace = drive(c, 1e-3 * np.sin(30 * t), delay=delay, effort_before=0.5)
+    assert np.array_equal(trace.effort[delay:], trace.command[: trace.command.size - delay])
+    assert np.all(trace.effort[:delay] == 0.5)
+
+
+def test_an_unstable_loop_ends_with_a_status_and_not_with_infinities():
+    from bristle.core.status import Status
+
+    t = DT * np.arange(5000)
+    trace = drive(controllers.cascade(k_p=400.0, k_v=9000.0), 1e-3 * np.sin(30 * t), delay=3)
+    assert trace.status == Status.NOT_FINITE
+    assert trace.time.size < t.size

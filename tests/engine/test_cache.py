@@ -1,0 +1,156 @@
+"""The cache: fast in a second process, never stale, and nobody's model harms another process."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import bristle
+from bristle.core.fingerprint import fingerprint
+
+PACKAGE = Path(bristle.__file__).parent
+
+PROBE = """
+import json, sys
+import numpy as np
+from bristle import friction
+from bristle.engine import compiled_count, force_along
+if len(sys.argv) > 1:
+    from bristle.files.user_model import load_model_file
+    from bristle.testing import example_of
+    model = example_of(load_model_file(sys.argv[1]))
+else:
+    model = friction.lugre(F_C=1.0, F_S=1.5, v_S=1e-3, sigma_0=1e5)
+force = force_along(model, np.full(50, 2e-3), 1e-2)
+print(json.dumps([float(force[-1]), compiled_count()]))
+"""
+
+USER = """
+from typing import Annotated, NamedTuple
+from bristle.core import FrictionModel, Variable, kernel
+from bristle.core.mathematics import direction
+from {helper} import LEVEL
+
+class Parameters(NamedTuple):
+    F_C: Annotated[float, Variable("force", "Coulomb friction force", min=0.0)] = 2.0
+
+class State(NamedTuple):
+    pass
+
+class Move(NamedTuple):
+    pass
+
+@kernel
+def trial(state, memory, motion, dt, p):
+    return p.F_C * direction(motion.v) * {factor}, Move()
+
+@kernel
+def commit(state, memory, move, p):
+    return state
+
+MODEL = FrictionModel(name="mine", description="mine", Parameters=Parameters, State=State, trial=trial, commit=commit)
+"""
+
+
+@pytest.fixture
+def probe(tmp_path):
+    def run(*arguments, **environment):
+        settings = os.environ | {"BRISTLE_CACHE_DIR": str(tmp_path / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
+        settings.pop("NUMBA_DISABLE_JIT", None)
+        done = subprocess.run(
+            [sys.executable, "-c", PROBE, *map(str, arguments)], env=settings | environment,
+            capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        force, compiled = json.loads(done.stdout)
+        return force, compiled
+
+    return run
+
+
+def test_a_second_process_compiles_nothing(probe):
+    first, compiled = probe()
+    again, compiled_again = probe()
+    assert compiled == 1
+    assert compiled_again == 0
+    assert first == again
+
+
+def test_an_edited_source_of_ours_never_returns_an_old_number(probe, tmp_path):
+    before, _ = probe()
+    copy = tmp_path / "copy" / "bristle"
+    shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    # A function two calls away from the entry, and a number in it.
+    source = copy / "friction" / "lugre.py"
+    text = source.read_text()
+    edited = text.replace("return p.F_C + (p.F_S - p.F_C) * exp(", "return p.F_C + 2.0 * (p.F_S - p.F_C) * exp(")
+    assert edited != text
+    source.write_text(edited)
+    after, compiled = probe(PYTHONPATH=str(copy.parent))
+    assert compiled == 1
+    G = 1.0 + 0.5 * np.exp(-4.0)
+    assert before == pytest.approx(G, rel=1e-9)
+    assert after == pytest.approx(G + 0.5 * np.exp(-4.0), rel=1e-9)
+    assert probe()[0] == before
+
+
+def test_an_edited_file_of_a_user_never_returns_an_old_number(probe, tmp_path):
+    (tmp_path / "levels.py").write_text("LEVEL = 10.0\n")
+    model = tmp_path / "my_model.py"
+    model.write_text(USER.format(helper="levels", factor="3.0"))
+    place = {"PYTHONPATH": str(tmp_path)}
+    assert probe(model, **place) == (6.0, 1)
+    assert probe(model, **place) == (6.0, 0)
+    stamp = model.stat()
+    model.write_text(USER.format(helper="levels", factor="5.0"))
+    os.utime(model, ns=(stamp.st_atime_ns, stamp.st_mtime_ns))  # same size, same time: only the text differs
+    assert probe(model, **place) == (10.0, 1)
+
+
+def test_a_constant_that_a_user_imports_is_seen_too(probe, tmp_path):
+    helper = tmp_path / "levels.py"
+    model = tmp_path / "my_model.py"
+    model.write_text(USER.format(helper="levels", factor="LEVEL"))
+    helper.write_text("LEVEL = 10.0\n")
+    assert probe(model, PYTHONPATH=str(tmp_path)) == (20.0, 1)
+    helper.write_text("LEVEL = 11.0\n")
+    assert probe(model, PYTHONPATH=str(tmp_path)) == (22.0, 1)
+
+
+def test_a_users_model_that_is_gone_harms_no_later_process(probe, tmp_path):
+    (tmp_path / "levels.py").write_text("LEVEL = 1.0\n")
+    model = tmp_path / "my_model.py"
+    model.write_text(USER.format(helper="levels", factor="3.0"))
+    probe(model, PYTHONPATH=str(tmp_path))
+    model.unlink()
+    (tmp_path / "levels.py").unlink()
+    assert probe()[1] == 1
+    assert probe()[1] == 0
+
+
+def test_a_damaged_or_unwritable_cache_only_costs_time(probe, tmp_path):
+    good, _ = probe()
+    for file in (tmp_path / "cache").rglob("*.bin"):
+        file.write_bytes(file.read_bytes()[:1000])
+    assert probe() == (good, 1)
+    assert probe() == (good, 0)
+    assert probe(BRISTLE_CACHE_DIR="/dev/null/nowhere") == (good, 1)
+    assert probe(BRISTLE_CACHE_DIR="") == (good, 1)
+
+
+def test_the_fingerprint_follows_what_the_compiler_freezes():
+    def made(constant, inner_factor):
+        scope = {"LEVEL": constant}
+        exec(
+            f"def inner(x):\n    return x * {inner_factor}\ndef outer(x):\n    return inner(x) + LEVEL\n", scope
+        )
+        return scope["outer"]
+
+    assert fingerprint(made(1.0, 2.0)) == fingerprint(made(1.0, 2.0))
+    assert fingerprint(made(1.0, 2.0)) != fingerprint(made(1.5, 2.0))
+    assert fingerprint(made(1.0, 2.0)) != fingerprint(made(1.0, 3.0))

@@ -1,0 +1,102 @@
+"""Experiments: statistics, feedforward along the desired trajectory, what compensation gains."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from bristle import controllers, friction
+from bristle.core.experiment import Feedforward
+from bristle.core.status import Status
+from bristle.plants import inertia
+from bristle.references import recorded, sine
+from bristle.simulation import compensation_experiment, feedforward_effort, friction_along, simulate, statistics_of
+
+DT = 1e-3
+CONTROLLER = controllers.cascade(k_p=60.0, k_v=3000.0)
+TRUTH = friction.lugre(F_C=20.0, F_S=28.0, v_S=5e-3, sigma_0=5e6, sigma_1=1e3, sigma_2=100.0)
+
+
+def motion(count=3000):
+    t = DT * np.arange(count)
+    return 5e-3 * (1.0 - np.cos(5.0 * t))
+
+
+@given(arrays(float, st.integers(1, 50), elements=st.floats(-1e3, 1e3)))
+def test_statistics_hold_together(signal):
+    s = statistics_of(signal)
+    assert s.min <= s.mean + 1e-9
+    assert s.mean <= s.max + 1e-9
+    assert s.peak_to_peak == s.max - s.min
+    assert s.rms**2 == pytest.approx(s.mean**2 + s.std**2, rel=1e-6, abs=1e-9)
+
+
+def test_feedforward_is_what_the_desired_motion_takes():
+    # Fed to a plant without any feedback, the effort reproduces the desired motion (without dry friction, which
+    # would let a small error at a stop grow).
+    from bristle.engine import run_open_loop
+
+    film = friction.viscous(F_v=80.0)
+    position = motion()
+    velocity = np.gradient(position, DT)
+    effort = feedforward_effort(Feedforward(mass=3.0, friction=film), position, np.gradient(velocity, DT), DT)
+    trace = run_open_loop(inertia(M=3.0), film, effort, DT, steps=4)
+    assert np.max(np.abs(trace.position - position)) < 1e-3 * np.ptp(position)
+
+
+def test_a_resting_reference_is_fed_the_middle_of_a_set_valued_force():
+    model = friction.find("coulomb")(F_C=5.0, offset=1.5)
+    assert friction_along(model, np.zeros(4), DT).tolist() == [1.5] * 4
+    moving = friction_along(model, np.array([1.0, 0.0, -1.0]), DT)
+    assert moving.tolist() == [6.5, 1.5, -3.5]
+
+
+def test_compensation_with_the_true_model_takes_most_of_the_error_away():
+    experiment = compensation_experiment(inertia(M=3.0), TRUTH, TRUTH, CONTROLLER, motion(), DT, resolution=1e-8)
+    result = simulate(experiment)
+    assert list(result.variants) == ["as_recorded", "feedforward", "compensated"]
+    errors = [variant.following_error.rms for variant in result.variants.values()]
+    assert errors[2] < 0.1 * errors[1] < 0.1 * errors[0]
+    assert all(variant.status == Status.OK for variant in result.variants.values())
+
+
+def test_what_the_model_leaves_out_limits_what_it_gains():
+    unseen = 3.0 * np.sin(40.0 * DT * np.arange(3000))
+    clean = simulate(compensation_experiment(inertia(M=3.0), TRUTH, TRUTH, CONTROLLER, motion(), DT))
+    disturbed = simulate(
+        compensation_experiment(inertia(M=3.0), TRUTH, TRUTH, CONTROLLER, motion(), DT, disturbance=unseen)
+    )
+    assert disturbed.variants["compensated"].true_error.rms > 3.0 * clean.variants["compensated"].true_error.rms
+
+
+def test_directions_are_judged_apart():
+    model = friction.find("coulomb+asymmetry")(F_C_pos=30.0, F_C_neg=10.0)
+    experiment = compensation_experiment(inertia(M=3.0), model, model, CONTROLLER, motion(), DT)
+    fed = simulate(experiment).variants["feedforward"]
+    assert fed.by_direction["forward"].mean > -2.0 * fed.by_direction["backward"].mean > 0.0
+
+
+def test_progress_names_every_variant():
+    seen = []
+    experiment = compensation_experiment(inertia(M=3.0), TRUTH, TRUTH, CONTROLLER, motion(300), DT)
+    simulate(experiment, progress=lambda share, text: seen.append((share, text)))
+    assert [text for _, text in seen] == ["as_recorded", "feedforward", "compensated"]
+    assert seen[0][0] == 0.0
+
+
+def test_sine_begins_at_rest_and_its_derivatives_are_its_derivatives():
+    model = sine(amplitude=2e-3, frequency=3.0, ramp=0.2, offset=1e-3)
+    t = np.linspace(0.0, 1.0, 20001)
+    x, v, a = model.component.sample(t, model.parameters)
+    assert (x[0], v[0], a[0]) == (1e-3, 0.0, 0.0)
+    np.testing.assert_allclose(np.gradient(x, t)[1:-1], v[1:-1], atol=1e-6)
+    np.testing.assert_allclose(np.gradient(v, t)[2:-2], a[2:-2], atol=2e-3)
+
+
+def test_a_recorded_motion_stands_still_beyond_its_end():
+    model = recorded(position=[0.0, 1.0, 2.0, 3.0], sample_time=0.5)
+    x, v, a = model.component.sample(np.array([0.25, 1.5, 9.0]), model.parameters)
+    assert x.tolist() == [0.5, 3.0, 3.0]
+    assert v[0] == pytest.approx(2.0)
+    assert (v[2], a[2]) == (0.0, 0.0)
