@@ -14,6 +14,7 @@ import shutil
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 
 from bristle.core.errors import InputError, InputWarning
@@ -23,6 +24,7 @@ __all__ = ["SUMMARY", "results_folder"]
 SUMMARY = "summary.json"
 """The file that every folder of results holds, and by which it is known as one."""
 
+ATTEMPTS = 100
 _WRITING = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS, errno.EIO}
 
 
@@ -98,32 +100,43 @@ def _check_free(wanted: Path, force: bool) -> None:
 
 def _claim(partial: Path, wanted: Path) -> int | None:
     """Make the folder to write into and lock it; the lock ends with the process, however that ends."""
-    try:
-        import fcntl
-    except ImportError:  # no such locks on this system: the folder itself is the lock, and a stale one is reported
+    if find_spec("fcntl") is None:  # without such locks the folder itself is the lock, and a stale one is reported
         try:
             partial.mkdir()
         except FileExistsError:
             raise _in_use(wanted, f"If no bristle is running, delete {partial}") from None
         return None
-    while True:
-        try:
-            partial.mkdir(exist_ok=True)
-            owner = os.open(partial, os.O_RDONLY | os.O_DIRECTORY)
-        except OSError as error:
-            raise _unwritable(wanted, error) from error
-        try:
-            fcntl.flock(owner, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            # Between opening and locking, its former owner may have renamed or removed it.
-            if partial.exists() and os.path.samestat(os.fstat(owner), partial.stat()):
+    try:
+        for _ in range(ATTEMPTS):
+            owner = _locked(partial)
+            if owner is not None:
                 return owner
-        except BlockingIOError:
+    except BlockingIOError:
+        raise _in_use(wanted, "Wait for it to end, or name another folder") from None
+    except OSError as error:
+        raise _unwritable(wanted, error) from error
+    raise _unwritable(wanted, FileExistsError(errno.EEXIST, f"{partial.name} is in the way"))
+
+
+def _locked(partial: Path) -> int | None:
+    """Return the folder, made and locked; None where its former owner renamed or removed it in between."""
+    import fcntl
+
+    try:
+        partial.mkdir(exist_ok=True)
+        owner = os.open(partial, os.O_RDONLY | os.O_DIRECTORY)
+    except (FileNotFoundError, FileExistsError):
+        return None
+    kept = False
+    try:
+        fcntl.flock(owner, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        kept = partial.exists() and os.path.samestat(os.fstat(owner), partial.stat())
+    except FileNotFoundError:
+        return None
+    finally:
+        if not kept:
             os.close(owner)
-            raise _in_use(wanted, "Wait for it to end, or name another folder") from None
-        except BaseException:
-            os.close(owner)
-            raise
-        os.close(owner)
+    return owner if kept else None
 
 
 def _restore(partial: Path, wanted: Path) -> None:
