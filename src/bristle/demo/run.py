@@ -1,0 +1,104 @@
+"""The main job on the simulated axis, start to finish, into a folder of results."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from bristle.demo import axis_simulated
+from bristle.files.log import read_log
+from bristle.files.provenance import provenance
+from bristle.identification import drive_table, identify, predict
+from bristle.report.identification import identification_report
+from bristle.report.results import write_identification
+from bristle.report.summary import identification_summary
+from bristle.simulation import compensation_experiment, simulate
+
+if TYPE_CHECKING:
+    from bristle.identification import Identification
+    from bristle.simulation import Prediction, SimulationResult
+
+__all__ = ["BANNER", "MODELS", "Demonstration", "run"]
+
+MODELS = "coulomb_viscous,stribeck+asymmetry,lugre+asymmetry"
+BANNER = (
+    "This axis is simulated. Its friction, thirty spring-slider elements and a thinning oil film, has another structure "
+    "than every model fitted here, and the loop with and without compensation is run on that axis, not on the model."
+)
+FITTED, UNSEEN = 1, 2  # seeds of the two motions
+
+Progress = Callable[[float, str], None]
+
+
+@dataclass(frozen=True)
+class Demonstration:
+    """What the demonstration found: the models, the unseen log as predicted, the loop of the simulated axis."""
+
+    identification: Identification
+    prediction: Prediction
+    simulation: SimulationResult
+    summary: dict[str, object]
+
+
+def run(folder: Path, *, command: str, progress: Progress | None = None) -> Demonstration:
+    """Simulate an axis, identify it, predict an unseen log, and compensate it; write all of it into `folder`.
+
+    Parameters
+    ----------
+    folder : Path
+        An existing, empty folder.
+    command : str
+        The command that repeats it.
+    progress : callable, optional
+        Called with the share done and what comes next.
+
+    Returns
+    -------
+    Demonstration
+        What was found. The folder also holds the axis file and both logs, to be used with the other commands.
+    """
+
+    def at(share: float, text: str) -> None:
+        if progress is not None:
+            progress(share, text)
+
+    at(0.0, "running the simulated axis")
+    shutil.copyfile(axis_simulated.AXIS_FILE, folder / "axis.toml")
+    axis_simulated.write_log(folder / "log.csv", FITTED)
+    axis_simulated.write_log(folder / "unseen.csv", UNSEEN)
+    axis = axis_simulated.axis()
+    log, unseen = read_log(folder / "log.csv", axis), read_log(folder / "unseen.csv", axis)
+    found = identify(log, MODELS, axis=axis, progress=lambda share, text: at(0.2 + 0.4 * share, text))
+    best = found.best
+    at(0.6, "predicting a log that was not fitted")
+    prediction = predict(best.plant, best.friction, unseen, axis, "closed-loop")
+    at(0.7, "compensating the simulated axis")
+    assert unseen.reference is not None
+    simulation = simulate(
+        compensation_experiment(
+            axis_simulated.plant(),
+            axis_simulated.friction(),
+            best.friction,
+            axis.controller,
+            unseen.reference.values,
+            unseen.sample_time,
+            resolution=axis.resolution or 0.0,
+            effort_limit=axis.effort_limit or float("inf"),
+            name=axis.name,
+        )
+    )
+    at(0.9, "writing the report")
+    table = drive_table(best, 20)
+    source = provenance(command, log=folder / "log.csv", axis=folder / "axis.toml")
+    summary = identification_summary(
+        found, table=table, simulation=simulation, prediction=prediction, provenance=source
+    ) | {"simulated": True}
+    page = identification_report(
+        found, prediction=prediction, simulation=simulation, table=table, command=command, axis_name=axis.name,
+        provenance=source, banner=BANNER,
+    )  # fmt: skip
+    write_identification(folder, found, table=table, report=page, summary=summary, provenance=source)
+    return Demonstration(found, prediction, simulation, summary)
