@@ -45,9 +45,9 @@ def build_workbench(kind: Kind) -> Workbench:
     truth = friction.stribeck(kind=kind, **FRICTION[kind])
     law = controllers.cascade(kind=kind, k_p=80.0, k_v=250.0 * MASS[kind])
     step = 1e-5 * STROKE[kind]
-    recorded = simulate(
-        compensation_experiment(plant, truth, truth, law, reference, dt, resolution=step)
-    ).variants["as_recorded"]
+    recorded = simulate(compensation_experiment(plant, truth, truth, law, reference, dt, resolution=step)).variants[
+        "as_recorded"
+    ]
     length, force = unit_of("length", kind), unit_of("force", kind)
     log = Log(
         time=Channel(recorded.time, "s", "t"),

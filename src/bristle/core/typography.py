@@ -6,7 +6,7 @@ import math
 import re
 from typing import NamedTuple
 
-__all__ = ["Scale", "number", "scale_of", "typeset", "with_unit"]
+__all__ = ["Scale", "number", "scale_of", "typeset", "typeset_sentence", "with_unit"]
 
 # For each leading symbol the multiples in use: symbol, factor on a number in SI, from which magnitude on.
 _METRE = ((1.0, "{}", 1.0), (1e-3, "m{}", 1e3), (1e-6, "µ{}", 1e6), (1e-9, "n{}", 1e9))
@@ -20,6 +20,7 @@ _MULTIPLES: dict[str, tuple[tuple[float, str, float], ...]] = {
     "A": _NEWTON,
     "Hz": _NEWTON[:2],
 }
+_UNIT_IN_TEXT = re.compile(r"(?<=\d )[A-Za-z]+[A-Za-z*/^0-9]*")
 _INERTIA = ((1e-1, "kg*m^2", 1.0), (1e-5, "kg*cm^2", 1e4), (0.0, "g*cm^2", 1e7))
 _MASS = ((0.1, "kg", 1.0), (0.0, "g", 1e3))
 
@@ -45,7 +46,18 @@ def typeset(unit: str) -> str:
     """
     if unit == "1":
         return ""
-    return re.sub(r"\bu(?=m|rad|s|N)", "µ", unit).replace("*", "·").replace("^2", "²")
+    return re.sub(r"\bu(?=(m|rad|s|N)\b)", "µ", unit).replace("*", "·").replace("^2", "²")
+
+
+def typeset_sentence(text: str) -> str:
+    """Return a sentence with the units behind its numbers set for reading.
+
+    Examples
+    --------
+    >>> typeset_sentence("using 0.5 N*m over 7 um, at 2 rad/s^2")
+    'using 0.5 N·m over 7 µm, at 2 rad/s²'
+    """
+    return _UNIT_IN_TEXT.sub(lambda found: typeset(found[0]), text)
 
 
 def scale_of(unit: str, magnitude: float) -> Scale:

@@ -1,0 +1,139 @@
+"""What the report of an identification tells."""
+
+import csv
+import io
+import math
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pages import Page
+from test_pages import identification_page
+
+from bristle.core.typography import typeset_sentence
+from bristle.core.units import factor
+from bristle.friction import MODELS, find
+from bristle.identification import drive_table, identify, predict
+from bristle.identification.loop import loop_of
+from bristle.report.advice import ADVICE, next_measurements
+from bristle.report.identification import identification_report
+from bristle.report.model_tables import as_csv, drive_rows, parameter_table
+from bristle.simulation import simulate
+
+
+def plain(text: str) -> float:
+    return float(text.replace("−", "-").replace("± ", ""))
+
+
+def test_each_parameter_stands_in_the_table_with_its_standard_error(workbench):
+    fit = workbench.identified.best
+    table = parameter_table(fit)
+    assert [row[0] for row in table.rows] == [one.name for one in fit.estimates]
+    for row, estimate in zip(table.rows, fit.estimates, strict=True):
+        cells = dict(zip(table.heads, row, strict=True))
+        scale = factor(cells["Unit"].replace("–", "1"), estimate.unit)
+        if estimate.std is None:
+            assert cells["Standard error"] == "–"
+            assert plain(cells["Value"]) * scale == pytest.approx(estimate.value, rel=1e-3)
+        else:
+            assert plain(cells["Standard error"]) * scale == pytest.approx(estimate.std, rel=0.06)
+            assert plain(cells["Value"]) * scale == pytest.approx(estimate.value, abs=0.06 * estimate.std)
+
+
+def test_a_parameter_that_is_not_identified_says_so_and_what_to_measure(workbenches):
+    bench = workbenches["rotational"]
+    unknown = [one.name for one in bench.identified.best.estimates if one.status == "unidentifiable"]
+    assert unknown
+    words = Page(identification_page(bench)).words
+    assert f"could not be identified from this log: {', '.join(unknown)}" in words
+    assert all(typeset_sentence(warning) in words for warning in bench.identified.best.warnings)
+    for names, motion in next_measurements(bench.identified.best):
+        assert f"{names}: {motion}" in words
+
+
+def test_where_all_is_identified_the_least_certain_is_named(stage):
+    fit = stage.identified.best
+    least = max((one for one in fit.estimates if one.std), key=lambda one: one.std / abs(one.value))
+    words = Page(identification_page(stage)).words
+    assert f"the least certain, {least.name}," in words
+    assert "Nothing that the model asks for is left open." in words
+
+
+def test_there_is_advice_for_every_excitation_that_a_model_asks_for():
+    asked = {one.excitation for model in MODELS.values() for one in model.variables.values()}
+    assert asked - {""} <= set(ADVICE)
+
+
+def test_what_was_assumed_and_where_it_comes_from_is_told(stage):
+    words = Page(identification_page(stage)).words
+    assert all(typeset_sentence(one) in words for one in stage.identified.best.assumptions)
+    for fact in ("stage.csv", "0" * 64, "1 ms (1000 Hz)", "6 s", "made by a simulation", "column q"):
+        assert fact in words
+
+
+def test_a_clearly_larger_error_outside_the_fit_is_told(stage):
+    best = stage.identified.best
+    held_out = replace(best.held_out, mean_percent=2.0 * best.force_error_percent)
+    worse = replace(stage.identified, fits=(replace(best, held_out=held_out),))
+    assert "clearly larger" in Page(identification_page(stage, identification=worse)).words
+    assert "clearly larger" not in Page(identification_page(stage)).words
+
+
+def test_without_held_out_blocks_the_report_claims_nothing_about_them(stage):
+    bare = replace(stage.identified, fits=tuple(replace(one, held_out=None) for one in stage.identified.fits))
+    words = Page(identification_page(stage, identification=bare)).words
+    assert "nothing was held out" in words
+
+
+def test_the_drive_table_has_both_sides_of_rest(workbench):
+    kind = workbench.identified.best.plant.kind
+    rows = drive_rows(workbench.table, kind).rows
+    assert len(rows) == len(workbench.table) <= 20
+    sides = {row[1]: plain(row[2]) for row in rows if row[1] in ("−0", "+0")}
+    assert sides["−0"] < 0.0 < sides["+0"]
+    velocities = [plain(row[1]) for row in rows]
+    assert velocities == sorted(velocities)
+
+
+def test_the_copied_table_is_the_table(workbench):
+    text = as_csv(workbench.table, workbench.identified.best.plant.kind)
+    head, *rows = csv.reader(io.StringIO(text))
+    assert head[0].startswith("velocity [")
+    read = np.array(rows, dtype=float)
+    assert read == pytest.approx(np.array(workbench.table), rel=1e-5, abs=1e-12)
+    assert math.copysign(1.0, read[len(read) // 2 - 1, 0]) == -1.0
+
+
+def test_parameters_on_an_edge_and_without_limit_are_told(stage):
+    lugre = identify(stage.log, find("lugre"), axis=stage.axis, blocks=0)
+    page = Page(identification_page(stage, identification=lugre, simulation=None, prediction=None))
+    assert page.unbalanced == []
+    assert "∞" in page.words
+    held = [one for one in lugre.best.estimates if math.isinf(one.value)]
+    assert [one.name for one in held] == ["v_d"]
+
+
+@pytest.mark.measured
+def test_the_report_of_a_measured_axis():
+    folder = os.environ.get("BRISTLE_DATA")
+    if not folder:
+        pytest.skip("BRISTLE_DATA is not set")
+    from bristle.files import read_axis
+    from bristle.logs import read_log
+
+    axis = read_axis(Path(__file__).parents[2] / "examples" / "emps" / "axis.toml")
+    log = read_log(Path(folder) / "emps" / "DATA_EMPS.mat", axis)
+    found = identify(log, "coulomb_viscous,coulomb_viscous+asymmetry", axis=axis)
+    best = found.best
+    loop = simulate(loop_of(best.plant, best.friction, log, axis))
+    text = identification_report(
+        found, prediction=predict(best.plant, best.friction, log, axis, "closed-loop"), simulation=loop,
+        table=drive_table(best), command="bristle identify", axis_name=axis.name, provenance={},
+    )  # fmt: skip
+    words = Page(text).words
+    assert "described by coulomb_viscous+asymmetry" in words
+    assert "All 5 parameters are identified" in words
+    assert "lowers the following error" in words
+    assert len(text) < 1_000_000

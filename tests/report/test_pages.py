@@ -1,0 +1,141 @@
+"""Each report is one well-formed file that asks for nothing, escapes everything and names its units."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from pages import Page
+
+from bristle.report.identification import identification_report
+from bristle.report.prediction import prediction_report
+from bristle.report.simulation import simulation_report
+
+HOSTILE = '<script>alert("1")</script><img src=x onerror=y>'
+COMMON = {"command": "bristle do it", "provenance": {"bristle": "0.1.0", "log": "stage.csv"}}
+
+
+def identification_page(bench, **changes):
+    given = {
+        "prediction": bench.predicted, "simulation": bench.looped, "table": bench.table, "axis_name": "stage",
+    } | COMMON | changes  # fmt: skip
+    identified = given.pop("identification", bench.identified)
+    return identification_report(identified, **given)
+
+
+def simulation_page(bench, **changes):
+    given = COMMON | changes
+    return simulation_report(given.pop("result", bench.looped), **given)
+
+
+def prediction_page(bench, **changes):
+    best = bench.identified.best
+    given = {"plant": best.plant, "friction": best.friction, "log": bench.log, "axis_name": "stage"} | COMMON | changes
+    return prediction_report(bench.predicted, **given)
+
+
+PAGES = {"identification": identification_page, "simulation": simulation_page, "prediction": prediction_page}
+
+
+@pytest.fixture(params=PAGES)
+def text(request, workbench):
+    return PAGES[request.param](workbench)
+
+
+def test_tags_close_in_order_and_no_identifier_comes_twice(text):
+    page = Page(text)
+    assert page.unbalanced == []
+    ids = [attrs["id"] for _, attrs in page.tags if "id" in attrs]
+    assert len(ids) == len(set(ids)) > 5
+    assert set(re.findall(r'(?:href="#|url\(#)([^")]+)', text)) <= set(ids)
+
+
+def test_nothing_is_asked_from_outside(text):
+    assert not re.search(r"https?:|//[a-z]|\bsrc\s*=|@import|url\((?!#)|<script|<link|<iframe", text)
+    policy = next(attrs["content"] for attrs in Page(text).named("meta") if "http-equiv" in attrs)
+    assert policy.startswith("default-src 'none'")
+
+
+def test_people_who_cannot_see_it_can_follow_it(text):
+    page = Page(text)
+    assert page.named("html")[0]["lang"] == "en"
+    assert next(tag for tag, _ in page.tags if re.fullmatch(r"h\d", tag)) == "h1"
+    assert len(page.named("h1")) == len(page.named("title")) == 1
+    assert len(page.named("caption")) == len(page.named("table")) > 1
+    assert all(attrs.get("scope") in ("row", "col") for attrs in page.named("th"))
+    assert len(page.named("figcaption")) == len(page.named("figure")) > 0
+    assert all(attrs["role"] == "img" and attrs["aria-label"] for attrs in page.named("svg"))
+
+
+def test_it_says_how_to_repeat_it_and_what_it_is_made_from(text):
+    words = Page(text).words
+    assert "bristle do it" in words
+    assert "0.1.0" in words
+
+
+def test_no_number_is_left_unspoken(text):
+    assert not re.search(r"\b(nan|None|inf|Infinity)\b|\{\{|\{%", Page(text).words)
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_the_same_results_give_the_same_bytes(name, stage):
+    assert PAGES[name](stage) == PAGES[name](stage)
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_the_kind_of_axis_decides_the_units(name, workbenches):
+    words = {kind: Page(PAGES[name](bench)).words for kind, bench in workbenches.items()}
+    assert not re.search(r"\brad\b|N·m|Torque", words["translational"])
+    assert not re.search(r"\[[kmµ]?N\]|\d [kmµ]?N\b(?!·m)|m/s|Force", words["rotational"])
+
+
+def hostile_log(bench):
+    position = replace(bench.log.position, column=HOSTILE)
+    return replace(bench.log, position=position, source=Path(HOSTILE.replace("/", "")), notes=(HOSTILE,))
+
+
+def hostile_loop(bench):
+    experiment = bench.looped.experiment
+    variants = tuple(replace(one, name=HOSTILE + one.name) for one in experiment.variants)
+    results = {HOSTILE + name: replace(one, name=HOSTILE + name) for name, one in bench.looped.variants.items()}
+    return replace(bench.looped, experiment=replace(experiment, name=HOSTILE, variants=variants), variants=results)
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_hostile_names_stay_text(name, stage):
+    hostile = {"command": HOSTILE, "banner": HOSTILE, "provenance": {HOSTILE: HOSTILE}}
+    own = {
+        "identification": {
+            "identification": replace(stage.identified, log=hostile_log(stage)), "axis_name": HOSTILE,
+            "simulation": hostile_loop(stage),
+        },
+        "simulation": {"result": hostile_loop(stage)},
+        "prediction": {"log": hostile_log(stage), "axis_name": HOSTILE},
+    }  # fmt: skip
+    text = PAGES[name](stage, **hostile, **own[name])
+    page = Page(text)
+    assert page.unbalanced == []
+    assert page.named("script") + page.named("img") == []
+    assert page.words.count("alert") >= 4
+
+
+def test_the_banner_comes_before_anything_else(stage):
+    words = Page(simulation_page(stage, banner="This is a simulated axis.")).words
+    assert words.index("This is a simulated axis.") < words.index("stage: simulated", 20)
+
+
+@pytest.mark.parametrize(
+    "left_out", [("prediction",), ("simulation",), ("table",), ("prediction", "simulation", "table")]
+)
+def test_a_report_does_without_what_there_is_not(left_out, stage):
+    page = Page(identification_page(stage, **dict.fromkeys(left_out)))
+    assert page.unbalanced == []
+    ids = {attrs["id"] for attrs in page.named("figure")}
+    part = {"prediction": "figure-prediction", "simulation": "figure-following", "table": "figure-drive"}
+    assert {part[name] for name in part if name not in left_out} == ids & set(part.values())
+
+
+def test_a_report_of_one_model_compares_none(stage):
+    alone = replace(stage.identified, fits=stage.identified.fits[:1])
+    page = Page(identification_page(stage, identification=alone))
+    assert "figure-comparison" not in {attrs["id"] for attrs in page.named("figure")}
