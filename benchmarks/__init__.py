@@ -1,0 +1,1 @@
+"""Benchmarks: error and time together, each as a ratio against something run beside it."""

@@ -1,0 +1,131 @@
+"""Run the benchmarks: ``python -m benchmarks [NAME ...]``; prints one line for each claim, exit code 1 if one misses.
+
+What needs measured logs reads them where BRISTLE_DATA names them.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.timing import HEAD, Ratio, command, python, side_by_side, wall
+
+HERE = Path(__file__).parent
+EXAMPLES = HERE.parent / "examples"
+BRISTLE = shutil.which("bristle") or str(Path(sys.executable).parent / "bristle")
+
+
+def lugre() -> Iterator[Ratio]:
+    """Time the LuGre trial loop against the same scheme in C."""
+    from bristle import engine, friction
+
+    count = 1_000_000
+    generator = np.random.default_rng(5)
+    v = 1e-3 * np.cumsum(generator.standard_normal(count)) / 30.0
+    force_c = np.empty(count)
+    for label, v_d in (("constant micro-damping", float("inf")), ("micro-damping that fades", 5e-3)):
+        model = friction.lugre(F_C=1.0, F_S=1.5, v_S=1e-3, sigma_0=1e5, sigma_1=300.0, sigma_2=0.4, v_d=v_d)
+        with tempfile.TemporaryDirectory() as folder:
+            library = Path(folder) / "lugre.so"
+            subprocess.run(
+                ["gcc", "-O3", "-shared", "-fPIC", "-o", str(library), str(HERE / "lugre.c"), "-lm"], check=True
+            )
+            run = ctypes.CDLL(str(library)).lugre_run
+            parameters = (ctypes.c_double * 7)(*model.parameters)
+            pointer = ctypes.POINTER(ctypes.c_double)
+
+            def in_c(run=run, parameters=parameters, pointer=pointer) -> None:
+                z = ctypes.c_double(0.0)
+                run(
+                    parameters, ctypes.byref(z), v.ctypes.data_as(pointer), ctypes.c_double(1e-5),
+                    force_c.ctypes.data_as(pointer), ctypes.c_size_t(count),
+                )  # fmt: skip
+
+            def in_bristle(model=model) -> np.ndarray:
+                return engine.force_along(model, v, 1e-5, v)
+
+            ours, theirs, ratio = side_by_side(in_bristle, in_c, 15)
+            difference = np.max(np.abs(in_bristle() - force_c))
+        yield Ratio(
+            f"LuGre step, {label}", ours / count, theirs / count, ratio, 1.3, "the same scheme in C, gcc -O3",
+            f"largest difference {difference:.1e} N of {np.max(np.abs(force_c)):.2f} N",
+        )  # fmt: skip
+
+
+def start_up() -> Iterator[Ratio]:
+    """Time how long it takes to answer at all, against importing numpy."""
+    numpy = python("import numpy")
+    yield Ratio("import bristle", *side_by_side(python("import bristle"), numpy, 15), 3.0, "import numpy")
+    yield Ratio("bristle --help", *side_by_side(command(BRISTLE, "--help"), numpy, 15), 4.5, "import numpy")
+    with tempfile.TemporaryDirectory() as cache:
+        code = (
+            "import numpy as np\nfrom bristle import friction, response\n"
+            "response(friction.lugre(F_C=1.0, F_S=1.5, v_S=1e-3, sigma_0=1e5), np.linspace(0, 1e-3, 100), 1e-3)"
+        )
+        second = python(code, BRISTLE_CACHE_DIR=cache)
+        yield Ratio(
+            "a second process until it has computed", *side_by_side(second, python("import numpy, numba"), 9), None,
+            "import numpy, numba",
+        )  # fmt: skip
+
+
+def identify() -> Iterator[Ratio]:
+    """Time the main job on a real log, report included, against importing what it is built on."""
+    data = os.environ.get("BRISTLE_DATA")
+    if not data:
+        print("identify: skipped, BRISTLE_DATA is not set")
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        for model in ("coulomb_viscous", "coulomb_viscous+asymmetry"):
+            job = command(
+                BRISTLE, "identify", f"{data}/emps/DATA_EMPS.mat", "--axis", str(EXAMPLES / "emps" / "axis.toml"),
+                "--model", model, "--out", f"{folder}/out", "--force", "--json",
+            )  # fmt: skip
+            beside = python("import numpy, numba, scipy.signal")
+            yield Ratio(
+                f"identify EMPS, {model}, with report", *side_by_side(job, beside, 9), 4.0,
+                "import numpy, numba, scipy.signal",
+            )  # fmt: skip
+
+
+def demo() -> Iterator[Ratio]:
+    """Time the demonstration from a cold cache and from a warm one."""
+    with tempfile.TemporaryDirectory() as folder:
+        job = command(BRISTLE, "demo", "--out", f"{folder}/out", "--force", BRISTLE_CACHE_DIR=f"{folder}/cache")
+        cold = wall(job)
+        warm = min(wall(job) for _ in range(3))
+    beside = wall(python("import numpy, numba, scipy.signal"))
+    yield Ratio("demo, cold cache", cold, beside, cold / beside, None, "import numpy, numba, scipy.signal")
+    yield Ratio("demo, warm cache", warm, beside, warm / beside, None, "import numpy, numba, scipy.signal")
+
+
+BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
+    one.__name__: one for one in (lugre, start_up, identify, demo)
+}
+
+
+def main(names: list[str]) -> int:
+    """Run the benchmarks of these names, or all."""
+    unknown = [name for name in names if name not in BENCHMARKS]
+    if unknown:
+        print(f"no benchmark {', '.join(unknown)}; there are {', '.join(BENCHMARKS)}", file=sys.stderr)
+        return 2
+    print(HEAD)
+    missed = 0
+    for name in names or BENCHMARKS:
+        for claim in BENCHMARKS[name]():
+            print(claim.row(), flush=True)
+            missed += claim.limit is not None and claim.ratio > claim.limit
+    return 1 if missed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,73 @@
+"""Timing side by side: the two sides in turn, so that a machine that slows down slows both."""
+
+from __future__ import annotations
+
+import os
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+__all__ = ["Ratio", "command", "python", "side_by_side", "wall"]
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """One claim: what was timed, against what, and the limit of the ratio."""
+
+    name: str
+    ours: float
+    theirs: float
+    ratio: float
+    limit: float | None
+    against: str
+    error: str = ""
+
+    def row(self) -> str:
+        """Return the claim as a line of the table."""
+        limit = "" if self.limit is None else f"<= {self.limit:g}"
+        verdict = "" if self.limit is None else ("ok" if self.ratio <= self.limit else "MISSED")
+        return (
+            f"{self.name:<44} {_time(self.ours):>10} {_time(self.theirs):>10} {self.ratio:>7.2f} {limit:>8} "
+            f"{verdict:<7} {self.against}{'; ' + self.error if self.error else ''}"
+        )
+
+
+HEAD = f"{'what':<44} {'ours':>10} {'beside it':>10} {'ratio':>7} {'limit':>8} {'':<7} against; error"
+
+
+def _time(seconds: float) -> str:
+    if seconds < 1e-6:
+        return f"{1e9 * seconds:.2f} ns"
+    return f"{1e3 * seconds:.1f} ms" if seconds < 1.0 else f"{seconds:.2f} s"
+
+
+def wall(work: Callable[[], object]) -> float:
+    """Return the wall time of a call [s]."""
+    start = time.perf_counter()
+    work()
+    return time.perf_counter() - start
+
+
+def side_by_side(ours: Callable[[], object], theirs: Callable[[], object], runs: int) -> tuple[float, float, float]:
+    """Return the medians of both sides [s] and the median of the ratios, pair by pair, after one warm-up."""
+    ours()
+    theirs()
+    pairs = [(wall(ours), wall(theirs)) for _ in range(runs)]
+    return (
+        statistics.median(a for a, _ in pairs),
+        statistics.median(b for _, b in pairs),
+        statistics.median(a / b for a, b in pairs),
+    )
+
+
+def python(code: str, **environment: str) -> Callable[[], object]:
+    """Return the run of some Python in a process of its own."""
+    return command(sys.executable, "-c", code, **environment)
+
+
+def command(*words: str, **environment: str) -> Callable[[], object]:
+    """Return the run of a command; it must succeed."""
+    return lambda: subprocess.run(words, check=True, capture_output=True, env=os.environ | environment)
