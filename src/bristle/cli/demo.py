@@ -2,28 +2,63 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from bristle.cli.findings import show_identification
 from bristle.cli.options import Force, Json
+from bristle.cli.terminal import progress, say
+
+if TYPE_CHECKING:
+    from bristle.simulation import Prediction
 
 __all__ = ["EXAMPLE", "demo"]
 
 EXAMPLE = """Example:
   bristle demo --out demo-results"""
+USUAL_PLACE = Path("bristle-demo")
 
 
 def demo(
     context: typer.Context,
-    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Write the results into this new folder.")] = Path(
-        "bristle-demo"
-    ),
+    out: Annotated[
+        Path, typer.Option("--out", metavar="DIR", help="Write the results into this folder.")
+    ] = USUAL_PLACE,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Do the main job on a simulated axis.
 
-    A log, the identification, the compensated loop, the report. Ends by saying how to do it with a log of your own.
+    A log, the identification, a log that it has not seen, the compensated loop, the report. Ends by saying how to do
+    it with a log of your own.
     """
+    from bristle.demo import BANNER, run
+    from bristle.files.results import results_folder
+    from bristle.files.summary import as_json as json_text
+
+    # Nobody keeps the results of a demonstration where it puts them unasked.
+    with results_folder(out, force=force or out == USUAL_PLACE) as folder, progress("demonstration") as report:
+        done = run(folder, command=context.obj, progress=report)
+    if as_json:
+        sys.stdout.write(json_text(done.summary))
+        return
+    say(BANNER)
+    show_identification(done.identification, done.simulation, ())
+    _show_unseen(done.prediction)
+    say(f"""
+The report: {out / "report.html"} (open it in a browser). Now with a log of your own:
+  1. Copy {out / "axis.toml"} and write into it what your columns are called, in which units.
+  2. bristle log YOUR.csv --axis YOUR.toml
+  3. bristle identify YOUR.csv --axis YOUR.toml --model coulomb_viscous,stribeck+asymmetry --out results
+  4. bristle predict results/model.toml ANOTHER.csv --axis YOUR.toml""")
+
+
+def _show_unseen(prediction: Prediction) -> None:
+    from bristle.report.prediction import metrics_in_words
+
+    say("On a log that was not fitted, predicted in closed loop:")
+    for word, value in metrics_in_words(prediction):
+        say(f"  {word}: {value}")

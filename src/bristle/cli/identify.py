@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from bristle.cli.findings import show_identification
 from bristle.cli.options import AxisFile, Force, Json, Out
-from bristle.cli.terminal import complain, progress, say, show_table
+from bristle.cli.terminal import complain, progress
 
 if TYPE_CHECKING:
     from bristle.core import Axis
@@ -85,7 +86,7 @@ def identify(
     if as_json:
         sys.stdout.write(json_text(summary))
     else:
-        _show(found, simulation, recorded)
+        show_identification(found, simulation, recorded.notes)
     if out:
         complain(f"wrote {out}; open {out / 'report.html'} in a browser")
 
@@ -124,23 +125,3 @@ def _in_the_loop(
     if experiment is None:
         return None, None
     return simulate(experiment, report), predict(best.plant, best.friction, log, axis, "closed-loop")
-
-
-def _show(found: Identification, simulation: SimulationResult | None, log: Log) -> None:
-    from bristle.report.compensation import gain_of
-    from bristle.report.model_tables import comparison_table, parameter_table
-
-    best = found.best
-    show_table(parameter_table(best))
-    if len(found.fits) > 1:
-        show_table(comparison_table(found))
-    held_out = f", {best.held_out.mean_percent:.3g} % on held-out blocks" if best.held_out else ""
-    say(f"Force error {best.force_error_percent:.3g} % of the effort{held_out}.")
-    gain = gain_of(simulation) if simulation else None
-    if gain:
-        for sentence in gain.sentences():
-            say(sentence)
-    for note in log.notes:
-        say(f"Note: {note}")
-    for warning in best.warnings:
-        complain(f"warning: {warning}")

@@ -1,0 +1,34 @@
+"""An identification, as a person at a terminal reads it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from bristle.cli.terminal import complain, say, show_table
+
+if TYPE_CHECKING:
+    from bristle.identification import Identification
+    from bristle.simulation import SimulationResult
+
+__all__ = ["show_identification"]
+
+
+def show_identification(found: Identification, simulation: SimulationResult | None, notes: Iterable[str]) -> None:
+    """Write parameters, the models compared, and what compensation gains; warnings go to the error stream."""
+    from bristle.report.compensation import gain_of
+    from bristle.report.model_tables import comparison_table, parameter_table
+
+    best = found.best
+    show_table(parameter_table(best))
+    if len(found.fits) > 1:
+        show_table(comparison_table(found))
+    held_out = f", {best.held_out.mean_percent:.3g} % on held-out blocks" if best.held_out else ""
+    say(f"Force error {best.force_error_percent:.3g} % of the effort{held_out}.")
+    gain = gain_of(simulation) if simulation else None
+    for sentence in gain.sentences() if gain else ():
+        say(sentence)
+    for note in notes:
+        say(f"Note: {note}")
+    for warning in best.warnings:
+        complain(f"warning: {warning}")

@@ -1,0 +1,42 @@
+"""``bristle demo``: the main job, start to finish, openly on a simulated axis."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+
+@pytest.mark.slow
+def test_the_main_job_from_one_command(bristle, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shown = bristle("demo")
+    assert shown.code == 0
+    assert "simulated" in shown.out
+    assert "bristle identify YOUR.csv" in shown.out
+    folder = Path("bristle-demo")
+    assert {one.name for one in folder.iterdir()} == {
+        "axis.toml", "log.csv", "unseen.csv", "model.toml", "summary.json", "report.html", "drive_table.csv",
+    }  # fmt: skip
+    assert "This axis is simulated" in (folder / "report.html").read_text()
+    assert json.loads((folder / "summary.json").read_text())["simulated"] is True
+
+    # What it wrote serves the other commands, and they agree with it.
+    again = bristle("identify", folder / "log.csv", "--axis", folder / "axis.toml", "--json").data
+    listed = {one["name"]: one for one in json.loads((folder / "summary.json").read_text())["models"]}
+    assert again["parameters"] == listed["coulomb_viscous"]["parameters"]
+    predicted = bristle(
+        "predict", folder / "model.toml", folder / "unseen.csv", "--axis", folder / "axis.toml", "--mode", "closed-loop",
+        "--json",
+    )  # fmt: skip
+    summary = json.loads((folder / "summary.json").read_text())
+    assert predicted.data["metrics"] == summary["prediction"]["metrics"]
+
+
+def test_a_place_that_was_named_is_kept_without_force(bristle, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "summary.json").write_text("{}")
+    ended = bristle("demo", "--out", "mine")
+    assert ended.code == 2
+    assert "--force" in ended.err
+    assert (tmp_path / "mine" / "summary.json").read_text() == "{}"
