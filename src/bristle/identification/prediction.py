@@ -154,17 +154,23 @@ def _start(log: Log, friction: Model, first: int, resolution: float | None) -> t
     a sample, many samples would smooth a motion that begins.
     """
     dt, x = log.sample_time, float(log.position.values[first])
-    for count in range(8, 2 * START_SAMPLES + 2):
-        low = max(first - count // 2, 0)
-        position = log.position.values[low : low + count]
-        if np.ptp(position) >= 100.0 * (resolution or 0.0) > 0.0:
-            break
+    low, position = _around(log.position.values, first, 100.0 * (resolution or 0.0))
     if np.ptp(position) <= 1.5 * (resolution or 0.0):
         return {"x": x, "v": 0.0}, 0.0
     t = dt * (np.arange(position.size) + low - first)
     *_, half_acceleration, velocity, _ = (float(one) for one in np.polyfit(t, position - x, 3))
     state, memory = settled(friction, velocity)
     return {"x": x, "v": velocity, "state": state, "memory": memory}, 2.0 * half_acceleration
+
+
+def _around(position: np.ndarray, first: int, distance: float) -> tuple[int, np.ndarray]:
+    """Return the samples around one, as few as it takes to move by `distance` [m or rad], and where they begin."""
+    for count in range(8, 2 * START_SAMPLES + 1):
+        low = max(first - count // 2, 0)
+        if np.ptp(position[low : low + count]) >= distance > 0.0:
+            return low, position[low : low + count]
+    low = max(first - START_SAMPLES, 0)
+    return low, position[low : low + 2 * START_SAMPLES + 1]
 
 
 def _compare(mode: str, log: Log, traces: list[Trace], used: list[slice], notes: tuple[str, ...]) -> Prediction:
