@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import secrets
 import shutil
 import warnings
@@ -140,13 +141,17 @@ def _locked(partial: Path) -> int | None:
 
 
 def _restore(partial: Path, wanted: Path) -> None:
-    """Bring back results that a process, killed between two renames, had moved aside."""
-    if wanted.exists() or not any(partial.iterdir()):
-        return
-    for aside in sorted(wanted.parent.iterdir()):
-        if aside.name.startswith(f"{wanted.name}.old-") and (aside / SUMMARY).is_file():
-            os.rename(aside, wanted)
-            return
+    """Set right what a process left that was killed while it replaced results.
+
+    Killed between the two renames, it left the old results aside and the new ones unnamed: the old ones come back.
+    Killed later, it left them to be removed.
+    """
+    aside = [one for one in wanted.parent.iterdir() if re.fullmatch(re.escape(wanted.name) + r"\.old-\w{8}", one.name)]
+    if aside and not wanted.exists() and any(partial.iterdir()):
+        os.rename(aside.pop(), wanted)
+    if wanted.exists():
+        for one in aside:
+            shutil.rmtree(one, ignore_errors=True)
 
 
 def _empty(folder: Path) -> None:

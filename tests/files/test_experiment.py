@@ -1,0 +1,260 @@
+"""Experiment files: variants, what is taken from other files, and what is refused."""
+
+import tomllib
+
+import numpy as np
+import pytest
+
+from bristle.core import InputError
+from bristle.files.experiment import merged, read_experiment
+
+PLAIN = """
+schema = 1
+name = "plain"
+
+[plant]
+M = "2 kg"
+
+[friction]
+model = "coulomb_viscous"
+F_C = "3 N"
+F_v = 4
+
+[controller]
+model = "cascade"
+k_p = 10
+k_v = 20
+
+[controller.feedforward]
+mass = "2 kg"
+gain = 0.9
+friction = { model = "coulomb", F_C = "2.5 N" }
+
+[reference]
+model = "sine"
+amplitude = "1 mm"
+frequency = 1
+
+[run]
+duration = "2 s"
+sample_time = "1 ms"
+"""
+AXIS = """
+schema = 1
+kind = "translational"
+
+[columns]
+time = { column = "t", unit = "s" }
+position = { column = "q", unit = "m" }
+reference = { column = "r", unit = "mm" }
+effort = { column = "u", unit = "V" }
+
+[effort]
+force_constant = "5 N/V"
+limit = "10 V"
+
+[encoder]
+resolution = "2 um"
+
+[plant]
+mass = "7 kg"
+
+[controller]
+model = "cascade"
+k_p = 10
+k_v = "4 V*s/m"
+"""
+BY_AXIS = """
+schema = 1
+
+[axis]
+file = "axis.toml"
+
+[friction]
+model = "coulomb"
+F_C = "3 N"
+
+[reference]
+model = "recorded"
+file = "log.csv"
+"""
+
+
+@pytest.fixture
+def experiment(tmp_path):
+    """Return what writes an experiment file, with the files that it may name beside it, and reads it."""
+    (tmp_path / "axis.toml").write_text(AXIS)
+    t = 1e-3 * np.arange(200)
+    columns = np.column_stack((t, np.sin(9 * t), 1e3 * np.sin(9 * t), np.cos(9 * t)))
+    np.savetxt(tmp_path / "log.csv", columns, delimiter=",", header="t,q,r,u", comments="", fmt="%.15g")
+
+    def read(text: str, **others: str):
+        for name, content in others.items():
+            (tmp_path / f"{name}.toml").write_text(content)
+        path = tmp_path / "experiment.toml"
+        path.write_text(text)
+        return read_experiment(path)
+
+    return read
+
+
+def test_one_variant_as_the_file_stands(experiment):
+    found = experiment(PLAIN)
+    (base,) = found.variants
+    assert (found.name, found.kind, base.name) == ("plain", "translational", "base")
+    assert base.plant.values == {"M": 2.0}
+    assert base.friction.values == {"F_C": 3.0, "F_v": 4.0, "offset": 0.0}
+    assert (base.feedforward.mass, base.feedforward.gain) == (2.0, 0.9)
+    assert base.feedforward.friction.values["F_C"] == 2.5
+    assert base.sensor.values["resolution"] == 0.0
+    assert (base.run.duration, base.run.sample_time, base.run.substeps, base.run.delay) == (2.0, 1e-3, 4, 0)
+
+
+def test_variants_change_only_what_they_name(experiment):
+    found = experiment(
+        PLAIN
+        + """
+[compare.none.controller.feedforward]
+friction = "none"
+[compare.late.run]
+delay = 2
+[compare.stribeck]
+friction = { model = "stribeck", F_C = 3, F_S = 5, v_S = "1 mm/s", F_v = 4 }
+"""
+    )
+    base, none, late, stribeck = found.variants
+    assert [one.name for one in found.variants] == ["base", "none", "late", "stribeck"]
+    assert none.feedforward.friction is None
+    assert (none.feedforward.mass, none.friction) == (2.0, base.friction)
+    assert (late.run.delay, late.run.duration) == (2, 2.0)
+    assert stribeck.friction.name == "stribeck"
+    assert stribeck.friction.values["v_S"] == 1e-3
+    assert stribeck.controller == base.controller
+
+
+def test_an_empty_variant_gives_the_file_as_it_stands_a_name(experiment):
+    found = experiment(PLAIN + '[compare.with]\n[compare.without.controller.feedforward]\nfriction = "none"\n')
+    assert [one.name for one in found.variants] == ["with", "without"]
+    assert found.variants[0].feedforward.friction is not None
+
+
+def test_another_controller_keeps_what_is_fed_forward():
+    base = tomllib.loads(PLAIN)
+    changed = merged(base, {"controller": {"model": "cascade", "k_p": 1, "k_v": 2}})
+    assert changed["controller"] == {
+        "model": "cascade",
+        "k_p": 1,
+        "k_v": 2,
+        "feedforward": base["controller"]["feedforward"],
+    }
+    assert base == tomllib.loads(PLAIN)
+
+
+def test_an_axis_gives_what_the_file_leaves_out(experiment):
+    (base,) = experiment(BY_AXIS).variants
+    assert base.plant.values == {"M": 7.0}
+    assert base.sensor.values == {"resolution": 2e-6}
+    assert base.controller.values["k_v"] == 20.0  # 4 V*s/m at 5 N/V
+    assert base.run.effort_limit == 50.0
+    assert base.run.sample_time == pytest.approx(1e-3, rel=1e-12)
+    assert base.run.duration == pytest.approx(0.2)
+    assert base.reference.values["position"][100] == pytest.approx(np.sin(0.9), rel=1e-12)
+    changed = experiment(BY_AXIS + '[plant]\nM = 8\n[controller]\nk_p = 30\n[run]\neffort_limit = "4 V"\n').variants[0]
+    assert changed.plant.values == {"M": 8.0}
+    assert (changed.controller.values["k_p"], changed.controller.values["k_v"]) == (30.0, 20.0)
+    assert changed.run.effort_limit == 20.0
+
+
+IDENTIFIED = """
+schema = 1
+kind = "rotational"
+[plant]
+model = "inertia"
+M = 0.5
+[friction]
+model = "coulomb+asymmetry"
+F_C_pos = 1.0
+F_C_neg = 2.0
+"""
+BY_MODEL = """
+schema = 1
+[friction]
+file = "model.toml"
+[controller]
+model = "cascade"
+k_p = 10
+k_v = 20
+[controller.feedforward]
+friction = { file = "model.toml", F_C_neg = "1.5 N*m" }
+[reference]
+model = "sine"
+amplitude = "1 deg"
+frequency = 1
+[run]
+duration = 1
+sample_time = 1e-3
+"""
+
+
+def test_an_identified_model_gives_plant_kind_and_friction(experiment):
+    found = experiment(BY_MODEL, model=IDENTIFIED)
+    (base,) = found.variants
+    assert found.kind == "rotational"
+    assert base.plant.values == {"M": 0.5}
+    assert base.friction.values["F_C_neg"] == 2.0
+    assert base.feedforward.friction.values["F_C_neg"] == 1.5
+    assert base.feedforward.friction.values["F_C_pos"] == 1.0
+    assert base.reference.values["amplitude"] == pytest.approx(np.pi / 180)
+
+
+def test_a_users_own_model_by_file(experiment, own_model):
+    text = PLAIN.replace(
+        'model = "coulomb_viscous"\nF_C = "3 N"\nF_v = 4', 'file = "own.py"\nF_0 = "3 N"\nlambda = 0.5'
+    )
+    (base,) = experiment(text).variants
+    assert base.friction.values == {"F_0": 3.0, "lambda_": 0.5, "offset": 0.0}
+
+
+def test_the_units_tell_the_kind(experiment):
+    text = (
+        PLAIN.replace('"2 kg"', "2")
+        .replace('"3 N"', '"3 N*m"')
+        .replace('"2.5 N"', '"2.5 N*m"')
+        .replace("1 mm", "1 mrad")
+    )
+    assert experiment(text).kind == "rotational"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (PLAIN.replace("schema = 1", ""), ("schema",)),
+        (PLAIN.replace('"plain"', "3"), ("name", "text")),
+        (PLAIN + "[compare]\nnone = 1\n", ("compare.none", "table")),
+        (PLAIN + "[compare.one]\nname = 'x'\n", ("compare.one.name",)),
+        (PLAIN + "[compare.one.friction]\nF_C = -3\n", ("compare.one.friction.F_C", ">= 0 N")),
+        (PLAIN + "[compare.one.plant]\nN = 1\n", ("compare.one.plant.N",)),
+        (PLAIN + "[compare.one]\naxis = { file = 3 }\n", ("compare.one.axis.file", "name of a file")),
+        (PLAIN.replace("duration = ", "length = "), ("run.length", "duration")),
+        (PLAIN.replace('"2 s"', '"1 ms"'), ("run.duration", "samples")),
+        (PLAIN.replace("[run]", "[run]\nsettle = 3"), ("run.settle",)),
+        (PLAIN.replace("[run]", "[run]\ndelay = -1"), ("run.delay", "0 to")),
+        (PLAIN.replace("[run]", "[run]\nsubsteps = inf"), ("run.substeps", "finite")),
+        (PLAIN.replace("gain = 0.9", "gain = 'much'"), ("controller.feedforward.gain",)),
+        (PLAIN.replace("gain = 0.9", "gian = 0.9"), ("controller.feedforward.gian", "Did you mean 'gain'")),
+        (PLAIN.replace('[plant]', 'kind = "rotational"\n[plant]'), ("friction.F_C", "rotational")),
+        (BY_AXIS.replace("schema = 1", 'schema = 1\nkind = "rotational"'), ("kind", "translational")),
+        (BY_AXIS + "axis = 'nowhere.toml'\n", ("reference.axis", "nowhere.toml")),
+        (BY_AXIS.replace("log.csv", "none.csv"), ("reference.file", "none.csv")),
+        (BY_AXIS.replace("axis.toml", "log.csv"), ("axis.file", "log.csv", "TOML")),
+        (BY_AXIS.replace('model = "coulomb"\nF_C = "3 N"', 'file = "model.toml"'), ("friction.file", "rotational")),
+        (BY_MODEL.replace("F_C_neg", "F_C"), ("controller.feedforward.friction.F_C", "F_C_neg")),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_named_with_its_place(experiment, text, words):
+    with pytest.raises(InputError) as caught:
+        experiment(text, model=IDENTIFIED)
+    message = str(caught.value)
+    assert "experiment.toml: " in message
+    for word in words:
+        assert word in message

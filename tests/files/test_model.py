@@ -1,0 +1,121 @@
+"""Model files: numbers to the bit, provenance, models of a user's own."""
+
+import math
+import tomllib
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bristle import friction, plants
+from bristle.core import InputError
+from bristle.files.model import read_model, write_model
+from bristle.files.user_model import load_model_file
+from bristle.friction import MODELS, find
+from bristle.identification import Estimate
+from bristle.testing import example_of
+
+positive = st.floats(min_value=1e-11, max_value=1e15)
+
+
+@given(M=positive, F_C=positive, F_v=st.floats(min_value=0.0, max_value=1e300), offset=st.floats(-1e9, 1e9))
+def test_numbers_come_back_to_the_bit(tmp_path_factory, M, F_C, F_v, offset):
+    path = tmp_path_factory.getbasetemp() / "model.toml"
+    plant = plants.inertia(M=M)
+    model = find("coulomb_viscous")(F_C=F_C, F_v=F_v, offset=offset)
+    write_model(path, plant, model)
+    found = read_model(path)
+    assert found.plant == plant
+    assert found.friction.values == model.values
+
+
+@pytest.mark.parametrize("kind", ["translational", "rotational"])
+@pytest.mark.parametrize("slot", ["", "+asymmetry"])
+@pytest.mark.parametrize("name", MODELS)
+def test_every_model_of_either_kind_comes_back(tmp_path, name, slot, kind):
+    values = example_of(find(name + slot)).values
+    model = find(name + slot)(kind=kind, **values)
+    write_model(tmp_path / "model.toml", None, model)
+    found = read_model(tmp_path / "model.toml")
+    assert found.plant is None
+    assert (found.friction.name, found.friction.kind) == (name + slot, kind)
+    assert set(found.friction.values) == set(values)
+    for key, value in values.items():
+        assert np.array_equal(found.friction.values[key], value), key
+        assert math.isinf(value) == math.isinf(found.friction.values[key]) if isinstance(value, float) else True
+
+
+def test_units_meanings_and_uncertainty_are_written_for_people(tmp_path):
+    model = find("coulomb")(F_C=8.0)
+    estimates = [
+        Estimate("M", "kg", "mass", 20.0, 0.25),
+        Estimate("F_C", "N", "level", 8.0, None, "at_edge", 'the "edge"\nof what is sought'),
+        Estimate("offset", "N", "offset", 0.0, None, "held"),
+    ]
+    path = tmp_path / "model.toml"
+    write_model(path, plants.inertia(M=20.0), model, estimates=estimates, provenance={"command": 'a "b" \\ c'})
+    assert "M = 20.0 # kg: moving mass or inertia" in path.read_text()
+    raw = tomllib.loads(path.read_text())
+    assert raw["schema"] == 1
+    info = read_model(path).info
+    assert info["provenance"] == {"command": 'a "b" \\ c'}
+    assert info["uncertainty"]["M"] == {"std": 0.25, "status": "identified"}
+    assert info["uncertainty"]["F_C"]["note"] == 'the "edge"\nof what is sought'
+    assert info["uncertainty"]["offset"] == {"status": "held"}
+
+
+def test_a_users_own_model_travels_with_its_file(tmp_path, own_model):
+    component = load_model_file(own_model)
+    (tmp_path / "there").mkdir()
+    path = tmp_path / "there" / "model.toml"
+    write_model(path, None, friction.with_slots(component, ["asymmetry"])(F_0_pos=3.0, F_0_neg=4.0, lambda_=0.5))
+    assert "lambda = 0.5" in path.read_text()
+    own_model.unlink()
+    found = read_model(path).friction
+    assert found.name == "own+asymmetry"
+    assert found.values == {"F_0_pos": 3.0, "F_0_neg": 4.0, "lambda_": 0.5, "offset": 0.0}
+
+
+def test_a_users_own_model_is_never_taken_for_one_of_the_same_name(tmp_path, own_model):
+    own_model.write_text(own_model.read_text().replace('name="own"', 'name="coulomb"'))
+    model = friction.with_slots(load_model_file(own_model), [])(F_0=3.0)
+    path = tmp_path / "model.toml"
+    write_model(path, None, model)
+    assert read_model(path).friction.values["F_0"] == 3.0
+
+
+HEAD = 'schema = 1\n[friction]\nmodel = "coulomb"\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", ("schema", "schema = 1")),
+        ("schema = 2\n", ("schema", "newer")),
+        ("schema = true\n", ("schema",)),
+        ("schema = 1\n", ("friction", "is missing")),
+        ("schema = 1\nfriction = 3\n", ("friction", "[friction]")),
+        (HEAD, ("friction", "F_C")),
+        (HEAD + "F_C = 3\nF_S = 4\n", ("friction.F_S", "offset")),
+        (HEAD + 'F_C = "3 kg"\n', ("friction.F_C", "N")),
+        (HEAD + "F_C = 3\nfile = 'x.py'\n", ("both",)),
+        (HEAD + "F_C = 3\n[plant]\nM = 1\n", ("plant", "inertia")),
+        (HEAD + "F_C = 3\n[uncertainty]\nF_D = 1\n", ("uncertainty.F_D", "Did you mean 'F_C'")),
+        (HEAD + "F_C = 3\n[provenance]\n[[plant]]\n", ("plant", "table")),
+        ("schema = 1\nkind = 'linear'\n" + HEAD[11:] + "F_C = 3\n", ("kind", "rotational")),
+        ("schema = 1\n[friction]\nfile = 'model.toml'\n", ("friction.file", ".py")),
+        ("schema = 1\n[friction]\nfile = 'own.py'\nslots = 'asymmetry'\n", ("friction.slots",)),
+        ("schema = 1\n[friction]\nfile = 'own.py'\nslots = ['cold']\nF_0 = 1\n", ("friction.slots", "+asymmetry")),
+        ("schema = 1\n[friction]\nfile = 'other.py'\n", ("other.py",)),
+        ("schema = 1\n[friction]\nmodel = ['coulomb']\n", ("friction.model",)),
+    ],
+)
+def test_what_is_wrong_is_named(tmp_path, own_model, text, words):
+    path = tmp_path / "model.toml"
+    path.write_text(text)
+    with pytest.raises(InputError) as caught:
+        read_model(path)
+    assert str(caught.value).startswith(str(path))
+    for word in words:
+        assert word in str(caught.value)
