@@ -25,8 +25,8 @@ def test_the_main_job_from_one_command(bristle, tmp_path, monkeypatch):
     listed = {one["name"]: one for one in json.loads((folder / "summary.json").read_text())["models"]}
     assert again["parameters"] == listed["coulomb_viscous"]["parameters"]
     predicted = bristle(
-        "predict", folder / "model.toml", folder / "unseen.csv", "--axis", folder / "axis.toml", "--mode", "closed-loop",
-        "--json",
+        "predict", folder / "model.toml", folder / "unseen.csv", "--axis", folder / "axis.toml",
+        "--mode", "closed-loop", "--json",
     )  # fmt: skip
     summary = json.loads((folder / "summary.json").read_text())
     assert predicted.data["metrics"] == summary["prediction"]["metrics"]

@@ -1,7 +1,11 @@
 """``bristle identify``: what it prints, what it writes."""
 
 import json
+import os
 import re
+import shlex
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -112,3 +116,18 @@ def test_emps(bristle, emps, model, error):
     found = bristle("identify", emps, "--axis", axis, "--model", model, "--json")
     assert found.code == 0
     assert error[0] <= found.data["metrics"]["force_error_percent"] <= error[1]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")
+def test_a_limit_on_the_size_of_files_is_told_and_keeps_what_was(place):
+    arguments = [sys.executable, "-c", "import sys; from bristle.cli.main import main; sys.exit(main())"]
+    arguments += ["identify", "log.csv", "--axis", "axis.toml", "--out", "run", "--force"]
+    assert subprocess.run(arguments, check=False, capture_output=True).returncode == 0
+    before = {one.name: one.read_bytes() for one in Path("run").iterdir()}
+    limited = ["bash", "-c", f"ulimit -f 30; exec {shlex.join(arguments)}"]
+    ended = subprocess.run(limited, check=False, capture_output=True, text=True)
+    assert (ended.returncode, ended.stdout) == (2, "")
+    assert len(ended.stderr.splitlines()) == 1
+    assert "file too large" in ended.stderr
+    assert {one.name: one.read_bytes() for one in Path("run").iterdir()} == before
+    assert [one.name for one in place.glob("run*")] == ["run"]
