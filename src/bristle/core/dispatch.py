@@ -104,10 +104,10 @@ def is_dispatch(function: Callable[..., Any]) -> bool:
 def overload_all() -> None:
     from numba.extending import overload
 
-    options = {"forceinline": True, "error_model": "numpy"}
+    options: Any = {"forceinline": True, "error_model": "numpy"}
 
     def choose(key: tuple[str, str], p: Any) -> Any:
-        return _functions.get((*key, getattr(p, "instance_class", None)))
+        return _functions.get((*key, getattr(p, "instance_class", type(None))))
 
     # Each implementation carries the argument names of its contract: the compiler matches by name.
     def commit(state, memory, move, p):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -40,7 +40,7 @@ class Demonstration:
     identification: Identification
     prediction: Prediction
     simulation: SimulationResult
-    summary: dict[str, object]
+    summary: Mapping[str, object]
 
 
 def run(folder: Path, *, command: str, progress: Progress | None = None) -> Demonstration:

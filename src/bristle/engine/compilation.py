@@ -128,7 +128,7 @@ def _compile(name: str, function: Callable[..., Any], signature: str, code: str)
 
     activate()
     returns = numba.types.int64 if "B" in signature else numba.types.float64
-    dispatcher = numba.njit(error_model="numpy")(function)
+    dispatcher: Any = numba.njit(error_model="numpy")(function)
     dispatcher._cache = _EntryCache(name, signature, code)
     dispatcher.compile(returns(*_types(signature)))
     dispatcher.disable_compile()

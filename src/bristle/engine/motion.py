@@ -46,8 +46,8 @@ def force_along(
     position = np.cumsum(velocity) * dt if x is None else vector(x)
     if state is not None:
         part.state = pack(state)
-    memory = part.component.new_memory(model.parameters) if memory is None else np.array(memory, dtype=float)
-    return _follow(part, memory, velocity, position, dt)
+    used = part.component.new_memory(model.parameters) if memory is None else np.array(memory, dtype=float)
+    return _follow(part, used, velocity, position, dt)
 
 
 def settled(model: Model, v: float) -> tuple[Any, np.ndarray]:
