@@ -91,6 +91,7 @@ COMMAND_LINES = [
     Bad("results nowhere", ("no/run", "Make"), (*IDENTIFY, "--out", "no/run")),
     Bad("results over a folder of something else", ("another folder",), (*IDENTIFY, "--out", ".", "--force")),
     Bad("check of what is no model", ("log.csv", ".py"), ("check", "log.csv")),
+    Bad("slot for a controller", ("cascade+asymmetry", "no slots"), ("models", "cascade+asymmetry")),
     Bad("no such name", ("lugree", "Did you mean 'lugre'"), ("models", "lugree")),
 ]
 LOGS = [

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 import sys
 from collections.abc import Sequence
-from typing import Annotated
+from typing import Annotated, cast
 
 import typer
 
@@ -16,7 +16,7 @@ from bristle.cli.terminal import complain, streams_that_take_all, warnings_as_li
 __all__ = ["main"]
 
 # Newer releases of typer carry their own copy of click: its errors are found through what typer makes public.
-UsageError = typer.BadParameter.__mro__[1]
+UsageError = cast("type[typer.BadParameter]", typer.BadParameter.__mro__[1])
 
 app = typer.Typer(rich_markup_mode=None, pretty_exceptions_enable=False, add_completion=False)
 for module in (demo, identify, predict, run, check, models, log):

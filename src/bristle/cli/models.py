@@ -49,14 +49,18 @@ def _families() -> dict[str, list[Component]]:
 
 def _one(name: str) -> dict[str, list[Component]]:
     from bristle import friction
+    from bristle.core import InputError
     from bristle.files.components import component_named
 
     base, plus, slots = name.partition("+")
-    named = {one.name: (family, one) for family, members in _families().items() for one in members}
-    family, one = component_named(base, named, "NAME")
+    family_of = {one.name: family for family, members in _families().items() for one in members}
+    named = {one.name: one for members in _families().values() for one in members}
+    one = component_named(base, named, "NAME")
+    if plus and family_of[base] != "friction":
+        raise InputError(f"a {family_of[base]} takes no slots", path="NAME", value=name, mend=f"Write {base}")
     if plus:
         one = friction.with_slots(one, slots.split("+"), "NAME")
-    return {family: [one]}
+    return {family_of[base]: [one]}
 
 
 def _described(family: str, one: Component) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import codecs
+import io
 import sys
 import threading
 import warnings
@@ -26,7 +27,7 @@ def streams_that_take_all() -> None:
     """Let the standard streams write plain letters where their encoding lacks a character."""
     codecs.register_error("plain", _plain)
     for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):
+        if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="plain")
 
 
