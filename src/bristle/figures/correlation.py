@@ -18,6 +18,7 @@ __all__ = ["correlation"]
 # Lightness carries the size of a correlation and the number in the cell its sign, so grey loses nothing.
 SHADES = LinearSegmentedColormap.from_list("strength", ["#ffffff", "#cfe0f0", "#5b8fc0", "#0b3c6f"])
 LIGHT_TEXT_ABOVE = 0.6
+SLOPE = 0.7  # height of a slanted name over its length, the height of its letters included
 
 
 @style.styled
@@ -31,9 +32,15 @@ def correlation(fit: Fit) -> Figure:
     """
     names, matrix = fit.correlation_names, np.asarray(fit.correlation)
     count = len(names)
-    wide, tall = min(0.62 * count, 5.6), min(0.36 * count, 4.4)
-    left = 0.55 + 0.085 * max(map(len, names), default=4)
-    figure, ((axes,),) = style.panels(tall + 0.75, left=left, right=style.WIDTH - left - wide, bottom=0.62, top=0.13)
+    room = style.room_for(names)
+    left = 0.5 + room
+    cell = min(0.62, (style.WIDTH - left - 0.15) / count)
+    slanted = room > cell
+    bottom = 0.38 + (room * SLOPE if slanted else 0.2)
+    tall = min(0.36, cell) * count
+    figure, ((axes,),) = style.panels(
+        tall + bottom + 0.15, left=left, right=style.WIDTH - left - cell * count, bottom=bottom, top=0.15
+    )
     axes.pcolormesh(
         np.ma.masked_invalid(np.abs(matrix)), cmap=SHADES, vmin=0.0, vmax=1.0, edgecolors="white", linewidth=0.8
     )
@@ -42,9 +49,10 @@ def correlation(fit: Fit) -> Figure:
             value = matrix[row, column]
             text = _signed(value) if np.isfinite(value) else "–"
             color = "white" if abs(value) > LIGHT_TEXT_ABOVE else style.INK
-            axes.text(column + 0.5, row + 0.5, text, ha="center", va="center", color=color, fontsize=8)
+            size = min(8.0, 16.0 * cell)
+            axes.text(column + 0.5, row + 0.5, text, ha="center", va="center", color=color, fontsize=size)
     ticks = np.arange(count) + 0.5
-    axes.set_xticks(ticks, names, rotation=0 if count <= 6 else 40, ha="center" if count <= 6 else "right")
+    axes.set_xticks(ticks, names, rotation=45 if slanted else 0, ha="right" if slanted else "center")
     axes.set_yticks(ticks, names)
     axes.set_ylim(count, 0)
     axes.grid(False)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
 
 from bristle.core.status import Status
 from bristle.core.typography import Scale
@@ -24,7 +25,7 @@ __all__ = ["following_error", "has_completed"]
 
 BINS = 80
 CLOSE_UP = 0.05  # share of the samples
-CENTRAL = (0.002, 0.998)  # quantiles between which the distribution is drawn
+SHARES = (0.01, 0.1, 1.0, 10.0, 100.0)  # percent
 
 
 class _Loop(NamedTuple):
@@ -162,13 +163,18 @@ def _plot(
 
 
 def _draw_distributions(axes: style.Axes, loops: list[_Loop], scale: Scale) -> None:
-    """Draw the share of samples in bins common to all, which leave out the rarest values."""
-    ends = np.array([np.quantile(loop.error, CENTRAL) for loop in loops if loop.error.size]) * scale.factor
-    low, high = (float(ends.min()), float(ends.max())) if ends.size else (0.0, 0.0)
+    """Draw the share of samples in bins common to all."""
+    errors = np.concatenate([loop.error for loop in loops]) * scale.factor
+    low, high = float(errors.min()), float(errors.max())
     edges = np.linspace(low, high if high > low else low + 1.0, BINS + 1)
     for loop in loops:
         counts, _ = np.histogram(loop.error * scale.factor, edges)
         look = {key: loop.look[key] for key in ("color", "linestyle", "linewidth")}
-        axes.stairs(counts * (100.0 / max(loop.error.size, 1)), edges, orientation="horizontal", **look)
+        axes.stairs(counts * (100.0 / loop.error.size), edges, orientation="horizontal", **look)
+    # A loop stands still or slides most of the time: only a logarithmic scale shows its rare large errors too.
+    axes.set_xscale("log")
+    axes.set_xlim(SHARES[0], SHARES[-1])
+    axes.set_xticks(SHARES, [f"{share:g}" for share in SHARES])
+    axes.xaxis.set_minor_locator(NullLocator())
     axes.set_xlabel("Share [%]")
     axes.tick_params(labelleft=False)

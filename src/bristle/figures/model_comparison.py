@@ -25,8 +25,8 @@ def model_comparison(identification: Identification) -> Figure:
         Models fitted to one log, best first.
     """
     fits = identification.fits
-    width = 0.35 + 0.075 * max(len(fit.name) for fit in fits)
-    figure, ((axes,),) = style.panels(0.85 + 0.34 * len(fits), left=max(width, 1.0))
+    left = max(0.4 + style.room_for([fit.name for fit in fits]), 1.0)
+    figure, ((axes,),) = style.panels(0.85 + 0.34 * len(fits), left=left)
     names = {"blocks": "held-out block", "mean": "mean of the blocks", "fitted": "whole log, fitted"}
     for row, fit in enumerate(fits):
         if fit.held_out is not None:

@@ -34,7 +34,9 @@ def parameters(fit: Fit) -> Figure:
     """
     estimates = fit.estimates
     height = 0.78 + 0.26 * len(estimates)
-    figure, ((axes,),) = style.panels(height, left=1.15, right=2.35, top=0.24)
+    figure, ((axes,),) = style.panels(
+        height, left=max(0.5 + style.room_for([one.name for one in estimates]), 1.15), right=2.35, top=0.24
+    )
     axes.set_xscale("symlog", linthresh=LINEAR_BELOW, linscale=0.8)
     edge = _edge(estimates)
     axes.set_xlim(-edge, edge)

@@ -23,6 +23,7 @@ __all__ = [
     "mark_window",
     "panels",
     "plot_by_side",
+    "room_for",
     "styled",
     "widen",
 ]
@@ -125,6 +126,11 @@ def panels(
         left=left / WIDTH, right=1 - right / WIDTH, bottom=bottom / height, top=1 - top / height,
     )  # fmt: skip
     return figure, [[figure.add_subplot(grid[row, column]) for column in range(columns)] for row in range(rows)]
+
+
+def room_for(names: Sequence[str]) -> float:
+    """Return how wide the widest of these names is at an axis [inch], letters taken for wide ones."""
+    return 0.085 * max(map(len, names), default=0)
 
 
 def legend(axes: Axes, columns: int = 4, *, handle: float = 2.2) -> None:
