@@ -1,0 +1,22 @@
+"""From a log to a friction model with standard errors; the log is written first, by the simulated axis of the demo."""
+
+import tempfile
+from pathlib import Path
+
+import bristle as br
+from bristle.demo import axis_simulated
+from bristle.identification import drive_table
+
+with tempfile.TemporaryDirectory() as folder:
+    file = Path(folder) / "log.csv"
+    axis_simulated.write_log(file, seed=1)
+    axis = br.read_axis(axis_simulated.AXIS_FILE)
+    found = br.identify(br.read_log(file, axis), "coulomb_viscous,lugre+asymmetry", axis=axis)
+
+for fit in found.fits:
+    print(f"{fit.rank}. {fit.name}: {fit.held_out.mean_percent:.2f} % on held-out blocks")
+for name, one in found.best.parameters.items():
+    if one.status == "identified":
+        print(f"  {name} = {one.value:.5g} {one.unit}, ± {one.relative_std_percent:.2f} %")
+velocity, force = drive_table(found.best, 20)[-1]
+print(f"last entry for the drive: {velocity:.4f} m/s, {force:.2f} N")

@@ -1,0 +1,20 @@
+"""A friction model of your own, from its one file: checked against the contract, used, and put into a loop."""
+
+import numpy as np
+from quadratic_drag import MODEL
+
+import bristle as br
+from bristle.engine import run_open_loop
+
+for check in br.check(MODEL):
+    print(f"{'met' if check.passed else 'NOT MET'}: {check.name}")
+
+model = MODEL(F_C="20 N", v_q="0.4 m/s")
+F = br.response(model, np.linspace(0.0, 0.4, 401), dt=1e-3)  # at 1 m/s
+print(f"force at 1 m/s: {F[-1]:.3f} N")
+
+table = br.plants.inertia(M=5.0)
+moving = run_open_loop(table, model, np.full(4000, 100.0), 1e-3)
+stuck = run_open_loop(table, model, np.full(1000, 10.0), 1e-3)
+print(f"speed under 100 N: {moving.velocity[-1]:.4f} m/s")
+print(f"under 10 N: friction {stuck.friction[-1]:.3f} N, speed {stuck.velocity[-1]} m/s")

@@ -1,0 +1,48 @@
+r"""A friction model of your own: Coulomb friction and a drag that grows with the square of the speed.
+
+.. math:: F = F_C \operatorname{sgn} v + F_q\,v\,|v|
+
+Check it with ``bristle check quadratic_drag.py``; fit it with ``bristle identify LOG --model quadratic_drag.py``.
+"""
+
+from typing import Annotated, NamedTuple
+
+from bristle.core import FrictionModel, Variable, kernel
+from bristle.core.mathematics import direction
+
+
+class Parameters(NamedTuple):
+    F_C: Annotated[float, Variable("force", "Coulomb friction force", min=0.0, directional=True, excitation="sliding")]
+    # Force over the square of a velocity has no name among the quantities: the speed v_q, at which the drag
+    # equals F_C, says the same in a unit that people know.
+    v_q: Annotated[float, Variable("length/time", "speed at which drag equals F_C", min=1e-6, excitation="speed")]
+
+
+class State(NamedTuple):
+    """A static map has no state."""
+
+
+class Move(NamedTuple):
+    """Nothing to commit."""
+
+
+@kernel
+def trial(state, memory, motion, dt, p):
+    ratio = motion.v / p.v_q
+    return p.F_C * (direction(motion.v) + ratio * abs(ratio)), Move()
+
+
+@kernel
+def commit(state, memory, move, p):
+    return state
+
+
+MODEL = FrictionModel(
+    name="quadratic_drag",
+    description="Coulomb friction and a drag that grows with the square of the speed",
+    Parameters=Parameters,
+    State=State,
+    trial=trial,
+    commit=commit,
+    example={"F_C": 20.0, "v_q": 0.4},
+)

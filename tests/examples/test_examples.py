@@ -1,0 +1,64 @@
+"""Every example runs as a user runs it, and prints the numbers that it is there to show."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+SCRIPTS = sorted(EXAMPLES.glob("0*.py"))
+
+
+def printed(name):
+    done = subprocess.run([sys.executable, EXAMPLES / name], capture_output=True, text=True, check=False, timeout=300)
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def number_after(text, output):
+    return float(re.search(re.escape(text) + r"\s*(-?[\d.]+)", output)[1])
+
+
+def test_every_example_is_short_and_asserted_here():
+    asserted = Path(__file__).read_text()
+    assert [one.name for one in SCRIPTS if one.name not in asserted] == []
+    assert len(SCRIPTS) >= 4
+    assert max(len(one.read_text().splitlines()) for one in SCRIPTS) < 40
+
+
+def test_response():
+    output = printed("01_response.py")
+    largest = number_after("largest force:", output)
+    # The bristle force lies between Coulomb and static friction; micro-damping adds less than 0.1 N.
+    assert 20.0 < largest < 28.1
+    # Half of the force flips over the deflection F/sigma_0 and the exponential tail behind it.
+    assert 1.0 < number_after("the force changes sign", output) < 5.0
+
+
+def test_identify():
+    output = printed("02_identify.py")
+    assert output.startswith("1. lugre+asymmetry")
+    assert number_after("lugre+asymmetry:", output) < 0.5 * number_after("coulomb_viscous:", output)
+    # The simulated table weighs 28 kg.
+    assert number_after("M =", output) == pytest.approx(28.0, rel=0.01)
+    assert number_after("F_C_pos =", output) > number_after("F_C_neg =", output)
+
+
+def test_compensate():
+    output = printed("03_compensate.py")
+    none, crude, exact = (number_after(f"{name}:", output) for name in ("none", "crude", "exact"))
+    assert exact < 0.05 * none
+    assert exact < crude < none
+
+
+def test_own_model():
+    output = printed("04_own_model.py")
+    assert "NOT MET" not in output
+    assert output.count("met: ") >= 10
+    # 20 N and, at 2.5 times the speed at which the drag equals them, 6.25 times as much.
+    assert number_after("force at 1 m/s:", output) == pytest.approx(20.0 * 7.25, rel=1e-6)
+    # 100 N carry four times 20 N of drag: twice the speed.
+    assert number_after("speed under 100 N:", output) == pytest.approx(0.8, rel=1e-3)
+    assert "under 10 N: friction 10.000 N, speed 0.0 m/s" in output
