@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.table import Table as Drawing
 
     from bristle.report.table import Table
 
@@ -60,17 +61,34 @@ def say(text: str) -> None:
 
 
 def show_table(table: Table) -> None:
-    """Write a table to the standard output; a column in which no row says anything is left out."""
+    """Write a table to the standard output; where the terminal is too narrow for one, row by row.
+
+    A column in which no row says anything is left out.
+    """
+    told, console = table.without_empty_columns(), _console(sys.stdout)
+    cells = [[one_line(row[i]) for row in (told.heads, *told.rows)] for i in range(len(told.heads))]
+    widths = [max(len(word) for text in column for word in (text.split() or [""])) for column in cells]
+    if sum(widths) + 3 * len(widths) <= console.width:
+        console.print(_drawn(told, widths))
+        return
+    console.print(told.caption)
+    for row in told.rows:
+        console.print(one_line(row[0]))
+        for head, text in zip(told.heads[1:], row[1:], strict=True):
+            if text:
+                console.print(f"  {head}: {one_line(text)}")
+
+
+def _drawn(table: Table, widths: list[int]) -> Drawing:
     from rich import box
     from rich.table import Table as Drawing
 
-    told = table.without_empty_columns()
-    drawing = Drawing(title=told.caption, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
-    for i, head in enumerate(told.heads):
-        drawing.add_column(head, justify="right" if told.is_number(i) else "left", overflow="fold")
-    for row in told.rows:
+    drawing = Drawing(title=table.caption, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
+    for i, head in enumerate(table.heads):
+        drawing.add_column(head, justify="right" if table.is_number(i) else "left", min_width=widths[i])
+    for row in table.rows:
         drawing.add_row(*map(one_line, row))
-    _console(sys.stdout).print(drawing)
+    return drawing
 
 
 @contextmanager
