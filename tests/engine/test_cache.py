@@ -146,11 +146,38 @@ def test_a_damaged_or_unwritable_cache_only_costs_time(probe, tmp_path):
 def test_the_fingerprint_follows_what_the_compiler_freezes():
     def made(constant, inner_factor):
         scope = {"LEVEL": constant}
-        exec(
-            f"def inner(x):\n    return x * {inner_factor}\ndef outer(x):\n    return inner(x) + LEVEL\n", scope
-        )
+        exec(f"def inner(x):\n    return x * {inner_factor}\ndef outer(x):\n    return inner(x) + LEVEL\n", scope)
         return scope["outer"]
 
     assert fingerprint(made(1.0, 2.0)) == fingerprint(made(1.0, 2.0))
     assert fingerprint(made(1.0, 2.0)) != fingerprint(made(1.5, 2.0))
     assert fingerprint(made(1.0, 2.0)) != fingerprint(made(1.0, 3.0))
+
+
+NUMBERS = """
+import sys
+import numpy as np
+from bristle import engine, friction
+from bristle.engine import compilation
+from bristle.testing import example_of
+
+engine.force_along(example_of(friction.MODELS[sys.argv[1]]), np.zeros(2), 1e-3)
+(entry,) = compilation._entries.values()
+(product,) = entry.overloads.values()
+print(product.fndesc.uid)
+"""
+
+
+def test_no_two_products_share_the_number_that_tells_their_symbols_apart(tmp_path):
+    # The compiler counts functions from 1 in each process. Products of several processes, loaded into one, then have
+    # symbols of the same name, types and number, and the linker takes one for the other: wrong forces, silently.
+    environment = os.environ | {"BRISTLE_CACHE_DIR": str(tmp_path)}
+    environment.pop("NUMBA_DISABLE_JIT", None)
+    numbers = []
+    for name in ("coulomb", "viscous", "coulomb", "dahl"):
+        done = subprocess.run(
+            [sys.executable, "-c", NUMBERS, name], env=environment, capture_output=True, text=True, check=True
+        )
+        numbers.append(int(done.stdout))
+    assert numbers[0] == numbers[2]
+    assert len({numbers[0], numbers[1], numbers[3]}) == 3

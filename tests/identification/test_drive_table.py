@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from known_logs import sliding_log
+from tests.identification.known_logs import sliding_log
 
 from bristle import friction
 from bristle.core import InputError

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from known_logs import log_of, sines, sliding_effort, sliding_log, slow_log
+from tests.identification.known_logs import log_of, sines, sliding_effort, sliding_log, slow_log
 
 from bristle import friction
 from bristle.identification import identify

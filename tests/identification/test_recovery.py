@@ -4,7 +4,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 import pytest
-from known_logs import TRUTH, log_of, sines, sliding_effort, sliding_log, slow_log
+from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort, sliding_log, slow_log
 
 from bristle import friction
 from bristle.core import Axis, FrictionModel, InputError, Variable

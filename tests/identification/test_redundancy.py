@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from known_logs import Motion, log_of, sines, sliding_effort, sliding_log
+from tests.identification.known_logs import Motion, log_of, sines, sliding_effort, sliding_log
 
 from bristle.core import Axis, InputError
 from bristle.identification import identify

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from known_logs import Motion, log_of, slow_log
+from tests.identification.known_logs import Motion, log_of, slow_log
 
 from bristle import friction
 from bristle.identification import identify

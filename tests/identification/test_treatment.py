@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from known_logs import log_of, sines, sliding_effort, sliding_log, strokes
+from tests.identification.known_logs import log_of, sines, sliding_effort, sliding_log, strokes
 
 from bristle.core import Axis, InputError
 from bristle.identification.treatment import treat

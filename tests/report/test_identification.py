@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pages import Page
-from test_pages import identification_page
+from tests.report.pages import Page
+from tests.report.test_pages import identification_page
 
 from bristle.core.typography import typeset_sentence
 from bristle.core.units import factor

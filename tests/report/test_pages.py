@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from pages import Page
+from tests.report.pages import Page
 
 from bristle.report.identification import identification_report
 from bristle.report.prediction import prediction_report

@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 import pytest
-from pages import Page
-from test_pages import simulation_page
+from tests.report.pages import Page
+from tests.report.test_pages import simulation_page
 
 from bristle.core import Status
 from bristle.core.units import convert

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import itertools
 import os
 import pickle
 import sys
@@ -128,15 +129,34 @@ def _compile(name: str, function: Callable[..., Any], signature: str, code: str)
 
     activate()
     returns = numba.types.int64 if "B" in signature else numba.types.float64
-    dispatcher: Any = numba.njit(error_model="numpy")(function)
+    dispatcher: Any = numba.njit(**kernel_options(inline=False))(function)
     dispatcher._cache = _EntryCache(name, signature, code)
-    dispatcher.compile(returns(*_types(signature)))
+    with _numbered_from(code):
+        dispatcher.compile(returns(*_types(signature)))
     dispatcher.disable_compile()
     return dispatcher
 
 
+@contextlib.contextmanager
+def _numbered_from(code: str) -> Iterator[None]:
+    """Number what is compiled inside this block from a start that belongs to this code alone.
+
+    The compiler tells functions of the same name and types apart by a number that it counts in each process. Products
+    of two processes, loaded into a third, would share names, and the linker would take one for the other.
+    """
+    from numba.core.bytecode import FunctionIdentity
+
+    counting: Any = FunctionIdentity
+    before = counting._unique_ids
+    counting._unique_ids = itertools.count(int(code[:16], 16) << 16)
+    try:
+        yield
+    finally:
+        counting._unique_ids = before
+
+
 # What turns kernels into machine code; a change here changes products too.
-_MACHINERY = (_compile, _types, kernel_options, dispatch.overload_all)
+_MACHINERY = (_types, kernel_options, dispatch.overload_all)
 
 
 class _EntryCache:

@@ -60,7 +60,7 @@ def _executed(name: str, source: Path, text: bytes) -> types.ModuleType:
     sys.modules[name] = module
     try:
         # Compiled from the text at hand: a byte-code cache goes by the second and the size, and may be stale.
-        exec(compile(text, str(source), "exec"), module.__dict__)  # noqa: S102
+        exec(compile(text, str(source), "exec"), module.__dict__)
     except SyntaxError as error:
         del sys.modules[name]
         raise InputError(f"is not valid Python ({error.msg})", path=f"{source}, line {error.lineno}") from None
