@@ -72,7 +72,7 @@ def _ends_of_variables(data: bytes) -> set[int]:
 
 
 def test_a_tdms_file_cut_anywhere_is_refused(tmp_path, recording, request):
-    from conftest import write_tdms
+    from tests.logs.conftest import write_tdms
 
     data = write_tdms(tmp_path / "whole.tdms", recording).read_bytes()
     first = 28 + int.from_bytes(data[12:20], "little")
@@ -84,7 +84,7 @@ def test_a_tdms_file_cut_anywhere_is_refused(tmp_path, recording, request):
 
 
 def test_a_tdms_recording_that_was_never_closed_is_refused(tmp_path, recording):
-    from conftest import write_tdms
+    from tests.logs.conftest import write_tdms
 
     path = write_tdms(tmp_path / "log.tdms", recording)
     data = bytearray(path.read_bytes())
@@ -96,7 +96,7 @@ def test_a_tdms_recording_that_was_never_closed_is_refused(tmp_path, recording):
 
 
 def test_a_tdms_file_that_its_reader_would_mend_by_itself_is_refused_in_silence(tmp_path, recording, capfd):
-    from conftest import write_tdms
+    from tests.logs.conftest import write_tdms
 
     path = write_tdms(tmp_path / "log.tdms", recording)
     data = bytearray(path.read_bytes())
@@ -130,7 +130,7 @@ def test_units_and_sample_time_of_tdms_channels(tmp_path):
 
 
 def test_a_missing_extra_names_the_line_to_type(tmp_path, recording, monkeypatch):
-    from conftest import write_tdms
+    from tests.logs.conftest import write_tdms
 
     path = write_tdms(tmp_path / "log.tdms", recording)
     monkeypatch.setitem(sys.modules, "nptdms", None)

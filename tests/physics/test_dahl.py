@@ -1,5 +1,7 @@
 """Dahl in closed form against its differential equation, for every exponent."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -20,7 +22,7 @@ def test_ends_of_steps_are_exact(exponent):
 
     expected = 0.0
     state = model.component.State()
-    for a, b in zip(turns[:-1], turns[1:], strict=True):
+    for a, b in pairwise(turns):
         solved = solve_ivp(slope, (a, b), [expected], args=(np.sign(b - a),), rtol=1e-11, atol=1e-13, method="DOP853")
         expected = solved.y[0, -1]
         # In one step or in a hundred, the end is the same.
@@ -33,7 +35,7 @@ def test_ends_of_steps_are_exact(exponent):
 
                 _, move = model.component.trial(now, memory, Motion(one, 0.0), 1e-3, model.parameters)
                 now = model.component.commit(now, memory, move, model.parameters)
-            assert now.F == pytest.approx(expected, rel=1e-8, abs=1e-9), count
+            assert pytest.approx(expected, rel=1e-8, abs=1e-9) == now.F, count
         state = now
 
 

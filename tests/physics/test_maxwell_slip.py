@@ -1,5 +1,7 @@
 """Maxwell slip: non-local memory, Masing's rule, and the limits of its parts."""
 
+from itertools import pairwise
+
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -11,7 +13,7 @@ MODEL = friction.maxwell_slip(F_C=1.0, k_i=[4e5, 2e5, 1e5, 4e4], nu_i=[0.2, 0.3,
 
 
 def path(*turns, count=400):
-    pieces = [np.linspace(a, b, count, endpoint=False) for a, b in zip(turns[:-1], turns[1:], strict=True)]
+    pieces = [np.linspace(a, b, count, endpoint=False) for a, b in pairwise(turns)]
     return np.concatenate([*pieces, [turns[-1]]])
 
 
@@ -58,7 +60,9 @@ def test_rate_independence():
 
 
 def test_asymmetric_limits_and_reversal_keep_the_force_continuous():
-    model = friction.find("maxwell_slip+asymmetry")(F_C_pos=1.2, F_C_neg=0.8, k_i=[2e5, 1e5], nu_i=[0.5, 0.5], offset=0.1)
+    model = friction.find("maxwell_slip+asymmetry")(
+        F_C_pos=1.2, F_C_neg=0.8, k_i=[2e5, 1e5], nu_i=[0.5, 0.5], offset=0.1
+    )
     x = path(0, 60e-6, -60e-6, 60e-6, count=6000)
     force = response(model, x, 1e-3)
     assert np.max(np.abs(np.diff(force[2:]))) < 0.02

@@ -139,7 +139,7 @@ def _compile(name: str, function: Callable[..., Any], signature: str, code: str)
 
 @contextlib.contextmanager
 def _numbered_from(code: str) -> Iterator[None]:
-    """Number what is compiled inside this block from a start that belongs to this code alone.
+    """Give what is compiled inside this block numbers that belong to this code alone.
 
     The compiler tells functions of the same name and types apart by a number that it counts in each process. Products
     of two processes, loaded into a third, would share names, and the linker would take one for the other.

@@ -13,7 +13,7 @@ where the body stops.
 from typing import Any, NamedTuple
 
 from bristle.core.contracts import Motion
-from bristle.core.dispatch import friction_commit, friction_trial, plant_rest, plant_port, plant_step
+from bristle.core.dispatch import friction_commit, friction_trial, plant_port, plant_rest, plant_step
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import Bracket, bracket_guess, bracket_update
 

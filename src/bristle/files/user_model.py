@@ -64,7 +64,7 @@ def _executed(name: str, source: Path, text: bytes) -> types.ModuleType:
     except SyntaxError as error:
         del sys.modules[name]
         raise InputError(f"is not valid Python ({error.msg})", path=f"{source}, line {error.lineno}") from None
-    except Exception as error:
+    except Exception as error:  # noqa: BLE001  (a user's file may raise anything)
         del sys.modules[name]
         raise InputError(
             f"stops with {type(error).__name__}: {error}", path=f"{source}, line {_line_of(error, source)}"

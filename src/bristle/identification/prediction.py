@@ -71,9 +71,8 @@ def predict(plant: Model, friction: Model, log: Log, axis: Axis | None = None, m
     notes = []
     if axis.presliding and is_static(friction):
         friction = with_presliding(friction, axis.presliding)
-        notes.append(
-            f"friction turns over a pre-sliding distance of {with_unit(axis.presliding, 'length', log.kind)} (axis file)"
-        )
+        distance = with_unit(axis.presliding, "length", log.kind)
+        notes.append(f"friction turns over a pre-sliding distance of {distance} (axis file)")
     run = _closed_loop if mode == "closed-loop" else _open_loop
     segments = log.segments or (slice(0, len(log)),)
     traces, used = [], []

@@ -1,4 +1,4 @@
-"""The question an axis owner asks: what does compensation gain on my loop?"""
+"""What feedforward and friction compensation gain on the loop of an axis."""
 
 from __future__ import annotations
 

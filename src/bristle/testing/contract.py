@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -35,7 +36,7 @@ class Check:
     advice: str = ""
 
 
-class _Fails(Exception):
+class _UnmetError(Exception):
     """A demand is not met; carries what was seen and the advice."""
 
     def __init__(self, detail: str, advice: str = "") -> None:
@@ -72,7 +73,7 @@ def _run(check: Callable[[Model], str | None], model: Model) -> Check:
     name = check.__name__.removeprefix("_").replace("_", " ")
     try:
         detail = check(model) or ""
-    except _Fails as failure:
+    except _UnmetError as failure:
         return Check(name, False, failure.detail, failure.advice)
     except Exception as error:  # noqa: BLE001  (a user's code may raise anything: that is the finding)
         message = str(error).strip().splitlines()[0] if str(error).strip() else ""
@@ -97,50 +98,50 @@ def described_variables(model: Model) -> str:
     """Every parameter and every state variable carries a Variable; states are scalars with a default."""
     component = model.component
     if not component.variables and component.Parameters._fields:
-        raise _Fails("no parameter is described", "Annotate each field with Variable(...)")
+        raise _UnmetError("no parameter is described", "Annotate each field with Variable(...)")
     variables_of(component.State)
     try:
         state = component.State()
     except TypeError as error:
-        raise _Fails(f"State() has no defaults ({error})", "Give every field of State a virgin value") from None
+        raise _UnmetError(f"State() has no defaults ({error})", "Give every field of State a virgin value") from None
     for name, value in state._asdict().items():
         if not isinstance(value, (int, float)):
-            raise _Fails(f"State.{name} is not a scalar", "Arrays belong into memory, not into the state")
+            raise _UnmetError(f"State.{name} is not a scalar", "Arrays belong into memory, not into the state")
     return f"{len(component.variables)} parameters, {len(state)} states"
 
 
 def exportable_kernels(model: Model) -> str:
-    """The functions stay in the subset of Python that can be compiled and exported."""
+    """Keep the functions in the subset of Python that can be compiled and exported."""
     component = model.component
     functions = [component.trial, component.commit] + ([component.rate] if component.rate else [])
     for function in functions:
         if function not in kernels():
-            raise _Fails(f"{function.__name__} is not a kernel", "Decorate it with @kernel from bristle.core")
+            raise _UnmetError(f"{function.__name__} is not a kernel", "Decorate it with @kernel from bristle.core")
     reached = reachable_kernels(*functions)
     found = [one for function in reached for one in violations_of(function)]
     if found:
-        raise _Fails("; ".join(sorted(found)[:3]))
+        raise _UnmetError("; ".join(sorted(found)[:3]))
     return f"{len(reached)} kernels"
 
 
 def scalar_results(model: Model) -> None:
-    """A trial returns a finite force and a NamedTuple of scalars; a commit returns a state."""
+    """Return a finite force and a NamedTuple of scalars from a trial, a state from a commit."""
     state, memory = _virgin(model)
     force, move = model.component.trial(state, memory, Motion(1e-3, 1e-6), 1e-3, model.parameters)
     if not isinstance(force, (float, int)) or not np.isfinite(force):
-        raise _Fails(f"the force is a {type(force).__name__}", "Return (force, move)")
+        raise _UnmetError(f"the force is a {type(force).__name__}", "Return (force, move)")
     if not hasattr(move, "_fields"):
-        raise _Fails(f"the move is a {type(move).__name__}", "Return (force, move), move a NamedTuple of scalars")
+        raise _UnmetError(f"the move is a {type(move).__name__}", "Return (force, move), move a NamedTuple of scalars")
     after = model.component.commit(state, memory, move, model.parameters)
     if type(after) is not type(state):
-        raise _Fails(f"commit returned a {type(after).__name__}", "commit returns a State")
+        raise _UnmetError(f"commit returned a {type(after).__name__}", "commit returns a State")
 
 
 # --- what a trial may do ----------------------------------------------------------------------------------------
 
 
 def pure_trial(model: Model) -> str:
-    """A trial changes nothing: the same call gives the same bits, and 1000 random trials leave the memory alone."""
+    """Change nothing in a trial: the same call gives the same bits, 1000 random trials leave the memory alone."""
     state, memory = _used(model)
     before = _bytes_of(memory)
     p, trial = model.parameters, model.component.trial
@@ -148,21 +149,21 @@ def pure_trial(model: Model) -> str:
     for motion, dt in _motions(1000):
         trial(state, memory, motion, dt, p)
         if _bytes_of(memory) != before:
-            raise _Fails(f"a trial at v = {motion.v:g} wrote into the memory", "Write in commit only")
+            raise _UnmetError(f"a trial at v = {motion.v:g} wrote into the memory", "Write in commit only")
     again = trial(state, memory, Motion(1e-3, 0.0), 1e-3, p)
     if first != again:
-        raise _Fails("the same trial gave another result later", "Keep no state outside State and memory")
+        raise _UnmetError("the same trial gave another result later", "Keep no state outside State and memory")
     return "1000 trials"
 
 
 def finite_everywhere(model: Model) -> None:
-    """The force is finite for every velocity and step: zero of both signs, tiny, huge, and a step of length 0."""
+    """Give a finite force for every velocity and step: zero of both signs, tiny, huge, and a step of length 0."""
     state, memory = _used(model)
     for v in (0.0, -0.0, 1e-300, -1e-300, 1e-12, 1e-3, -1e-3, 1.0, -1e3, 1e6):
         for dt in (0.0, 1e-9, 1e-3, 1.0):
             force, _ = model.component.trial(state, memory, Motion(v, 0.0), dt, model.parameters)
             if not np.isfinite(force):
-                raise _Fails(f"the force is {force} at v = {v:g}, dt = {dt:g}", "Guard divisions and exponents")
+                raise _UnmetError(f"the force is {force} at v = {v:g}, dt = {dt:g}", "Guard divisions and exponents")
 
 
 # --- what friction does -----------------------------------------------------------------------------------------
@@ -174,7 +175,7 @@ def one_sided_limits(model: Model) -> None:
     forward, _ = model.component.trial(state, memory, Motion(0.0, 0.0), 1e-3, model.parameters)
     backward, _ = model.component.trial(state, memory, Motion(-0.0, 0.0), 1e-3, model.parameters)
     if forward < backward - 1e-12 * abs(backward):
-        raise _Fails(
+        raise _UnmetError(
             f"F(+0) = {forward:g} is below F(-0) = {backward:g}",
             "Use direction(v), which tells +0 from -0, in place of a comparison with zero",
         )
@@ -185,7 +186,9 @@ def opposes_sliding(model: Model) -> None:
     for speed in (1e-4, 1e-3, 1e-2, 1e-1):
         forward, backward = _steady(model, speed), _steady(model, -speed)
         if forward < backward:
-            raise _Fails(f"at {speed:g} it pulls forward with {forward:g} against {backward:g} backward", "Check signs")
+            raise _UnmetError(
+                f"at {speed:g} it pulls forward with {forward:g} against {backward:g} backward", "Check signs"
+            )
 
 
 def dissipates(model: Model) -> str:
@@ -201,7 +204,7 @@ def dissipates(model: Model) -> str:
         scale = float(np.sum(np.abs(force * step))) or 1.0
         least = min(least, float(np.sum(force * step)) / scale)
     if least < -1e-9:
-        raise _Fails(f"a closed cycle returned {-100 * least:.2g} % of the work", "Friction cannot produce energy")
+        raise _UnmetError(f"a closed cycle returned {-100 * least:.2g} % of the work", "Friction cannot produce energy")
     return f"least share taken out {least:.3f}"
 
 
@@ -217,9 +220,9 @@ def refines(model: Model) -> str:
         force = force_along(model, v, 1.0 / count, x[1:])
         errors.append(force.reshape(200, division).mean(axis=1))
     scale = float(np.max(np.abs(errors[-1]))) or 1.0
-    steps = [float(np.sqrt(np.mean((a - b) ** 2))) / scale for a, b in zip(errors, errors[1:], strict=False)]
+    steps = [float(np.sqrt(np.mean((a - b) ** 2))) / scale for a, b in pairwise(errors)]
     if steps[-1] > 0.8 * steps[0] + 1e-9:
-        raise _Fails(
+        raise _UnmetError(
             f"relative changes {', '.join(f'{one:.2g}' for one in steps)}", "The force must be the mean over the step"
         )
     return f"relative changes {', '.join(f'{one:.1e}' for one in steps)}"
@@ -243,7 +246,7 @@ def rate_agrees(model: Model) -> str:
             worst = max(worst, float(error), abs(mean - force) / (abs(force) + 1e-9))
             state = after
     if worst > 1e-3:
-        raise _Fails(f"they differ by {worst:.2g}", "rate and trial are the same equations")
+        raise _UnmetError(f"they differ by {worst:.2g}", "rate and trial are the same equations")
     return f"largest relative difference {worst:.1e}"
 
 
@@ -258,19 +261,19 @@ def same_bits_compiled(model: Model) -> str:
     with interpreted():
         slow = force_along(model, v, 1e-3, x[1:])
     if not np.array_equal(fast, slow):
-        raise _Fails(
+        raise _UnmetError(
             f"they differ by up to {np.max(np.abs(fast - slow)):.3g}", "Use bristle.core.mathematics, not math or **"
         )
     return f"{v.size} steps"
 
 
 def drives_a_mass(model: Model) -> str:
-    """A mass driven against it by a sine moves and stays finite, and every implicit step converges."""
+    """Let a mass driven by a sine move and stay finite, every implicit step converging."""
     t = np.arange(2000) * 1e-3
     level = max(abs(_steady(model, 1e-3)), abs(_steady(model, -1e-3)), 1e-6)
     trace = run_open_loop(inertia(M=1.0), model, 2.0 * level * np.sin(8.0 * t), 1e-3, steps=4)
     if trace.status != Status.OK:
-        raise _Fails(f"the simulation {trace.status.sentence}")
+        raise _UnmetError(f"the simulation {trace.status.sentence}")
     return f"travel {np.ptp(trace.position):.3g} m"
 
 

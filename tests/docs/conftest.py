@@ -1,0 +1,78 @@
+"""The pages of the documentation, and a folder as their reader has it: a log, an axis file, results."""
+
+import re
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from bristle.cli.main import main
+from bristle.demo import axis_simulated
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted(
+    [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *ROOT.glob("docs/**/*.md"), *ROOT.glob("examples/**/*.md")]
+)
+_BLOCK = re.compile(r"^```(?P<info>[^\n`]*)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Block:
+    """A fenced block of a page; `info` is what stands behind the fence, such as ``toml axis``."""
+
+    page: Path
+    line: int
+    info: str
+    text: str
+
+    @property
+    def name(self) -> str:
+        """Where it stands."""
+        return f"{self.page.relative_to(ROOT)}:{self.line}"
+
+
+def blocks(*infos: str) -> list[Block]:
+    """Every block of these kinds, in all pages."""
+    found = []
+    for page in PAGES:
+        text = page.read_text(encoding="utf-8")
+        for one in _BLOCK.finditer(text):
+            line = text.count("\n", 0, one.start()) + 1
+            found.append(Block(page, line, one["info"].strip(), one["text"]))
+    return [one for one in found if one.info in infos]
+
+
+@pytest.fixture(scope="session")
+def readers_folder(tmp_path_factory):
+    """A folder with log.csv, unseen.csv, axis.toml, a model of one's own, and the results of an identification."""
+    folder = tmp_path_factory.mktemp("reader")
+    axis_simulated.write_log(folder / "log.csv", seed=1)
+    axis_simulated.write_log(folder / "unseen.csv", seed=2)
+    shutil.copyfile(axis_simulated.AXIS_FILE, folder / "axis.toml")
+    shutil.copyfile(ROOT / "examples" / "quadratic_drag.py", folder / "quadratic_drag.py")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        assert (
+            main(
+                [
+                    "identify",
+                    "log.csv",
+                    "--axis",
+                    "axis.toml",
+                    "--model",
+                    "coulomb_viscous+asymmetry",
+                    "--out",
+                    "results",
+                ]
+            )
+            == 0
+        )
+    return folder
+
+
+@pytest.fixture
+def at_the_reader(readers_folder, monkeypatch):
+    """Be in the folder of the reader."""
+    monkeypatch.chdir(readers_folder)
+    return readers_folder

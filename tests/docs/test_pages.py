@@ -1,0 +1,182 @@
+"""What the pages say is so: links lead somewhere, commands exist, code and files in them work."""
+
+import doctest
+import re
+import shlex
+import tomllib
+
+import pytest
+import typer
+from tests.docs.conftest import PAGES, ROOT, blocks
+
+from bristle.cli.main import app
+from bristle.files.axis import axis_from
+from bristle.files.axis_schema import AxisFile
+from bristle.files.experiment import KEYS, experiment_from, merged
+from bristle.files.model import friction_from
+from bristle.files.run import RUN
+from bristle.files.schema import Strict
+from bristle.files.variant import FEEDFORWARD, SECTIONS
+
+COMMANDS = typer.main.get_command(app).commands
+LEAST_AXIS = {
+    "schema": 1,
+    "kind": "translational",
+    "columns": {"position": {"column": "q", "unit": "mm"}, "effort": {"column": "u", "unit": "N"}},
+}
+
+
+def each(*infos):
+    found = blocks(*infos)
+    return pytest.mark.parametrize("block", found, ids=[one.name for one in found])
+
+
+def page_ids(page):
+    return str(page.relative_to(ROOT))
+
+
+def test_the_readme_sets_up_with_two_commands():
+    lines = (ROOT / "README.md").read_text().splitlines()
+    assert "pip install . && bristle demo" in lines
+    assert 'pip install ".[test]" && pytest' in lines
+
+
+@pytest.mark.parametrize("page", PAGES, ids=page_ids)
+def test_links_lead_somewhere(page):
+    for target in re.findall(r"\]\(([^)\s]+)\)", page.read_text()):
+        if target.startswith("https://"):
+            continue
+        file, _, anchor = target.partition("#")
+        there = (page.parent / file).resolve() if file else page
+        assert there.exists(), target
+        if anchor:
+            assert anchor in anchors_of(there), target
+
+
+def anchors_of(page):
+    """The anchors that the usual viewers make from headings."""
+    headings = re.findall(r"^#+ (.+)$", page.read_text(), flags=re.MULTILINE)
+    plain = [re.sub(r"[^\w\- ]", "", heading.lower()) for heading in headings]
+    return {heading.replace(" ", "-") for heading in plain}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=page_ids)
+def test_pages_hold_nothing_of_the_machine_they_were_written_on(page):
+    text = page.read_text()
+    assert not re.search(r"(^|[\s\"'(`])/(home|root|work|tmp|usr|opt|Users)/", text)
+    assert "../shared" not in text
+
+
+def test_the_map_reaches_every_page():
+    reached, waiting = set(), [ROOT / "README.md"]
+    while waiting:
+        page = waiting.pop()
+        if page in reached or page.suffix != ".md":
+            continue
+        reached.add(page)
+        links = re.findall(r"\]\(([^)\s#]+)", page.read_text())
+        waiting += [(page.parent / one).resolve() for one in links if not one.startswith("https://")]
+    assert [page_ids(page) for page in PAGES if page not in reached] == []
+
+
+# --- code -------------------------------------------------------------------------------------------------------
+
+WITH_PYTHON = sorted({one.page for one in blocks("python")})
+
+
+@pytest.mark.parametrize("page", WITH_PYTHON, ids=page_ids)
+def test_python_in_pages_prints_what_is_written(page, at_the_reader):
+    mine = [one for one in blocks("python") if one.page == page]
+    assert all(one.text.startswith(">>>") for one in mine), "write Python as a session, so that its output is checked"
+    text = "\n".join(one.text for one in mine)
+    session = doctest.DocTestParser().get_doctest(text, {}, page.name, str(page), 0)
+    report = []
+    runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE)
+    runner.run(session, out=report.append)
+    assert runner.failures == 0, "".join(report)
+    assert runner.tries > 0
+
+
+# --- files ------------------------------------------------------------------------------------------------------
+
+
+@each("toml axis")
+def test_axis_files_in_pages_are_read(block):
+    axis = axis_from(tomllib.loads(block.text))
+    assert "position" in axis.columns
+
+
+@each("toml axis-part")
+def test_parts_of_axis_files_in_pages_are_read(block):
+    part = tomllib.loads(block.text)
+    axis = axis_from(merged(LEAST_AXIS, part))
+    assert axis.columns["position"].name == part["columns"]["position"]["column"]
+
+
+@each("toml experiment")
+def test_experiments_in_pages_are_read(block, at_the_reader):
+    experiment = experiment_from(tomllib.loads(block.text), at_the_reader / "experiment.toml")
+    assert len(experiment.variants) == len(tomllib.loads(block.text)["compare"])
+
+
+@each("toml friction")
+def test_friction_tables_in_pages_are_read(block, at_the_reader):
+    table = tomllib.loads(block.text)["friction"]
+    assert friction_from(table, kind="translational", folder=at_the_reader, path="friction").name == "quadratic_drag"
+
+
+def test_no_block_goes_unchecked():
+    checked = ("toml axis", "toml axis-part", "toml experiment", "toml friction", "python", "sh", "text")
+    every = sum(page.read_text().count("\n```") for page in PAGES)
+    assert len(blocks(*checked)) == every / 2
+
+
+def keys_of(schema, prefix=""):
+    for name, field in schema.model_fields.items():
+        inner = next(
+            (one for one in (field.annotation, *getattr(field.annotation, "__args__", ())) if is_table(one)), None
+        )
+        yield from keys_of(inner) if inner else [field.alias or name]
+
+
+def is_table(one):
+    return isinstance(one, type) and issubclass(one, Strict)
+
+
+def test_the_axis_page_tells_every_key():
+    page = (ROOT / "docs/how-to/axis-file.md").read_text()
+    keys = set(keys_of(AxisFile))
+    assert {"presliding", "gear_ratio", "cutoff", "schema"} <= keys
+    assert [key for key in sorted(keys) if not re.search(rf"`[^`]*\b{key}\b[^`]*`", page)] == []
+
+
+def test_the_experiment_page_tells_every_key():
+    page = (ROOT / "docs/how-to/experiment-file.md").read_text()
+    keys = {*KEYS, *SECTIONS, *RUN, *FEEDFORWARD} - {"kind"}
+    assert [key for key in sorted(keys) if not re.search(rf"\b{key}\b", page)] == []
+
+
+# --- commands ---------------------------------------------------------------------------------------------------
+
+
+@each("sh")
+def test_commands_in_pages_exist(block):
+    for line in block.text.replace("\\\n", " ").splitlines():
+        words = shlex.split(line, comments=True)
+        if "bristle" not in words or words[0] != "bristle" or words[1] not in COMMANDS:
+            assert not line.startswith("bristle"), line
+            continue
+        options = {option for one in COMMANDS[words[1]].params for option in one.opts}
+        assert [word for word in words if word.startswith("--") and word not in options] == [], line
+
+
+def test_the_steps_of_the_main_job_work_as_written(at_the_reader, tmp_path, capsys):
+    from bristle.cli.main import main
+
+    page = ROOT / "docs/how-to/your-own-log.md"
+    lines = [line for one in blocks("sh") if one.page == page for line in one.text.splitlines()]
+    assert [line.split()[1] for line in lines] == ["log", "identify", "predict"]
+    for line in lines:
+        # The results of the folder are there already; a second copy goes elsewhere.
+        words = [str(tmp_path / "again") if word == "results" else word for word in shlex.split(line)[1:]]
+        assert main(words) == 0, capsys.readouterr().err
