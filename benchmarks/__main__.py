@@ -107,9 +107,7 @@ def demo() -> Iterator[Ratio]:
     yield Ratio("demo, warm cache", warm, beside, warm / beside, None, "import numpy, numba, scipy.signal")
 
 
-BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
-    one.__name__: one for one in (lugre, start_up, identify, demo)
-}
+BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {one.__name__: one for one in (lugre, start_up, identify, demo)}
 
 
 def main(names: list[str]) -> int:

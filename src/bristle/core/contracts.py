@@ -201,7 +201,7 @@ class Plant(Component):
 class Controller(Component):
     """A sampled control law: ``step(state, reference, measured, dt, p) -> (effort, state)``.
 
-    ``start(measured, velocity, acceleration, dt, p) -> state`` is the state of a controller that takes over a motion under way.
+    ``start(measured, velocity, acceleration, dt, p) -> state`` is the state of one that takes over a motion under way.
     """
 
     step: Callable[..., Any]

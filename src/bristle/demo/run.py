@@ -25,8 +25,9 @@ __all__ = ["BANNER", "MODELS", "Demonstration", "run"]
 
 MODELS = "coulomb_viscous,stribeck+asymmetry,lugre+asymmetry"
 BANNER = (
-    "This axis is simulated. Its friction, thirty spring-slider elements and a thinning oil film, has another structure "
-    "than every model fitted here, and the loop with and without compensation is run on that axis, not on the model."
+    "This axis is simulated. Its friction, thirty spring-slider elements and a thinning oil film, has another "
+    "structure than every model fitted here, and the loop with and without compensation is run on that axis, not on "
+    "the model."
 )
 FITTED, UNSEEN = 1, 2  # seeds of the two motions
 

@@ -4,9 +4,9 @@ r"""The friction of the simulated axis: thirty spring-slider elements with limit
     F = \sum_i f_i + \frac{F_v\,v}{1 + |v|/v_v}, \qquad
     |f_i| \le \alpha_i\,\gamma_\pm S(v), \qquad S(v) = F_C + (F_S - F_C)\,e^{-(v/v_S)^2}
 
-Element `i` has the stiffness :math:`\alpha_i F_S / r_i` and breaks away after :math:`r_i`; the oil film thins as the speed
-grows. None of the models that the demonstration fits has this structure, and that is its purpose: an identification
-that is tested on its own model is not tested. It is also an example of a user's model: one file, nothing else.
+Element `i` has the stiffness :math:`\alpha_i F_S / r_i` and breaks away after :math:`r_i`; the oil film thins as the
+speed grows. None of the models that the demonstration fits has this structure, and that is its purpose: an
+identification that is tested on its own model is not tested. It is also an example of a user's model: one file.
 """
 
 from typing import Annotated, NamedTuple

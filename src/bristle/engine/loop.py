@@ -116,7 +116,8 @@ def run_open_loop(
 def run_closed_loop(
     plant: Model, friction: Model, controller: Model, sensor: Model, reference: np.ndarray, dt: float, *,
     steps: int = 1, injected: Any = None, disturbance: Any = None, limit: float = np.inf, delay: int = 0,
-    effort_before: float = 0.0, x: float = 0.0, v: float = 0.0, acceleration: float = 0.0, state: Any = None, memory: Any = None,
+    effort_before: float = 0.0, x: float = 0.0, v: float = 0.0, acceleration: float = 0.0,
+    state: Any = None, memory: Any = None,
 ) -> Trace:  # fmt: skip
     """Run a sampled control loop on a plant with friction.
 

@@ -1,0 +1,82 @@
+"""The download of a measured log: only the right file is taken, and whatever fails is told."""
+
+import functools
+import http.server
+import os
+import subprocess
+import sys
+import threading
+import zipfile
+from pathlib import Path
+
+import pytest
+
+SCRIPT = Path(__file__).parents[2] / "examples" / "emps" / "fetch.py"
+FILE = "DATA_EMPS.mat"
+
+
+class Quiet(http.server.SimpleHTTPRequestHandler):
+    def log_message(self, *arguments):
+        """Say nothing."""
+
+
+@pytest.fixture
+def site(tmp_path):
+    """A folder that is served, and its address."""
+    folder = tmp_path / "site"
+    folder.mkdir()
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=str(folder)))
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    yield folder, f"http://127.0.0.1:{server.server_port}"
+    server.shutdown()
+    server.server_close()
+
+
+@pytest.fixture
+def fetch(tmp_path):
+    target = tmp_path / "target"
+    target.mkdir()
+
+    def run(url):
+        done = subprocess.run(
+            [sys.executable, SCRIPT, "--url", url, "--to", target], capture_output=True, text=True, check=False
+        )
+        return done, sorted(one.name for one in target.iterdir())
+
+    return run
+
+
+@pytest.mark.parametrize("content", [{}, {FILE: b"something else"}, {"other.mat": b"other"}])
+def test_an_archive_without_the_right_file_is_refused(site, fetch, content):
+    folder, url = site
+    with zipfile.ZipFile(folder / "EMPS.zip", "w") as archive:
+        for name, data in content.items():
+            archive.writestr(name, data)
+    done, there = fetch(f"{url}/EMPS.zip")
+    assert (done.returncode, there) == (2, [])
+    assert "checksum differs" in done.stderr
+    assert "nonlinearbenchmark.org" in done.stderr
+
+
+def test_an_address_that_does_not_answer_is_told(site, fetch):
+    done, there = fetch(f"{site[1]}/moved.zip")
+    assert (done.returncode, there) == (2, [])
+    assert "cannot be fetched" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.measured
+@pytest.mark.parametrize("archived", [True, False])
+def test_the_right_file_is_taken(site, fetch, archived):
+    data = os.environ.get("BRISTLE_DATA")
+    if not data:
+        pytest.skip("BRISTLE_DATA does not name the folder of the measured logs")
+    folder, url = site
+    record = (Path(data) / "emps" / FILE).read_bytes()
+    if archived:
+        with zipfile.ZipFile(folder / "log", "w") as archive:
+            archive.writestr(f"EMPS/{FILE}", record)
+    else:
+        (folder / "log").write_bytes(record)
+    done, there = fetch(f"{url}/log")
+    assert (done.returncode, there) == (0, [FILE]), done.stderr
