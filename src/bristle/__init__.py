@@ -16,7 +16,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from bristle import controllers, engine, friction, plants, references, sensors, simulation
+    from bristle import controllers, engine, friction, hysteresis, plants, references, sensors, simulation
     from bristle.engine import response
     from bristle.files import read_axis, read_experiment, read_model
     from bristle.identification import identify, predict
@@ -36,7 +36,7 @@ _FROM = {
     "read_log": "bristle.files",
     "simulate": "bristle.simulation",
 }
-_MODULES = ("controllers", "engine", "friction", "plants", "references", "sensors", "simulation")
+_MODULES = ("controllers", "engine", "friction", "hysteresis", "plants", "references", "sensors", "simulation")
 
 __all__ = [
     "__version__",
@@ -44,6 +44,7 @@ __all__ = [
     "controllers",
     "engine",
     "friction",
+    "hysteresis",
     "identify",
     "plants",
     "predict",

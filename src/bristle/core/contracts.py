@@ -1,6 +1,7 @@
 r"""The contracts: one grammar, *state, memory, inputs, dt, parameters*, for everything that takes a step.
 
 ========== ==================================================================================================
+hysteresis ``trial(state, memory, u, p) -> (w, move)``, ``commit(state, memory, move, p) -> state``
 friction   ``trial(state, memory, motion, dt, p) -> (force, move)``, ``commit(state, memory, move, p) -> state``
 plant      ``port(state, effort, dt, p) -> (a, b)``, ``step(state, effort, force, dt, p) -> (output, state)``,
            ``rest(state, effort, dt, p) -> state``
@@ -31,6 +32,7 @@ __all__ = [
     "Component",
     "Controller",
     "FrictionModel",
+    "HysteresisOperator",
     "Model",
     "Motion",
     "Plant",
@@ -161,6 +163,30 @@ class Component:
             If a name is unknown or missing, a unit does not fit, or a value or a relation is out of range.
         """
         return make_model(self, values, kind=kind, validate=validate)
+
+
+@dataclass(frozen=True, kw_only=True)
+class HysteresisOperator(Component):
+    """A rate-independent hysteresis operator: what comes out depends on the path of the input, not on its speed.
+
+    ``trial(state, memory, u, p) -> (w, move)`` is pure: the output at the input `u`, reached in one monotone move, and
+    what `commit` needs. ``commit(state, memory, move, p) -> state`` is called once for each accepted move and is the
+    only writer of ``memory``, a 1-D array of ``memory_size(p)`` numbers. A virgin operator is at the input 0.
+    ``input`` and ``output`` are the generalised quantities of both. A ``State`` that can forget counts it in ``lost``.
+    """
+
+    trial: Callable[..., Any]
+    commit: Callable[..., Any]
+    memory_size: Callable[[Any], int] = field(default=lambda p: 0)
+    input: str = "length"
+    output: str = "force"
+
+    family: ClassVar[str] = "hysteresis"
+    functions: ClassVar[tuple[str, ...]] = ("trial", "commit")
+
+    def new_memory(self, parameters: Any) -> np.ndarray:
+        """Return the memory of a virgin operator, shape (memory_size,)."""
+        return np.zeros(self.memory_size(parameters))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,8 +1,8 @@
 """A fingerprint of code: what the compiler would see of a function, so that a change is never overlooked.
 
 The compiler freezes into its product not only the body of a function but every global that the body reads: other
-functions, constants, classes. The fingerprint follows the same references. It is taken of the code that is loaded, not
-of the files that it was loaded from: these may have changed since.
+functions, constants, classes, and what the dispatch calls for a class. The fingerprint follows the same references. It
+is taken of the code that is loaded, not of the files that it was loaded from: these may have changed since.
 """
 
 from __future__ import annotations
@@ -11,6 +11,8 @@ import hashlib
 import types
 from collections.abc import Callable, Sequence
 from typing import Any
+
+from bristle.core.dispatch import functions_of
 
 __all__ = ["fingerprint"]
 
@@ -49,6 +51,10 @@ def _follow(value: Any, digest: Any, seen: set[int], names: Sequence[str]) -> No
         # Classes and built-ins: their name and, for a NamedTuple, the order of its fields.
         digest.update(f"{getattr(value, '__module__', '')}.{getattr(value, '__qualname__', type(value))}".encode())
         digest.update(repr(getattr(value, "_fields", "")).encode())
+        if id(value) not in seen:
+            seen.add(id(value))
+            for function in functions_of(value):
+                _follow(function, digest, seen, ())
 
 
 def _follow_code(code: types.CodeType, scope: dict[str, Any], digest: Any, seen: set[int]) -> None:

@@ -12,11 +12,26 @@ from collections.abc import Callable
 from typing import Any
 
 from bristle.core.contracts import Motion, Reference
-from bristle.core.dispatch import controller_step, friction_commit, friction_trial, sensor_step
+from bristle.core.dispatch import (
+    controller_step,
+    friction_commit,
+    friction_trial,
+    operator_commit,
+    operator_trial,
+    sensor_step,
+)
 from bristle.core.packing import Structure, packer, unpacker
 from bristle.engine.efim import advance
 
-__all__ = ["closed_loop", "make_burst", "make_control", "make_force_along", "make_sense", "open_loop"]
+__all__ = [
+    "closed_loop",
+    "make_burst",
+    "make_control",
+    "make_force_along",
+    "make_output_along",
+    "make_sense",
+    "open_loop",
+]
 
 
 def make_force_along(parameters: Structure, state: Structure) -> Callable[..., Any]:
@@ -33,6 +48,22 @@ def make_force_along(parameters: Structure, state: Structure) -> Callable[..., A
         return 0.0
 
     return force_along
+
+
+def make_output_along(parameters: Structure, state: Structure) -> Callable[..., Any]:
+    """Return the entry that runs one hysteresis operator along an input."""
+    unpack, load, store = unpacker(parameters), unpacker(state), packer(state)
+
+    def output_along(p_vector, state_vector, memory, u, w):
+        p = unpack(p_vector)
+        s = load(state_vector)
+        for k in range(u.size):
+            w[k], move = operator_trial(s, memory, u[k], p)
+            s = operator_commit(s, memory, move, p)
+        store(s, state_vector)
+        return 0.0
+
+    return output_along
 
 
 def make_burst(plant: Structure, plant_state: Structure, friction: Structure, friction_state: Structure) -> Any:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from bristle.core.contracts import Model
-from bristle.core.dispatch import function_of
+from bristle.core.dispatch import functions_of
 from bristle.core.packing import pack, structure_of
 
 __all__ = ["Part", "vector"]
@@ -47,7 +47,7 @@ class Part:
     @property
     def functions(self) -> tuple[Any, ...]:
         """Functions of the component and of those that it holds: what a user may have written."""
-        return _functions(self.model.component.family, self.model.component.functions, self.structures[0])
+        return _functions(self.structures[0])
 
 
 def _name_of(structure: Any) -> str:
@@ -55,10 +55,10 @@ def _name_of(structure: Any) -> str:
     return cls.__qualname__ + "".join(_name_of(part) for part in parts if isinstance(part, tuple))
 
 
-def _functions(family: str, names: tuple[str, ...], structure: Any) -> tuple[Any, ...]:
+def _functions(structure: Any) -> tuple[Any, ...]:
     cls, parts = structure
-    found = tuple(function_of(family, name, cls) for name in names)
+    found = functions_of(cls)
     for part in parts:
         if isinstance(part, tuple):
-            found += _functions(family, names, part)
+            found += _functions(part)
     return found
