@@ -172,12 +172,14 @@ class HysteresisOperator(Component):
     ``trial(state, memory, u, p) -> (w, move)`` is pure: the output at the input `u`, reached in one monotone move, and
     what `commit` needs. ``commit(state, memory, move, p) -> state`` is called once for each accepted move and is the
     only writer of ``memory``, a 1-D array of ``memory_size(p)`` numbers. A virgin operator is at the input 0.
-    ``input`` and ``output`` are the generalised quantities of both. A ``State`` that can forget counts it in ``lost``.
+    ``measure(p)`` is given by those with an Everett function: what `everett` and its like dispatch on. ``input`` and
+    ``output`` are generalised quantities. A ``State`` that can forget counts it in ``lost``.
     """
 
     trial: Callable[..., Any]
     commit: Callable[..., Any]
     memory_size: Callable[[Any], int] = field(default=lambda p: 0)
+    measure: Callable[[Any], Any] | None = None
     input: str = "length"
     output: str = "force"
 

@@ -32,7 +32,7 @@ from typing import NamedTuple
 
 from bristle.core.dispatch import register
 from bristle.core.kernel import kernel
-from bristle.core.mathematics import exp, log, power
+from bristle.core.mathematics import exp, expm1, log
 
 __all__ = ["KERNELS", "ClosedForm", "loading_curve", "loading_inverse", "loading_slope", "loop_tip", "value"]
 
@@ -81,13 +81,13 @@ def loading_curve(x, shape, exponent):
     if shape == TIP_MASING:
         return loop_tip(x)
     if shape == EXP_MASING or abs(exponent - 1.0) < 1e-12:
-        return 1.0 - exp(-x)
+        return -expm1(-x)
     if exponent == 2.0:
         return x / (1.0 + x)
     m = exponent - 1.0
     if m * x <= -1.0:
         return 1.0
-    return 1.0 - exp(-log1p(m * x) / m)
+    return -expm1(-log1p(m * x) / m)
 
 
 @kernel
@@ -117,7 +117,7 @@ def loading_inverse(y, shape, exponent):
     if exponent == 2.0:
         return y / (1.0 - y)
     m = exponent - 1.0
-    return (power(1.0 - y, -m) - 1.0) / m
+    return expm1(-m * log1p(-y)) / m
 
 
 @kernel

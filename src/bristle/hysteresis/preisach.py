@@ -35,9 +35,15 @@ class Parameters(NamedTuple):
 
 
 @kernel
+def measure(p):
+    """Return the measure, by its Everett function."""
+    return ClosedForm(p.kernel, p.s, p.f_p, p.exponent)
+
+
+@kernel
 def trial(state, memory, u, p):
     """Return the output [N or N*m] at the input `u` [m or rad], and the move there."""
-    return stack_trial(state, memory, u, p.tolerance * p.f_p / p.s, ClosedForm(p.kernel, p.s, p.f_p, p.exponent))
+    return stack_trial(state, memory, u, p.tolerance * p.f_p / p.s, measure(p))
 
 
 @kernel
@@ -59,6 +65,7 @@ MODEL = HysteresisOperator(
     trial=trial,
     commit=commit,
     memory_size=memory_size,
+    measure=measure,
     reference="doi:10.1007/978-1-4612-3028-1",
     example={"s": 1.25e7, "f_p": 150.0, "kernel": "reformed_dahl_exact"},
 )

@@ -18,6 +18,7 @@ branch up once, `branch_output` and `branch_slope` follow it anywhere between ``
 and `stack_commit` do all of it in one.
 """
 
+import math
 from typing import Annotated, NamedTuple
 
 from bristle.core.dispatch import everett, everett_slope, virgin_curve, virgin_slope
@@ -28,7 +29,6 @@ __all__ = ["Branch", "Stack", "StackMove", "branch_at", "branch_output", "branch
 
 # With fewer, forgetting the innermost pair would leave no outer loop to return to.
 SMALLEST_CAPACITY = 4
-INFINITE = float("inf")
 
 
 class Stack(NamedTuple):
@@ -81,14 +81,14 @@ def branch_at(stack, memory, u):
         begin = memory[depth - 2]
         depth -= 2
     if depth == 0:
-        return Branch(0.0, 0.0, side, 0, begin, side * INFINITE)
+        return Branch(0.0, 0.0, side, 0, begin, side * math.inf)
     if depth > stack.depth:
         z, f = stack.z, stack.f
     else:
         z, f = memory[depth - 1], memory[memory.size // 2 + depth - 1]
     end = memory[depth - 2] if depth >= 2 else -z
     if depth == 1 and side * (u - end) >= 0.0:
-        return Branch(0.0, 0.0, side, 0, end, side * INFINITE)
+        return Branch(0.0, 0.0, side, 0, end, side * math.inf)
     return Branch(z, f, side, depth, begin, end)
 
 
