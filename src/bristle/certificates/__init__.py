@@ -1,0 +1,8 @@
+"""Certificates: is this model fit to be used? One file a question, each answered with a number and a limit."""
+
+from bristle.certificates.certificate import Certificate
+from bristle.certificates.certify import check
+from bristle.certificates.passive import needed_damping
+from bristle.certificates.quasi_static import Holding, Path, holding_of
+
+__all__ = ["Certificate", "Holding", "Path", "check", "holding_of", "needed_damping"]

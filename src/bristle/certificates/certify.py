@@ -1,0 +1,84 @@
+"""All certificates of a model."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bristle.certificates.certificate import Certificate
+from bristle.certificates.closure import closure
+from bristle.certificates.dissipation import dissipation
+from bristle.certificates.drift import drift
+from bristle.certificates.operator import as_friction, gives_energy
+from bristle.certificates.passive import passive
+from bristle.certificates.quasi_static import holding_of
+from bristle.certificates.well_posed import well_posed
+from bristle.core.contracts import FrictionModel, HysteresisOperator, Model
+from bristle.core.errors import InputError
+from bristle.core.units import quantity
+from bristle.core.variable import Variable
+
+__all__ = ["check"]
+
+FORCE = Variable("force", "force of the ripple")
+LENGTH = Variable("length", "position where the loop turns")
+
+
+def check(model: Model, *, force_ripple: Any = None, loop: Any = None) -> dict[str, Certificate]:
+    """Return whether a friction model is fit to be used: one certificate for each question.
+
+    Parameters
+    ----------
+    model : Model
+        A friction model, or a hysteresis operator, with parameters. An operator is taken as friction whose position is
+        the input; where its loops run the other way around (a magnet), energy is counted as it is in magnets.
+    force_ripple : (low, high), optional
+        Forces between which the contact is loaded up and down, for `drift`: numbers [N or N*m], or text with a unit.
+        Between 0.3 and 0.6 of the break-away force where not given.
+    loop : (x1, x2), optional
+        Positions where the loop ``0 -> x1 -> x2 -> x1`` of `closure` turns: numbers [m or rad], or text with a unit. At
+        0.85 of the break-away force, and halfway back, where not given.
+
+    Returns
+    -------
+    dict of str to Certificate
+        ``well_posed``, ``passive``, ``drift``, ``closure`` and ``dissipation``.
+
+    Raises
+    ------
+    InputError
+        If `model` is neither, or the contact does not rest under the ripple.
+
+    Examples
+    --------
+    >>> from bristle import friction
+    >>> found = check(friction.coulomb(F_C=2.0))
+    >>> found["drift"].value, found["closure"].applies
+    (0.0, False)
+    """
+    if not isinstance(model, Model) or not isinstance(model.component, (FrictionModel, HysteresisOperator)):
+        raise InputError(
+            "is neither a friction model nor a hysteresis operator with parameters", path="model",
+            value=getattr(model, "name", model),
+            mend="Give one such as friction.coulomb(F_C=2.0); a model of your own is called with its parameters too",
+        )  # fmt: skip
+    if isinstance(model.component, HysteresisOperator):
+        model = as_friction(model)
+    ripple, turns = _pair(model, force_ripple, FORCE, "force_ripple"), _pair(model, loop, LENGTH, "loop")
+    holding = holding_of(model)
+    is_magnet = gives_energy(model, holding)
+    return {
+        "well_posed": well_posed(model, holding),
+        "passive": passive(model, is_magnet),
+        "drift": drift(model, holding, ripple, is_magnet),
+        "closure": closure(model, holding, turns),
+        "dissipation": dissipation(model, holding, is_magnet),
+    }
+
+
+def _pair(model: Model, given: Any, variable: Variable, path: str) -> tuple[float, float] | None:
+    if given is None:
+        return None
+    if isinstance(given, str) or not hasattr(given, "__len__") or len(given) != 2:
+        raise InputError("must be two values", path=path, value=given, allowed=f"two in {variable.unit(model.kind)}")
+    first, second = (quantity(one, variable, model.kind, path=f"{path}[{i}]") for i, one in enumerate(given))
+    return first, second
