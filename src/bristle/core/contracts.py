@@ -101,10 +101,13 @@ class Component:
 
     family: ClassVar[str] = "component"
     functions: ClassVar[tuple[str, ...]] = ()
+    optional: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "module", self.module or self.Parameters.__module__)
-        dispatch.register(self.family, self.Parameters, {name: getattr(self, name) for name in self.functions})
+        functions = {name: getattr(self, name) for name in (*self.functions, *self.optional)}
+        given = {name: function for name, function in functions.items() if function is not None}
+        dispatch.register(self.family, self.Parameters, given)
 
     @property
     def variables(self) -> dict[str, Variable]:
@@ -211,6 +214,7 @@ class FrictionModel(Component):
 
     family: ClassVar[str] = "friction"
     functions: ClassVar[tuple[str, ...]] = ("trial", "commit")
+    optional: ClassVar[tuple[str, ...]] = ("rate",)
 
     def new_memory(self, parameters: Any) -> np.ndarray:
         """Return the memory of a virgin model, shape (memory_size,)."""
@@ -224,15 +228,18 @@ class Plant(Component):
     ``port(state, effort, dt, p) -> (a, b)``: the mean velocity over the step is ``a + b * force``, with ``b < 0``.
     ``step(state, effort, force, dt, p) -> (output, state)`` takes the mean force of the step.
     ``rest(state, effort, dt, p) -> state`` holds the port at a velocity of exactly zero.
+    ``rate(state, effort, force, p) -> d_state`` is optional: the same equations in continuous time.
     Fields ``x`` and ``v`` of its `State` are the position and velocity at the port.
     """
 
     port: Callable[..., Any]
     step: Callable[..., Any]
     rest: Callable[..., Any]
+    rate: Callable[..., Any] | None = None
 
     family: ClassVar[str] = "plant"
     functions: ClassVar[tuple[str, ...]] = ("port", "step", "rest")
+    optional: ClassVar[tuple[str, ...]] = ("rate",)
 
 
 @dataclass(frozen=True, kw_only=True)

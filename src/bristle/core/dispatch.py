@@ -19,12 +19,14 @@ __all__ = [
     "everett",
     "everett_slope",
     "friction_commit",
+    "friction_rate",
     "friction_trial",
     "functions_of",
     "is_dispatch",
     "operator_commit",
     "operator_trial",
     "plant_port",
+    "plant_rate",
     "plant_rest",
     "plant_step",
     "register",
@@ -97,6 +99,11 @@ def friction_commit(state, memory, move, p):
     return _functions["friction", "commit", type(p)](state, memory, move, p)
 
 
+def friction_rate(state, motion, p):
+    """Call ``rate`` of the friction model with parameters `p`."""
+    return _functions["friction", "rate", type(p)](state, motion, p)
+
+
 def plant_port(state, effort, dt, p):
     """Call ``port`` of the plant with parameters `p`."""
     return _functions["plant", "port", type(p)](state, effort, dt, p)
@@ -110,6 +117,11 @@ def plant_step(state, effort, force, dt, p):
 def plant_rest(state, effort, dt, p):
     """Call ``rest`` of the plant with parameters `p`."""
     return _functions["plant", "rest", type(p)](state, effort, dt, p)
+
+
+def plant_rate(state, effort, force, p):
+    """Call ``rate`` of the plant with parameters `p`."""
+    return _functions["plant", "rate", type(p)](state, effort, force, p)
 
 
 def controller_step(state, reference, measured, dt, p):
@@ -131,9 +143,11 @@ _DISPATCHERS = {
     virgin_slope: ("everett", "virgin_slope"),
     friction_trial: ("friction", "trial"),
     friction_commit: ("friction", "commit"),
+    friction_rate: ("friction", "rate"),
     plant_port: ("plant", "port"),
     plant_step: ("plant", "step"),
     plant_rest: ("plant", "rest"),
+    plant_rate: ("plant", "rate"),
     controller_step: ("controller", "step"),
     sensor_step: ("sensor", "step"),
 }

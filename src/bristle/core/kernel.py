@@ -84,4 +84,4 @@ def _make_known(plain: Callable[..., Any], inline: bool, compiled_as: Callable[[
 
 def kernel_options(inline: bool) -> dict[str, Any]:
     """Return the options that a kernel is compiled with."""
-    return {"error_model": "numpy"} | ({"forceinline": True} if inline else {})
+    return {"error_model": "numpy"} | ({"forceinline": True} if inline else {"nogil": True})

@@ -21,6 +21,7 @@ from bristle.core.dispatch import (
     sensor_step,
 )
 from bristle.core.packing import Structure, packer, unpacker
+from bristle.engine import semi_implicit
 from bristle.engine.efim import advance
 
 __all__ = [
@@ -91,6 +92,32 @@ def make_burst(plant: Structure, plant_state: Structure, friction: Structure, fr
         store_plant(body, plant_vector)
         store_friction(s, state_vector)
         out[0], out[1], out[2] = total / steps, failures, slope
+        return 0.0
+
+    return burst
+
+
+def make_semi_implicit_burst(
+    plant: Structure, plant_state: Structure, friction: Structure, friction_state: Structure
+) -> Callable[..., Any]:
+    """Return the entry that advances one plant with one friction model by the semi-implicit step."""
+    unpack_plant, load_plant, store_plant = unpacker(plant), unpacker(plant_state), packer(plant_state)
+    unpack_friction, load_friction = unpacker(friction), unpacker(friction_state)
+    store_friction = packer(friction_state)
+
+    def burst(q_vector, plant_vector, p_vector, state_vector, memory, effort, effort_end, dt, steps, out):
+        q, body = unpack_plant(q_vector), load_plant(plant_vector)
+        p, s = unpack_friction(p_vector), load_friction(state_vector)
+        h = dt / steps
+        total = 0.0
+        for i in range(steps):
+            u = effort + (effort_end - effort) * ((i + 0.5) / steps)
+            done = semi_implicit.advance(body, s, memory, u, h, q, p)
+            body, s = done.plant_state, done.friction_state
+            total += done.force
+        store_plant(body, plant_vector)
+        store_friction(s, state_vector)
+        out[0], out[1] = total / steps, 0.0
         return 0.0
 
     return burst

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from bristle.core.contracts import Model
+from bristle.core.errors import InputError
 from bristle.core.packing import pack
 from bristle.core.status import Status
 from bristle.engine import entries
@@ -38,7 +39,9 @@ class Trace:
 class _Mechanism:
     """Plant and friction as one burst entry with its vectors."""
 
-    def __init__(self, plant: Model, friction: Model, x: float, v: float, state: Any, memory: Any) -> None:
+    def __init__(
+        self, plant: Model, friction: Model, x: float, v: float, state: Any, memory: Any, integrator: str = "efim"
+    ) -> None:
         self.plant, self.friction = Part(plant), Part(friction)
         if plant.component.State._fields[:2] != ("x", "v"):
             raise TypeError(f"the state of plant {plant.name} must begin with x and v")
@@ -48,12 +51,7 @@ class _Mechanism:
         fresh = friction.component.new_memory(friction.parameters)
         self.memory = fresh if memory is None else np.array(memory, dtype=float)
         self.out = np.zeros(4)
-        self.entry = compiled(
-            f"burst-{self.plant.key}-{self.friction.key}",
-            lambda: entries.make_burst(*self.plant.structures, *self.friction.structures),
-            "aaaaafffia",
-            self.plant.functions + self.friction.functions,
-        )
+        self.entry = burst_entry(self.plant, self.friction, integrator)
 
     @property
     def vectors(self) -> tuple[np.ndarray, ...]:
@@ -67,9 +65,31 @@ class _Mechanism:
         return Status.SOLVE_INACCURATE if self.out[3] > 0.0 else Status.OK
 
 
+BURSTS = {"efim": entries.make_burst, "semi_implicit": entries.make_semi_implicit_burst}
+
+
+def burst_entry(plant: Part, friction: Part, integrator: str) -> Any:
+    """Return the entry that advances this mechanism by this integrator."""
+    if integrator not in BURSTS:
+        raise InputError("no such integrator", path="integrator", value=integrator, allowed=", ".join(BURSTS))
+    return compiled(
+        f"burst-{integrator}-{plant.key}-{friction.key}",
+        lambda: BURSTS[integrator](*plant.structures, *friction.structures),
+        SIGNATURES["B"],
+        plant.functions + friction.functions,
+    )
+
+
+def held(effort: np.ndarray, hold: str) -> np.ndarray:
+    """Return the effort [N or N*m] that each sample runs to until the next, samples along the first dimension."""
+    if hold not in ("zero", "linear"):
+        raise InputError("no such hold", path="hold", value=hold, allowed="zero, linear")
+    return effort if hold == "zero" else vector(np.concatenate((effort[1:], effort[-1:])))
+
+
 def run_open_loop(
-    plant: Model, friction: Model, effort: Any, dt: float, *, steps: int = 1, hold: str = "zero", x: float = 0.0,
-    v: float = 0.0, state: Any = None, memory: Any = None,
+    plant: Model, friction: Model, effort: Any, dt: float, *, steps: int = 1, hold: str = "zero",
+    integrator: str = "efim", x: float = 0.0, v: float = 0.0, state: Any = None, memory: Any = None,
 ) -> Trace:  # fmt: skip
     """Drive a plant with friction by a recorded effort.
 
@@ -85,6 +105,8 @@ def run_open_loop(
         Integration steps between two samples.
     hold : {"zero", "linear"}
         Between samples the effort is held (a drive) or runs straight to the next one (a smooth record).
+    integrator : {"efim", "semi_implicit"}
+        The implicit step, of order 2, which sticks; or the semi-implicit one, of order 1 and for small steps.
     x, v : float
         Position [m or rad] and velocity [m/s or rad/s] at the first sample.
     state, memory
@@ -96,8 +118,8 @@ def run_open_loop(
         Position, velocity, effort and friction at each sample.
     """
     u = vector(effort)
-    u_end = u if hold == "zero" else np.append(u[1:], u[-1:])
-    mechanism = _Mechanism(plant, friction, x, v, state, memory)
+    u_end = held(u, hold)
+    mechanism = _Mechanism(plant, friction, x, v, state, memory, integrator)
     position, velocity, force = np.empty(u.size), np.empty(u.size), np.empty(u.size)
     driver = compiled("open_loop", lambda: entries.open_loop, "Baaaaaaafiaaaa")
     done = int(
