@@ -6,9 +6,9 @@ from typing import Any
 
 from bristle.certificates.certificate import Certificate
 from bristle.certificates.closure import closure
-from bristle.certificates.dissipation import dissipation
+from bristle.certificates.dissipation import dissipation, fattest_loop
 from bristle.certificates.drift import drift
-from bristle.certificates.operator import as_friction, gives_energy
+from bristle.certificates.operator import as_friction
 from bristle.certificates.passive import passive
 from bristle.certificates.quasi_static import holding_of
 from bristle.certificates.well_posed import well_posed
@@ -18,9 +18,6 @@ from bristle.core.units import quantity
 from bristle.core.variable import Variable
 
 __all__ = ["check"]
-
-FORCE = Variable("force", "force of the ripple")
-LENGTH = Variable("length", "position where the loop turns")
 
 
 def check(model: Model, *, force_ripple: Any = None, loop: Any = None) -> dict[str, Certificate]:
@@ -61,17 +58,19 @@ def check(model: Model, *, force_ripple: Any = None, loop: Any = None) -> dict[s
             value=getattr(model, "name", model),
             mend="Give one such as friction.coulomb(F_C=2.0); a model of your own is called with its parameters too",
         )  # fmt: skip
+    force, length = Variable("force", "force of the ripple"), Variable("length", "where the loop turns")
     if isinstance(model.component, HysteresisOperator):
+        force, length = (Variable(one, one) for one in (model.component.output, model.component.input))
         model = as_friction(model)
-    ripple, turns = _pair(model, force_ripple, FORCE, "force_ripple"), _pair(model, loop, LENGTH, "loop")
+    ripple, turns = _pair(model, force_ripple, force, "force_ripple"), _pair(model, loop, length, "loop")
     holding = holding_of(model)
-    is_magnet = gives_energy(model, holding)
+    fattest = fattest_loop(model)
     return {
         "well_posed": well_posed(model, holding),
-        "passive": passive(model, is_magnet),
-        "drift": drift(model, holding, ripple, is_magnet),
+        "passive": passive(model, fattest.is_magnetic),
+        "drift": drift(model, holding, ripple, fattest.is_magnetic),
         "closure": closure(model, holding, turns),
-        "dissipation": dissipation(model, holding, is_magnet),
+        "dissipation": dissipation(model, holding, fattest),
     }
 
 

@@ -25,7 +25,7 @@ def drift(model: Model, holding: Holding, ripple: tuple[float, float] | None, is
     """Return the displacement per settled cycle [m or rad] under a force between two levels [N or N*m]."""
     unit = unit_of("length", model.kind)
     if is_magnet:
-        return not_applicable(unit, "Its measure is positive, as a magnet's: nothing is held by a force")
+        return not_applicable(unit, "Its loops run the other way around, as a magnet's: no force holds it")
     if not holding.breaks_away:
         return not_applicable(unit, "It has no break-away force: any force moves it, or it is a spring to the end")
     low, high = ripple or tuple(map(holding.level, DEFAULT_RIPPLE))

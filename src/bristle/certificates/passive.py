@@ -50,7 +50,7 @@ from bristle.friction.lugre import micro_damping, stribeck_force
 from bristle.friction.preisach_lugre import slip_law
 from bristle.friction.slip_law import SlipLaw, slip
 from bristle.friction.slots import Slotted
-from bristle.hysteresis import preisach
+from bristle.hysteresis import prandtl_ishlinskii, preisach, stop
 
 __all__ = ["Damping", "damping_of", "needed_damping", "passive"]
 
@@ -69,9 +69,7 @@ def passive(model: Model, is_magnet: bool) -> Certificate:
     """Return the viscous coefficient [N*s/m or N*m*s/rad], held against the least one that makes friction passive."""
     unit = unit_of("force*time/length", model.kind)
     if is_magnet:
-        return not_applicable(
-            unit, "Its measure is positive, as a magnet's: output and input do no work as force and motion"
-        )
+        return not_applicable(unit, "Its loops run the other way around, as a magnet's: it is no friction")
     p = model.parameters.operator if isinstance(model.parameters, Held) else model.parameters
     sides = [damping_of(one) for one in ((p.forward, p.backward) if isinstance(p, Slotted) else (p,))]
     known = [one for one in sides if one is not None]
@@ -169,8 +167,14 @@ def _(p: Any) -> Damping:
 
 
 @damping_of.register(preisach.Parameters)
+@damping_of.register(stop.Parameters)
 def _(p: Any) -> Damping:
     return Damping(0.0)
+
+
+@damping_of.register(prandtl_ishlinskii.Parameters)
+def _(p: Any) -> Damping | None:
+    return Damping(0.0) if min(*p.weights, p.spring) >= 0.0 else None
 
 
 @damping_of.register(bouc_wen.Parameters)

@@ -102,6 +102,7 @@ class Path:
         self._contact = Contact(model)
         self._step = holding.distance / RESOLUTION
         self._side = 1.0
+        self._trace: list[tuple[np.ndarray, np.ndarray]] = [(np.zeros(1), np.array([self.force]))]
 
     @property
     def x(self) -> float:
@@ -113,6 +114,17 @@ class Path:
         """Friction force [N or N*m] on the branch of the last motion."""
         return self._contact.force(self._side * 0.0)
 
+    @property
+    def trace(self) -> tuple[np.ndarray, np.ndarray]:
+        """Where it has been so far: positions in the middle of steps and where it turned [m or rad], and the forces."""
+        x, force = zip(*self._trace, strict=True)
+        return np.concatenate(x), np.concatenate(force)
+
+    def _note(self, start: float, force: np.ndarray) -> None:
+        """Keep what steps to here, from `start`, have shown."""
+        between = start + (self.x - start) * (np.arange(force.size) + 0.5) / max(force.size, 1)
+        self._trace.append((np.append(between, self.x), np.append(force, self.force)))
+
     def to_position(self, x: float) -> tuple[np.ndarray, np.ndarray]:
         """Go to a position [m or rad]; return the positions in the middle of each step, and the mean forces."""
         start = self.x
@@ -123,6 +135,7 @@ class Path:
         count = math.ceil(min(max(abs(distance) / self._step, 1.0), 1e6))
         force = self._contact.move(distance, CREEP, count)
         self._contact.x = x
+        self._note(start, force)
         return start + distance * (np.arange(count) + 0.5) / count, force
 
     def to_force(self, target: float) -> bool:
@@ -143,22 +156,25 @@ class Path:
     def _climb(self, target: float, side: float) -> bool:
         self._side = side
         for _ in range(CHUNKS):
-            before = self._contact.twin()
+            before, start = self._contact.twin(), self.x
             force = self._contact.move(side * CHUNK * self._step, CREEP, CHUNK)
             beyond = np.flatnonzero(side * (force - target) >= 0.0)
             if beyond.size:
                 # A mean force beyond the target says that the target was passed in this step or the one before.
                 first = max(int(beyond[0]) - 1, 0)
-                if first:
-                    before.move(side * first * self._step, CREEP, first)
+                kept = before.move(side * first * self._step, CREEP, first) if first else np.empty(0)
+                self._contact = before
+                self._note(start, kept)
                 self._contact = _stopped_at(before, target, side, (beyond[0] + 1 - first) * self._step)
+                self._note(self.x, np.empty(0))
                 return True
+            self._note(start, force)
         return False
 
 
 def _stopped_at(contact: Contact, target: float, side: float, farthest: float) -> Contact:
     """Return the contact moved on, `farthest` at most, to where its force is `target`."""
-    from scipy.optimize import brentq
+    from scipy.optimize import root_scalar
 
     def excess(distance: float) -> float:
         ahead = contact.twin()
@@ -166,7 +182,8 @@ def _stopped_at(contact: Contact, target: float, side: float, farthest: float) -
         return side * (ahead.force(side * 0.0) - target)
 
     if excess(0.0) < 0.0 < excess(farthest):
-        contact.move(side * float(brentq(excess, 0.0, farthest, xtol=1e-15 * farthest, rtol=1e-15)), CREEP)
+        found = root_scalar(excess, bracket=(0.0, farthest), method="brentq", xtol=1e-15 * farthest)
+        contact.move(side * found.root, CREEP)
     elif excess(0.0) < 0.0:
         contact.move(side * farthest, CREEP)
     return contact
