@@ -20,7 +20,7 @@ from bristle.testing import violations_of
 ROOT = Path(bristle.__file__).parent
 MODULES = sorted(name for _, name, _ in pkgutil.walk_packages([str(ROOT)], "bristle.") if not name.endswith("__main__"))
 HEAVY = ("numba", "scipy", "pint", "pydantic", "rich", "matplotlib")
-FAMILIES = ("friction", "plants", "controllers", "sensors", "references")
+FAMILIES = ("hysteresis", "friction", "plants", "controllers", "sensors", "references")
 
 
 def loaded_after(code):

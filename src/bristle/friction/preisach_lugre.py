@@ -44,7 +44,7 @@ from bristle.friction.lugre import micro_damping, stribeck_force
 from bristle.friction.slip_law import SlipLaw
 from bristle.friction.stribeck import STATIC_ABOVE_COULOMB
 from bristle.hysteresis.everett import KERNELS, ClosedForm
-from bristle.hysteresis.turning_points import SMALLEST_CAPACITY, Stack, stack_commit
+from bristle.hysteresis.turning_points import SMALLEST_CAPACITY, Stack, stack_commit, stack_size
 
 TRANSITIONS = ("paper", "leuven", "elastoplastic")
 PAPER, LEUVEN, ELASTOPLASTIC = range(3)
@@ -126,8 +126,8 @@ def commit(state, memory, move, p):
 
 
 def memory_size(p: Parameters) -> int:
-    """Return the room for deflection and force of each turning point."""
-    return 2 * p.capacity
+    """Return the room for the turning points of the deflection."""
+    return stack_size(p.capacity)
 
 
 MODEL = FrictionModel(

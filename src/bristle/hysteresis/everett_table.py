@@ -20,7 +20,7 @@ from bristle.core.dispatch import register
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
 from bristle.hysteresis.preisach import CAPACITY, TOLERANCE
-from bristle.hysteresis.turning_points import Stack, stack_commit, stack_trial
+from bristle.hysteresis.turning_points import Stack, stack_commit, stack_size, stack_trial
 
 __all__ = ["MODEL", "Parameters", "Surface"]
 
@@ -179,7 +179,7 @@ MODEL = HysteresisOperator(
     State=Stack,
     trial=trial,
     commit=commit,
-    memory_size=lambda p: 2 * p.capacity,
+    memory_size=lambda p: stack_size(p.capacity),
     measure=measure,
     relations=RELATIONS,
     reference="doi:10.1007/978-1-4612-3028-1",

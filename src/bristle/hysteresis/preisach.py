@@ -17,7 +17,7 @@ from bristle.core.contracts import HysteresisOperator
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
 from bristle.hysteresis.everett import KERNELS, ClosedForm
-from bristle.hysteresis.turning_points import SMALLEST_CAPACITY, Stack, stack_commit, stack_trial
+from bristle.hysteresis.turning_points import SMALLEST_CAPACITY, Stack, stack_commit, stack_size, stack_trial
 
 CAPACITY = Variable("1", "turning points remembered; beyond it the innermost pair is lost", min=SMALLEST_CAPACITY)
 TOLERANCE = Variable("1", "smallest reversal that is one, over f_p/s", min=0.0, max=1.0)
@@ -53,8 +53,8 @@ def commit(state, memory, move, p):
 
 
 def memory_size(p: Parameters) -> int:
-    """Return the room for input and output of each turning point."""
-    return 2 * p.capacity
+    """Return the room for the turning points."""
+    return stack_size(p.capacity)
 
 
 MODEL = HysteresisOperator(

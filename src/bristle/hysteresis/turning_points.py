@@ -10,8 +10,9 @@ over the Preisach plane, in amortised constant time: summed from the start, the 
 of the source paper with a factor 2 and the offset :math:`-E(\alpha_0, \beta_0)` that relays of :math:`\pm 1` need.
 
 Nothing here depends on the sign of the measure: magnets and friction take the same kernels. ``memory`` holds the inputs
-of the points in its first half and their outputs in the second. Where it is full the innermost stored pair is forgotten
-first, which keeps the output continuous there and the points in order, and is counted in ``lost``.
+of the points in its first half and their outputs in the second, and above the last of them the present point: a
+reversal finds it in its place. Where no room is left the innermost pair is forgotten first, which keeps the output
+continuous there and the points in order, and is counted in ``lost``.
 
 A model that moves the input itself (friction with a deflection of its own) takes the same steps: `branch_at` looks the
 branch up once, `branch_output` and `branch_slope` follow it anywhere between ``begin`` and ``end``, and `stack_trial`
@@ -25,10 +26,25 @@ from bristle.core.dispatch import everett, everett_slope, virgin_curve, virgin_s
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
 
-__all__ = ["Branch", "Stack", "StackMove", "branch_at", "branch_output", "branch_slope", "stack_commit", "stack_trial"]
+__all__ = [
+    "Branch",
+    "Stack",
+    "StackMove",
+    "branch_at",
+    "branch_output",
+    "branch_slope",
+    "stack_commit",
+    "stack_size",
+    "stack_trial",
+]
 
 # With fewer, forgetting the innermost pair would leave no outer loop to return to.
 SMALLEST_CAPACITY = 4
+
+
+def stack_size(capacity: int) -> int:
+    """Return the size of the memory for this many turning points and the present one."""
+    return 2 * (capacity + 1)
 
 
 class Stack(NamedTuple):
@@ -68,28 +84,21 @@ class StackMove(NamedTuple):
 @kernel
 def branch_at(stack, memory, u):
     """Return the branch that the input `u` lies on, reached from ``stack.z`` in one move."""
-    side = stack.side
-    if u > stack.z:
-        side = 1.0
-    elif u < stack.z:
-        side = -1.0
-    depth = stack.depth
-    if side * stack.side < 0.0:
-        depth += 1
+    change = u - stack.z
+    side = math.copysign(1.0, change) if change != 0.0 else stack.side
+    # The point that a reversal would store stands ready above the last one.
+    depth = stack.depth + int(side * stack.side < 0.0)
     begin = stack.z
     while depth >= 2 and side * (u - memory[depth - 2]) >= 0.0:
         begin = memory[depth - 2]
         depth -= 2
+    if depth == 1 and side * (u + memory[0]) >= 0.0:
+        begin = -memory[0]
+        depth = 0
     if depth == 0:
         return Branch(0.0, 0.0, side, 0, begin, side * math.inf)
-    if depth > stack.depth:
-        z, f = stack.z, stack.f
-    else:
-        z, f = memory[depth - 1], memory[memory.size // 2 + depth - 1]
-    end = memory[depth - 2] if depth >= 2 else -z
-    if depth == 1 and side * (u - end) >= 0.0:
-        return Branch(0.0, 0.0, side, 0, end, side * math.inf)
-    return Branch(z, f, side, depth, begin, end)
+    end = memory[depth - 2] if depth >= 2 else -memory[0]
+    return Branch(memory[depth - 1], memory[memory.size // 2 + depth - 1], side, depth, begin, end)
 
 
 @kernel
@@ -123,14 +132,12 @@ def stack_trial(stack, memory, u, tolerance, q):
 
 @kernel
 def stack_commit(stack, memory, move):
-    """Return the stack after a move; a reversal stores where it turned."""
+    """Return the stack after a move; a reversal keeps the point where it turned."""
+    room = memory.size // 2
     depth, lost = move.depth, stack.lost
-    if depth > stack.depth:
-        capacity = memory.size // 2
-        place = stack.depth
-        if place >= capacity:
-            place -= 2
-            lost += 1
-        memory[place], memory[capacity + place] = stack.z, stack.f
-        depth = place + 1
+    if depth >= room:
+        memory[depth - 3], memory[room + depth - 3] = memory[depth - 1], memory[room + depth - 1]
+        depth -= 2
+        lost += 1
+    memory[depth], memory[room + depth] = move.z, move.f
     return Stack(move.z, move.f, move.side, depth, lost)
