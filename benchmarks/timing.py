@@ -27,10 +27,11 @@ class Ratio:
 
     def row(self) -> str:
         """Return the claim as a line of the table."""
+        ratio = f"{self.ratio:.2f}" if self.ratio >= 0.1 else f"{self.ratio:.2g}"
         limit = "" if self.limit is None else f"<= {self.limit:g}"
         verdict = "" if self.limit is None else ("ok" if self.ratio <= self.limit else "MISSED")
         return (
-            f"{self.name:<44} {_time(self.ours):>10} {_time(self.theirs):>10} {self.ratio:>7.2f} {limit:>8} "
+            f"{self.name:<44} {_time(self.ours):>10} {_time(self.theirs):>10} {ratio:>7} {limit:>8} "
             f"{verdict:<7} {self.against}{'; ' + self.error if self.error else ''}"
         )
 
@@ -41,6 +42,8 @@ HEAD = f"{'what':<44} {'ours':>10} {'beside it':>10} {'ratio':>7} {'limit':>8} {
 def _time(seconds: float) -> str:
     if seconds < 1e-6:
         return f"{1e9 * seconds:.2f} ns"
+    if seconds < 1e-3:
+        return f"{1e6 * seconds:.1f} µs"
     return f"{1e3 * seconds:.1f} ms" if seconds < 1.0 else f"{seconds:.2f} s"
 
 
