@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import fitted_weight
-from bristle.friction.slip_law import slip, slip_slope, slip_weight
+from bristle.friction.slip_law import slip, slip_chord, slip_slope
 from bristle.hysteresis.turning_points import Branch, StackMove, branch_at, branch_output, branch_slope
 
 __all__ = ["Deflection", "deflect"]
@@ -38,12 +38,10 @@ class Deflection(NamedTuple):
 @kernel
 def onward(stack, memory, side):
     """Return the branch that a small motion in the direction `side` follows."""
-    if side * stack.side < 0.0:
-        return Branch(stack.z, stack.f, side, stack.depth + 1, stack.z, stack.z)
-    if stack.depth == 0:
+    depth = stack.depth + int(side * stack.side < 0.0)
+    if depth == 0:
         return Branch(0.0, 0.0, side, 0, stack.z, stack.z)
-    at = stack.depth - 1
-    return Branch(memory[at], memory[memory.size // 2 + at], side, stack.depth, stack.z, stack.z)
+    return Branch(memory[depth - 1], memory[memory.size // 2 + depth - 1], side, depth, stack.z, stack.z)
 
 
 @kernel
@@ -59,12 +57,11 @@ def deflect(stack, memory, dx, side, G, law, q, tolerance):
         return Deflection(stack.f, 0.0, StackMove(stack.z, stack.f, stack.side, stack.depth))
     branch = branch_at(stack, memory, stack.z + far)
     f = branch_output(branch, stack.z + far, q)
-    r_far = side * f / G
+    chord = slip_chord(r, side * f / G, law)
     change = far
     theta = 0.5
-    # A gate that stays closed, or the last trace of an approach to sliding: nothing to solve.
-    if slip_weight(r_far, law) > 0.0:
-        change, theta, branch = slipping(stack, memory, dx, far, r_far, side, G, law, q, branch)
+    if chord > 0.0:
+        change, theta, branch = slipping(stack, memory, dx, far, chord, side, G, law, q, branch)
         f = branch_output(branch, stack.z + change, q)
     mean = stack.f + theta * (f - stack.f)
     if abs(change) <= tolerance and change * stack.side < 0.0:
@@ -73,13 +70,13 @@ def deflect(stack, memory, dx, side, G, law, q, tolerance):
 
 
 @kernel
-def slipping(stack, memory, dx, far, r_far, side, G, law, q, branch):
+def slipping(stack, memory, dx, far, chord, side, G, law, q, branch):
     """Return deflection, weight of its end in the mean, and branch, of a step in which the contact slips."""
     r = side * stack.f / G
     way = 1.0 if far > 0.0 else -1.0
     travel = abs(dx)
     k = branch_slope(onward(stack, memory, way), stack.z, q) / G
-    theta = fitted_weight(travel * k * slip_weight(r_far, law))
+    theta = fitted_weight(travel * k * chord)
     near = 0.0
     # The first step of Newton's method from the start, or from the far end while a gate is closed at the start.
     change = far / (1.0 + travel * theta * k * slip_slope(r, law))
@@ -94,13 +91,12 @@ def slipping(stack, memory, dx, far, r_far, side, G, law, q, branch):
             far = change
         else:
             near = change
-        guess = change - residual / (1.0 + travel * theta * k * slip_slope(mean, law))
-        if (guess - near) * (guess - far) > 0.0:
-            guess = 0.5 * (near + far)
-        step = abs(guess - change)
-        change = guess
-        if step <= RELATIVE * abs(change) or k * step <= OF_SLIDING:
+        step = residual / (1.0 + travel * theta * k * slip_slope(mean, law))
+        change -= step
+        if abs(step) <= RELATIVE * abs(change) or k * abs(step) <= OF_SLIDING:
             break
+        if (change - near) * (change - far) >= 0.0:
+            change = 0.5 * (near + far)
     u = stack.z + change
     if way * (u - branch.begin) < 0.0 or way * (u - branch.end) >= 0.0:
         branch = branch_at(stack, memory, u)
