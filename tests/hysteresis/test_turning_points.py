@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from tests.hysteresis.paths import of, walk
 
-from bristle import hysteresis, response
+from bristle import friction, hysteresis, plants, response
 from bristle.core.errors import InputWarning
+from bristle.core.status import Status
+from bristle.engine import run_open_loop
 from bristle.engine.path import after
 from bristle.hysteresis.turning_points import Stack, branch_at, branch_output, branch_slope
 
@@ -106,3 +108,20 @@ def test_at_the_end_of_a_branch_the_next_one_goes_on():
             assert abs(branch_output(branch, branch.end, q) - branch_output(following, branch.end, q)) <= 1e-15
         u = branch.end
     assert ends == [2.0, 3.0, np.inf]
+
+
+def composite(capacity):
+    return friction.preisach_lugre(
+        kernel="dahl_masing", s=1e6, f_p=150.0, F_C=100.0, F_S=120.0, v_S=1e-3, capacity=capacity
+    )  # fmt: skip
+
+
+def test_friction_that_forgets_says_so_along_a_motion_and_in_a_simulation():
+    x = 1e-5 * hysteresis.conditioned(1.0, 40)
+    response(composite(64), x, 1e-3)
+    with pytest.warns(InputWarning, match="preisach_lugre: the memory of turning points was full"):
+        response(composite(8), x, 1e-3)
+    effort = 50.0 * np.repeat(hysteresis.conditioned(1.0, 40), 40)
+    plant = plants.inertia(M=0.1)
+    assert run_open_loop(plant, composite(64), effort, 1e-4).status == Status.OK
+    assert run_open_loop(plant, composite(8), effort, 1e-4).status == Status.MEMORY_OVERFLOW

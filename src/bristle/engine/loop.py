@@ -62,6 +62,8 @@ class _Mechanism:
     def status(self, done: int, count: int) -> Status:
         if done < count or not np.all(np.isfinite(self.plant.state)):
             return Status.NOT_FINITE
+        if self.friction.lost:
+            return Status.MEMORY_OVERFLOW
         return Status.SOLVE_INACCURATE if self.out[3] > 0.0 else Status.OK
 
 

@@ -11,10 +11,13 @@ from bristle.core.errors import InputError
 from bristle.core.packing import pack, unpacker
 from bristle.engine import entries
 from bristle.engine.compilation import compiled
-from bristle.engine.part import Part, vector
-from bristle.engine.path import after, output_along, warn_of_lost
+from bristle.engine.part import Part, vector, warn_of_lost
+from bristle.engine.path import after, output_along
 
-__all__ = ["force_along", "response", "settled"]
+__all__ = ["force_along", "presliding_distance", "response", "settled"]
+
+
+SLOW = 1e6  # time of a step [s]
 
 
 def force_along(
@@ -77,6 +80,22 @@ def settled(model: Model, v: float) -> tuple[Any, np.ndarray]:
     return unpacker(part.structures[1])(part.state), memory
 
 
+def presliding_distance(model: Model) -> float:
+    """Return the distance [m or rad] over which a virgin contact, moved slowly, reaches half of its largest force.
+
+    It is infinite for a static map, which has no contact to deflect, and for one that gives no force.
+    """
+    part = Part(model)
+    memory = part.component.new_memory(model.parameters)
+    if part.state.size + memory.size == 0:
+        return float("inf")
+    # From a picometre to a metre, so slowly that viscous parts do not show.
+    distance = np.geomspace(1e-12, 1.0, 120)
+    force = np.abs(_follow(part, memory, np.diff(distance) / SLOW, distance[1:], SLOW))
+    largest = float(np.max(force))
+    return float(distance[np.argmax(force >= 0.5 * largest)]) if largest > 0.0 else float("inf")
+
+
 def _follow(part: Part, memory: np.ndarray, velocity: np.ndarray, position: np.ndarray, dt: float) -> np.ndarray:
     force = np.empty(velocity.size)
     entry = compiled(
@@ -86,7 +105,7 @@ def _follow(part: Part, memory: np.ndarray, velocity: np.ndarray, position: np.n
         part.functions,
     )
     entry(part.parameters, part.state, memory, velocity, position, float(dt), force)
-    warn_of_lost(part.model, unpacker(part.structures[1])(part.state))
+    warn_of_lost(part)
     return force
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -9,9 +10,10 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.dispatch import functions_of
+from bristle.core.errors import InputWarning
 from bristle.core.packing import pack, structure_of
 
-__all__ = ["Part", "vector"]
+__all__ = ["Part", "vector", "warn_of_lost"]
 
 
 def vector(values: Any) -> np.ndarray:
@@ -45,9 +47,26 @@ class Part:
         return f"{self.model.component.module}.{_name_of(self.structures[0])}"
 
     @property
+    def lost(self) -> int:
+        """How many pairs of turning points its memory had no room for; 0 for one that forgets nothing."""
+        fields = self.structures[1][0]._fields
+        return int(self.state[fields.index("lost")]) if "lost" in fields else 0
+
+    @property
     def functions(self) -> tuple[Any, ...]:
         """Functions of the component and of those that it holds: what a user may have written."""
         return _functions(self.structures[0])
+
+
+def warn_of_lost(part: Part) -> None:
+    """Warn where the memory of a component had too little room."""
+    if part.lost:
+        warnings.warn(
+            f"{part.model.name}: the memory of turning points was full and forgot its innermost pair {part.lost} "
+            f"times, so loops do not close as they should. Raise capacity, now {part.model.values.get('capacity')}",
+            InputWarning,
+            stacklevel=4,
+        )
 
 
 def _name_of(structure: Any) -> str:

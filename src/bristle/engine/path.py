@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import Any
 
 import numpy as np
 
 from bristle.core.contracts import Model
-from bristle.core.errors import InputError, InputWarning
+from bristle.core.errors import InputError
 from bristle.core.packing import pack, unpacker
 from bristle.engine import entries
 from bristle.engine.compilation import compiled
-from bristle.engine.part import Part, vector
+from bristle.engine.part import Part, vector, warn_of_lost
 
-__all__ = ["after", "output_along", "warn_of_lost"]
+__all__ = ["after", "output_along"]
 
 
 def output_along(operator: Model, u: Any, *, state: Any = None, memory: np.ndarray | None = None) -> np.ndarray:
@@ -63,18 +62,6 @@ def after(operator: Model, history: Any) -> tuple[Any, np.ndarray]:
     return unpacker(part.structures[1])(part.state), memory
 
 
-def warn_of_lost(model: Model, state: Any) -> None:
-    """Warn where the memory of turning points was too small; `state` is that at the end."""
-    lost = getattr(state, "lost", 0)
-    if lost:
-        warnings.warn(
-            f"{model.name}: the memory of turning points was full and forgot its innermost pair {lost} times, so loops "
-            f"do not close as they should. Raise capacity, now {model.values.get('capacity')}",
-            InputWarning,
-            stacklevel=4,
-        )
-
-
 def _part(operator: Model, state: Any = None) -> Part:
     if getattr(operator, "component", None) is None or operator.component.family != "hysteresis":
         raise InputError("is no hysteresis operator", value=operator, mend="Take one from bristle.hysteresis")
@@ -93,5 +80,5 @@ def _follow(part: Part, memory: np.ndarray, u: Any) -> np.ndarray:
         f"output_along-{part.key}", lambda: entries.make_output_along(*part.structures), "aaaaa", part.functions
     )
     entry(part.parameters, part.state, memory, path, output)
-    warn_of_lost(part.model, unpacker(part.structures[1])(part.state))
+    warn_of_lost(part)
     return output
