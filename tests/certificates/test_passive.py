@@ -2,14 +2,12 @@
 
 import math
 
-import numpy as np
 import pytest
-from tests.certificates.ballscrew import F_C, F_S, STIFFNESS, V_S, composite, gms, lugre
+from tests.certificates.ballscrew import F_C, F_S, V_S, composite, gms, lugre
 
 from bristle import friction
 from bristle.certificates import check, needed_damping
 from bristle.core.variable import unit_of
-from bristle.engine.contact import Contact
 
 RATIO = (F_S - F_C) / F_C
 EDGE = 4.0 * math.sqrt(2.0 * math.e) * F_C
@@ -74,25 +72,3 @@ def test_the_worse_direction_counts():
 
 def test_nothing_is_claimed_where_no_condition_is_known():
     assert not passive_of(gms()).applies
-
-
-@pytest.mark.parametrize(("share", "gives"), [(0.0, True), (0.5, True), (1.0, False)])
-@pytest.mark.parametrize("model", [lugre, composite])
-def test_a_cycle_gives_energy_below_the_condition_and_none_at_it(model, share, gives):
-    # Creep charges the bristles to F_S, a jerk lets them go at speed: forward, and the same back.
-    sigma_1, speed = 1.0, 1e5 * V_S
-    contact = model(sigma_1=sigma_1, sigma_2=share * sigma_1 * RATIO)
-    there = [(1e-5, 0.03, 400), (speed, 0.5 * F_C / STIFFNESS, 400)]
-    work = cycle_work(contact, there + [(-v, distance, count) for v, distance, count in there])
-    assert (work < 0.0) == gives
-
-
-def cycle_work(model, legs):
-    """The work done on a contact in the second round of a closed cycle of legs (velocity, distance, steps)."""
-    contact, work = Contact(model), 0.0
-    for turn in range(2):
-        for v, distance, count in legs:
-            force = contact.move(math.copysign(distance, v), abs(v), count)
-            if turn:
-                work += float(np.sum(force)) * math.copysign(distance, v) / count
-    return work
