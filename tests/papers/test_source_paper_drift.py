@@ -11,7 +11,7 @@ from tests.certificates.ballscrew import F_C, F_S, RIPPLE, STIFFNESS, UM, V_S, c
 from tests.papers.rippled import steps_per_cycle
 
 from bristle import friction, hysteresis, response
-from bristle.certificates import check
+from bristle.certificates import Path, check, holding_of
 from bristle.engine import force_along, settled
 from bristle.engine.contact import Contact
 
@@ -47,8 +47,22 @@ def test_its_loops_close_in_z_which_is_what_its_figure_10_can_show():
             f.append(contact.force(np.copysign(0.0, step)))
     operator = hysteresis.preisach(kernel="dahl_masing", kind="rotational", s=STIFFNESS, f_p=1.2 * F_S)
     assert np.max(np.abs(response(operator, z) - f)) < 1e-12
-    # And z is not the position, by far.
-    assert contact.x > 1.5 * contact.state[0]
+
+
+@pytest.mark.parametrize(("share", "bristles", "body"), [(0.5, 0.89, 1.31), (0.8, 2.48, 6.61), (0.9, 3.72, 15.5)])
+def test_z_is_not_the_position(share, bristles, body):
+    assert read_at(composite("paper"), share) == pytest.approx((bristles, body), rel=5e-3)
+    z, x = read_at(composite(rho=0.95), share)
+    assert x == pytest.approx(z, rel=1e-9)
+
+
+def read_at(model, share):
+    """Deflection and position [um] where a virgin contact holds a share of its break-away force."""
+    path = Path(model, holding_of(model))
+    path.to_force(share * F_S)
+    contact = Contact(model)
+    contact.move(path.x, 1e-12, 5000)
+    return contact.state[0] / UM, contact.x / UM
 
 
 def test_with_a_gate_in_its_place_both_hold():
