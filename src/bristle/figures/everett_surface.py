@@ -46,7 +46,7 @@ def everett_surface(operator: Model, extent: float) -> Figure:
     edge = inputs * length.factor
     plane.contourf(edge, edge, E * scale.factor, levels=LEVELS, cmap=SHADES)
     lines = plane.contour(edge, edge, E * scale.factor, levels=LEVELS, colors=style.INK, linewidths=0.6)
-    plane.clabel(lines, lines.levels[1:-1:2], fontsize=7, fmt="%g")
+    plane.clabel(lines, np.asarray(lines.levels)[1:-1:2], fontsize=7, fmt="%g")
     plane.plot(edge, edge, color=style.GREY, linewidth=0.9)
     plane.set_aspect("equal", adjustable="box")
     plane.set_title(scale.label("E(α, β)"))
