@@ -62,7 +62,7 @@ def slip(r, law):
 def slip_slope(r, law):
     r"""Return :math:`d\Phi/dr`."""
     if law.rho < 0.0:
-        steepness = law.exponent * power(abs(r), law.exponent - 1.0)
+        steepness = 1.0 if law.exponent == 1.0 else law.exponent * power(abs(r), law.exponent - 1.0)
         return steepness if r >= 0.0 else law.unloading * steepness
     if r <= law.rho:
         return 0.0
