@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.interpolate import RegularGridInterpolator
 from tests.hysteresis.paths import along, of, walk
 
 from bristle import hysteresis, response
@@ -86,6 +87,18 @@ def test_a_table_of_a_hundred_nodes_errs_little_and_of_second_order(kernel, erro
         errors.append(np.max(np.abs(response(table, path) - response(exact, path))))
     assert errors[1] <= error
     assert errors[0] > 3.0 * errors[1] > 9.0 * errors[2]
+
+
+def test_the_same_table_on_alpha_and_beta_would_be_far_worse():
+    q, nodes = MEASURES["dahl_masing"], np.linspace(-4.0, 4.0, 101)
+    square = np.array([[everett(a, b, q) if a >= b else 0.0 for b in nodes.tolist()] for a in nodes.tolist()])
+    plain = RegularGridInterpolator((nodes, nodes), square)
+    ours = measure(hysteresis.tabulated(lambda a, b: everett(a, b, q), 4.0))
+    pairs = np.sort(np.random.default_rng(8).uniform(-4.0, 4.0, (5000, 2)))[:, ::-1]
+    exact = np.array([everett(a, b, q) for a, b in pairs.tolist()])
+    error = np.max(np.abs([everett(a, b, ours) - e for (a, b), e in zip(pairs.tolist(), exact, strict=True)]))
+    assert error < 2e-4
+    assert 0.01 < np.max(np.abs(plain(pairs) - exact)) < 0.03
 
 
 def lopsided(q, alpha, beta):
