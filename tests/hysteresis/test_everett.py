@@ -97,8 +97,9 @@ def test_the_same_table_on_alpha_and_beta_would_be_far_worse():
     pairs = np.sort(np.random.default_rng(8).uniform(-4.0, 4.0, (5000, 2)))[:, ::-1]
     exact = np.array([everett(a, b, q) for a, b in pairs.tolist()])
     error = np.max(np.abs([everett(a, b, ours) - e for (a, b), e in zip(pairs.tolist(), exact, strict=True)]))
-    assert error < 2e-4
-    assert 0.01 < np.max(np.abs(plain(pairs) - exact)) < 0.03
+    # The output changes by twice the Everett function.
+    assert 2.0 * error < 3e-4
+    assert 0.015 < 2.0 * np.max(np.abs(plain(pairs) - exact)) < 0.03
 
 
 def lopsided(q, alpha, beta):

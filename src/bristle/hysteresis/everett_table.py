@@ -2,8 +2,8 @@ r"""The Preisach operator with a tabulated Everett function, for measured hyster
 
 The table stands on :math:`c = \alpha + \beta` and :math:`d = \alpha - \beta`, with :math:`d` spaced quadratically and
 :math:`c` evenly over the range :math:`\pm(2X - d)` that it has there, and is linear between its nodes. On
-:math:`(\alpha, \beta)` the same number of nodes errs by 1.6 % of saturation, because the kink at
-:math:`\alpha = \beta` runs across the cells; here it is an edge, and the error is about 1e-4 at 101 by 101 nodes.
+:math:`(\alpha, \beta)` the same number of nodes errs by nearly 2 % of saturation, because the kink at
+:math:`\alpha = \beta` runs across the cells; here it is an edge, and the error is 2e-4 at 101 by 101 nodes.
 
 Outside :math:`[-X, X]` there is no measure: the output stays. Inside, the demagnetised operator follows the measure
 above the line :math:`\alpha = -\beta`, which the constructors in `bristle.hysteresis.tabulate` put into `upper`, so
