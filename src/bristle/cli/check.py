@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["EXAMPLE", "check"]
 
-EXAMPLE = """Examples:
+EXAMPLE = """Example:
   bristle check model.toml --force-ripple "40 mN*m,80 mN*m"
   bristle check my_model.py"""
 
@@ -31,10 +31,12 @@ def check(
     loop: Annotated[str | None, typer.Option(metavar="X1,X2", help="Where the loop turns that has to close.")] = None,
     as_json: Json = False,
 ) -> int:
-    """Check whether a friction model is fit to be used, and tell what to change where it is not.
+    """Check whether a friction model is fit to be used.
 
-    A model file has its certificates: bounded deflection, passivity, drift, closure of a minor loop, dissipation. A
-    Python file is executed and held against the contract of friction models. The exit code is 1 if one of them fails.
+    Where it is not, tells what to change.
+    A model file has its certificates: bounded deflection, passivity, drift, closure of a minor loop, dissipation.
+    A Python file is executed and held against the contract of friction models.
+    The exit code is 1 if one of them fails.
     """
     if model.suffix == ".toml":
         return _check_values(model, _pair(force_ripple), _pair(loop), as_json)
