@@ -52,17 +52,18 @@ def deflect(stack, memory, dx, side, G, law, q, tolerance):
     `G` [N or N*m] is the force in sliding at this velocity, `law` the slip law, `q` the measure of the operator. A
     return by no more than `tolerance` [m or rad] is not remembered.
     """
-    r = side * stack.f / G
+    scale = side / G
+    r = scale * stack.f
     far = dx * (1.0 - slip(r, law))
     if far == 0.0:
         return Deflection(stack.f, 0.0, StackMove(stack.z, stack.f, stack.side, stack.depth))
     branch = branch_at(stack, memory, stack.z + far)
     f = branch_output(branch, stack.z + far, q)
-    weight = slip_weight(r, side * f / G, law)
+    weight = slip_weight(r, scale * f, law)
     change = far
     theta = 0.5
     if weight > 0.0:
-        change, theta, branch = slipping(stack, memory, dx, far, weight, side, G, law, q, branch)
+        change, theta, branch = slipping(stack, memory, dx, far, weight, scale, law, q, branch)
         f = branch_output(branch, stack.z + change, q)
         if (side * f - G) * (r - 1.0) < 0.0:
             change, branch = reaching(stack, memory, change, side * G, q, branch)
@@ -74,12 +75,12 @@ def deflect(stack, memory, dx, side, G, law, q, tolerance):
 
 
 @kernel
-def slipping(stack, memory, dx, far, weight, side, G, law, q, branch):
-    """Return deflection, weight of its end in the mean, and branch, of a step in which the contact slips."""
-    r = side * stack.f / G
+def slipping(stack, memory, dx, far, weight, scale, law, q, branch):
+    """Return deflection, weight of its end in the mean, and branch, where the contact slips; `scale` is sgn(v)/G."""
+    r = scale * stack.f
     way = 1.0 if far > 0.0 else -1.0
-    travel = abs(dx)
-    k = branch_slope(onward(stack, memory, way), stack.z, q) / G
+    travel = abs(dx * scale)
+    k = branch_slope(onward(stack, memory, way), stack.z, q)
     theta = fitted_weight(travel * k * weight)
     near = 0.0
     # The first step of Newton's method from the start, or from the far end while a gate is closed at the start.
@@ -88,8 +89,8 @@ def slipping(stack, memory, dx, far, weight, side, G, law, q, branch):
         u = stack.z + change
         if way * (u - branch.begin) < 0.0 or way * (u - branch.end) >= 0.0:
             branch = branch_at(stack, memory, u)
-        mean = r + theta * (side * branch_output(branch, u, q) / G - r)
-        k = branch_slope(branch, u, q) / G
+        mean = r + theta * (scale * branch_output(branch, u, q) - r)
+        k = branch_slope(branch, u, q)
         residual = change - dx * (1.0 - slip(mean, law))
         if way * residual > 0.0:
             far = change
@@ -97,7 +98,7 @@ def slipping(stack, memory, dx, far, weight, side, G, law, q, branch):
             near = change
         step = residual / (1.0 + travel * theta * k * slip_slope(mean, law))
         change -= step
-        if abs(step) <= RELATIVE * abs(change) or k * abs(step) <= OF_SLIDING:
+        if abs(step) <= RELATIVE * abs(change) or k * abs(scale * step) <= OF_SLIDING:
             break
         if (change - near) * (change - far) >= 0.0:
             change = 0.5 * (near + far)
