@@ -34,6 +34,8 @@ __all__ = [
     "open_loop",
 ]
 
+OUT = 5  # numbers that a burst writes and keeps
+
 
 def make_force_along(parameters: Structure, state: Structure) -> Callable[..., Any]:
     """Return the entry that runs one friction model along a prescribed motion."""
@@ -68,7 +70,12 @@ def make_output_along(parameters: Structure, state: Structure) -> Callable[..., 
 
 
 def make_burst(plant: Structure, plant_state: Structure, friction: Structure, friction_state: Structure) -> Any:
-    """Return the entry that advances one plant with one friction model by a number of equal steps."""
+    """Return the entry that advances one plant with one friction model by a number of equal steps.
+
+    ``out[0]`` receives the mean friction force, ``out[1]`` the number of solves that failed; ``out[2]`` and ``out[4]``
+    keep where the next solve begins, whatever the length of its step: the slope of its residual over the length, and
+    the acceleration. ``out[3]`` is the drivers'.
+    """
     unpack_plant, load_plant, store_plant = unpacker(plant), unpacker(plant_state), packer(plant_state)
     unpack_friction, load_friction, store_friction = (
         unpacker(friction),
@@ -80,18 +87,20 @@ def make_burst(plant: Structure, plant_state: Structure, friction: Structure, fr
         q, body = unpack_plant(q_vector), load_plant(plant_vector)
         p, s = unpack_friction(p_vector), load_friction(state_vector)
         h = dt / steps
-        guess, slope = body.v, out[2]
+        slope, acceleration = 1.0 + out[2] * h, out[4]
         total, failures = 0.0, 0.0
         for i in range(steps):
             u = effort + (effort_end - effort) * ((i + 0.5) / steps)
+            guess = 0.0 if body.v == 0.0 else body.v + 0.5 * h * acceleration
             done = advance(body, s, memory, u, h, q, p, guess, slope)
             body, s, slope = done.plant_state, done.friction_state, done.slope
-            guess = 0.0 if body.v == 0.0 else 2.0 * body.v - done.v_mean
+            acceleration = 2.0 * (body.v - done.v_mean) / h
             total += done.force
             failures += done.failures
         store_plant(body, plant_vector)
         store_friction(s, state_vector)
-        out[0], out[1], out[2] = total / steps, failures, slope
+        out[0], out[1] = total / steps, failures
+        out[2], out[4] = (slope - 1.0) / h, acceleration
         return 0.0
 
     return burst

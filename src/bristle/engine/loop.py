@@ -50,7 +50,7 @@ class _Mechanism:
             self.friction.state = pack(state)
         fresh = friction.component.new_memory(friction.parameters)
         self.memory = fresh if memory is None else np.array(memory, dtype=float)
-        self.out = np.zeros(4)
+        self.out = np.zeros(entries.OUT)
         self.entry = burst_entry(self.plant, self.friction, integrator)
 
     @property
