@@ -22,7 +22,7 @@ from bristle.core.dispatch import (
 )
 from bristle.core.packing import Structure, packer, unpacker
 from bristle.engine import semi_implicit
-from bristle.engine.efim import advance
+from bristle.engine.efim import Start, advance
 
 __all__ = [
     "closed_loop",
@@ -34,7 +34,7 @@ __all__ = [
     "open_loop",
 ]
 
-OUT = 5  # numbers that a burst writes and keeps
+OUT = 6  # numbers that a burst writes and keeps
 
 
 def make_force_along(parameters: Structure, state: Structure) -> Callable[..., Any]:
@@ -74,7 +74,7 @@ def make_burst(plant: Structure, plant_state: Structure, friction: Structure, fr
 
     ``out[0]`` receives the mean friction force, ``out[1]`` the number of solves that failed; ``out[2]`` and ``out[4]``
     keep where the next solve begins, whatever the length of its step: the slope of its residual over the length, and
-    the acceleration. ``out[3]`` is the drivers'.
+    the acceleration. ``out[5]`` is the error of the mean velocity that a solve may leave; ``out[3]`` is the drivers'.
     """
     unpack_plant, load_plant, store_plant = unpacker(plant), unpacker(plant_state), packer(plant_state)
     unpack_friction, load_friction, store_friction = (
@@ -87,12 +87,12 @@ def make_burst(plant: Structure, plant_state: Structure, friction: Structure, fr
         q, body = unpack_plant(q_vector), load_plant(plant_vector)
         p, s = unpack_friction(p_vector), load_friction(state_vector)
         h = dt / steps
-        slope, acceleration = 1.0 + out[2] * h, out[4]
+        slope, acceleration, slack = 1.0 + out[2] * h, out[4], out[5]
         total, failures = 0.0, 0.0
         for i in range(steps):
             u = effort + (effort_end - effort) * ((i + 0.5) / steps)
             guess = 0.0 if body.v == 0.0 else body.v + 0.5 * h * acceleration
-            done = advance(body, s, memory, u, h, q, p, guess, slope)
+            done = advance(body, s, memory, u, h, q, p, Start(guess, slope, slack))
             body, s, slope = done.plant_state, done.friction_state, done.slope
             acceleration = 2.0 * (body.v - done.v_mean) / h
             total += done.force
