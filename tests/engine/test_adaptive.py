@@ -93,6 +93,21 @@ def test_the_rosenbrock_method_has_order_five_where_friction_is_smooth():
     assert np.all(orders > 4.5), (errors, orders)
 
 
+def test_far_into_sliding_step_doubling_takes_few_steps():
+    # Carried along for metres, the contact only follows; what is left is a mass on a spring, for every model.
+    model = friction.preisach_lugre(
+        s=1e3, f_p=2.0, F_C=1.0, F_S=1.6, v_S=2.0, sigma_1=1.0, sigma_2=0.3, transition="paper"
+    )
+    plant = pulled_inertia(M=1.0, k=1.0, v_e=2.0)
+    options = {"v": 2.0, "x": -1.8}
+    fine = run_open_loop(plant, model, np.zeros(100), 0.1, steps=10_000, **options)
+    assert np.min(fine.velocity) > 0.5
+    trace = run_adaptive(plant, model, np.zeros(100), 0.1, tolerance=1e-6, **options)
+    assert np.max(np.abs(trace.position - fine.position)) <= 1e-6
+    # Of order 2, it would take more than ten thousand.
+    assert trace.steps < 2000
+
+
 def test_break_away_from_rest_is_found_in_one_long_step():
     # The spring pulls more and more; at 10 s its force is F_S, and both halves of a long step would have rested.
     model = friction.stribeck(F_C=1.0, F_S=2.0, v_S=1e-3, F_v=1.0)

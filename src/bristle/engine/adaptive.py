@@ -29,6 +29,8 @@ METHODS = ("auto", "efim", "rosenbrock")
 # wrong time: hence the share of its pre-sliding distance allowed per step.
 SHARE_OF_TOLERANCE = {"efim": 0.3, "rosenbrock": 0.1}
 SHARE_OF_PRESLIDING = 0.02
+# A contact carried along for so many times its pre-sliding distance only follows.
+FAR = 5.0
 REFINEMENTS = 4
 SHORTEST_STEP, FIRST_STEP = 1e-13, 1e-6
 
@@ -88,7 +90,7 @@ def run_adaptive(
     >>> from bristle import friction, plants
     >>> plant = plants.pulled_inertia(M=1.0, k=2.0, v_e=0.1)
     >>> run_adaptive(plant, friction.coulomb(F_C=1.0), [0.0] * 8, 1.0, tolerance=1e-6).position.round(3)
-    array([0.   , 0.   , 0.   , 0.   , 0.   , 0.   , 0.07 , 0.229])
+    array([0.   , 0.   , 0.   , 0.   , 0.   , 0.   , 0.03 , 0.178])
     """
     if not (np.isfinite(tolerance) and tolerance > 0.0):
         raise InputError("must be positive", path="tolerance", value=tolerance, allowed="> 0")
@@ -120,10 +122,12 @@ def _run(
     times = dt * np.arange(u.size + 1)
     duration = float(times[-1])
     chosen = _method(plant, friction, method)
+    distance = presliding_distance(friction)
     settings = np.array(
         [
-            SHARE_OF_TOLERANCE[chosen] * tolerance / duration, SHARE_OF_PRESLIDING * presliding_distance(friction),
+            SHARE_OF_TOLERANCE[chosen] * tolerance / duration, SHARE_OF_PRESLIDING * distance,
             min(max_step, duration), SHORTEST_STEP * duration, FIRST_STEP * duration,
+            FAR * distance if np.isfinite(distance) else 0.0,
         ]
     )  # fmt: skip
     knots, starts, ends = _stretches(u, held(u, hold), dt)

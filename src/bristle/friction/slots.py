@@ -18,7 +18,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from bristle.core.contracts import FrictionModel, Relation
-from bristle.core.dispatch import friction_commit, friction_trial
+from bristle.core.dispatch import friction_commit, friction_rate, friction_trial
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import direction
 from bristle.core.variable import Variable
@@ -58,6 +58,14 @@ def commit(state, memory, move, p):
     """Commit the move of the model with the parameters of the side that it was made on."""
     q = p.forward if move.side > 0.0 else p.backward
     return friction_commit(state, memory, move.move, q)
+
+
+@kernel
+def rate(state, motion, p):
+    """Return the force [N or N*m] and the rate of the state of the model with the parameters of this side."""
+    q = p.forward if direction(motion.v) > 0.0 else p.backward
+    force, d_state = friction_rate(state, motion, q)
+    return force + p.offset, d_state
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -126,6 +134,7 @@ def slotted(model: FrictionModel, *, asymmetry: bool) -> SlottedModel:
         State=model.State,
         trial=trial,
         commit=commit,
+        rate=rate if model.rate else None,
         memory_size=lambda p: model.memory_size(p.forward),
         reference=model.reference,
         relations=tuple(_on_both_sides(relation) for relation in model.relations),
