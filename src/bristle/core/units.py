@@ -86,7 +86,8 @@ DECIMAL_UNITS = _decimal_units()
 def _registry() -> Any:
     import pint
 
-    registry = pint.UnitRegistry(cache_folder=":auto:", autoconvert_offset_to_baseunit=True)
+    # No cache on disk: with one, what is redefined below holds or not, depending on whether the cache was there.
+    registry = pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
     # Base dimensions of their own: rad/s and 1/s, rad and count, N*m/rad and N*m all differ.
     registry.define("radian = [angle] = rad")
     registry.define("count = [count]")
