@@ -15,6 +15,7 @@ import re
 from collections.abc import Mapping
 from decimal import Decimal
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 from bristle.core.errors import InputError
@@ -86,15 +87,25 @@ DECIMAL_UNITS = _decimal_units()
 def _registry() -> Any:
     import pint
 
-    # No cache on disk: with one, what is redefined below holds or not, depending on whether the cache was there.
-    registry = pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
-    # Base dimensions of their own: rad/s and 1/s, rad and count, N*m/rad and N*m all differ.
-    registry.define("radian = [angle] = rad")
-    registry.define("count = [count]")
-    registry.define("rated = [rated_effort]")
-    registry.define("percent_rated = 0.01 * rated")
-    registry.define("@alias turn = rev")
+    # Base dimensions of their own: rad/s and 1/s, rad and count, N*m/rad and N*m all differ. They are written into the
+    # library's own definitions: what is redefined afterwards holds or not, depending on what was looked up before.
+    registry = pint.UnitRegistry(_definitions(Path(pint.__file__).parent), autoconvert_offset_to_baseunit=True)
     return registry
+
+
+OWN_DIMENSIONS = {"radian = []": "radian = [angle]", "count = []": "count = [count]"}
+OWN_UNITS = ("rated = [rated_effort]", "percent_rated = 0.01 * rated", "@alias turn = rev")
+
+
+def _definitions(folder: Path) -> list[str]:
+    lines = (folder / "constants_en.txt").read_text(encoding="utf-8").splitlines()
+    for line in (folder / "default_en.txt").read_text(encoding="utf-8").splitlines():
+        head = next((head for head in OWN_DIMENSIONS if line.startswith(head)), None)
+        if head is not None:
+            lines.append(OWN_DIMENSIONS[head] + line[len(head) :])
+        elif not line.startswith("@import"):
+            lines.append(line)
+    return [*lines, *OWN_UNITS]
 
 
 def quantity(value: Any, variable: Variable, kind: Kind = "translational", *, path: str = "") -> float:
