@@ -89,8 +89,7 @@ def _registry() -> Any:
 
     # Base dimensions of their own: rad/s and 1/s, rad and count, N*m/rad and N*m all differ. They are written into the
     # library's own definitions: what is redefined afterwards holds or not, depending on what was looked up before.
-    registry = pint.UnitRegistry(_definitions(Path(pint.__file__).parent), autoconvert_offset_to_baseunit=True)
-    return registry
+    return pint.UnitRegistry(_definitions(Path(pint.__file__).parent), autoconvert_offset_to_baseunit=True)
 
 
 OWN_DIMENSIONS = {"radian = []": "radian = [angle]", "count = []": "count = [count]"}
