@@ -96,7 +96,7 @@ OWN_DIMENSIONS = {"radian = []": "radian = [angle]", "count = []": "count = [cou
 OWN_UNITS = ("rated = [rated_effort]", "percent_rated = 0.01 * rated", "@alias turn = rev")
 
 
-def _definitions(folder: Path) -> list[str]:
+def _definitions(folder: Path) -> Any:
     lines = (folder / "constants_en.txt").read_text(encoding="utf-8").splitlines()
     for line in (folder / "default_en.txt").read_text(encoding="utf-8").splitlines():
         head = next((head for head in OWN_DIMENSIONS if line.startswith(head)), None)
@@ -143,7 +143,7 @@ def quantity(value: Any, variable: Variable, kind: Kind = "translational", *, pa
     except OverflowError:
         raise InputError("is too large for a number", path=path, mend=_EXAMPLE) from None
     except ValueError:
-        return convert(value, variable.unit(kind), path=path)
+        return convert(str(value), variable.unit(kind), path=path)
 
 
 def convert(text: str, unit: str, *, path: str = "") -> float:
