@@ -80,3 +80,18 @@ def test_the_caveat_says_what_the_simulation_leaves_out(stage):
     assert "most to be hoped for" in caveat(friction=known)
     assert "disturbed by what the model does not explain" in caveat(disturbance=np.zeros(6000))
     assert caveat() == "This is a simulation: confirm the gain on the machine."
+
+
+def test_a_pair_that_differs_in_more_is_not_credited_to_friction(stage):
+    experiment = stage.looped.experiment
+    two = replace(experiment, variants=(experiment.variants[0], experiment.variants[2]))
+    gain = gain_of(replace(stage.looped, experiment=two))
+    assert not gain.alone
+    assert "differ in more than the friction" in gain.sentences()[0]
+    assert gain_of(stage.looped).alone
+
+
+def test_velocity_that_is_fed_forward_already_is_not_advised(stage):
+    result = with_error(stage.looped, "compensated", lambda one: 2.5e-3 * velocity_of(one))
+    assert gain_of(result).velocity_fed
+    assert "velocity fed forward removes" not in " ".join(gain_of(result).sentences())
