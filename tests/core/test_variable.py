@@ -8,7 +8,8 @@ from typing import Annotated, NamedTuple
 import numpy as np
 import pytest
 
-from bristle.core.errors import InputError
+from bristle.core.contracts import Component, Relation
+from bristle.core.errors import InputError, InputWarning
 from bristle.core.variable import KINDS, UNITS, Variable, is_array, unit_of, variables_of
 
 
@@ -69,3 +70,46 @@ def test_a_field_without_a_variable_is_named():
 
 def test_each_quantity_has_a_unit_for_each_kind():
     assert all(len(pair) == len(KINDS) for pair in UNITS.values())
+
+
+class Chosen(NamedTuple):
+    shape: Annotated[int, Variable("1", "shape of the curve", choices=("round", "square"))] = 1
+    count: Annotated[int, Variable("1", "number of parts", min=1, max=9)] = 3
+    level: Annotated[float, Variable("force", "level", min=0.0)] = 1.0
+
+
+CHOSEN = Component(
+    name="chosen", description="a component with a choice", Parameters=Chosen, State=Chosen,
+    relations=(Relation("level >= 0.5", lambda p: p.level >= 0.5, "Raise level", advisory=True),),
+)  # fmt: skip
+
+
+def test_a_choice_is_a_name_for_people_and_a_place_for_kernels():
+    model = CHOSEN(shape="round", level="2 N")
+    assert model.parameters == (0, 3, 2.0)
+    assert model.values == {"shape": "round", "count": 3, "level": 2.0}
+    assert CHOSEN.defaults["shape"] == "square"
+    assert model.with_values(count="4").parameters == (0, 4, 2.0)
+    assert repr(model) == "chosen(shape=round, count=3, level=2 N)"
+
+
+@pytest.mark.parametrize(
+    ("values", "words"),
+    [
+        ({"shape": "squar"}, "none of the choices.*round, square.*Did you mean 'square'"),
+        ({"shape": 0}, "none of the choices"),
+        ({"shape": ["round"]}, "none of the choices"),
+        ({"count": 2.5}, "whole number"),
+        ({"count": float("inf")}, "whole number"),
+        ({"count": 12}, "1 to 9"),
+    ],
+)
+def test_what_is_no_choice_or_no_whole_number_is_refused(values, words):
+    with pytest.raises(InputError, match=words):
+        CHOSEN(**values)
+
+
+def test_an_advisory_relation_warns_and_lets_through():
+    with pytest.warns(InputWarning, match=r"should have level >= 0.5, but level = 0.2. Raise level"):
+        CHOSEN(level=0.2)
+    assert CHOSEN(level=0.2, validate=False).values["level"] == 0.2

@@ -80,6 +80,7 @@ def _described(family: str, one: Component) -> dict[str, Any]:
                 "max": variable.max,
                 "default": one.defaults.get(name),
                 "array": one.is_array(name),
+                "choices": list(variable.choices),
                 "directional": variable.directional,
             }
             for name, variable in one.variables.items()
@@ -108,13 +109,18 @@ def _show_one(one: Component) -> None:
             typeset(variable.unit("translational")),
             typeset(variable.unit("rotational")),
             variable.allowed().removesuffix(f" {variable.unit()}").removesuffix(" in"),
-            f"{one.defaults[name]:g}" if name in one.defaults else "",
+            _default(one, name),
         )
         for name, variable in one.variables.items()
     ]
     heads = ("Parameter", "Meaning", "Unit", "Unit, rotational", "Allowed", "Default")
     show_table(Table(f"{one.name}: {one.description}", heads, rows))
     for relation in one.relations:
-        say(f"Needs {relation.condition}.")
+        say(f"{'Should have' if relation.advisory else 'Needs'} {relation.condition}.")
     if one.reference:
         say(f"Source: {one.reference}")
+
+
+def _default(one: Component, name: str) -> str:
+    value = one.defaults.get(name, "")
+    return value if isinstance(value, str) else f"{value:g}"

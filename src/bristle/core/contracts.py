@@ -16,6 +16,7 @@ parameters.
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, NamedTuple
@@ -23,8 +24,8 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 import numpy as np
 
 from bristle.core import dispatch
-from bristle.core.errors import InputError
-from bristle.core.variable import KINDS, Kind, Variable, is_array, variables_of
+from bristle.core.errors import InputError, InputWarning
+from bristle.core.variable import KINDS, Kind, Variable, is_array, is_integer, variables_of
 
 __all__ = [
     "Component",
@@ -59,11 +60,12 @@ class Reference(NamedTuple):
 
 
 class Relation(NamedTuple):
-    """A condition between parameters, such as F_S >= F_C."""
+    """A condition between parameters, such as F_S >= F_C; one that is `advisory` is warned of, not refused."""
 
     condition: str
     holds: Callable[[Any], bool]
     mend: str
+    advisory: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,11 +112,15 @@ class Component:
     @property
     def defaults(self) -> dict[str, Any]:
         """The parameters that have a default value."""
-        return dict(getattr(self.Parameters, "_field_defaults", {}))
+        return self._written(getattr(self.Parameters, "_field_defaults", {}))
 
     def is_array(self, name: str) -> bool:
         """Return whether this parameter is a 1-D array."""
         return is_array(self.Parameters, name)
+
+    def is_integer(self, name: str) -> bool:
+        """Return whether this parameter is a whole number."""
+        return is_integer(self.Parameters, name)
 
     def assemble(self, values: Mapping[str, Any]) -> Any:
         """Return the `Parameters` that kernels receive, from the values that a person sets."""
@@ -122,7 +128,11 @@ class Component:
 
     def values(self, parameters: Any) -> dict[str, Any]:
         """Return the values that a person sets, from the `Parameters` that kernels receive."""
-        return parameters._asdict()
+        return self._written(parameters._asdict())
+
+    def _written(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        described = variables_of(self.Parameters)
+        return {name: described[name].written(value) for name, value in values.items()}
 
     def initial_state(self, parameters: Any) -> Any:
         """Return the virgin state."""
@@ -306,24 +316,30 @@ def make_model(
 
 
 def check_relations(component: Component, parameters: Any, path: str) -> None:
-    """Refuse parameters that break a relation of the component."""
+    """Refuse parameters that break a relation of the component; warn of those that break an advisory one."""
     for relation in component.relations:
-        if not relation.holds(parameters):
-            names = [
-                name for name in component.variables if name.split("_pos")[0].split("_neg")[0] in relation.condition
-            ]
-            values = component.values(parameters)
-            found = ", ".join(f"{name} = {_number(values[name])}" for name in names)
-            raise InputError(
-                f"needs {relation.condition}, but {found or 'it does not hold'}",
-                path=path,
-                mend=relation.mend,
-            )
+        if relation.holds(parameters):
+            continue
+        names = [name for name in component.variables if name.split("_pos")[0].split("_neg")[0] in relation.condition]
+        values = component.values(parameters)
+        found = ", ".join(f"{name} = {_number(values[name])}" for name in names) or "it does not hold"
+        if relation.advisory:
+            message = f"{path}: should have {relation.condition}, but {found}. {relation.mend}"
+            warnings.warn(message, InputWarning, stacklevel=4)
+        else:
+            raise InputError(f"needs {relation.condition}, but {found}", path=path, mend=relation.mend)
 
 
 def _coerce(component: Component, name: str, variable: Variable, given: Any, kind: Kind, path: str) -> Any:
     from bristle.core import units
 
+    if variable.choices:
+        return variable.code(given, path)
+    if component.is_integer(name):
+        number = units.quantity(given, variable, kind, path=path)
+        if not number.is_integer():
+            raise InputError("must be a whole number", path=path, value=given, allowed=variable.allowed(kind))
+        return int(number)
     if component.is_array(name):
         if isinstance(given, (str, bytes)) or not hasattr(given, "__len__"):
             raise InputError("must be a list of numbers", path=path, value=given)
@@ -342,6 +358,8 @@ def _validate(component: Component, name: str, variable: Variable, value: Any, k
 
 
 def _number(value: Any) -> str:
+    if isinstance(value, str):
+        return value
     if hasattr(value, "__len__"):
         return "[" + ", ".join(f"{one:.6g}" for one in value) + "]"
     return f"{value:.6g}"

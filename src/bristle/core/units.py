@@ -243,7 +243,7 @@ def kind_of(values: Mapping[str, Any], variables: Mapping[str, Variable]) -> Kin
     """Return the kind of axis that the units of some values speak of; translational where none does."""
     for name, value in values.items():
         variable = variables.get(name)
-        if not isinstance(value, str) or variable is None:
+        if not isinstance(value, str) or variable is None or variable.choices:
             continue
         _, unit = split(value, name)
         fits: list[Kind] = [kind for kind in KINDS if unit and compatible(unit, variable.unit(kind), path=name)]

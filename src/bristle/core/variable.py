@@ -12,9 +12,9 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
-from bristle.core.errors import InputError
+from bristle.core.errors import InputError, did_you_mean
 
-__all__ = ["KINDS", "UNITS", "Kind", "Variable", "is_array", "unit_of", "variables_of"]
+__all__ = ["KINDS", "UNITS", "Kind", "Variable", "is_array", "is_integer", "unit_of", "variables_of"]
 
 Kind = Literal["translational", "rotational"]
 KINDS: tuple[Kind, ...] = ("translational", "rotational")
@@ -79,6 +79,8 @@ class Variable:
     excitation : str
         What a log must contain for the quantity to be identified from it: ``"sliding"``, ``"speed"``,
         ``"stribeck"``, ``"presliding"``, ``"acceleration"`` or empty.
+    choices : tuple of str
+        Where the quantity is one of several names: what a person writes. Kernels receive its place in this tuple.
     """
 
     quantity: str
@@ -88,6 +90,7 @@ class Variable:
     nominal: float = 1.0
     directional: bool = False
     excitation: str = ""
+    choices: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.quantity not in UNITS:
@@ -99,6 +102,8 @@ class Variable:
 
     def allowed(self, kind: Kind = "translational") -> str:
         """Return the allowed range in words, with its unit."""
+        if self.choices:
+            return ", ".join(self.choices)
         unit = "" if self.quantity == "1" else f" {self.unit(kind)}"
         if math.isinf(self.min) and math.isinf(self.max):
             return f"any number{unit and ' in'}{unit}"
@@ -107,6 +112,23 @@ class Variable:
         if math.isinf(self.min):
             return f"<= {self.max:g}{unit}"
         return f"{self.min:g} to {self.max:g}{unit}"
+
+    def code(self, value: Any, path: str) -> int:
+        """Return the place of a name among the choices.
+
+        Raises
+        ------
+        InputError
+            If it is none of them.
+        """
+        if value not in self.choices:
+            mend = did_you_mean(value, self.choices)
+            raise InputError("is none of the choices", path=path, value=value, allowed=self.allowed(), mend=mend)
+        return self.choices.index(value)
+
+    def written(self, value: Any) -> Any:
+        """Return what a person writes for a value that kernels receive: the name of a choice, else the value."""
+        return self.choices[value] if self.choices else value
 
     def validate(self, value: Any, path: str, kind: Kind = "translational") -> None:
         """Refuse a value that is not finite or lies outside the range.
@@ -147,6 +169,14 @@ def variables_of(cls: type) -> dict[str, Variable]:
 
 def is_array(cls: type, field: str) -> bool:
     """Return whether this field of a NamedTuple holds a 1-D array rather than a scalar."""
+    return _base_of(cls, field) not in (float, int)
+
+
+def is_integer(cls: type, field: str) -> bool:
+    """Return whether this field of a NamedTuple holds a whole number."""
+    return _base_of(cls, field) is int
+
+
+def _base_of(cls: type, field: str) -> Any:
     hint = get_type_hints(cls, include_extras=True)[field]
-    base = get_args(hint)[0] if get_origin(hint) is Annotated else hint
-    return base not in (float, int)
+    return get_args(hint)[0] if get_origin(hint) is Annotated else hint

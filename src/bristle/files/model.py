@@ -91,7 +91,8 @@ def _table(model: Model, head: Mapping[str, Any]) -> Table:
         table.add(key, value)
     for name, value in model.values.items():
         variable = model.component.variables[name]
-        item = tomlkit.item(value.tolist() if hasattr(value, "tolist") else float(value))
+        plain = value.tolist() if hasattr(value, "tolist") else value
+        item = tomlkit.item(plain)
         item.comment(f"{variable.unit(model.kind)}: {' '.join(variable.description.split())}")
         table.add(key_of(name), item)
     return table

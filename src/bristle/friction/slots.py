@@ -86,6 +86,10 @@ class SlottedModel(FrictionModel):
         """Return whether this parameter is a 1-D array."""
         return name in self.inner.variables and self.inner.is_array(name)
 
+    def is_integer(self, name: str) -> bool:
+        """Return whether this parameter is a whole number."""
+        return name in self.inner.variables and self.inner.is_integer(name)
+
     def assemble(self, values: Mapping[str, Any]) -> Slotted:
         """Return both sides and the offset from the values that a person sets."""
         forward = {name: values[self._keys(name)[0]] for name in self.inner.variables}

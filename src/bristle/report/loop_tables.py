@@ -75,6 +75,8 @@ def component_table(title: str, models: Iterable[tuple[str, Model | None]]) -> T
 
 
 def _value(value: object, unit: str) -> str:
+    if isinstance(value, str):
+        return value
     if isinstance(value, (float, int)):
         return with_unit(float(value), unit, 4)
     array = np.asarray(value)
