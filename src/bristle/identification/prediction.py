@@ -7,12 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from bristle.controllers.limits import within_drive
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
+from bristle.core.experiment import substeps_for
 from bristle.core.status import Status
 from bristle.core.variable import unit_of
-from bristle.engine import Trace, force_along, run_closed_loop, run_open_loop, settled
+from bristle.engine import Trace, run_closed_loop, run_open_loop, settled
 from bristle.friction import is_static, with_presliding
 from bristle.identification.treatment import treat
 from bristle.identification.words import with_unit
@@ -24,7 +26,6 @@ __all__ = ["MODES", "predict", "unexplained_force"]
 
 MODES = ("inverse", "closed-loop", "open-loop")
 START_SAMPLES = 20  # over which the initial velocity is estimated
-LONGEST_STEP = 2.5e-4  # of the integration [s]
 
 
 def predict(plant: Model, friction: Model, log: Log, axis: Axis | None = None, mode: str = "inverse") -> Prediction:
@@ -91,12 +92,7 @@ def predict(plant: Model, friction: Model, log: Log, axis: Axis | None = None, m
 
 def _inverse(plant: Model, friction: Model, log: Log, axis: Axis | None) -> Prediction:
     regression = treat(log, axis)
-    mass = plant.values["M"]
-    parts = [
-        mass * one.acceleration + force_along(friction, one.velocity, regression.sample_time, one.position)
-        for one in regression.stretches
-    ]
-    predicted = regression.rows_of(parts)
+    predicted = regression.rows_of(regression.explained(plant, friction))
     return Prediction(
         mode="inverse",
         time=regression.time,
@@ -126,10 +122,11 @@ def _closed_loop(plant: Model, friction: Model, log: Log, axis: Axis, part: slic
     desired[1] = np.gradient(reference, log.sample_time)
     desired[2] = np.gradient(desired[1], log.sample_time)
     start, acceleration = _start(log, friction, part.start, axis.resolution)
+    limit = axis.effort_limit or math.inf
     return run_closed_loop(
-        plant, friction, axis.controller, encoder(kind=log.kind, resolution=axis.resolution or 0.0), desired,
-        log.sample_time, steps=_substeps(log.sample_time), injected=log.injected_effort[part],
-        limit=axis.effort_limit or math.inf, acceleration=acceleration, **start,
+        plant, friction, within_drive(axis.controller, limit), encoder(kind=log.kind, resolution=axis.resolution or 0.0), desired,
+        log.sample_time, steps=substeps_for(log.sample_time), injected=log.injected_effort[part],
+        limit=limit, acceleration=acceleration, **start,
     )  # fmt: skip
 
 
@@ -137,12 +134,8 @@ def _open_loop(plant: Model, friction: Model, log: Log, axis: Axis, part: slice)
     assert log.effort is not None
     start, _ = _start(log, friction, part.start, axis.resolution)
     return run_open_loop(
-        plant, friction, log.effort.values[part], log.sample_time, steps=_substeps(log.sample_time), **start
+        plant, friction, log.effort.values[part], log.sample_time, steps=substeps_for(log.sample_time), **start
     )
-
-
-def _substeps(sample_time: float) -> int:
-    return max(4, math.ceil(sample_time / LONGEST_STEP))
 
 
 def _start(log: Log, friction: Model, first: int, resolution: float | None) -> tuple[dict[str, Any], float]:
@@ -234,15 +227,10 @@ def unexplained_force(plant: Model, friction: Model, log: Log, axis: Axis | None
     ndarray, shape (sample,)
         Force [N or N*m].
     """
-    from scipy.signal import butter, sosfiltfilt
-
     regression = treat(log, axis)
-    low_pass = butter(4, regression.cutoff, fs=1.0 / log.sample_time, output="sos")
     force = np.zeros(len(log))
-    for one in regression.stretches:
-        explained = plant.values["M"] * one.acceleration
-        explained += force_along(friction, one.velocity, regression.sample_time, one.position)
-        residual = np.where(one.velocity == 0.0, 0.0, sosfiltfilt(low_pass, one.effort - explained))
+    for one, explained in zip(regression.stretches, regression.explained(plant, friction), strict=True):
+        residual = np.where(one.velocity == 0.0, 0.0, one.effort - explained)
         residual[: regression.dropped] = residual[residual.size - regression.dropped :] = 0.0
         first = int(np.searchsorted(log.time.values, one.time[0]))
         force[first : first + residual.size] = residual

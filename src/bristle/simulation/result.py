@@ -55,7 +55,7 @@ class VariantResult:
     effort_rms, effort_peak : float
         Of the effort applied [N or N*m].
     time, reference, measured, position, velocity, effort, feedforward, friction : ndarray
-        The whole run, settling time included.
+        The whole run, settling time included; `feedforward` [k] is what the controller receives at sample k.
     status : Status
         How it ended.
     """

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from bristle.controllers.limits import within_drive
 from bristle.core.contracts import Model
 from bristle.core.experiment import Experiment, Feedforward, Variant
 from bristle.engine import force_along, run_closed_loop
@@ -22,7 +23,8 @@ def simulate(experiment: Experiment, progress: Progress | None = None) -> Simula
     Parameters
     ----------
     experiment : Experiment
-        What to simulate.
+        What to simulate. A controller with a ``limit`` knows that of the drive, and what is fed forward is handed to
+        it ahead by the delay of the loop.
     progress : callable, optional
         Called with the share done and the name of what comes next.
 
@@ -94,13 +96,16 @@ def feedforward_effort(
 def _simulate_variant(variant: Variant) -> VariantResult:
     run = variant.run
     dt = run.sample_time
-    t = dt * np.arange(round(run.duration / dt))
-    position, velocity, acceleration = variant.reference.component.sample(t, variant.reference.parameters)
-    effort = feedforward_effort(variant.feedforward, position, acceleration, dt)
+    count = round(run.duration / dt)
+    # What is fed forward acts `delay` samples after the controller receives it: it is taken that much ahead.
+    t = dt * np.arange(count + run.delay)
+    ahead, velocity, acceleration = variant.reference.component.sample(t, variant.reference.parameters)
+    effort = feedforward_effort(variant.feedforward, ahead, acceleration, dt)[run.delay :]
+    position, velocity, acceleration = ahead[:count], velocity[:count], acceleration[:count]
     trace = run_closed_loop(
         variant.plant,
         variant.friction,
-        variant.controller,
+        within_drive(variant.controller, run.effort_limit),
         variant.sensor,
         np.stack((position, velocity, acceleration, effort)),
         dt,
