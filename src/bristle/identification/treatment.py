@@ -1,10 +1,13 @@
 r"""From a log to regression rows: the standard treatment of inverse dynamics, and nothing else.
 
-The position is filtered by a zero-phase Butterworth filter of fourth order and differentiated twice by central
-differences; what lies within five periods of the cut-off from an edge is dropped. Whatever enters the regression (the
-effort, the acceleration, each column of the friction model, its sign included) then passes one and the same
-zero-phase low-pass filter and is decimated. Filtering all sides alike leaves the parameters unbiased; taking the sign
-of a decimated velocity would not. Rows at rest are left out: there friction balances whatever effort there is.
+The position passes a zero-phase Butterworth filter of fourth order and is differentiated twice by central differences.
+The effort and each column of the friction model, its sign included, pass the same filter: what one side of the
+equation loses at high frequency, the other loses too. What lies within five periods of the cut-off from an edge is
+dropped; all that is left is decimated alike. Rows at rest are left out: there friction balances whatever effort
+there is.
+
+Both sides alike is exact for what is linear in the motion. The columns of friction are computed from a motion that is
+filtered already: a reversal that the filter displaces, or a shape shorter than its period, stays an error.
 
 References
 ----------
@@ -20,7 +23,7 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.errors import InputError
-from bristle.identification.regression import Regression, Stretch
+from bristle.identification.regression import Regression, Stretch, low_passed
 from bristle.identification.words import with_unit
 
 __all__ = ["treat"]
@@ -119,12 +122,10 @@ def _smallest_step(position: np.ndarray) -> float:
 
 def _stretch(log: Any, part: slice, dt: float, cutoff: float, resolution: float) -> tuple[Stretch, float]:
     """Return a stretch of the log and the standard deviation of the noise of its position [m or rad]."""
-    from scipy.signal import butter, sosfiltfilt
-
     raw = np.asarray(log.position.values[part], dtype=float)
     # The offset of a long stroke would cost digits in the second difference.
     origin = raw[0]
-    smooth = sosfiltfilt(butter(4, cutoff, fs=1.0 / dt, output="sos"), raw - origin)
+    smooth = low_passed(raw - origin, cutoff, dt)
     noise = GAUSSIAN * float(np.median(np.abs(raw - origin - smooth)))
     velocity = np.gradient(smooth, dt)
     acceleration = np.gradient(velocity, dt)
@@ -135,7 +136,7 @@ def _stretch(log: Any, part: slice, dt: float, cutoff: float, resolution: float)
         position=smooth + origin,
         velocity=_with_sides(velocity, rest),
         acceleration=acceleration,
-        effort=np.asarray(log.effort.values[part], dtype=float),
+        effort=low_passed(np.asarray(log.effort.values[part], dtype=float), cutoff, dt),
     )
     return stretch, noise
 
