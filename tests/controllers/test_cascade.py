@@ -5,6 +5,7 @@ import pytest
 
 from bristle import controllers, friction, sensors
 from bristle.core.contracts import Reference
+from bristle.core.errors import InputError
 from bristle.engine import run_closed_loop
 from bristle.plants import inertia
 
@@ -87,3 +88,9 @@ def test_an_unstable_loop_ends_with_a_status_and_not_with_infinities():
     trace = drive(controllers.cascade(k_p=400.0, k_v=9000.0), 1e-3 * np.sin(30 * t), delay=3)
     assert trace.status == Status.NOT_FINITE
     assert trace.time.size < t.size
+
+
+@pytest.mark.parametrize("averaging", [1.5, 0, 3, "2 s"])
+def test_the_velocity_is_taken_over_one_sample_or_two(averaging):
+    with pytest.raises(InputError, match="averaging"):
+        controllers.cascade(k_p=1.0, k_v=1.0, averaging=averaging)
