@@ -25,9 +25,12 @@ import numpy as np
 
 from bristle.core import dispatch
 from bristle.core.errors import InputError, InputWarning
+from bristle.core.packing import pack
 from bristle.core.variable import KINDS, Kind, Variable, is_array, is_integer, variables_of
 
 __all__ = [
+    "NOMINAL_LOAD",
+    "NOMINAL_TEMPERATURE",
     "Component",
     "Controller",
     "FrictionModel",
@@ -41,13 +44,17 @@ __all__ = [
 ]
 
 
+NOMINAL_LOAD = 1.0
+NOMINAL_TEMPERATURE = 293.15  # [K]
+
+
 class Motion(NamedTuple):
     """What a friction model sees of one step."""
 
     v: Annotated[float, Variable("length/time", "mean velocity of the step; the sign of zero is a side")]
     x: Annotated[float, Variable("length", "position at the end of the step")]
-    load: Annotated[float, Variable("1", "normal load over its nominal value")] = 1.0
-    temperature: Annotated[float, Variable("temperature", "temperature")] = 293.15
+    load: Annotated[float, Variable("1", "normal load over its nominal value")] = NOMINAL_LOAD
+    temperature: Annotated[float, Variable("temperature", "temperature")] = NOMINAL_TEMPERATURE
 
 
 class Reference(NamedTuple):
@@ -241,9 +248,9 @@ class Trajectory(Component):
     functions: ClassVar[tuple[str, ...]] = ("sample",)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Model:
-    """A component with its parameters.
+    """A component with its parameters. Two are equal if component, kind and every number are.
 
     Parameters
     ----------
@@ -272,6 +279,17 @@ class Model:
     def with_values(self, **changes: Any) -> Model:
         """Return the model with some parameters changed, validated again."""
         return make_model(self.component, self.values | changes, kind=self.kind, validate=True)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Model) and self._identity == other._identity
+
+    def __hash__(self) -> int:
+        return hash(self._identity)
+
+    @property
+    def _identity(self) -> tuple[str, str, type, Kind, bytes]:
+        component = self.component
+        return component.family, component.name, component.Parameters, self.kind, pack(self.parameters).tobytes()
 
     def __repr__(self) -> str:
         variables = self.component.variables

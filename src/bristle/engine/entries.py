@@ -11,10 +11,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from bristle.core.contracts import Motion, Reference
+from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion, Reference
 from bristle.core.dispatch import controller_step, friction_commit, friction_trial, sensor_step
 from bristle.core.packing import Structure, packer, unpacker
 from bristle.engine.efim import advance
+
+# Where a burst leaves what it found, in the vector `out`: mean friction force [N or N*m], solves that failed in this
+# burst, slope of the last solve (read again by the next burst), solves that failed so far.
+FORCE, FAILED, SLOPE, FAILED_SO_FAR, OUT_SIZE = 0, 1, 2, 3, 4
+# Rows of the flat history of a closed loop.
+POSITION, VELOCITY, MEASURED, COMMAND, EFFORT, FRICTION, ROWS = 0, 1, 2, 3, 4, 5, 6
+# Beyond this magnitude of position plus velocity a simulation has left the numbers worth following.
+BOUND = 1e100
 
 __all__ = ["closed_loop", "make_burst", "make_control", "make_force_along", "make_sense", "open_loop"]
 
@@ -27,7 +35,7 @@ def make_force_along(parameters: Structure, state: Structure) -> Callable[..., A
         p = unpack(p_vector)
         s = load(state_vector)
         for k in range(v.size):
-            force[k], move = friction_trial(s, memory, Motion(v[k], x[k], 1.0, 293.15), dt, p)
+            force[k], move = friction_trial(s, memory, Motion(v[k], x[k], NOMINAL_LOAD, NOMINAL_TEMPERATURE), dt, p)
             s = friction_commit(s, memory, move, p)
         store(s, state_vector)
         return 0.0
@@ -48,7 +56,7 @@ def make_burst(plant: Structure, plant_state: Structure, friction: Structure, fr
         q, body = unpack_plant(q_vector), load_plant(plant_vector)
         p, s = unpack_friction(p_vector), load_friction(state_vector)
         h = dt / steps
-        guess, slope = body.v, out[2]
+        guess, slope = body.v, out[SLOPE]
         total, failures = 0.0, 0.0
         for i in range(steps):
             u = effort + (effort_end - effort) * ((i + 0.5) / steps)
@@ -59,7 +67,7 @@ def make_burst(plant: Structure, plant_state: Structure, friction: Structure, fr
             failures += done.failures
         store_plant(body, plant_vector)
         store_friction(s, state_vector)
-        out[0], out[1], out[2] = total / steps, failures, slope
+        out[FORCE], out[FAILED], out[SLOPE] = total / steps, failures, slope
         return 0.0
 
     return burst
@@ -99,9 +107,9 @@ def open_loop(burst, q, plant, p, state, memory, effort, effort_end, dt, steps, 
     for k in range(effort.size):
         x[k], v[k] = plant[0], plant[1]
         burst(q, plant, p, state, memory, effort[k], effort_end[k], dt, steps, out)
-        force[k] = out[0]
-        out[3] += out[1]
-        if not abs(plant[0]) + abs(plant[1]) < 1e100:
+        force[k] = out[FORCE]
+        out[FAILED_SO_FAR] += out[FAILED]
+        if not abs(plant[0]) + abs(plant[1]) < BOUND:
             return k + 1
     return effort.size
 
@@ -124,14 +132,14 @@ def closed_loop(
             reference[3 * count + k], measured, dt,
         )  # fmt: skip
         command = max(-limit, min(limit, u + injected[k]))
-        history[k], history[count + k] = plant[0], plant[1]
-        history[2 * count + k], history[3 * count + k] = measured, command
-        applied = history[3 * count + k - delay] if k >= delay else effort_before
-        history[4 * count + k] = applied
+        history[POSITION * count + k], history[VELOCITY * count + k] = plant[0], plant[1]
+        history[MEASURED * count + k], history[COMMAND * count + k] = measured, command
+        applied = history[COMMAND * count + k - delay] if k >= delay else effort_before
+        history[EFFORT * count + k] = applied
         driven = applied - disturbance[k]
         burst(q, plant, p, state, memory, driven, driven, dt, steps, out)
-        history[5 * count + k] = out[0]
-        out[3] += out[1]
-        if not abs(plant[0]) + abs(plant[1]) < 1e100:
+        history[FRICTION * count + k] = out[FORCE]
+        out[FAILED_SO_FAR] += out[FAILED]
+        if not abs(plant[0]) + abs(plant[1]) < BOUND:
             return k + 1
     return count

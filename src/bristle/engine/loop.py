@@ -8,13 +8,16 @@ from typing import Any
 import numpy as np
 
 from bristle.core.contracts import Model
+from bristle.core.errors import InputError
 from bristle.core.packing import pack
 from bristle.core.status import Status
 from bristle.engine import entries
 from bristle.engine.compilation import SIGNATURES, compiled
-from bristle.engine.part import Part, vector
+from bristle.engine.part import Part, check_run, memory_of, vector
 
 __all__ = ["Trace", "run_closed_loop", "run_open_loop"]
+
+HOLDS = ("zero", "linear")
 
 
 @dataclass(frozen=True)
@@ -45,9 +48,8 @@ class _Mechanism:
         self.plant.state[0], self.plant.state[1] = x, v
         if state is not None:
             self.friction.state = pack(state)
-        fresh = friction.component.new_memory(friction.parameters)
-        self.memory = fresh if memory is None else np.array(memory, dtype=float)
-        self.out = np.zeros(4)
+        self.memory = memory_of(friction, memory)
+        self.out = np.zeros(entries.OUT_SIZE)
         self.entry = compiled(
             f"burst-{self.plant.key}-{self.friction.key}",
             lambda: entries.make_burst(*self.plant.structures, *self.friction.structures),
@@ -64,7 +66,7 @@ class _Mechanism:
     def status(self, done: int, count: int) -> Status:
         if done < count or not np.all(np.isfinite(self.plant.state)):
             return Status.NOT_FINITE
-        return Status.SOLVE_INACCURATE if self.out[3] > 0.0 else Status.OK
+        return Status.SOLVE_INACCURATE if self.out[entries.FAILED_SO_FAR] > 0.0 else Status.OK
 
 
 def run_open_loop(
@@ -96,6 +98,9 @@ def run_open_loop(
         Position, velocity, effort and friction at each sample.
     """
     u = vector(effort)
+    check_run(dt, steps, effort=u, x=x, v=v)
+    if hold not in HOLDS:
+        raise InputError("no such hold", path="hold", value=hold, allowed=" or ".join(HOLDS))
     u_end = u if hold == "zero" else np.append(u[1:], u[-1:])
     mechanism = _Mechanism(plant, friction, x, v, state, memory)
     position, velocity, force = np.empty(u.size), np.empty(u.size), np.empty(u.size)
@@ -153,14 +158,21 @@ def run_closed_loop(
     Trace
         What happened at each sample; cut short, with a status, where the loop left the finite numbers.
     """
+    if reference.ndim != 2 or reference.shape[0] != 4:
+        raise InputError(
+            "must hold position, velocity, acceleration and feedforward", path="reference", value=reference.shape,
+            allowed="shape (4, sample)",
+        )  # fmt: skip
     count = reference.shape[1]
+    check_run(dt, steps, count=count, delay=delay, reference=reference.ravel(), x=x, v=v)
     mechanism = _Mechanism(plant, friction, x, v, state, memory)
     control, sense = Part(controller), Part(sensor)
     started, _ = _sensed(sensor, x, dt)
     control.state = pack(controller.component.start(started, v, acceleration, dt, controller.parameters))
     extra = np.zeros(count) if injected is None else vector(injected)
     unseen = np.zeros(count) if disturbance is None else vector(disturbance)
-    history = np.zeros(6 * count)
+    check_run(dt, steps, count=count, injected=extra, disturbance=unseen)
+    history = np.zeros(entries.ROWS * count)
     driver = compiled("closed_loop", lambda: entries.closed_loop, "CaaSaaBaaaaaaaafiffiaa")
     done = int(
         driver(
@@ -170,7 +182,7 @@ def run_closed_loop(
             float(limit), int(delay), float(effort_before), float(dt), int(steps), history, mechanism.out,
         )
     )  # fmt: skip
-    x_, v_, measured, command, applied, friction_force = (row[:done] for row in history.reshape(6, count))
+    x_, v_, measured, command, applied, friction_force = (row[:done] for row in history.reshape(entries.ROWS, count))
     return Trace(
         time=dt * np.arange(done), position=x_, velocity=v_, effort=applied, friction=friction_force,
         measured=measured, command=command, status=mechanism.status(done, count),

@@ -11,7 +11,7 @@ from bristle.core.errors import InputError
 from bristle.core.packing import pack, unpacker
 from bristle.engine import entries
 from bristle.engine.compilation import compiled
-from bristle.engine.part import Part, vector
+from bristle.engine.part import Part, check_run, memory_of, vector
 
 __all__ = ["force_along", "response", "settled"]
 
@@ -46,8 +46,8 @@ def force_along(
     position = np.cumsum(velocity) * dt if x is None else vector(x)
     if state is not None:
         part.state = pack(state)
-    used = part.component.new_memory(model.parameters) if memory is None else np.array(memory, dtype=float)
-    return _follow(part, used, velocity, position, dt)
+    check_run(dt, count=velocity.size, v=velocity, x=position)
+    return _follow(part, memory_of(model, memory), velocity, position, dt)
 
 
 def settled(model: Model, v: float) -> tuple[Any, np.ndarray]:
@@ -70,7 +70,7 @@ def settled(model: Model, v: float) -> tuple[Any, np.ndarray]:
     part = Part(model)
     memory = part.component.new_memory(model.parameters)
     if v != 0.0:
-        # Doubling steps, from a picometre to a metre, settle a contact of any stiffness.
+        # Growing steps, from a picometre to a metre, settle a contact of any stiffness.
         for distance in np.geomspace(1e-12, 1.0, 80):
             _follow(part, memory, np.array([v]), np.zeros(1), distance / abs(v))
     return unpacker(part.structures[1])(part.state), memory
@@ -117,10 +117,9 @@ def response(model: Model, x: Any, dt: float) -> np.ndarray:
     array([ 0.,  2.,  2., -2.])
     """
     position = np.asarray(x, dtype=float)
-    if position.ndim != 1 or position.size < 1 or not np.all(np.isfinite(position)):
-        raise InputError("must be a 1-D array of finite numbers", path="x", value=x)
-    if not (np.isfinite(dt) and dt > 0.0):
-        raise InputError("must be positive", path="dt", value=dt, allowed="> 0 s")
+    if position.ndim != 1 or position.size < 1:
+        raise InputError("must be a 1-D array of numbers", path="x", value=x)
+    check_run(dt, x=position)
     force = np.zeros(position.size)
     force[1:] = force_along(model, np.diff(position) / dt, dt, position[1:])
     return force

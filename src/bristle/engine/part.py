@@ -9,9 +9,10 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.dispatch import function_of
+from bristle.core.errors import InputError
 from bristle.core.packing import pack, structure_of
 
-__all__ = ["Part", "vector"]
+__all__ = ["Part", "check_run", "memory_of", "vector"]
 
 
 def vector(values: Any) -> np.ndarray:
@@ -62,3 +63,51 @@ def _functions(family: str, names: tuple[str, ...], structure: Any) -> tuple[Any
         if isinstance(part, tuple):
             found += _functions(family, names, part)
     return found
+
+
+def memory_of(model: Model, given: Any) -> np.ndarray:
+    """Return the memory of a friction model: a copy of what is given, or that of a virgin model.
+
+    Raises
+    ------
+    InputError
+        If its size is not that which the model reads and writes.
+    """
+    fresh = model.component.new_memory(model.parameters)
+    if given is None:
+        return fresh
+    memory = np.array(given, dtype=float)
+    if memory.shape != fresh.shape:
+        raise InputError("has the wrong size", path="memory", value=memory.shape, allowed=f"shape {fresh.shape}")
+    return memory
+
+
+def check_run(dt: float, steps: int = 1, *, count: int | None = None, delay: int = 0, **signals: Any) -> None:
+    """Refuse what compiled code would run out of bounds with, or turn into nonsense.
+
+    Parameters
+    ----------
+    dt : float
+        Time step [s], which must be positive.
+    steps, delay : int
+        Integration steps in a sample, at least 1; samples of delay, at least 0.
+    count : int, optional
+        Length that each signal must have.
+    **signals : float or ndarray
+        Signals by name, which must be finite.
+
+    Raises
+    ------
+    InputError
+        With the name, what was found, and what is allowed.
+    """
+    if not (np.isfinite(dt) and dt > 0.0):
+        raise InputError("must be positive", path="dt", value=dt, allowed="> 0 s")
+    for name, number, least in (("steps", steps, 1), ("delay", delay, 0)):
+        if number != int(number) or number < least:
+            raise InputError("must be a whole number", path=name, value=number, allowed=f">= {least}")
+    for name, signal in signals.items():
+        if not np.all(np.isfinite(signal)):
+            raise InputError("is not finite throughout", path=name, mend="Remove NaN and infinity first")
+        if count is not None and np.ndim(signal) and name != "reference" and np.shape(signal) != (count,):
+            raise InputError("has the wrong length", path=name, value=np.shape(signal), allowed=f"shape ({count},)")
