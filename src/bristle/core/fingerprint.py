@@ -66,12 +66,12 @@ class _Reader:
             self._feed(type(value).__name__, str(len(items)))
             for one in items:
                 self.follow(one)
-        elif hasattr(value, "tobytes"):
-            self._feed("array", f"{getattr(value, 'dtype', '')} {getattr(value, 'shape', '')}")
-            self._feed("bytes", value.tobytes())
         elif isinstance(value, enum.Enum):
             self._feed("enum", f"{type(value).__qualname__}.{value.name}")
             self.follow(value.value)
+        elif hasattr(value, "tobytes"):
+            self._feed("array", f"{getattr(value, 'dtype', '')} {getattr(value, 'shape', '')}")
+            self._feed("bytes", value.tobytes())
         else:
             kind = type(value)
             name = getattr(value, "__qualname__", kind.__qualname__)
