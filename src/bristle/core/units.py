@@ -196,7 +196,10 @@ def factor(unit: str, target: str, *, path: str = "") -> float:
     >>> factor("mm/s", "m/s")
     0.001
     """
-    return convert(f"1 {unit}", target, path=path)
+    try:
+        return convert(f"1 {unit}", target, path=path)
+    except InputError as error:
+        raise InputError(error.message, path=path, value=unit, allowed=error.allowed, mend=error.mend) from None
 
 
 def compatible(unit: str, target: str, *, path: str = "") -> bool:
