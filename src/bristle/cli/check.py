@@ -69,10 +69,10 @@ def _read(model: Path) -> FrictionModel | Model:
 def _certificates(results: list[Check]) -> dict[str, dict[str, object]]:
     return {
         one.name: {
-            "applies": True,
-            "value": None,
-            "unit": None,
-            "threshold": None,
+            "applies": one.applies,
+            "value": one.value,
+            "unit": one.unit,
+            "threshold": one.threshold,
             "passed": one.passed,
             "detail": one.detail,
             "advice": one.advice,
@@ -81,8 +81,14 @@ def _certificates(results: list[Check]) -> dict[str, dict[str, object]]:
     }
 
 
+def _outcome(one: Check) -> str:
+    if not one.applies:
+        return "–"
+    return "met" if one.passed else "NOT MET"
+
+
 def _show(name: str, results: list[Check]) -> None:
     from bristle.report.table import Table
 
-    rows = [(one.name, "met" if one.passed else "NOT MET", one.detail, one.advice) for one in results]
+    rows = [(one.name, _outcome(one), one.detail, one.advice) for one in results]
     show_table(Table(f"The contract of a friction model: {name}", ("Demand", "Outcome", "Seen", "What to do"), rows))
