@@ -139,9 +139,7 @@ def test_an_effort_beyond_its_limit_points_at_the_unit(write, axis):
         read_log(write(), dataclasses.replace(axis, effort_limit=10.0))
 
 
-def test_known_inputs_are_added_behind_the_limit_of_the_controller_and_before_that_of_the_drive(
-    write, axis, recording
-):
+def test_known_inputs_are_added_behind_the_limit_of_the_controller_and_before_that_of_the_drive(write, axis, recording):
     pulses = np.where(np.arange(recording["t"].size) % 200 < 100, 5.0, 0.0)
     both = write(u=recording["u"] + 20.0 * pulses, pulses=pulses)  # up to 75 N of its own and 100 N of pulses
     axis = dataclasses.replace(axis, injected=(Injected("pulses", 20.0),))

@@ -174,9 +174,7 @@ def _in(given: Any, converted: Callable[[], float]) -> float:
     try:
         return converted()
     except InputError as error:
-        raise InputError(
-            error.message, path=error.path, value=given, allowed=error.allowed, mend=error.mend
-        ) from None
+        raise InputError(error.message, path=error.path, value=given, allowed=error.allowed, mend=error.mend) from None
 
 
 def _mass(file: AxisFile) -> float | None:

@@ -124,8 +124,8 @@ def _closed_loop(plant: Model, friction: Model, log: Log, axis: Axis, part: slic
     start, acceleration = _start(log, friction, part.start, axis.resolution)
     limit = axis.effort_limit or math.inf
     return run_closed_loop(
-        plant, friction, within_drive(axis.controller, limit), encoder(kind=log.kind, resolution=axis.resolution or 0.0), desired,
-        log.sample_time, steps=substeps_for(log.sample_time), injected=log.injected_effort[part],
+        plant, friction, within_drive(axis.controller, limit),
+        encoder(kind=log.kind, resolution=axis.resolution or 0.0), desired, log.sample_time, steps=substeps_for(log.sample_time), injected=log.injected_effort[part],
         limit=limit, acceleration=acceleration, **start,
     )  # fmt: skip
 
