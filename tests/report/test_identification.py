@@ -73,6 +73,14 @@ def test_what_was_assumed_and_where_it_comes_from_is_told(stage):
         assert fact in words
 
 
+def test_what_the_prediction_assumed_is_told(stage):
+    axis = replace(stage.axis, presliding=2e-6)
+    best = stage.identified.best
+    predicted = predict(best.plant, best.friction, stage.log, axis, "closed-loop")
+    assumed = Page(identification_page(stage, prediction=predicted)).words.split("What was assumed")[-1]
+    assert "closed-loop prediction: friction turns over a pre-sliding distance of 2 µm (axis file)" in assumed
+
+
 def test_a_clearly_larger_error_outside_the_fit_is_told(stage):
     best = stage.identified.best
     held_out = replace(best.held_out, mean_percent=2.0 * best.force_error_percent)

@@ -119,11 +119,17 @@ class Gain(NamedTuple):
         scale = scale_of(unit_of("length", self.kind), before.beyond_lag)
         old, new = (number(one.beyond_lag * scale.factor, digits=3) for one in (before, compensated))
         share, lag = 100.0 * compensated.lag_share, with_unit(compensated.lag, "s")
-        mend = "" if self.velocity_fed else ", and velocity fed forward removes it"
+        # Which of the two it is cannot be told from the error: either rises with the velocity.
+        cause = (
+            "viscous friction that is not fed forward, or the rest of the lag of the position loop. Velocity is fed "
+            "forward already: look at the viscous friction of the compensator, F_v"
+            if self.velocity_fed
+            else "the lag of the position loop, which velocity fed forward removes, or viscous friction that is not "
+            "fed forward"
+        )
         return [
-            f"{share:.3g} % of the mean square of what is left is in proportion to the velocity, a lag of {lag}: that "
-            f"is not friction but the position loop{mend}. "
-            "Beyond this lag the error "
+            f"{share:.3g} % of the mean square of what is left is in proportion to the velocity, a lag of {lag}: "
+            f"{cause}. Beyond this lag the error "
             f"goes from {old} to {new} {scale.unit} peak to peak."
         ]
 

@@ -18,7 +18,7 @@ from bristle.report.simulation import following_picture
 from bristle.report.verdict import figures_of_merit, sentences
 
 if TYPE_CHECKING:
-    from bristle.identification.result import Identification
+    from bristle.identification.result import Fit, Identification
     from bristle.simulation.result import Prediction, SimulationResult
 
 __all__ = ["identification_report"]
@@ -76,7 +76,12 @@ def identification_report(
         variants=None if simulation is None else variant_table(simulation),
         comparison=comparison_table(identification),
         pictures=pictures,
-        assumptions=fit.assumptions,
+        assumptions=_assumed(fit, prediction),
         log=log_facts(identification.log) + treatment_facts(identification.treatment),
         notes=identification.log.notes,
     )
+
+
+def _assumed(fit: Fit, prediction: Prediction | None) -> list[str]:
+    told = [] if prediction is None else [f"{prediction.mode} prediction: {one}" for one in prediction.notes]
+    return [*fit.assumptions, *told]
