@@ -13,14 +13,15 @@ from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.experiment import substeps_for
 from bristle.core.status import Status
+from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
 from bristle.engine import Trace, run_closed_loop, run_open_loop, settled
 from bristle.friction import is_static, with_presliding
+from bristle.identification.regression import Regression
 from bristle.identification.treatment import treat
-from bristle.identification.words import with_unit
 from bristle.logs.log import Log
 from bristle.sensors import encoder
-from bristle.simulation.result import Prediction
+from bristle.simulation.result import Prediction, relative_error_percent
 
 __all__ = ["MODES", "predict", "unexplained_force"]
 
@@ -28,7 +29,10 @@ MODES = ("inverse", "closed-loop", "open-loop")
 START_SAMPLES = 20  # over which the initial velocity is estimated
 
 
-def predict(plant: Model, friction: Model, log: Log, axis: Axis | None = None, mode: str = "inverse") -> Prediction:
+def predict(
+    plant: Model, friction: Model, log: Log, axis: Axis | None = None, mode: str = "inverse", *,
+    cutoff: float | None = None, decimation: int | None = None,
+) -> Prediction:  # fmt: skip
     """Predict a log with a model.
 
     Parameters
@@ -43,6 +47,8 @@ def predict(plant: Model, friction: Model, log: Log, axis: Axis | None = None, m
         ``inverse``: the effort from the measured motion, filtered and decimated as in the identification.
         ``closed-loop``: effort and motion from the reference. ``open-loop``: the motion from the measured effort; it
         begins at the 20th sample, where the velocity is known from both sides.
+    cutoff, decimation : float, int, optional
+        Those of the identification [Hz], for the inverse mode; the axis decides where they are not given.
 
     Returns
     -------
@@ -67,12 +73,12 @@ def predict(plant: Model, friction: Model, log: Log, axis: Axis | None = None, m
     if log.effort is None:
         raise InputError("has no effort to compare with or to apply", path="log", mend="Name its column in the axis")
     if mode == "inverse":
-        return _inverse(plant, friction, log, axis)
+        return _inverse(plant, friction, log, treat(log, axis, cutoff, decimation))
     axis = axis or Axis(kind=log.kind)
     notes = []
     if axis.presliding and is_static(friction):
         friction = with_presliding(friction, axis.presliding)
-        distance = with_unit(axis.presliding, "length", log.kind)
+        distance = with_unit(axis.presliding, unit_of("length", log.kind))
         notes.append(f"friction turns over a pre-sliding distance of {distance} (axis file)")
     run = _closed_loop if mode == "closed-loop" else _open_loop
     segments = log.segments or (slice(0, len(log)),)
@@ -90,8 +96,7 @@ def predict(plant: Model, friction: Model, log: Log, axis: Axis | None = None, m
     return _compare(mode, log, traces, used, tuple(notes))
 
 
-def _inverse(plant: Model, friction: Model, log: Log, axis: Axis | None) -> Prediction:
-    regression = treat(log, axis)
+def _inverse(plant: Model, friction: Model, log: Log, regression: Regression) -> Prediction:
     predicted = regression.rows_of(regression.explained(plant, friction))
     return Prediction(
         mode="inverse",
@@ -101,7 +106,10 @@ def _inverse(plant: Model, friction: Model, log: Log, axis: Axis | None) -> Pred
         position=regression.rows_of([one.position for one in regression.stretches]),
         position_predicted=None,
         metrics=_metrics(log, regression.effort, predicted, None, None),
-        notes=("effort and motion are filtered and decimated as in the identification",),
+        notes=(
+            f"effort and motion are filtered at {regression.cutoff:g} Hz, and one row is kept for "
+            f"{regression.decimation} samples",
+        ),
     )
 
 
@@ -125,8 +133,9 @@ def _closed_loop(plant: Model, friction: Model, log: Log, axis: Axis, part: slic
     limit = axis.effort_limit or math.inf
     return run_closed_loop(
         plant, friction, within_drive(axis.controller, limit),
-        encoder(kind=log.kind, resolution=axis.resolution or 0.0), desired, log.sample_time, steps=substeps_for(log.sample_time), injected=log.injected_effort[part],
-        limit=limit, acceleration=acceleration, **start,
+        encoder(kind=log.kind, resolution=axis.resolution or 0.0), desired, log.sample_time,
+        steps=substeps_for(log.sample_time), injected=log.injected_effort[part], limit=limit, acceleration=acceleration,
+        **start,
     )  # fmt: skip
 
 
@@ -192,21 +201,20 @@ def _metrics(
     if position_hat is not None and not failed:
         rmse = float(np.sqrt(np.mean((position - position_hat) ** 2)))
     return {
-        "force_error_percent": None if failed else _relative_percent(effort, effort_hat),
-        "position_error_percent": None if failed else _relative_percent(position, position_hat),
+        "force_error_percent": None if failed else _error_percent(effort, effort_hat),
+        "position_error_percent": None if failed else _error_percent(position, position_hat),
         "position_rmse": rmse,
         "position_unit": unit_of("length", log.kind),
     }
 
 
-def _relative_percent(signal: Any, predicted: Any) -> float | None:
-    if predicted is None:
-        return None
-    size = float(np.linalg.norm(signal))
-    return 100.0 * float(np.linalg.norm(signal - predicted)) / size if size > 0.0 else None
+def _error_percent(signal: Any, predicted: Any) -> float | None:
+    return None if predicted is None else relative_error_percent(signal, predicted)
 
 
-def unexplained_force(plant: Model, friction: Model, log: Log, axis: Axis | None = None) -> np.ndarray:
+def unexplained_force(
+    plant: Model, friction: Model, log: Log, axis: Axis | None = None, *, cutoff: float | None = None
+) -> np.ndarray:
     """Return the force that a model does not explain, at the rate of the log.
 
     It is what remains of the effort after inertia and friction, behind the filter of the identification; zero at
@@ -221,13 +229,15 @@ def unexplained_force(plant: Model, friction: Model, log: Log, axis: Axis | None
         The log.
     axis : Axis, optional
         Its cut-off and encoder resolution are used.
+    cutoff : float, optional
+        Cut-off of the identification [Hz]; the axis decides where it is not given.
 
     Returns
     -------
     ndarray, shape (sample,)
         Force [N or N*m].
     """
-    regression = treat(log, axis)
+    regression = treat(log, axis, cutoff)
     force = np.zeros(len(log))
     for one, explained in zip(regression.stretches, regression.explained(plant, friction), strict=True):
         residual = np.where(one.velocity == 0.0, 0.0, one.effort - explained)
