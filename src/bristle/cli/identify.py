@@ -121,7 +121,7 @@ def _in_the_loop(
     from bristle.simulation import simulate
 
     best = found.best
-    experiment = loop_of(best.plant, best.friction, log, axis)
+    experiment = loop_of(best.plant, best.friction, log, axis, cutoff=found.treatment["cutoff"])
     if experiment is None:
         return None, None
     return simulate(experiment, report), predict(best.plant, best.friction, log, axis, "closed-loop")

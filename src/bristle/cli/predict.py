@@ -48,12 +48,12 @@ def predict(
     from bristle.report.summary import prediction_summary
 
     with results_folder(out, force=force) if out else nullcontext() as folder, progress("predicting"):
-        plant, friction, _ = read_model(model)
+        plant, friction, known = read_model(model)
         if plant is None:
             raise InputError("is missing", path=f"{model}: plant", mend='Write [plant], model = "inertia" and M = ...')
         described = read_axis(axis) if axis else None
         recorded = read_log(log, described)
-        prediction = predicted(plant, friction, recorded, described, mode)
+        prediction = predicted(plant, friction, recorded, described, mode, **known["treatment"])
         source = provenance(context.obj, model=model, log=log, axis=axis)
         summary = prediction_summary(prediction, friction=friction, notes=recorded.notes, provenance=source)
         if folder:

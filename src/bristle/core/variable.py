@@ -73,7 +73,8 @@ class Variable:
     min, max : float
         Smallest and largest value allowed, in SI.
     nominal : float
-        Typical magnitude, in SI: the scale used by solvers.
+        Typical magnitude, in SI: the scale of a search where a log gives none, and what a check of the contract
+        takes for a model without an example.
     directional : bool
         Whether it may differ between the directions of motion (the slot ``+asymmetry``).
     excitation : str

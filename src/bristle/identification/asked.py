@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,15 +11,16 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel
 from bristle.core.errors import InputError
+from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
 from bristle.friction import find
 from bristle.friction.slots import SlottedModel, slotted
 from bristle.identification.regression import Regression
 from bristle.identification.unknowns import Held, Unknowns
-from bristle.identification.words import with_unit
 
 __all__ = ["Known", "known_of", "models_of", "unknowns_of"]
 
+PUT_IN = 0.1  # share of the work besides inertia from which friction that puts energy in is a wrong sign
 ONE_WAY = 0.01  # share of the samples below which a direction counts as not seen
 
 
@@ -146,15 +147,15 @@ def _only_direction(regression: Regression) -> str:
     return "backward" if forward < ONE_WAY else "forward" if forward > 1.0 - ONE_WAY else ""
 
 
-def refuse_reversed_effort(regression: Regression, sliding: dict[str, float]) -> None:
-    """Refuse a log whose effort drives the friction backward: inertia and dissipated power both negative.
+def refuse_reversed_effort(regression: Regression, sliding: Mapping[str, float]) -> None:
+    """Refuse a log whose effort drives the friction backward: friction would put energy in.
 
     Parameters
     ----------
     regression : Regression
         The rows.
-    sliding : dict
-        ``M``, ``F_v`` and ``F_C`` of an unbounded Coulomb and viscous fit [SI].
+    sliding : mapping
+        ``M``, ``F_v``, ``F_C`` and ``offset`` of an unbounded Coulomb and viscous fit in which nothing is held [SI].
 
     Raises
     ------
@@ -163,9 +164,12 @@ def refuse_reversed_effort(regression: Regression, sliding: dict[str, float]) ->
     """
     speed = np.abs(regression.velocity)
     power = float(np.mean(sliding["F_C"] * speed + sliding["F_v"] * speed * speed))
-    if power < 0.0 and sliding["M"] <= 0.0:
+    rest = regression.effort - sliding["M"] * regression.acceleration - sliding["offset"]
+    clearly = -PUT_IN * float(np.mean(np.abs(rest * regression.velocity)))
+    if power < clearly or (power < 0.0 and sliding["M"] <= 0.0):
+        dissipated = f"{power:.3g} W dissipated by friction, and an inertia of "
         raise InputError(
             "the sign of effort seems reversed", path="log.effort",
-            value=f"an inertia of {with_unit(sliding['M'], 'mass', regression.kind)}",
-            mend="Turn the sign of the effort column in the axis file",
+            value=dissipated + with_unit(sliding["M"], unit_of("mass", regression.kind)),
+            mend="Turn the sign of the effort in the axis file: sign = -1 where it has none or 1, else 1",
         )  # fmt: skip

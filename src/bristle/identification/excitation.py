@@ -6,10 +6,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from bristle.core.variable import Variable
+from bristle.core.typography import with_unit
+from bristle.core.variable import Variable, unit_of
 from bristle.identification.regression import Regression
 from bristle.identification.unknowns import Scales
-from bristle.identification.words import with_unit
 
 __all__ = ["too_fast_to_see", "why_unidentifiable"]
 
@@ -34,11 +34,8 @@ def why_unidentifiable(
     kind = regression.kind
     match variable.excitation:
         case "acceleration":
-            top = float(np.max(np.abs(regression.acceleration)))
-            return (
-                f"the acceleration never exceeds {with_unit(top, 'length/time^2', kind)}; give the mass or inertia in "
-                "the axis file"
-            )
+            top = with_unit(float(np.max(np.abs(regression.acceleration))), unit_of("length/time^2", kind))
+            return f"the acceleration never exceeds {top}; give the mass or inertia in the axis file"
         case "speed":
             return _about_speed(regression, scales)
         case "stribeck":
@@ -46,14 +43,14 @@ def why_unidentifiable(
             count = int(np.sum(np.abs(regression.all_velocities) < slow))
             return (
                 f"the log does not show the force fall with speed ({count} of {regression.all_velocities.size} samples "
-                f"are slower than {with_unit(slow, 'length/time', kind)})"
+                f"are slower than {with_unit(slow, unit_of('length/time', kind))})"
             )
         case "presliding":
             return _about_presliding(regression, scales, values, variables)
         case "sliding":
             return (
                 f"the log holds {len(regression.reversals)} reversals over a stroke of "
-                f"{with_unit(scales.stroke, 'length', kind)}"
+                f"{with_unit(scales.stroke, unit_of('length', kind))}"
             )
     return "its effect on the effort is smaller than what the model misses"
 
@@ -84,7 +81,7 @@ def _presliding_zone(scales: Scales, values: Mapping[str, float], variables: Map
 def _about_speed(regression: Regression, scales: Scales) -> str:
     speeds = np.abs(regression.velocity)
     low, high = np.quantile(speeds, [0.1, 0.9])
-    top = with_unit(scales.speed, "length/time", regression.kind)
+    top = with_unit(scales.speed, unit_of("length/time", regression.kind))
     if high < NARROW * low:
         return f"the log moves at one speed only, {top}"
     return f"the log never exceeds {top}"
@@ -103,8 +100,8 @@ def _about_presliding(
     samples = _samples_within(regression, zone)
     return (
         f"the log has only {count} {times}, each crosses the pre-sliding zone of "
-        f"{with_unit(zone, 'length', regression.kind)} in {samples:.0f} samples, where a period of the filter takes "
-        f"{1.0 / (regression.cutoff * regression.sample_time):.0f}"
+        f"{with_unit(zone, unit_of('length', regression.kind))} in {samples:.0f} samples, where a period of the "
+        f"filter takes {1.0 / (regression.cutoff * regression.sample_time):.0f}"
     )
 
 

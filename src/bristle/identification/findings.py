@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import Model, make_model
+from bristle.core.contracts import FrictionModel, Model, make_model
+from bristle.core.errors import InputError
+from bristle.core.typography import with_unit
 from bristle.core.variable import Kind
 from bristle.identification.excitation import too_fast_to_see, why_unidentifiable
-from bristle.identification.held_out import relative_error_percent
 from bristle.identification.problem import Problem
 from bristle.identification.result import Estimate, Fit, Traces
 from bristle.identification.solution import Solution
 from bristle.identification.uncertainty import Uncertainty, uncertainty_of
 from bristle.identification.unknowns import Scales, variables_with_plant
-from bristle.identification.words import with_unit
 from bristle.plants.inertia import MODEL as inertia
+from bristle.simulation.result import relative_error_percent
 
 __all__ = ["fit_of"]
 
@@ -38,12 +40,9 @@ def fit_of(problem: Problem, solution: Solution, scales: Scales) -> Fit:
     estimates = _Findings(problem, solution, scales, uncertainty, values).estimates()
     names = tuple(solution.values)
     error = relative_error_percent(regression.effort, predicted)
-    friction = make_model(
-        component, {name: values[name] for name in component.variables}, kind=regression.kind, validate=False
-    )
     return Fit(
         plant=make_model(inertia, {"M": values["M"]}, kind=regression.kind, validate=False),
-        friction=friction,
+        friction=_valid(component, values, regression.kind),
         estimates=estimates,
         correlation=uncertainty.correlation,
         correlation_names=names,
@@ -52,12 +51,23 @@ def fit_of(problem: Problem, solution: Solution, scales: Scales) -> Fit:
         force_error_percent=error,
         warnings=(
             *_warnings(estimates, uncertainty, names),
-            *_broken_relations(friction),
             *_about_noise(problem),
             *_about_error(error),
         ),
         assumptions=_assumptions(problem),
     )
+
+
+def _valid(component: FrictionModel, values: Mapping[str, float], kind: Kind) -> Model:
+    """Return the friction model with its values, refused where a model file with them could not be read again."""
+    try:
+        return make_model(component, {name: values[name] for name in component.variables}, kind=kind, validate=True)
+    except InputError as error:
+        raise InputError(
+            f"the best fit of {component.name} is not what the model allows: {error.path} {error.message}",
+            path="model", value=component.name,
+            mend=f"Fit another model to this log. {error.mend}".strip(),
+        ) from None  # fmt: skip
 
 
 class _Findings:
@@ -84,16 +94,18 @@ class _Findings:
         if held is not None:
             return Estimate(name, unit, variable.description, held.value, None, "held", held.note)
         unsure = self._why_unsure(name)
-        if unsure:
-            std = self.std[name] if self.std[name] <= HOPELESS * abs(value) else None
-            return Estimate(name, unit, variable.description, value, std, "unidentifiable", unsure)
-        if name in self.solution.at_edge:
+        if not unsure and name in self.solution.at_edge:
             return Estimate(name, unit, variable.description, value, None, "at_edge", self._why_at_edge(name))
-        return Estimate(name, unit, variable.description, value, self.std[name])
+        status = "unidentifiable" if unsure else "identified"
+        std, robust = (
+            one[name] if not unsure or one[name] <= HOPELESS * abs(value) else None
+            for one in (self.std, self.robust_std)
+        )
+        return Estimate(name, unit, variable.description, value, std, status, unsure, robust)
 
     def _why_unsure(self, name: str) -> str:
         """Return why a parameter cannot be identified, or nothing where it can."""
-        value, std = self.values[name], self.robust_std[name]
+        value, std = self.values[name], max(self.std[name], self.robust_std[name])
         if too_fast_to_see(*self._context(name)):
             return self._why(name)
         if name in self.solution.at_edge:
@@ -120,15 +132,13 @@ class _Findings:
 
     def _why_at_edge(self, name: str) -> str:
         edge, variable = self.solution.at_edge[name], self.variables[name]
-        told = with_unit(self.values[name], variable.quantity, self.kind)
+        told = with_unit(self.values[name], variable.unit(self.kind))
         if variable.excitation == "stribeck" and variable.quantity == "force":
             return (
                 f"the best value is the smallest that is allowed, {told}: in this log friction does not fall with speed"
             )
         bound = variable.min if edge == "smallest" else variable.max
-        if math.isclose(
-            self.values[name], bound, rel_tol=1e-2, abs_tol=1e-9 * abs(self.scales.magnitude(variable.quantity))
-        ):
+        if math.isclose(self.values[name], bound, rel_tol=1e-2, abs_tol=1e-9 * abs(self.scales.magnitude(variable))):
             return f"the best value is the {edge} that is allowed, {told}; {self._why(name)}"
         return f"the search ran to the {edge} value that this log could show, {told}: {self._why(name)}"
 
@@ -147,14 +157,6 @@ def _warnings(estimates: tuple[Estimate, ...], uncertainty: Uncertainty, names: 
             if {one, other} <= sure and abs(both) > INSEPARABLE:
                 found.append(f"{other} and {one} can hardly be told apart in this log (correlation {both:.3f})")
     return tuple(found)
-
-
-def _broken_relations(friction: Model) -> tuple[str, ...]:
-    return tuple(
-        f"the fit does not keep {relation.condition}. {relation.mend}"
-        for relation in friction.component.relations
-        if not relation.holds(friction.parameters)
-    )
 
 
 def _about_noise(problem: Problem) -> tuple[str, ...]:
@@ -181,17 +183,20 @@ def _about_error(percent: float) -> tuple[str, ...]:
 def _assumptions(problem: Problem) -> tuple[str, ...]:
     regression, variables = problem.regression, variables_with_plant(problem.unknowns.component)
     found = [
-        f"{name} is held at {with_unit(held.value, variables[name].quantity, regression.kind)}: {held.note}"
+        f"{name} is held at {with_unit(held.value, variables[name].unit(regression.kind))}: {held.note}"
         for name, held in problem.unknowns.held.items()
     ]
     found.append(
-        f"position filtered at {regression.cutoff:g} Hz without phase, {regression.dropped} samples dropped at each "
-        f"edge, one row for {regression.decimation} samples"
+        f"position, effort and friction filtered at {regression.cutoff:g} Hz without phase, {regression.dropped} "
+        f"samples dropped at each edge, one row for {regression.decimation} samples"
     )
     if regression.rest_share > 0.0:
         found.append(
             f"{100.0 * regression.rest_share:.3g} % of the samples are at rest and left out: there friction balances "
             "whatever effort there is"
         )
-    found.append("standard errors take the residuals for independent")
+    found.append(
+        "standard errors take the residuals for independent; intervals rest on those that hold for residuals "
+        "correlated over time, where these are larger"
+    )
     return tuple(found)

@@ -22,6 +22,7 @@ from bristle.identification.asked import Known, known_of, models_of, refuse_reve
 from bristle.identification.findings import fit_of
 from bristle.identification.held_out import held_out_error
 from bristle.identification.problem import Problem
+from bristle.identification.ranking import ranked
 from bristle.identification.regression import Regression
 from bristle.identification.result import Fit, Identification
 from bristle.identification.search import Search
@@ -91,9 +92,8 @@ def identify(
     for number, component in enumerate(components):
         report = _share(progress, number, len(components), component.name)
         fits.append(workbench.fit(component, int(blocks), report))
-    fits.sort(key=_order)
     return Identification(
-        fits=tuple(replace(fit, rank=rank) for rank, fit in enumerate(fits, 1)),
+        fits=tuple(replace(fit, rank=rank) for rank, fit in enumerate(ranked(fits), 1)),
         log=log,
         treatment={
             "cutoff": regression.cutoff,
@@ -105,18 +105,20 @@ def identify(
     )
 
 
-def _order(fit: Fit) -> tuple[float, int]:
-    """Order by error in three digits: of two models that are no different, the simpler one is better."""
-    error = fit.held_out.mean_percent if fit.held_out else fit.force_error_percent
-    return float(f"{error:.3g}"), len(fit.correlation_names)
-
-
 def _share(progress: Progress | None, number: int, count: int, name: str) -> Callable[[float], None]:
     def report(share: float) -> None:
         if progress is not None:
             progress((number + share) / count, f"fitting {name}")
 
     return report
+
+
+def _unbounded(regression: Regression, known: Known) -> dict[str, float]:
+    """Return the parameters of Coulomb and viscous friction without their bounds."""
+    unknowns = unknowns_of(find("coulomb_viscous"), known, regression)
+    problem = Problem(regression, unknowns)
+    free = np.linalg.lstsq(problem.columns, regression.effort - problem.held_effort, rcond=None)[0]
+    return unknowns.complete(dict(zip(unknowns.free, free.tolist(), strict=True)))
 
 
 @dataclass(frozen=True)
@@ -131,22 +133,20 @@ class _Workbench:
     @classmethod
     def of(cls, regression: Regression, known: Known) -> _Workbench:
         """Fit Coulomb and viscous friction first: it checks the sign of the effort and sets the scale of all else."""
-        unknowns = unknowns_of(find("coulomb_viscous"), known, regression)
-        problem = Problem(regression, unknowns)
-        free = np.linalg.lstsq(problem.columns, regression.effort - problem.held_effort, rcond=None)[0]
-        sliding = unknowns.complete(dict(zip(unknowns.free, free.tolist(), strict=True)))
-        refuse_reversed_effort(regression, sliding)
         effort = float(np.sqrt(np.mean(regression.effort**2)))
         if effort == 0.0:
             raise InputError("is zero throughout", path="log.effort", mend="Check which column holds the effort")
-        bounded = unknowns.complete(solve_linear(problem).values)
+        # A mass that is known must not hide that the effort pushes the other way.
+        refuse_reversed_effort(regression, _unbounded(regression, Known(None, None)))
+        unknowns = unknowns_of(find("coulomb_viscous"), known, regression)
+        bounded = unknowns.complete(solve_linear(Problem(regression, unknowns)).values)
         return cls(regression, known, bounded, scales_of(regression, max(bounded["F_C"], 0.01 * effort)))
 
     def fit(self, component: FrictionModel, blocks: int, report: Callable[[float], None]) -> Fit:
         """Fit one model."""
         report(0.0)
         problem = Problem(self.regression, unknowns_of(component, self.known, self.regression))
-        if component.linear:
+        if component.linear and not component.relations:
             solution = solve_linear(problem)
 
             def on_rows(rows: np.ndarray):

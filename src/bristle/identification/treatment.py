@@ -23,8 +23,9 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.errors import InputError
+from bristle.core.typography import with_unit
+from bristle.core.variable import unit_of
 from bristle.identification.regression import Regression, Stretch, low_passed
-from bristle.identification.words import with_unit
 
 __all__ = ["treat"]
 
@@ -80,7 +81,7 @@ def treat(log: Any, axis: Axis | None, cutoff: float | None = None, decimation: 
     if not moving or regression.time.size < ROWS_MIN:
         raise InputError(
             "the axis hardly moves", path="log.position",
-            value=f"a range of {with_unit(float(np.ptp(position)), 'length', log.kind)}",
+            value=f"a range of {with_unit(float(np.ptp(position)), unit_of('length', log.kind))}",
             mend="Record a motion in both directions, over the speeds at which the axis works",
         )  # fmt: skip
     return regression

@@ -77,6 +77,8 @@ def _parameters(fit: Fit) -> dict[str, Any]:
             "unit": one.unit,
             "std": one.std,
             "relative_std_percent": one.relative_std_percent,
+            "robust_std": one.robust_std,
+            "interval_percent": one.interval_percent,
             "status": one.status,
             "note": one.note,
             "description": one.description,

@@ -10,7 +10,7 @@ import numpy as np
 from bristle.core.experiment import Experiment
 from bristle.core.status import Status
 
-__all__ = ["Prediction", "SimulationResult", "Statistics", "VariantResult", "statistics_of"]
+__all__ = ["Prediction", "SimulationResult", "Statistics", "VariantResult", "relative_error_percent", "statistics_of"]
 
 
 @dataclass(frozen=True)
@@ -38,6 +38,12 @@ def statistics_of(signal: np.ndarray) -> Statistics:
         min=low,
         max=high,
     )
+
+
+def relative_error_percent(signal: np.ndarray, predicted: np.ndarray) -> float:
+    """Return 100 ||signal - predicted|| / ||signal|| [%]; NaN for a signal of zeros."""
+    whole = float(np.linalg.norm(signal))
+    return 100.0 * float(np.linalg.norm(signal - predicted)) / whole if whole > 0.0 else float("nan")
 
 
 @dataclass(frozen=True)
