@@ -25,6 +25,7 @@ import numpy as np
 
 from bristle.core import dispatch
 from bristle.core.errors import InputError, InputWarning
+from bristle.core.typography import typed
 from bristle.core.packing import pack
 from bristle.core.variable import KINDS, Kind, Variable, is_array, is_integer, variables_of
 
@@ -67,12 +68,17 @@ class Reference(NamedTuple):
 
 
 class Relation(NamedTuple):
-    """A condition between parameters, such as F_S >= F_C; one that is `advisory` is warned of, not refused."""
+    """A condition between parameters, such as F_S >= F_C.
+
+    One that is `advisory` is warned of, not refused. One that is `structural`, such as arrays of one length, keeps
+    kernels within their arrays: it holds even where values are not validated.
+    """
 
     condition: str
     holds: Callable[[Any], bool]
     mend: str
     advisory: bool = False
+    structural: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -153,7 +159,8 @@ class Component:
         kind : {"translational", "rotational"}, optional
             Kind of axis; told from the units where they are given, else translational.
         validate : bool
-            False lets values through that break a range or a relation, for studies of what fails.
+            False lets values through that break a range or a relation, for studies of what fails; arrays must be of
+            the lengths that the model reads all the same.
         **values
             Parameters by name: numbers in SI, or text with a unit such as ``"40 mN*m"``.
 
@@ -293,7 +300,7 @@ class Model:
 
     def __repr__(self) -> str:
         variables = self.component.variables
-        parts = [f"{k}={_number(v)} {variables[k].unit(self.kind)}".removesuffix(" 1") for k, v in self.values.items()]
+        parts = [f"{k}={typed(v)} {variables[k].unit(self.kind)}".removesuffix(" 1") for k, v in self.values.items()]
         return f"{self.name}({', '.join(parts)})"
 
 
@@ -328,19 +335,18 @@ def make_model(
         if validate:
             _validate(component, name, variable, numbers[name], chosen, f"{where}{name}")
     parameters = component.assemble(numbers)
-    if validate:
-        check_relations(component, parameters, path or component.name)
+    check_relations(component, parameters, path or component.name, structural_only=not validate)
     return Model(component, parameters, chosen)
 
 
-def check_relations(component: Component, parameters: Any, path: str) -> None:
+def check_relations(component: Component, parameters: Any, path: str, *, structural_only: bool = False) -> None:
     """Refuse parameters that break a relation of the component; warn of those that break an advisory one."""
     for relation in component.relations:
-        if relation.holds(parameters):
+        if (structural_only and not relation.structural) or relation.holds(parameters):
             continue
         names = [name for name in component.variables if name.split("_pos")[0].split("_neg")[0] in relation.condition]
         values = component.values(parameters)
-        found = ", ".join(f"{name} = {_number(values[name])}" for name in names) or "it does not hold"
+        found = ", ".join(f"{name} = {typed(values[name])}" for name in names) or "it does not hold"
         if relation.advisory:
             message = f"{path}: should have {relation.condition}, but {found}. {relation.mend}"
             warnings.warn(message, InputWarning, stacklevel=4)
@@ -373,11 +379,3 @@ def _validate(component: Component, name: str, variable: Variable, value: Any, k
             "is not a finite number", path=path, value=float(np.max(value)), allowed=variable.allowed(kind)
         )
     variable.validate(value, path, kind)
-
-
-def _number(value: Any) -> str:
-    if isinstance(value, str):
-        return value
-    if hasattr(value, "__len__"):
-        return "[" + ", ".join(f"{one:.6g}" for one in value) + "]"
-    return f"{value:.6g}"
