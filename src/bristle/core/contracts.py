@@ -25,8 +25,8 @@ import numpy as np
 
 from bristle.core import dispatch
 from bristle.core.errors import InputError, InputWarning
-from bristle.core.typography import typed
 from bristle.core.packing import pack
+from bristle.core.typography import typed
 from bristle.core.variable import KINDS, Kind, Variable, is_array, is_integer, variables_of
 
 __all__ = [

@@ -96,15 +96,16 @@ def _certainty(fit: Fit) -> str:
     unknown = [one.name for one in asked if one.status != "identified"]
     if unknown:
         return f"{len(unknown)} of {len(asked)} parameters could not be identified from this log: {', '.join(unknown)}."
-    known = [(one.interval_percent, one.name) for one in asked]
-    percents = [(percent, name) for percent, name in known if percent is not None and math.isfinite(percent)]
-    if not percents:
+    if not asked:
         return "No parameter was asked of this log: all were held."
-    widest, name = max(percents)
-    return (
-        f"All {len(asked)} parameters are identified; the least certain, {name}, to ± {_percent(widest)} "
-        "(95 % interval)."
-    )
+    known = [(one.interval_percent, one.name) for one in asked]
+    percents = [(percent, name) for percent, name in known if percent is not None and percent < 100.0]
+    zero = [name for percent, name in known if percent is None or percent >= 100.0]
+    text = f"All {len(asked)} parameters are identified"
+    if percents:
+        widest, name = max(percents)
+        text += f"; the least certain, {name}, to ± {_percent(widest)} (95 % interval)"
+    return f"{text}; {' and '.join(zero)} cannot be told from zero." if zero else f"{text}."
 
 
 def _prediction(prediction: Prediction) -> list[str]:
