@@ -82,6 +82,17 @@ def test_the_presliding_distance(fits, log, axis):
     assert found.metrics["force_error_percent"] == pytest.approx(symmetric, abs=1e-3)
 
 
+@pytest.mark.parametrize("page", [ROOT / "README.md", EMPS / "README.md"], ids=["README", "emps"])
+def test_the_errors_in_closed_loop(page, fits, log, axis):
+    for name, fit in fits.items():
+        told = rows(page, f"`{name}` |")[0]
+        found = [
+            predict(fit.plant, fit.friction, log, replace(axis, presliding=distance), "closed-loop").metrics
+            for distance in (None, axis.presliding)
+        ]
+        assert [one["force_error_percent"] for one in found] == pytest.approx(told, abs=0.006)
+
+
 @pytest.mark.parametrize("first", ["with the replay", "without"])
 def test_the_replay_of_what_is_unexplained(first, fits, log, axis):
     fit = fits["coulomb_viscous"]
