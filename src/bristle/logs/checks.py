@@ -14,6 +14,8 @@ from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.logs.gather import Gathered
+from bristle.logs.log import Channel
+from bristle.logs.spikes import far_outside, spikes
 
 __all__ = ["FEWEST_SAMPLES", "longest_run", "problems_of", "quantisation"]
 
@@ -38,12 +40,13 @@ def problems_of(found: Gathered, axis: Axis, source: str) -> Iterator[InputError
                 allowed=f"at least {FEWEST_SAMPLES} samples", mend="Record for longer, or copy it again",
             )  # fmt: skip
             return
-    finite = True
+    usable = True
     for _, channel in channels:
-        for problem in _not_finite(found, channel.values, f"{source}: column {channel.column!r}"):
-            finite = False
+        place = f"{source}: column {channel.column!r}"
+        for problem in (*_not_finite(found, channel.values, place), *_no_measurement(found, channel, place)):
+            usable = False
             yield problem
-    if not finite:
+    if not usable:
         return
     for name, channel in found.channels.items():
         if name != "time" and np.ptp(channel.values) == 0:
@@ -57,6 +60,7 @@ def problems_of(found: Gathered, axis: Axis, source: str) -> Iterator[InputError
         elif name == "position":
             yield from _beyond_stroke(found, axis, f"{source}: column {channel.column!r}")
             yield from _saturated_position(found, f"{source}: column {channel.column!r}")
+            yield from _lost_readings(found, f"{source}: column {channel.column!r}")
 
 
 def quantisation(values: np.ndarray) -> float:
@@ -86,6 +90,32 @@ def _not_finite(found: Gathered, values: np.ndarray, place: str) -> Iterator[Inp
             path=place,
             mend="Repair these samples or delete their rows: a gap in time is understood",
         )
+
+
+def _no_measurement(found: Gathered, channel: Channel, place: str) -> Iterator[InputError]:
+    if not np.all(np.isfinite(channel.values)):
+        return
+    far = far_outside(channel.values)
+    if far.size:
+        at = int(far[np.argmax(np.abs(channel.values[far]))])
+        yield InputError(
+            f"has {channel.values[at]:.6g} {channel.unit} at {_moment(found, at)}, which is no measurement; "
+            f"{far.size} such in all",
+            path=place, mend="Repair these samples or delete their rows: a gap in time is understood",
+        )  # fmt: skip
+
+
+def _lost_readings(found: Gathered, place: str) -> Iterator[InputError]:
+    channel = found.channels["position"]
+    lost = spikes(channel.values, quantisation(channel.values))
+    if lost:
+        worst = max(lost, key=lambda one: abs(one.size))
+        yield InputError(
+            f"jumps by {worst.size:.6g} {channel.unit} and returns after {worst.length} "
+            f"{'sample' if worst.length == 1 else 'samples'} at {_moment(found, worst.start)}, "
+            f"{len(lost)} such {'place' if len(lost) == 1 else 'places'} in all: readings were lost",
+            path=place, mend="Repair these samples or delete their rows: a gap in time is understood",
+        )  # fmt: skip
 
 
 def _moment(found: Gathered, at: int) -> str:
