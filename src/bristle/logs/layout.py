@@ -158,7 +158,10 @@ def _refuse_bad_first_rows(lines: Sequence[str], layout: Layout, source: Path) -
         mend = ""
         if not kinds[odd[0]]:
             said, mend = why_no_number(cells[odd[0]])
-        raise InputError(said, path=f"{place}, column {odd[0] + 1}", value=cells[odd[0]], mend=mend)
+        heads = next((other for _, other in above if len(other) == count), cells)
+        named = not any(is_number(cell, layout.decimal_comma) for cell in heads) and heads[odd[0]]
+        column = repr(split_unit(heads[odd[0]])[0]) if named else odd[0] + 1
+        raise InputError(said, path=f"{place}, column {column}", value=cells[odd[0]], mend=mend)
 
 
 def _header(lines: Sequence[str], layout: Layout) -> tuple[tuple[str, ...], tuple[str, ...]]:
