@@ -15,7 +15,7 @@ from typing import Any
 import typer
 
 import bristle
-from bristle.cli.main import app
+from bristle.cli.application import app
 from bristle.core.contracts import Component
 from bristle.core.variable import KINDS, unit_of
 from bristle.files.components import key_of

@@ -12,7 +12,8 @@ from pathlib import Path
 import pytest
 
 from bristle.cli import failure, identify, terminal
-from bristle.cli.main import app, main
+from bristle.cli.application import app
+from bristle.cli.main import main
 
 COMMANDS = [one.name for one in app.registered_commands]
 HEAVY = ("numba", "scipy", "pint", "pydantic", "rich", "matplotlib", "numpy")
@@ -102,7 +103,7 @@ def test_other_ends_have_codes_of_their_own(bristle, monkeypatch, error, code):
     def ends(*_, **__):
         raise error
 
-    monkeypatch.setattr(failure, "_close_output", lambda: None)
+    monkeypatch.setattr(failure, "close_output", lambda: None)
     monkeypatch.setattr("bristle.friction.find", ends)
     monkeypatch.setattr("bristle.cli.models._families", ends)
     ended = bristle("models")
