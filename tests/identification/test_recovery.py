@@ -118,6 +118,10 @@ def test_predicted_and_measured_are_traced():
     relative = np.linalg.norm(traces.residual) / np.linalg.norm(traces.measured)
     assert 100.0 * relative == pytest.approx(fit.force_error_percent)
     assert fit.metrics["force_error_percent"] == fit.force_error_percent
+    # Of the effort, inertia takes none that friction does: the same residual is a larger share of what is left.
+    friction_alone = traces.measured - fit.plant.values["M"] * traces.acceleration
+    share = np.std(traces.measured) / np.std(friction_alone)
+    assert fit.metrics["friction_error_percent"] == pytest.approx(share * fit.force_error_percent, rel=0.05)
 
 
 def test_progress_runs_from_start_to_end_and_an_interrupt_passes():

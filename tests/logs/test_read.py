@@ -208,7 +208,8 @@ def test_small_jitter_is_resampled_and_said_so(write, axis, recording):
     t = recording["t"] + rng.uniform(-0.09, 0.09, recording["t"].size) * SAMPLE_TIME
     w = 2 * np.pi / 0.6
     log = read_log(write(t=t, q=0.25 * (1 - np.cos(w * t))), axis)
-    assert "jitter" in log.notes[0]
+    assert "jitter by 8." in log.notes[0]
+    assert "(19 of 20 stamps) and 9" in log.notes[0]
     assert "resampled" in log.notes[0]
     assert np.ptp(np.diff(log.time.values)) < 1e-12
     exact = 0.25 * (1 - np.cos(w * log.time.values))
@@ -221,6 +222,18 @@ def test_large_jitter_is_refused(write, axis, recording, share):
     t = recording["t"] + rng.uniform(-share, share, recording["t"].size) * SAMPLE_TIME
     with pytest.raises(InputError, match=r"column 't': jitters by .* allowed up to 10 %"):
         read_log(write(t=t), axis)
+
+
+@pytest.mark.parametrize(("late", "refused"), [(0.2, False), (0.4, True)])
+def test_a_single_stamp_far_off_its_place_is_refused(write, axis, recording, late, refused):
+    t = recording["t"].copy()
+    t[[200, 700]] += late * SAMPLE_TIME
+    path = write(t=t)
+    if refused:
+        with pytest.raises(InputError, match=r"4\d? % \(all\) of the sample time .* allowed up to 10 % and 25 %"):
+            read_log(path, axis)
+    else:
+        assert f"{100 * late:.0f} % (all)" in read_log(path, axis).notes[0]
 
 
 def test_a_clock_that_drifts_slowly_is_no_jitter(write, axis, recording):
