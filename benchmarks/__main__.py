@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.preisach import preisach
 from benchmarks.timing import HEAD, Ratio, command, python, side_by_side, wall
 
 HERE = Path(__file__).parent
@@ -117,7 +118,9 @@ def demo() -> Iterator[Ratio]:
     yield Ratio("demo, warm cache", warm, beside, warm / beside, None, "import numpy, numba, scipy.signal", "best of 3")
 
 
-BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {one.__name__: one for one in (lugre, start_up, identify, demo)}
+BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
+    one.__name__: one for one in (lugre, preisach, start_up, identify, demo)
+}
 
 
 def main(names: list[str]) -> int:

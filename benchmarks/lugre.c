@@ -23,18 +23,18 @@ void lugre_run(const lugre_parameters *p, double *z, const double *v, double dt,
         double ratio = v[k] / p->v_S;
         double G = p->F_C + (p->F_S - p->F_C) * clamped_exp(-ratio * ratio);
         double dx = v[k] * dt;
-        double z_steady = copysign(1.0, v[k]) * G / p->sigma_0;
-        double decay = relaxation(fabs(dx / z_steady));
-        double z_step = dx * (1.0 - state / z_steady) * decay;
-        double z_mean = state + (z_steady - state) * (1.0 - decay);
-        double z_dot = dt > 0.0 ? z_step / dt : 0.0;
+        double sliding = copysign(1.0, v[k]) * G;
+        double inverse = 1.0 / sliding;
+        double elastic = p->sigma_0 * state;
+        double decay = relaxation(p->sigma_0 * dx * inverse);
+        double share = (1.0 - elastic * inverse) * decay;
         double damping = p->sigma_1;
         if (!isinf(p->v_d)) {
             double fade = v[k] / p->v_d;
             damping *= clamped_exp(-fade * fade);
         }
-        force[k] = p->sigma_0 * z_mean + damping * z_dot + p->sigma_2 * v[k];
-        state += z_step;
+        force[k] = elastic + (sliding - elastic) * (1.0 - decay) + damping * (v[k] * share) + p->sigma_2 * v[k];
+        state += dx * share;
     }
     *z = state;
 }

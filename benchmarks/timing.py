@@ -33,12 +33,13 @@ class Ratio:
 
     def row(self) -> str:
         """Return the claim as a line of the table."""
+        ratio = f"{self.ratio:.2f}" if self.ratio >= 0.1 else f"{self.ratio:.2g}"
         limit = "" if self.limit is None else f"<= {self.limit:g}"
         if self.most is not None:
             limit = f"<= {self.most:g} s"
         verdict = "MISSED" if self.missed else "ok" if limit else ""
         return (
-            f"{self.name:<44} {_time(self.ours):>10} {_time(self.theirs):>10} {self.ratio:>7.2f} {limit:>8} "
+            f"{self.name:<44} {_time(self.ours):>10} {_time(self.theirs):>10} {ratio:>7} {limit:>8} "
             f"{verdict:<7} {self.against}{'; ' + self.error if self.error else ''}"
         )
 
@@ -49,6 +50,8 @@ HEAD = f"{'what':<44} {'ours':>10} {'beside it':>10} {'ratio':>7} {'limit':>8} {
 def _time(seconds: float) -> str:
     if seconds < 1e-6:
         return f"{1e9 * seconds:.2f} ns"
+    if seconds < 1e-3:
+        return f"{1e6 * seconds:.1f} µs"
     return f"{1e3 * seconds:.1f} ms" if seconds < 1.0 else f"{seconds:.2f} s"
 
 

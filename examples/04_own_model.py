@@ -5,8 +5,9 @@ from quadratic_drag import MODEL
 
 import bristle as br
 from bristle.engine import run_open_loop
+from bristle.testing import check_model
 
-for check in br.check(MODEL):
+for check in check_model(MODEL):
     print(f"{'met' if check.passed else 'NOT MET'}: {check.name}")
 
 model = MODEL(F_C="20 N", v_q="0.4 m/s")

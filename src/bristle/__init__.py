@@ -16,17 +16,18 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from bristle import controllers, engine, friction, plants, references, sensors, simulation
+    from bristle import controllers, engine, friction, hysteresis, plants, references, sensors, simulation
+    from bristle.certificates import check
     from bristle.engine import response
     from bristle.files import read_axis, read_experiment, read_model
     from bristle.identification import identify, predict
     from bristle.logs import read_log
     from bristle.simulation import simulate
-    from bristle.testing import check_model as check
 
 __version__ = "0.1.0"
 
 _FROM = {
+    "check": "bristle.certificates",
     "response": "bristle.engine",
     "read_axis": "bristle.files",
     "read_experiment": "bristle.files",
@@ -36,7 +37,7 @@ _FROM = {
     "read_log": "bristle.files",
     "simulate": "bristle.simulation",
 }
-_MODULES = ("controllers", "engine", "friction", "plants", "references", "sensors", "simulation")
+_MODULES = ("controllers", "engine", "friction", "hysteresis", "plants", "references", "sensors", "simulation")
 
 __all__ = [
     "__version__",
@@ -44,6 +45,7 @@ __all__ = [
     "controllers",
     "engine",
     "friction",
+    "hysteresis",
     "identify",
     "plants",
     "predict",
@@ -62,8 +64,6 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     if name in _MODULES:
         return importlib.import_module(f"bristle.{name}")
-    if name == "check":
-        return importlib.import_module("bristle.testing").check_model
     if name in _FROM:
         return getattr(importlib.import_module(_FROM[name]), name)
     raise AttributeError(f"module 'bristle' has no attribute {name!r}")

@@ -1,6 +1,84 @@
-"""``bristle check``: the contract suite from the command line."""
+"""``bristle check``: certificates of a model file, the contract suite for a model of a user's own."""
 
 from pathlib import Path
+
+import pytest
+
+KEYS = {"applies", "value", "unit", "threshold", "passed", "advice"}
+
+LUGRE = """
+schema = 1
+kind = "rotational"
+
+[friction]
+model = "lugre"
+F_C = "100 mN*m"
+F_S = "130 mN*m"
+v_S = "0.3 rad/s"
+sigma_0 = "100 N*m/rad"
+sigma_1 = "0.1 N*m*s/rad"
+"""
+
+COMPOSITE = (
+    LUGRE.replace('"lugre"', '"preisach_lugre"').replace("sigma_0", "s")
+    + 'f_p = "156 mN*m"\nsigma_2 = "0.03 N*m*s/rad"\n'
+)
+
+
+@pytest.fixture
+def models(tmp_path, monkeypatch):
+    """A folder with a model that drifts and one that does not."""
+    monkeypatch.chdir(tmp_path)
+    Path("lugre.toml").write_text(LUGRE)
+    Path("composite.toml").write_text(COMPOSITE)
+    return tmp_path
+
+
+def test_a_model_that_is_fit_passes(bristle, models):
+    found = bristle("check", "composite.toml", "--json")
+    assert found.code == 0
+    assert found.err == ""
+    assert found.data["passed"] is True
+    assert list(found.data["certificates"]) == ["well_posed", "passive", "drift", "closure", "dissipation"]
+    assert all(set(one) == KEYS for one in found.data["certificates"].values())
+
+
+def test_a_model_that_drifts_fails_with_advice(bristle, models):
+    found = bristle("check", "lugre.toml", "--json")
+    assert found.code == 1
+    failed = [name for name, one in found.data["certificates"].items() if one["passed"] is False]
+    assert failed == ["passive", "drift", "closure"]
+    assert all(f"{name}: " in found.err for name in failed)
+    shown = bristle("check", "lugre.toml")
+    assert shown.code == 1
+    assert shown.out.count("FAILED") == 3
+    assert "30 mN·m·s/rad" in shown.out
+
+
+def test_ripple_and_loop_are_taken_with_their_units(bristle, models):
+    options = ("--force-ripple", "40 mN*m,80 mN*m", "--loop", "3.77 mrad, 1.885 mrad")
+    found = bristle("check", "lugre.toml", "--json", *options).data["certificates"]
+    # 0.3895 um on a screw of 5 mm lead, and 30.7 % of break-away.
+    assert found["drift"]["value"] == pytest.approx(0.38947 * 1.256637e-3, rel=1e-4)
+    assert found["closure"]["value"] == pytest.approx(-0.307, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("lugre.toml", "--force-ripple", "40 mN*m"), "two values"),
+        (("lugre.toml", "--force-ripple", "40 mN*m,200 mN*m"), "rests"),
+        (("lugre.toml", "--force-ripple", "40 um,80 um"), "force_ripple"),
+        (("lugre.toml", "--loop", "3 mm,1 mm"), "rad"),
+        (("lugre.csv",), ".toml or .py"),
+        (("nowhere.toml",), "nowhere.toml"),
+    ],
+)
+def test_what_cannot_be_checked_is_refused(bristle, models, arguments, words):
+    found = bristle("check", *arguments)
+    assert found.code == 2
+    assert words in found.err
+    assert found.out == ""
 
 
 def test_a_sound_model_of_a_users_own_passes(bristle, place):
@@ -14,8 +92,7 @@ def test_a_sound_model_of_a_users_own_passes(bristle, place):
     assert measured["dissipates"]["value"] > measured["dissipates"]["threshold"]
     assert measured["refines"]["value"] <= measured["refines"]["threshold"]
     assert found.data["certificates"]["rate agrees"]["applies"] is False  # it has no rate
-    keys = {"applies", "value", "unit", "threshold", "passed", "advice"}
-    assert all(keys <= set(one) for one in found.data["certificates"].values())
+    assert all(set(one) >= KEYS for one in found.data["certificates"].values())
 
 
 def test_a_model_that_pushes_fails_with_advice(bristle, place):
@@ -30,6 +107,20 @@ def test_a_model_that_pushes_fails_with_advice(bristle, place):
     shown = bristle("check", "own.py")
     assert shown.code == 1
     assert "NOT MET" in shown.out
+
+
+def test_a_ripple_needs_parameters(bristle, place):
+    found = bristle("check", "own.py", "--force-ripple", "1 N,2 N")
+    assert found.code == 2
+    assert 'file = "own.py"' in found.err
+
+
+def test_a_model_file_of_a_users_own_model_has_its_certificates(bristle, place):
+    Path("mine.toml").write_text('schema = 1\n[friction]\nfile = "own.py"\nF_0 = "3 N"\n')
+    found = bristle("check", "mine.toml", "--json")
+    assert found.code == 0
+    verdicts = {name: one["passed"] for name, one in found.data["certificates"].items()}
+    assert verdicts == {"well_posed": None, "passive": None, "drift": True, "closure": None, "dissipation": True}
 
 
 def test_a_model_file_is_checked_with_its_values(bristle, place):

@@ -3,6 +3,7 @@
 import pytest
 
 from bristle.friction import MODELS
+from bristle.hysteresis import OPERATORS
 
 
 def test_every_friction_model_is_listed_with_units_and_ranges(bristle):
@@ -12,10 +13,13 @@ def test_every_friction_model_is_listed_with_units_and_ranges(bristle):
     assert set(listed) == set(MODELS)
     parameter = listed["coulomb"]["parameters"]["F_C"]
     assert (parameter["unit"], parameter["unit_rotational"], parameter["max"]) == ("N", "N*m", None)
-    assert {one["family"] for one in found.data["models"]} == {"friction", "plant", "controller", "sensor", "reference"}
+    families = {"friction", "hysteresis", "plant", "controller", "sensor", "reference"}
+    assert {one["family"] for one in found.data["models"]} == families
 
 
-@pytest.mark.parametrize("name", [*MODELS, "lugre+asymmetry", "cascade", "inertia", "encoder", "sine", "recorded"])
+@pytest.mark.parametrize(
+    "name", [*MODELS, "lugre+asymmetry", "cascade", "inertia", "encoder", "sine", "recorded", *OPERATORS]
+)
 def test_one_by_name(bristle, name):
     shown = bristle("models", name)
     assert shown.code == 0
@@ -27,3 +31,8 @@ def test_one_by_name(bristle, name):
 def test_without_a_name_all_are_shown(bristle):
     shown = bristle("models").out
     assert all(name in shown for name in (*MODELS, "cascade", "+asymmetry"))
+
+
+def test_a_share_has_both_ends_of_its_range(bristle):
+    row = next(line for line in bristle("models", "preisach").out.splitlines() if line.split()[:1] == ["tolerance"])
+    assert "0 to 1" in row

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -13,71 +13,101 @@ from bristle.cli.options import Json
 from bristle.cli.terminal import complain, progress, show_table
 
 if TYPE_CHECKING:
-    from bristle.core import FrictionModel, Model
+    from bristle.certificates import Certificate
     from bristle.testing import Check
 
 __all__ = ["EXAMPLE", "check"]
 
 EXAMPLE = """Example:
+  bristle check model.toml --force-ripple "40 mN*m,80 mN*m"
   bristle check my_model.py"""
 
 
 def check(
-    model: Annotated[Path, typer.Argument(metavar="MODEL.py|MODEL.toml", help="A model of your own, or a model file.")],
+    model: Annotated[Path, typer.Argument(metavar="MODEL.toml|MODEL.py", help="A model file, or a model of your own.")],
+    force_ripple: Annotated[
+        str | None, typer.Option(metavar="LOW,HIGH", help="Forces between which drift is looked for.")
+    ] = None,
+    loop: Annotated[str | None, typer.Option(metavar="X1,X2", help="Where the loop turns that has to close.")] = None,
     as_json: Json = False,
 ) -> int:
-    """Check a friction model against the contract.
+    """Check whether a friction model is fit to be used.
 
-    Where one of its demands is not met, tells what to change.
-    A Python file is executed. The exit code is 1 if a demand is not met.
+    Where it is not, tells what to change.
+    A model file has its certificates: bounded deflection, passivity, drift, closure of a minor loop, dissipation.
+    A Python file is executed and held against the contract of friction models.
+    The exit code is 1 if one of them fails.
     """
-    from bristle.files.summary import as_json as json_text
+    if model.suffix == ".toml":
+        return _check_values(model, _pair(force_ripple), _pair(loop), as_json)
+    return _check_code(model, {"--force-ripple": force_ripple, "--loop": loop}, as_json)
+
+
+def _pair(text: str | None) -> tuple[str, ...] | None:
+    return None if text is None else tuple(text.split(","))
+
+
+def _check_values(model: Path, force_ripple: Any, loop: Any, as_json: bool) -> int:
+    from bristle.certificates import check as certificates_of
+    from bristle.files.model import read_model
+
+    chosen = read_model(model).friction
+    with progress("checking"):
+        found = certificates_of(chosen, force_ripple=force_ripple, loop=loop)
+    failed = {name: one for name, one in found.items() if one.passed is False}
+    if as_json:
+        _print_json(chosen.name, not failed, {name: vars(one) for name, one in found.items()})
+    else:
+        _show_certificates(chosen.name, found)
+    for name, one in failed.items():
+        complain(f"{name}: {one.advice}")
+    return NO if failed else 0
+
+
+def _check_code(model: Path, options: dict[str, str | None], as_json: bool) -> int:
+    from bristle.core import InputError
+    from bristle.files.user_model import load_model_file
     from bristle.testing import check_model
 
-    chosen = _read(model)
+    if model.suffix != ".py":
+        raise InputError(
+            "is neither a model file nor a model of your own", path=str(model), allowed="a file .toml or .py",
+            mend="For the models of bristle itself see: bristle models",
+        )  # fmt: skip
+    for name, value in options.items():
+        if value is not None:
+            raise InputError(
+                "needs a model with parameters", path=name, value=value,
+                mend=f'Write a model file with file = "{model.name}" and its parameters, and check that',
+            )  # fmt: skip
+    chosen = load_model_file(model)
     with progress("checking"):
         results = check_model(chosen)
     failed = [one for one in results if not one.passed]
     if as_json:
-        sys.stdout.write(
-            json_text({"model": chosen.name, "passed": not failed, "certificates": _certificates(results)})
-        )
+        _print_json(chosen.name, not failed, {one.name: _as_certificate(one) for one in results})
     else:
-        _show(chosen.name, results)
+        _show_demands(chosen.name, results)
     for one in failed:
         complain(f"{one.name}: {one.detail}. {one.advice}")
     return NO if failed else 0
 
 
-def _read(model: Path) -> FrictionModel | Model:
-    from bristle.core import InputError
+def _print_json(name: str, passed: bool, certificates: dict[str, Any]) -> None:
+    from bristle.files.summary import as_json
 
-    if model.suffix == ".py":
-        from bristle.files.user_model import load_model_file
-
-        return load_model_file(model)
-    if model.suffix == ".toml":
-        from bristle.files.model import read_model
-
-        return read_model(model).friction
-    raise InputError(
-        "is neither a model of your own nor a model file", path=str(model), allowed="a file .py or .toml",
-        mend="For the models of bristle itself see: bristle models",
-    )  # fmt: skip
+    sys.stdout.write(as_json({"model": name, "passed": passed, "certificates": certificates}))
 
 
-def _certificates(results: list[Check]) -> dict[str, dict[str, object]]:
+def _as_certificate(one: Check) -> dict[str, object]:
     return {
-        one.name: {
-            "applies": one.applies,
-            "value": one.value,
-            "unit": one.unit,
-            "threshold": one.threshold,
-            "passed": one.passed,
-            "detail": one.detail,
-            "advice": one.advice,
-        }
-        for one in results
+        "applies": one.applies,
+        "value": one.value,
+        "unit": one.unit,
+        "threshold": one.threshold,
+        "passed": one.passed,
+        "detail": one.detail,
+        "advice": one.advice,
     }
 
 
@@ -87,7 +117,23 @@ def _outcome(one: Check) -> str:
     return "met" if one.passed else "NOT MET"
 
 
-def _show(name: str, results: list[Check]) -> None:
+def _show_certificates(name: str, found: dict[str, Certificate]) -> None:
+    from bristle.core.typography import with_unit
+    from bristle.report.table import Table
+
+    def told(value: float | None, unit: str) -> str:
+        return "" if value is None else with_unit(value, unit)
+
+    verdicts = {True: "passed", False: "FAILED", None: "does not apply"}
+    rows = [
+        (key, verdicts[one.passed], told(one.value, one.unit), told(one.threshold, one.unit), one.advice)
+        for key, one in found.items()
+    ]
+    heads = ("Certificate", "Verdict", "Found", "Limit", "What it means, what to do")
+    show_table(Table(f"Is it fit to be used: {name}", heads, rows))
+
+
+def _show_demands(name: str, results: list[Check]) -> None:
     from bristle.report.table import Table
 
     rows = [(one.name, _outcome(one), one.detail, one.advice) for one in results]

@@ -11,7 +11,7 @@ from bristle.cli.options import Json
 from bristle.cli.terminal import say, show_table
 
 if TYPE_CHECKING:
-    from bristle.core import Component
+    from bristle.core import Component, Variable
 
 __all__ = ["EXAMPLE", "models"]
 
@@ -25,7 +25,8 @@ def models(
 ) -> None:
     """List models, with parameters and units.
 
-    Friction models, plants, controllers, sensors and references; with NAME, the parameters of one.
+    Friction models, hysteresis operators, plants, controllers, sensors and references; with NAME, the parameters of
+    one.
     """
     from bristle.files.summary import as_json as json_text
 
@@ -40,10 +41,13 @@ def models(
 
 
 def _families() -> dict[str, list[Component]]:
-    from bristle import controllers, friction, plants, references, sensors
+    from bristle import controllers, friction, hysteresis, plants, references, sensors
 
-    registries = (friction.MODELS, plants.PLANTS, controllers.CONTROLLERS, sensors.SENSORS, references.REFERENCES)
-    names = ("friction", "plant", "controller", "sensor", "reference")
+    registries = (
+        friction.MODELS, hysteresis.OPERATORS, plants.PLANTS, controllers.CONTROLLERS, sensors.SENSORS,
+        references.REFERENCES,
+    )  # fmt: skip
+    names = ("friction", "hysteresis", "plant", "controller", "sensor", "reference")
     return {family: list(registry.values()) for family, registry in zip(names, registries, strict=True)}
 
 
@@ -108,7 +112,7 @@ def _show_one(one: Component) -> None:
             variable.description,
             typeset(variable.unit("translational")),
             typeset(variable.unit("rotational")),
-            variable.allowed().removesuffix(f" {variable.unit()}").removesuffix(" in"),
+            _range(variable),
             _default(one, name),
         )
         for name, variable in one.variables.items()
@@ -124,3 +128,10 @@ def _show_one(one: Component) -> None:
 def _default(one: Component, name: str) -> str:
     value = one.defaults.get(name, "")
     return value if isinstance(value, str) else f"{value:g}"
+
+
+def _range(variable: Variable) -> str:
+    """Return the allowed range without the unit, which stands in a column of its own."""
+    if variable.quantity == "1":
+        return variable.allowed()
+    return variable.allowed().removesuffix(f" {variable.unit()}").removesuffix(" in")

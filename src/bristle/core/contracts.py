@@ -1,6 +1,7 @@
 r"""The contracts: one grammar, *state, memory, inputs, dt, parameters*, for everything that takes a step.
 
 ========== ==================================================================================================
+hysteresis ``trial(state, memory, u, p) -> (w, move)``, ``commit(state, memory, move, p) -> state``
 friction   ``trial(state, memory, motion, dt, p) -> (force, move)``, ``commit(state, memory, move, p) -> state``
 plant      ``port(state, effort, dt, p) -> (a, b)``, ``step(state, effort, force, dt, p) -> (output, state)``,
            ``rest(state, effort, dt, p) -> state``
@@ -19,12 +20,13 @@ import math
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from bristle.core import dispatch
 from bristle.core.errors import InputError, InputWarning
+from bristle.core.motion import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion, Reference
 from bristle.core.packing import pack
 from bristle.core.typography import typed
 from bristle.core.variable import KINDS, Kind, Variable, is_array, is_integer, variables_of
@@ -35,6 +37,7 @@ __all__ = [
     "Component",
     "Controller",
     "FrictionModel",
+    "HysteresisOperator",
     "Model",
     "Motion",
     "Plant",
@@ -43,28 +46,6 @@ __all__ = [
     "Sensor",
     "Trajectory",
 ]
-
-
-NOMINAL_LOAD = 1.0
-NOMINAL_TEMPERATURE = 293.15  # [K]
-
-
-class Motion(NamedTuple):
-    """What a friction model sees of one step."""
-
-    v: Annotated[float, Variable("length/time", "mean velocity of the step; the sign of zero is a side")]
-    x: Annotated[float, Variable("length", "position at the end of the step")]
-    load: Annotated[float, Variable("1", "normal load over its nominal value")] = NOMINAL_LOAD
-    temperature: Annotated[float, Variable("temperature", "temperature")] = NOMINAL_TEMPERATURE
-
-
-class Reference(NamedTuple):
-    """What a controller is asked to follow at one sample."""
-
-    position: Annotated[float, Variable("length", "desired position")]
-    velocity: Annotated[float, Variable("length/time", "desired velocity")]
-    acceleration: Annotated[float, Variable("length/time^2", "desired acceleration")]
-    effort: Annotated[float, Variable("force", "effort fed forward, added before the limit")] = 0.0
 
 
 class Relation(NamedTuple):
@@ -112,10 +93,13 @@ class Component:
 
     family: ClassVar[str] = "component"
     functions: ClassVar[tuple[str, ...]] = ()
+    optional: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "module", self.module or self.Parameters.__module__)
-        dispatch.register(self.family, self.Parameters, {name: getattr(self, name) for name in self.functions})
+        functions = {name: getattr(self, name) for name in (*self.functions, *self.optional)}
+        given = {name: function for name, function in functions.items() if function is not None}
+        dispatch.register(self.family, self.Parameters, given)
 
     @property
     def variables(self) -> dict[str, Variable]:
@@ -178,6 +162,32 @@ class Component:
 
 
 @dataclass(frozen=True, kw_only=True)
+class HysteresisOperator(Component):
+    """A rate-independent hysteresis operator: what comes out depends on the path of the input, not on its speed.
+
+    ``trial(state, memory, u, p) -> (w, move)`` is pure: the output at the input `u`, reached in one monotone move, and
+    what `commit` needs. ``commit(state, memory, move, p) -> state`` is called once for each accepted move and is the
+    only writer of ``memory``, a 1-D array of ``memory_size(p)`` numbers. A virgin operator is at the input 0.
+    ``measure(p)`` is given by those with an Everett function: what `everett` and its like dispatch on. ``input`` and
+    ``output`` are generalised quantities. A ``State`` that can forget counts it in ``lost``.
+    """
+
+    trial: Callable[..., Any]
+    commit: Callable[..., Any]
+    memory_size: Callable[[Any], int] = field(default=lambda p: 0)
+    measure: Callable[[Any], Any] | None = None
+    input: str = "length"
+    output: str = "force"
+
+    family: ClassVar[str] = "hysteresis"
+    functions: ClassVar[tuple[str, ...]] = ("trial", "commit")
+
+    def new_memory(self, parameters: Any) -> np.ndarray:
+        """Return the memory of a virgin operator, shape (memory_size,)."""
+        return np.zeros(self.memory_size(parameters))
+
+
+@dataclass(frozen=True, kw_only=True)
 class FrictionModel(Component):
     """A friction model.
 
@@ -197,6 +207,7 @@ class FrictionModel(Component):
 
     family: ClassVar[str] = "friction"
     functions: ClassVar[tuple[str, ...]] = ("trial", "commit")
+    optional: ClassVar[tuple[str, ...]] = ("rate",)
 
     def new_memory(self, parameters: Any) -> np.ndarray:
         """Return the memory of a virgin model, shape (memory_size,)."""
@@ -210,15 +221,18 @@ class Plant(Component):
     ``port(state, effort, dt, p) -> (a, b)``: the mean velocity over the step is ``a + b * force``, with ``b < 0``.
     ``step(state, effort, force, dt, p) -> (output, state)`` takes the mean force of the step.
     ``rest(state, effort, dt, p) -> state`` holds the port at a velocity of exactly zero.
+    ``rate(state, effort, force, p) -> d_state`` is optional: the same equations in continuous time.
     Fields ``x`` and ``v`` of its `State` are the position and velocity at the port.
     """
 
     port: Callable[..., Any]
     step: Callable[..., Any]
     rest: Callable[..., Any]
+    rate: Callable[..., Any] | None = None
 
     family: ClassVar[str] = "plant"
     functions: ClassVar[tuple[str, ...]] = ("port", "step", "rest")
+    optional: ClassVar[tuple[str, ...]] = ("rate",)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,6 +8,7 @@ without importing it.
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -15,15 +16,23 @@ from bristle.core.kernel import on_activation
 
 __all__ = [
     "controller_step",
+    "everett",
+    "everett_slope",
     "friction_commit",
+    "friction_rate",
     "friction_trial",
-    "function_of",
+    "functions_of",
     "is_dispatch",
+    "operator_commit",
+    "operator_trial",
     "plant_port",
+    "plant_rate",
     "plant_rest",
     "plant_step",
     "register",
     "sensor_step",
+    "virgin_curve",
+    "virgin_slope",
 ]
 
 _functions: dict[tuple[str, str, type], Callable[..., Any]] = {}
@@ -45,9 +54,39 @@ def register(family: str, parameters: type, functions: Mapping[str, Callable[...
             )
 
 
-def function_of(family: str, name: str, parameters: type) -> Callable[..., Any]:
-    """Return the function `name` of the component of this family with parameters of this type."""
-    return _functions[family, name, parameters]
+def functions_of(parameters: Any) -> tuple[Callable[..., Any], ...]:
+    """Return every function that is dispatched to by this type; none for any other type."""
+    return tuple(function for (_, _, cls), function in _functions.items() if cls is parameters)
+
+
+def operator_trial(state, memory, u, p):
+    """Call ``trial`` of the hysteresis operator with parameters `p`."""
+    return _functions["hysteresis", "trial", type(p)](state, memory, u, p)
+
+
+def operator_commit(state, memory, move, p):
+    """Call ``commit`` of the hysteresis operator with parameters `p`."""
+    return _functions["hysteresis", "commit", type(p)](state, memory, move, p)
+
+
+def everett(alpha, beta, q):
+    """Return the Everett function E(alpha, beta), alpha >= beta, of the measure `q`."""
+    return _functions["everett", "value", type(q)](alpha, beta, q)
+
+
+def everett_slope(alpha, beta, side, q):
+    """Return the derivative of E to its moving end: by alpha for ``side > 0``, else by -beta."""
+    return _functions["everett", "slope", type(q)](alpha, beta, side, q)
+
+
+def virgin_curve(u, q):
+    """Return the output that the demagnetised measure `q` has at the first input `u`."""
+    return _functions["everett", "virgin", type(q)](u, q)
+
+
+def virgin_slope(u, q):
+    """Return the derivative of `virgin_curve`."""
+    return _functions["everett", "virgin_slope", type(q)](u, q)
 
 
 def friction_trial(state, memory, motion, dt, p):
@@ -58,6 +97,11 @@ def friction_trial(state, memory, motion, dt, p):
 def friction_commit(state, memory, move, p):
     """Call ``commit`` of the friction model with parameters `p`."""
     return _functions["friction", "commit", type(p)](state, memory, move, p)
+
+
+def friction_rate(state, motion, p):
+    """Call ``rate`` of the friction model with parameters `p`."""
+    return _functions["friction", "rate", type(p)](state, motion, p)
 
 
 def plant_port(state, effort, dt, p):
@@ -75,6 +119,11 @@ def plant_rest(state, effort, dt, p):
     return _functions["plant", "rest", type(p)](state, effort, dt, p)
 
 
+def plant_rate(state, effort, force, p):
+    """Call ``rate`` of the plant with parameters `p`."""
+    return _functions["plant", "rate", type(p)](state, effort, force, p)
+
+
 def controller_step(state, reference, measured, dt, p):
     """Call ``step`` of the controller with parameters `p`."""
     return _functions["controller", "step", type(p)](state, reference, measured, dt, p)
@@ -86,11 +135,19 @@ def sensor_step(state, x, dt, p):
 
 
 _DISPATCHERS = {
+    operator_trial: ("hysteresis", "trial"),
+    operator_commit: ("hysteresis", "commit"),
+    everett: ("everett", "value"),
+    everett_slope: ("everett", "slope"),
+    virgin_curve: ("everett", "virgin"),
+    virgin_slope: ("everett", "virgin_slope"),
     friction_trial: ("friction", "trial"),
     friction_commit: ("friction", "commit"),
+    friction_rate: ("friction", "rate"),
     plant_port: ("plant", "port"),
     plant_step: ("plant", "step"),
     plant_rest: ("plant", "rest"),
+    plant_rate: ("plant", "rate"),
     controller_step: ("controller", "step"),
     sensor_step: ("sensor", "step"),
 }
@@ -105,42 +162,21 @@ def overload_all() -> None:
     from numba.extending import overload
 
     options: Any = {"forceinline": True, "error_model": "numpy"}
+    for function, key in _DISPATCHERS.items():
+        overload(function, jit_options=options, strict=False)(_choice(key, inspect.signature(function)))
 
-    def choose(key: tuple[str, str], p: Any) -> Any:
-        return _functions.get((*key, getattr(p, "instance_class", type(None))))
 
-    # Each implementation carries the argument names of its contract: the compiler matches by name.
-    def commit(state, memory, move, p):
-        return choose(("friction", "commit"), p)
+def _choice(key: tuple[str, str], signature: inspect.Signature) -> Callable[..., Any]:
+    """Return what the compiler asks for an implementation: it finds the type of the last argument by its name."""
 
-    def trial(state, memory, motion, dt, p):
-        return choose(("friction", "trial"), p)
+    def choose(*types: Any) -> Any:
+        return _functions.get((*key, getattr(types[-1], "instance_class", type(None))))
 
-    def port(state, effort, dt, p):
-        return choose(("plant", "port"), p)
-
-    def plant(state, effort, force, dt, p):
-        return choose(("plant", "step"), p)
-
-    def rest(state, effort, dt, p):
-        return choose(("plant", "rest"), p)
-
-    def controller(state, reference, measured, dt, p):
-        return choose(("controller", "step"), p)
-
-    def sensor(state, x, dt, p):
-        return choose(("sensor", "step"), p)
-
-    for function, implementation in (
-        (friction_trial, trial),
-        (friction_commit, commit),
-        (plant_port, port),
-        (plant_step, plant),
-        (plant_rest, rest),
-        (controller_step, controller),
-        (sensor_step, sensor),
-    ):
-        overload(function, jit_options=options, strict=False)(implementation)
+    # The compiler matches arguments by name, so the implementation carries those of its dispatcher.
+    names = ", ".join(signature.parameters)
+    scope: dict[str, Any] = {"choose": choose}
+    exec(f"def chosen({names}): return choose({names})", scope)
+    return scope["chosen"]
 
 
 on_activation(overload_all)

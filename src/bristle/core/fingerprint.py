@@ -1,8 +1,8 @@
 """A fingerprint of code: what the compiler would see of a function, so that a change is never overlooked.
 
 The compiler freezes into its product not only the body of a function but every global that the body reads: other
-functions, constants, classes. The fingerprint follows the same references. It is taken of the code that is loaded, not
-of the files that it was loaded from: these may have changed since.
+functions, constants, classes, and what the dispatch calls for a class. The fingerprint follows the same references. It
+is taken of the code that is loaded, not of the files that it was loaded from: these may have changed since.
 """
 
 from __future__ import annotations
@@ -12,6 +12,8 @@ import hashlib
 import types
 from collections.abc import Callable, Sequence
 from typing import Any
+
+from bristle.core.dispatch import functions_of
 
 __all__ = ["fingerprint"]
 
@@ -92,6 +94,8 @@ class _Reader:
         if issubclass(cls, enum.Enum):
             for member in cls:
                 self.follow(member)
+        for function in functions_of(cls):
+            self.follow(function)
 
     def _code(self, code: types.CodeType, scope: dict[str, Any]) -> None:
         self._feed("code", code.co_code)

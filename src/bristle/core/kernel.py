@@ -23,8 +23,8 @@ _active = False
 @overload
 def kernel(function: F, /) -> F: ...
 @overload
-def kernel(*, inline: bool) -> Callable[[F], F]: ...
-def kernel(function: Any = None, /, *, inline: bool = True) -> Any:
+def kernel(*, inline: bool = True, compiled_as: Callable[[], Any] | None = None) -> Callable[[F], F]: ...
+def kernel(function: Any = None, /, *, inline: bool = True, compiled_as: Callable[[], Any] | None = None) -> Any:
     """Mark a plain function as a kernel and return it unchanged.
 
     Parameters
@@ -33,6 +33,8 @@ def kernel(function: Any = None, /, *, inline: bool = True) -> Any:
         The function.
     inline : bool
         Whether compiled callers absorb it. False for long branches that are rarely taken.
+    compiled_as : callable, optional
+        Returns what the compiler takes in place of the function, of the same arguments and to the same bits.
 
     Returns
     -------
@@ -42,7 +44,7 @@ def kernel(function: Any = None, /, *, inline: bool = True) -> Any:
 
     def mark(plain: F) -> F:
         _kernels.append((plain, inline))
-        on_activation(lambda: _make_known(plain, inline))
+        on_activation(lambda: _make_known(plain, inline, compiled_as))
         return plain
 
     return mark if function is None else mark(function)
@@ -71,12 +73,15 @@ def activate() -> None:
         _pending.pop(0)()
 
 
-def _make_known(plain: Callable[..., Any], inline: bool) -> None:
-    from numba.extending import register_jitable
+def _make_known(plain: Callable[..., Any], inline: bool, compiled_as: Callable[[], Any] | None) -> None:
+    from numba.extending import overload, register_jitable
 
-    register_jitable(**kernel_options(inline))(plain)
+    if compiled_as is None:
+        register_jitable(**kernel_options(inline))(plain)
+    else:
+        overload(plain, jit_options=kernel_options(inline), strict=False)(compiled_as())
 
 
 def kernel_options(inline: bool) -> dict[str, Any]:
     """Return the options that a kernel is compiled with."""
-    return {"error_model": "numpy"} | ({"forceinline": True} if inline else {})
+    return {"error_model": "numpy"} | ({"forceinline": True} if inline else {"nogil": True})

@@ -8,6 +8,7 @@ it runs.
 import math
 from typing import NamedTuple
 
+from bristle.core.exponent import power_of_two
 from bristle.core.kernel import kernel
 
 __all__ = [
@@ -16,24 +17,60 @@ __all__ = [
     "bracket_update",
     "direction",
     "exp",
+    "expm1",
     "fitted_weight",
+    "hyperbolic_mean",
     "log",
     "power",
     "relaxation",
 ]
 
-EXP_MAX = 709.0
-EXP_MIN = -745.0
+EXP_MAX, EXP_OF_MAX = 709.0, 8.218407461554972e307
+EXP_MIN = -708.0
+LOG2_E = 1.4426950408889634
+# ln 2 in two parts: the first is short enough for k * LN2_HIGH to be exact.
+LN2_HIGH, LN2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10
+# Adding and subtracting it rounds to the nearest integer.
+ROUNDER = 6755399441055744.0
 
 
 @kernel
 def exp(x):
-    r"""Return :math:`e^x`, with `x` clamped to [-745, 709] so that it neither overflows nor traps."""
-    if x > EXP_MAX:
-        return math.exp(EXP_MAX)
-    if x < EXP_MIN:
-        return 0.0
-    return math.exp(x)
+    r"""Return :math:`e^x`; 0 below -708, and :math:`e^{709}` above 709.
+
+    Within two units of the last place, by a polynomial: the same bits on every target, and no call that keeps a loop
+    over trajectories from running several of them in one instruction.
+    """
+    scale, fraction = _scale_and_fraction(x)
+    value = scale * fraction + scale
+    return 0.0 if x < EXP_MIN else (EXP_OF_MAX if x > EXP_MAX else value)
+
+
+@kernel
+def expm1(x):
+    r"""Return :math:`e^x - 1` without cancellation, within the range of `exp`."""
+    scale, fraction = _scale_and_fraction(x)
+    value = scale * fraction + (scale - 1.0)
+    return -1.0 if x < EXP_MIN else (EXP_OF_MAX if x > EXP_MAX else value)
+
+
+@kernel
+def _scale_and_fraction(x):
+    r"""Return :math:`2^k` and :math:`e^r - 1` with :math:`x = k \ln 2 + r`, :math:`|r| \le \tfrac12 \ln 2`.
+
+    The polynomial is the Chebyshev interpolant of :math:`(e^r - 1 - r)/r^2`; its error is below 2e-17. Outside the
+    range of `exp` the results mean nothing.
+    """
+    k = (x * LOG2_E + ROUNDER) - ROUNDER
+    r = (x - k * LN2_HIGH) - k * LN2_LOW
+    r2 = r * r
+    r4 = r2 * r2
+    low = (0.5000000000000001 + 0.16666666666666669 * r) + (0.041666666666624164 + 0.008333333333330065 * r) * r2
+    middle = (0.001388888891719689 + 0.00019841269863040675 * r) + (
+        2.480152132210459e-05 + 2.7557268480106926e-06 * r
+    ) * r2
+    high = 2.762007600563138e-07 + 2.5100375929185925e-08 * r
+    return power_of_two(k), (r + r2 * low) + (r2 * r4) * (middle + r4 * high)
 
 
 @kernel
@@ -68,9 +105,9 @@ def relaxation(rate):
 
     Exact to rounding for every :math:`\Lambda \ge 0`; 1 at :math:`\Lambda = 0`.
     """
-    if rate < 1e-12:
-        return 1.0 - 0.5 * rate
-    return -math.expm1(-rate) / rate
+    # The smallest rate keeps the quotient defined, and exact: 1.
+    positive = max(rate, 1e-30)
+    return -expm1(-positive) / positive
 
 
 @kernel
@@ -84,7 +121,15 @@ def fitted_weight(rate):
         # The two terms cancel for small arguments: series with error below 1e-17 here.
         square = rate * rate
         return 0.5 + rate * (1.0 / 12.0 - square * (1.0 / 720.0 - square / 30240.0))
-    return -1.0 / math.expm1(-rate) - 1.0 / rate
+    return -1.0 / expm1(-rate) - 1.0 / rate
+
+
+@kernel
+def hyperbolic_mean(u):
+    r"""Return :math:`\ln(1 + u)/u`, the mean of :math:`1/(1 + u t)` over :math:`0 \le t \le 1`, for :math:`u \ge 0`."""
+    if u < 1e-8:
+        return 1.0 - 0.5 * u
+    return math.log1p(u) / u
 
 
 class Bracket(NamedTuple):

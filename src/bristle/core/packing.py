@@ -6,6 +6,9 @@ and batches work on the same vectors.
 
 A NamedTuple is laid out field by field: a scalar takes one number, a 1-D array its length and then its numbers,
 a nested NamedTuple its own layout.
+
+In lanes, the vectors of `LANES` trajectories lie side by side: number `i` of all of them, then number ``i + 1``. What
+the compiler sees is a loop over neighbouring numbers, and it runs several trajectories in one instruction.
 """
 
 from __future__ import annotations
@@ -18,7 +21,9 @@ import numpy as np
 
 from bristle.core.kernel import kernel
 
-__all__ = ["Structure", "pack", "packer", "structure_of", "unpacker"]
+__all__ = ["LANES", "Structure", "lane_packer", "lane_unpacker", "pack", "packer", "structure_of", "unpacker"]
+
+LANES = 32
 
 Structure = tuple[type, tuple[Any, ...]]
 
@@ -72,30 +77,39 @@ def unpacker(structure: Structure) -> Callable[[Any], Any]:
     It is generated as text, as NamedTuple itself is, because the compiler must see one plain expression for
     each field; arrays are views of the vector.
     """
-    names: dict[str, Any] = {"np": np}
-    lines: list[str] = []
-    expression = _unpack_expression(structure, names, lines)
-    return _define("unpack(vector)", [*lines, f"return {expression}"], names)
+    return _unpacker(structure, "unpack(vector)", "0", "vector[at]", "vector[at + 1 : at + 1 + {size}]")
 
 
-def _unpack_expression(structure: Structure, names: dict[str, Any], lines: list[str]) -> str:
+@cache
+def lane_unpacker(structure: Structure) -> Callable[[Any, int, int], Any]:
+    """Return the kernel ``unpack(block, row, lane) -> NamedTuple`` of one lane, whose numbers begin in this row."""
+    array = f"block[(at + 1) * {LANES} + lane : (at + 1 + {{size}}) * {LANES} : {LANES}]"
+    return _unpacker(structure, "unpack(block, row, lane)", "row", f"block[at * {LANES} + lane]", array)
+
+
+def _unpacker(structure: Structure, head: str, first: str, number: str, array: str) -> Callable[..., Any]:
+    names: dict[str, Any] = {}
+    lines = [f"at = {first}"]
+    expression = _unpack_expression(structure, names, lines, number, array)
+    return _define(head, [*lines, f"return {expression}"], names)
+
+
+def _unpack_expression(structure: Structure, names: dict[str, Any], lines: list[str], number: str, array: str) -> str:
     cls, parts = structure
     key = f"Class{len(names)}"
     names[key] = cls
-    if not lines:
-        lines.append("at = 0")
     arguments = []
     for part in parts:
         if isinstance(part, tuple):
-            arguments.append(_unpack_expression(part, names, lines))
+            arguments.append(_unpack_expression(part, names, lines, number, array))
             continue
         name = f"field_{len(lines)}"
         if part == "array":
-            lines += [f"size_{name} = int(vector[at])", f"{name} = vector[at + 1 : at + 1 + size_{name}]"]
-            lines.append(f"at += 1 + size_{name}")
+            size = f"size_{name}"
+            lines += [f"{size} = int({number})", f"{name} = {array.format(size=size)}", f"at += 1 + {size}"]
         else:
             cast = "int" if part == "integer" else "float"
-            lines += [f"{name} = {cast}(vector[at])", "at += 1"]
+            lines += [f"{name} = {cast}({number})", "at += 1"]
         arguments.append(name)
     return f"{key}({', '.join(arguments)})"
 
@@ -105,6 +119,13 @@ def packer(structure: Structure) -> Callable[[Any, Any], None]:
     """Return the kernel ``store(value, vector)`` that writes a NamedTuple of scalars into a vector."""
     lines = [f"vector[{i}] = value[{i}]" for i, _ in enumerate(structure[1])]
     return _define("store(value, vector)", lines or ["return"], {})
+
+
+@cache
+def lane_packer(structure: Structure) -> Callable[[Any, Any, int, int], None]:
+    """Return the kernel ``store(value, block, row, lane)`` that writes a NamedTuple of scalars into one lane."""
+    lines = [f"block[(row + {i}) * {LANES} + lane] = value[{i}]" for i, _ in enumerate(structure[1])]
+    return _define("store(value, block, row, lane)", lines or ["return"], {})
 
 
 def _define(head: str, lines: list[str], names: dict[str, Any]) -> Callable[..., Any]:

@@ -30,6 +30,7 @@ UNITS: dict[str, tuple[str, str]] = {
     "length/time^2": ("m/s^2", "rad/s^2"),
     "force": ("N", "N*m"),
     "force/length": ("N/m", "N*m/rad"),
+    "length/force": ("m/N", "rad/(N*m)"),
     "force*time/length": ("N*s/m", "N*m*s/rad"),
     "force/time": ("N/s", "N*m/s"),
     "mass": ("kg", "kg*m^2"),

@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from bristle.core import dispatch
+from bristle.core.exponent import in_bits
 from bristle.core.fingerprint import fingerprint
 from bristle.core.kernel import activate, kernel_options
 
@@ -156,7 +157,7 @@ def _numbered_from(code: str) -> Iterator[None]:
 
 
 # What turns kernels into machine code; a change here changes products too.
-_MACHINERY = (_types, kernel_options, dispatch.overload_all)
+_MACHINERY = (_types, kernel_options, dispatch.overload_all, in_bits)
 
 
 class _EntryCache:

@@ -12,8 +12,16 @@ from collections.abc import Callable
 from typing import Any
 
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion, Reference
-from bristle.core.dispatch import controller_step, friction_commit, friction_trial, sensor_step
+from bristle.core.dispatch import (
+    controller_step,
+    friction_commit,
+    friction_trial,
+    operator_commit,
+    operator_trial,
+    sensor_step,
+)
 from bristle.core.packing import Structure, packer, unpacker
+from bristle.engine import semi_implicit
 from bristle.engine.efim import advance
 
 # Where a burst leaves what it found, in the vector `out`: mean friction force [N or N*m], solves that failed in this
@@ -24,7 +32,15 @@ POSITION, VELOCITY, MEASURED, COMMAND, EFFORT, FRICTION, ROWS = 0, 1, 2, 3, 4, 5
 # Beyond this magnitude of position plus velocity a simulation has left the numbers worth following.
 BOUND = 1e100
 
-__all__ = ["closed_loop", "make_burst", "make_control", "make_force_along", "make_sense", "open_loop"]
+__all__ = [
+    "closed_loop",
+    "make_burst",
+    "make_control",
+    "make_force_along",
+    "make_output_along",
+    "make_sense",
+    "open_loop",
+]
 
 
 def make_force_along(parameters: Structure, state: Structure) -> Callable[..., Any]:
@@ -41,6 +57,22 @@ def make_force_along(parameters: Structure, state: Structure) -> Callable[..., A
         return 0.0
 
     return force_along
+
+
+def make_output_along(parameters: Structure, state: Structure) -> Callable[..., Any]:
+    """Return the entry that runs one hysteresis operator along an input."""
+    unpack, load, store = unpacker(parameters), unpacker(state), packer(state)
+
+    def output_along(p_vector, state_vector, memory, u, w):
+        p = unpack(p_vector)
+        s = load(state_vector)
+        for k in range(u.size):
+            w[k], move = operator_trial(s, memory, u[k], p)
+            s = operator_commit(s, memory, move, p)
+        store(s, state_vector)
+        return 0.0
+
+    return output_along
 
 
 def make_burst(plant: Structure, plant_state: Structure, friction: Structure, friction_state: Structure) -> Any:
@@ -68,6 +100,32 @@ def make_burst(plant: Structure, plant_state: Structure, friction: Structure, fr
         store_plant(body, plant_vector)
         store_friction(s, state_vector)
         out[FORCE], out[FAILED], out[SLOPE] = total / steps, failures, slope
+        return 0.0
+
+    return burst
+
+
+def make_semi_implicit_burst(
+    plant: Structure, plant_state: Structure, friction: Structure, friction_state: Structure
+) -> Callable[..., Any]:
+    """Return the entry that advances one plant with one friction model by the semi-implicit step."""
+    unpack_plant, load_plant, store_plant = unpacker(plant), unpacker(plant_state), packer(plant_state)
+    unpack_friction, load_friction = unpacker(friction), unpacker(friction_state)
+    store_friction = packer(friction_state)
+
+    def burst(q_vector, plant_vector, p_vector, state_vector, memory, effort, effort_end, dt, steps, out):
+        q, body = unpack_plant(q_vector), load_plant(plant_vector)
+        p, s = unpack_friction(p_vector), load_friction(state_vector)
+        h = dt / steps
+        total = 0.0
+        for i in range(steps):
+            u = effort + (effort_end - effort) * ((i + 0.5) / steps)
+            done = semi_implicit.advance(body, s, memory, u, h, q, p)
+            body, s = done.plant_state, done.friction_state
+            total += done.force
+        store_plant(body, plant_vector)
+        store_friction(s, state_vector)
+        out[FORCE], out[FAILED] = total / steps, 0.0
         return 0.0
 
     return burst

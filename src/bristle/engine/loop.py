@@ -41,7 +41,9 @@ class Trace:
 class _Mechanism:
     """Plant and friction as one burst entry with its vectors."""
 
-    def __init__(self, plant: Model, friction: Model, x: float, v: float, state: Any, memory: Any) -> None:
+    def __init__(
+        self, plant: Model, friction: Model, x: float, v: float, state: Any, memory: Any, integrator: str = "efim"
+    ) -> None:
         self.plant, self.friction = Part(plant), Part(friction)
         if plant.component.State._fields[:2] != ("x", "v"):
             raise TypeError(f"the state of plant {plant.name} must begin with x and v")
@@ -50,12 +52,7 @@ class _Mechanism:
             self.friction.state = pack(state)
         self.memory = memory_of(friction, memory)
         self.out = np.zeros(entries.OUT_SIZE)
-        self.entry = compiled(
-            f"burst-{self.plant.key}-{self.friction.key}",
-            lambda: entries.make_burst(*self.plant.structures, *self.friction.structures),
-            "aaaaafffia",
-            self.plant.functions + self.friction.functions,
-        )
+        self.entry = burst_entry(self.plant, self.friction, integrator)
 
     @property
     def vectors(self) -> tuple[np.ndarray, ...]:
@@ -66,12 +63,36 @@ class _Mechanism:
     def status(self, done: int, count: int) -> Status:
         if done < count or not np.all(np.isfinite(self.plant.state)):
             return Status.NOT_FINITE
+        if self.friction.lost:
+            return Status.MEMORY_OVERFLOW
         return Status.SOLVE_INACCURATE if self.out[entries.FAILED_SO_FAR] > 0.0 else Status.OK
 
 
+BURSTS = {"efim": entries.make_burst, "semi_implicit": entries.make_semi_implicit_burst}
+
+
+def burst_entry(plant: Part, friction: Part, integrator: str) -> Any:
+    """Return the entry that advances this mechanism by this integrator."""
+    if integrator not in BURSTS:
+        raise InputError("no such integrator", path="integrator", value=integrator, allowed=", ".join(BURSTS))
+    return compiled(
+        f"burst-{integrator}-{plant.key}-{friction.key}",
+        lambda: BURSTS[integrator](*plant.structures, *friction.structures),
+        SIGNATURES["B"],
+        plant.functions + friction.functions,
+    )
+
+
+def held(effort: np.ndarray, hold: str) -> np.ndarray:
+    """Return the effort [N or N*m] that each sample runs to until the next, samples along the first dimension."""
+    if hold not in HOLDS:
+        raise InputError("no such hold", path="hold", value=hold, allowed=" or ".join(HOLDS))
+    return effort if hold == "zero" else vector(np.concatenate((effort[1:], effort[-1:])))
+
+
 def run_open_loop(
-    plant: Model, friction: Model, effort: Any, dt: float, *, steps: int = 1, hold: str = "zero", x: float = 0.0,
-    v: float = 0.0, state: Any = None, memory: Any = None,
+    plant: Model, friction: Model, effort: Any, dt: float, *, steps: int = 1, hold: str = "zero",
+    integrator: str = "efim", x: float = 0.0, v: float = 0.0, state: Any = None, memory: Any = None,
 ) -> Trace:  # fmt: skip
     """Drive a plant with friction by a recorded effort.
 
@@ -87,6 +108,8 @@ def run_open_loop(
         Integration steps between two samples.
     hold : {"zero", "linear"}
         Between samples the effort is held (a drive) or runs straight to the next one (a smooth record).
+    integrator : {"efim", "semi_implicit"}
+        The implicit step, of order 2, which sticks; or the semi-implicit one, of order 1 and for small steps.
     x, v : float
         Position [m or rad] and velocity [m/s or rad/s] at the first sample.
     state, memory
@@ -99,10 +122,8 @@ def run_open_loop(
     """
     u = vector(effort)
     check_run(dt, steps, effort=u, x=x, v=v)
-    if hold not in HOLDS:
-        raise InputError("no such hold", path="hold", value=hold, allowed=" or ".join(HOLDS))
-    u_end = u if hold == "zero" else np.append(u[1:], u[-1:])
-    mechanism = _Mechanism(plant, friction, x, v, state, memory)
+    u_end = held(u, hold)
+    mechanism = _Mechanism(plant, friction, x, v, state, memory, integrator)
     position, velocity, force = np.empty(u.size), np.empty(u.size), np.empty(u.size)
     driver = compiled("open_loop", lambda: entries.open_loop, "Baaaaaaafiaaaa")
     done = int(

@@ -1,4 +1,4 @@
-"""Friction along a prescribed motion: no plant, no solve, one pass."""
+"""Friction along a prescribed motion, hysteresis along a path: no plant, no solve, one pass."""
 
 from __future__ import annotations
 
@@ -11,9 +11,13 @@ from bristle.core.errors import InputError
 from bristle.core.packing import pack, unpacker
 from bristle.engine import entries
 from bristle.engine.compilation import compiled
-from bristle.engine.part import Part, check_run, memory_of, vector
+from bristle.engine.part import Part, check_run, memory_of, vector, warn_of_lost
+from bristle.engine.path import after, output_along
 
-__all__ = ["force_along", "response", "settled"]
+__all__ = ["force_along", "presliding_distance", "response", "settled"]
+
+
+SLOW = 1e6  # time of a step [s]
 
 
 def force_along(
@@ -76,6 +80,22 @@ def settled(model: Model, v: float) -> tuple[Any, np.ndarray]:
     return unpacker(part.structures[1])(part.state), memory
 
 
+def presliding_distance(model: Model) -> float:
+    """Return the distance [m or rad] over which a virgin contact, moved slowly, reaches half of its largest force.
+
+    It is infinite for a static map, which has no contact to deflect, and for one that gives no force.
+    """
+    part = Part(model)
+    memory = part.component.new_memory(model.parameters)
+    if part.state.size + memory.size == 0:
+        return float("inf")
+    # From a picometre to a metre, so slowly that viscous parts do not show.
+    distance = np.geomspace(1e-12, 1.0, 120)
+    force = np.abs(_follow(part, memory, np.diff(distance) / SLOW, distance[1:], SLOW))
+    largest = float(np.max(force))
+    return float(distance[np.argmax(force >= 0.5 * largest)]) if largest > 0.0 else float("inf")
+
+
 def _follow(part: Part, memory: np.ndarray, velocity: np.ndarray, position: np.ndarray, dt: float) -> np.ndarray:
     force = np.empty(velocity.size)
     entry = compiled(
@@ -85,40 +105,58 @@ def _follow(part: Part, memory: np.ndarray, velocity: np.ndarray, position: np.n
         part.functions,
     )
     entry(part.parameters, part.state, memory, velocity, position, float(dt), force)
+    warn_of_lost(part)
     return force
 
 
-def response(model: Model, x: Any, dt: float) -> np.ndarray:
-    """Return the friction force along a prescribed position.
+def response(model: Model, x: Any, dt: float | None = None, *, history: Any = ()) -> np.ndarray:
+    """Return the friction force along a prescribed position, or the output of a hysteresis operator along its input.
 
     Parameters
     ----------
     model : Model
-        A friction model with parameters.
+        A friction model or a hysteresis operator, with parameters.
     x : array_like, shape (time,)
-        Position [m or rad] at equal time steps.
+        Position [m or rad] at equal time steps; for an operator its input, which has no time.
     dt : float
-        Time step [s].
+        Time step [s]; for friction models only.
+    history : array_like, shape (sample,), optional
+        Inputs that an operator has gone through before the first sample; virgin at the input 0 where empty
+        (`bristle.hysteresis.saturated`, `bristle.hysteresis.conditioned`).
 
     Returns
     -------
     ndarray, shape (time,)
-        Mean friction force [N or N*m] of the step that ends at each sample; 0 at the first, the origin.
+        Mean friction force [N or N*m] of the step that ends at each sample; 0 at the first, the origin. For an operator
+        its output at each sample, the first one reached in one move from where the history ends.
 
     Raises
     ------
     InputError
-        If `x` is not a finite 1-D array of at least one sample, or `dt` is not positive.
+        If `x` is not a finite 1-D array of at least one sample, `dt` is not positive, or what belongs to a friction
+        model is given to an operator, or the other way round.
 
     Examples
     --------
-    >>> from bristle import friction
+    >>> from bristle import friction, hysteresis
     >>> response(friction.coulomb(F_C=2.0), [0.0, 1e-3, 2e-3, 1e-3], 0.1)
     array([ 0.,  2.,  2., -2.])
+    >>> response(hysteresis.preisach(s=1.0, f_p=1.0), [1.0, 0.0, 1.0])
+    array([ 0.5       , -0.16666667,  0.5       ])
     """
     position = np.asarray(x, dtype=float)
     if position.ndim != 1 or position.size < 1:
         raise InputError("must be a 1-D array of numbers", path="x", value=x)
+    if model.component.family == "hysteresis":
+        if dt is not None:
+            raise InputError("a hysteresis operator knows no time", path="dt", value=dt, mend="Leave dt out")
+        check_run(1.0, u=position)
+        state, memory = after(model, history)
+        return output_along(model, position, state=state, memory=memory)
+    if len(history):
+        raise InputError("belongs to hysteresis operators", path="history", mend="Put the motion before x")
+    if dt is None:
+        raise InputError("is needed for a friction model", path="dt", allowed="> 0 s")
     check_run(dt, x=position)
     force = np.zeros(position.size)
     force[1:] = force_along(model, np.diff(position) / dt, dt, position[1:])

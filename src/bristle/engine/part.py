@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from bristle.core.contracts import Model
-from bristle.core.dispatch import function_of
-from bristle.core.errors import InputError
+from bristle.core.dispatch import functions_of
+from bristle.core.errors import InputError, InputWarning
 from bristle.core.packing import pack, structure_of
 
-__all__ = ["Part", "check_run", "memory_of", "vector"]
+__all__ = ["Part", "check_run", "memory_of", "vector", "warn_of_lost"]
 
 
 def vector(values: Any) -> np.ndarray:
@@ -46,9 +47,26 @@ class Part:
         return f"{self.model.component.module}.{_name_of(self.structures[0])}"
 
     @property
+    def lost(self) -> int:
+        """How many pairs of turning points its memory had no room for; 0 for one that forgets nothing."""
+        fields = self.structures[1][0]._fields
+        return int(self.state[fields.index("lost")]) if "lost" in fields else 0
+
+    @property
     def functions(self) -> tuple[Any, ...]:
         """Functions of the component and of those that it holds: what a user may have written."""
-        return _functions(self.model.component.family, self.model.component.functions, self.structures[0])
+        return _functions(self.structures[0])
+
+
+def warn_of_lost(part: Part) -> None:
+    """Warn where the memory of a component had too little room."""
+    if part.lost:
+        warnings.warn(
+            f"{part.model.name}: the memory of turning points was full and forgot its innermost pair {part.lost} "
+            f"times, so loops do not close as they should. Raise capacity, now {part.model.values.get('capacity')}",
+            InputWarning,
+            stacklevel=4,
+        )
 
 
 def _name_of(structure: Any) -> str:
@@ -56,12 +74,12 @@ def _name_of(structure: Any) -> str:
     return cls.__qualname__ + "".join(_name_of(part) for part in parts if isinstance(part, tuple))
 
 
-def _functions(family: str, names: tuple[str, ...], structure: Any) -> tuple[Any, ...]:
+def _functions(structure: Any) -> tuple[Any, ...]:
     cls, parts = structure
-    found = tuple(function_of(family, name, cls) for name in names)
+    found = functions_of(cls)
     for part in parts:
         if isinstance(part, tuple):
-            found += _functions(family, names, part)
+            found += _functions(part)
     return found
 
 

@@ -11,29 +11,45 @@ from __future__ import annotations
 
 from bristle.core.contracts import FrictionModel
 from bristle.core.errors import InputError, did_you_mean
+from bristle.friction.bouc_wen import MODEL as bouc_wen
 from bristle.friction.coulomb import MODEL as coulomb
 from bristle.friction.coulomb_viscous import MODEL as coulomb_viscous
 from bristle.friction.dahl import MODEL as dahl
+from bristle.friction.elastoplastic import MODEL as elastoplastic
+from bristle.friction.gms import MODEL as gms
+from bristle.friction.leuven import MODEL as leuven
 from bristle.friction.lugre import MODEL as lugre
 from bristle.friction.maxwell_slip import MODEL as maxwell_slip
+from bristle.friction.preisach_lugre import MODEL as preisach_lugre
 from bristle.friction.presliding import is_static, with_presliding
+from bristle.friction.reformed_dahl import MODEL as reformed_dahl
 from bristle.friction.slots import SLOTS, slotted
 from bristle.friction.stribeck import MODEL as stribeck
 from bristle.friction.viscous import MODEL as viscous
 
 MODELS: dict[str, FrictionModel] = {
-    model.name: model for model in (coulomb, viscous, coulomb_viscous, stribeck, dahl, lugre, maxwell_slip)
-}
+    model.name: model
+    for model in (
+        coulomb, viscous, coulomb_viscous, stribeck, dahl, reformed_dahl, bouc_wen, lugre, elastoplastic, maxwell_slip,
+        gms, preisach_lugre, leuven,
+    )
+}  # fmt: skip
 
 __all__ = [
     "MODELS",
+    "bouc_wen",
     "coulomb",
     "coulomb_viscous",
     "dahl",
+    "elastoplastic",
     "find",
+    "gms",
     "is_static",
+    "leuven",
     "lugre",
     "maxwell_slip",
+    "preisach_lugre",
+    "reformed_dahl",
     "slotted",
     "stribeck",
     "viscous",

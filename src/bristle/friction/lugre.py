@@ -91,12 +91,13 @@ def trial(state, memory, motion, dt, p):
     """Return the mean force [N or N*m] over a step at constant velocity, and the deflection at its end."""
     v = motion.v
     dx = v * dt
-    z_steady = direction(v) * stribeck_force(v, p) / p.sigma_0
-    decay = relaxation(abs(dx / z_steady))
-    z_step = dx * (1.0 - state.z / z_steady) * decay
-    z_mean = state.z + (z_steady - state.z) * (1.0 - decay)
-    z_dot = z_step / dt if dt > 0.0 else 0.0
-    return p.sigma_0 * z_mean + micro_damping(v, p) * z_dot + p.sigma_2 * v, Move(state.z + z_step)
+    sliding = direction(v) * stribeck_force(v, p)
+    inverse = 1.0 / sliding
+    elastic = p.sigma_0 * state.z
+    decay = relaxation(p.sigma_0 * dx * inverse)
+    share = (1.0 - elastic * inverse) * decay
+    force = elastic + (sliding - elastic) * (1.0 - decay) + micro_damping(v, p) * (v * share) + p.sigma_2 * v
+    return force, Move(state.z + dx * share)
 
 
 @kernel

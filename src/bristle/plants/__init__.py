@@ -2,7 +2,8 @@
 
 from bristle.core.contracts import Plant
 from bristle.plants.inertia import MODEL as inertia
+from bristle.plants.pulled_inertia import MODEL as pulled_inertia
 
-PLANTS: dict[str, Plant] = {plant.name: plant for plant in (inertia,)}
+PLANTS: dict[str, Plant] = {plant.name: plant for plant in (inertia, pulled_inertia)}
 
-__all__ = ["PLANTS", "inertia"]
+__all__ = ["PLANTS", "inertia", "pulled_inertia"]

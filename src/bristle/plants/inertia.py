@@ -47,6 +47,12 @@ def rest(state, effort, dt, p):
     return State(state.x, 0.0)
 
 
+@kernel
+def rate(state, effort, force, p):
+    """Return the time derivative of the state."""
+    return State(state.v, (effort - force) / p.M)
+
+
 MODEL = Plant(
     name="inertia",
     description="one mass or inertia, driven by the effort against the friction",
@@ -55,4 +61,5 @@ MODEL = Plant(
     port=port,
     step=step,
     rest=rest,
+    rate=rate,
 )

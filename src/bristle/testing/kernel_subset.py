@@ -34,8 +34,8 @@ GRAMMAR = (ast.arguments, ast.arg, ast.expr_context, ast.Slice)
 BUILTINS = frozenset({"abs", "min", "max", "range", "float", "int", "len"})
 MATHEMATICS = frozenset({"copysign", "isinf", "isnan", "floor", "sqrt", "sin", "cos", "tanh"})
 # What may raise or overflow is allowed in one place only, where it is guarded.
-GUARDED = frozenset({"exp", "expm1", "log", "log1p"})
-GUARDED_IN = "bristle.core.mathematics"
+GUARDED = frozenset({"ldexp", "log", "log1p"})
+GUARDED_IN = ("bristle.core.mathematics", "bristle.core.exponent")
 
 
 def violations_of(function: Callable[..., Any]) -> list[str]:
@@ -107,7 +107,7 @@ def _call_reason(node: ast.Call, function: Callable[..., Any]) -> str:
         owner = target.value
         if not (isinstance(owner, ast.Name) and _value(owner.id, function) is math):
             return f"a call to the method .{target.attr}"
-        allowed = MATHEMATICS | (GUARDED if function.__module__ == GUARDED_IN else frozenset())
+        allowed = MATHEMATICS | (GUARDED if function.__module__ in GUARDED_IN else frozenset())
         if target.attr not in allowed:
             return f"math.{target.attr} may raise or differ between targets: use bristle.core.mathematics"
         return ""

@@ -1,0 +1,18 @@
+"""Certificates: is this model fit to be used? One file a question, each answered with a number and a limit."""
+
+from bristle.certificates.certificate import Certificate
+from bristle.certificates.certify import check
+from bristle.certificates.passive import needed_damping
+from bristle.certificates.quasi_static import Holding, Path, holding_of
+from bristle.certificates.traced import traced_by_force, traced_by_position
+
+__all__ = [
+    "Certificate",
+    "Holding",
+    "Path",
+    "check",
+    "holding_of",
+    "needed_damping",
+    "traced_by_force",
+    "traced_by_position",
+]

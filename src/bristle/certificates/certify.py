@@ -1,0 +1,83 @@
+"""All certificates of a model."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bristle.certificates.certificate import Certificate
+from bristle.certificates.closure import closure
+from bristle.certificates.dissipation import dissipation, fattest_loop
+from bristle.certificates.drift import drift
+from bristle.certificates.operator import as_friction
+from bristle.certificates.passive import passive
+from bristle.certificates.quasi_static import holding_of
+from bristle.certificates.well_posed import well_posed
+from bristle.core.contracts import FrictionModel, HysteresisOperator, Model
+from bristle.core.errors import InputError
+from bristle.core.units import quantity
+from bristle.core.variable import Variable
+
+__all__ = ["check"]
+
+
+def check(model: Model, *, force_ripple: Any = None, loop: Any = None) -> dict[str, Certificate]:
+    """Return whether a friction model is fit to be used: one certificate for each question.
+
+    Parameters
+    ----------
+    model : Model
+        A friction model, or a hysteresis operator, with parameters. An operator is taken as friction whose position is
+        the input; where its loops run the other way around (a magnet), energy is counted as it is in magnets.
+    force_ripple : (low, high), optional
+        Forces between which the contact is loaded up and down, for `drift`: numbers [N or N*m], or text with a unit.
+        Between 0.3 and 0.6 of the break-away force where not given.
+    loop : (x1, x2), optional
+        Positions where the loop ``0 -> x1 -> x2 -> x1`` of `closure` turns: numbers [m or rad], or text with a unit. At
+        0.85 of the break-away force, and halfway back, where not given.
+
+    Returns
+    -------
+    dict of str to Certificate
+        ``well_posed``, ``passive``, ``drift``, ``closure`` and ``dissipation``.
+
+    Raises
+    ------
+    InputError
+        If `model` is neither, or the contact does not rest under the ripple.
+
+    Examples
+    --------
+    >>> from bristle import friction
+    >>> found = check(friction.coulomb(F_C=2.0))
+    >>> found["drift"].value, found["closure"].applies
+    (0.0, False)
+    """
+    if not isinstance(model, Model) or not isinstance(model.component, (FrictionModel, HysteresisOperator)):
+        raise InputError(
+            "is neither a friction model nor a hysteresis operator with parameters", path="model",
+            value=getattr(model, "name", model),
+            mend="Give one such as friction.coulomb(F_C=2.0); a model of your own is called with its parameters too",
+        )  # fmt: skip
+    force, length = Variable("force", "force of the ripple"), Variable("length", "where the loop turns")
+    if isinstance(model.component, HysteresisOperator):
+        force, length = (Variable(one, one) for one in (model.component.output, model.component.input))
+        model = as_friction(model)
+    ripple, turns = _pair(model, force_ripple, force, "force_ripple"), _pair(model, loop, length, "loop")
+    holding = holding_of(model)
+    fattest = fattest_loop(model)
+    return {
+        "well_posed": well_posed(model, holding),
+        "passive": passive(model, fattest.is_magnetic),
+        "drift": drift(model, holding, ripple, fattest.is_magnetic),
+        "closure": closure(model, holding, turns),
+        "dissipation": dissipation(model, holding, fattest),
+    }
+
+
+def _pair(model: Model, given: Any, variable: Variable, path: str) -> tuple[float, float] | None:
+    if given is None:
+        return None
+    if isinstance(given, str) or not hasattr(given, "__len__") or len(given) != 2:
+        raise InputError("must be two values", path=path, value=given, allowed=f"two in {variable.unit(model.kind)}")
+    first, second = (quantity(one, variable, model.kind, path=f"{path}[{i}]") for i, one in enumerate(given))
+    return first, second

@@ -1,0 +1,207 @@
+r"""Passivity: whether friction can ever give back more energy than its bristles have stored.
+
+With the energy of the bristles as storage, the power that is lost at velocity :math:`v` and bristle force :math:`f`,
+:math:`q = f \operatorname{sgn} v`, is at least
+
+.. math:: W = |v|\,q\,\Phi + \sigma_1(v)\,v^2 (1 - \Phi) + \sigma_2 v^2
+
+where :math:`\dot z = v (1 - \Phi)`. It is negative where bristles that are charged to :math:`F_S` let go at speed.
+:math:`W \ge 0` everywhere needs
+
+.. math:: \sigma_2 \ge \sup_{v > 0,\ |q| \le F_S} \left[\sigma_1(v)\,(\Phi - 1) - \frac{q\,\Phi}{|v|}\right]
+
+With constant :math:`\sigma_1` this is :math:`\sigma_1 (F_S - F_C)/F_C` for :math:`\Phi = q/G` [1]_ and for a gate that
+ends there, and :math:`\sigma_1 [(F_S/F_C)^n - 1]` for :math:`\Phi = (q/G)^n`. With :math:`\sigma_1(v) = \sigma_1
+e^{-(v/v_d)^2}` it is 0 where :math:`\sigma_1 v_d \le 4\sqrt{2e}\,F_C`.
+
+References
+----------
+.. [1] N. Barabanov, R. Ortega, "Necessary and sufficient conditions for passivity of the LuGre friction model", IEEE
+   Transactions on Automatic Control 45(4), 2000. doi:10.1109/9.847131
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import singledispatch
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bristle.certificates.certificate import Certificate, not_applicable
+from bristle.certificates.operator import Held
+from bristle.core.contracts import Model
+from bristle.core.typography import with_unit
+from bristle.core.variable import unit_of
+from bristle.friction import (
+    bouc_wen,
+    coulomb,
+    coulomb_viscous,
+    dahl,
+    elastoplastic,
+    lugre,
+    maxwell_slip,
+    preisach_lugre,
+    stribeck,
+    viscous,
+)
+from bristle.friction.lugre import micro_damping, stribeck_force
+from bristle.friction.preisach_lugre import slip_law
+from bristle.friction.slip_law import SlipLaw, slip
+from bristle.friction.slots import Slotted
+from bristle.hysteresis import prandtl_ishlinskii, preisach, stop
+
+__all__ = ["Damping", "damping_of", "needed_damping", "passive"]
+
+DECADES = (-6.0, 12.0)  # of the speed, over the Stribeck velocity
+ZOOMS = 20
+
+
+class Damping(NamedTuple):
+    """The viscous coefficient that a model has, and the least that makes it passive [N*s/m or N*m*s/rad]."""
+
+    there: float
+    needed: float = 0.0
+
+
+def passive(model: Model, is_magnet: bool) -> Certificate:
+    """Return the viscous coefficient [N*s/m or N*m*s/rad], held against the least one that makes friction passive."""
+    unit = unit_of("force*time/length", model.kind)
+    if is_magnet:
+        return not_applicable(unit, "Its loops run the other way around, as a magnet's: it is no friction")
+    p = model.parameters.operator if isinstance(model.parameters, Held) else model.parameters
+    sides = [damping_of(one) for one in ((p.forward, p.backward) if isinstance(p, Slotted) else (p,))]
+    known = [one for one in sides if one is not None]
+    if len(known) < len(sides):
+        return not_applicable(unit, "No condition is known for this model: see dissipation for a search by trial")
+    worst = min(known, key=lambda one: one.there - one.needed)
+    passed = worst.there >= worst.needed * (1.0 - 1e-9)
+    if not math.isfinite(worst.needed):
+        advice = "Its hysteresis gives energy back at every speed: no viscous coefficient makes up for that"
+    elif not passed:
+        advice = (
+            f"Bristles let go at speed give energy back: raise sigma_2 to {with_unit(worst.needed, unit, 4)} at least"
+        )
+    elif worst.needed > 0.0:
+        advice = f"sigma_2 exceeds what is needed by {with_unit(worst.there - worst.needed, unit)}"
+    else:
+        advice = "Passive whatever the viscous coefficient"
+    return Certificate(True, worst.there, unit, worst.needed, passed, advice)
+
+
+def needed_damping(
+    F_S: float, v_S: float, G: Callable[[float], float], sigma_1: Callable[[float], float],
+    slip: Callable[[float, float], float],
+) -> float:  # fmt: skip
+    r"""Return the least viscous coefficient [N*s/m or N*m*s/rad] at which no power is given back.
+
+    The supremum is looked for on a grid, and from each of its peaks on grids that close in.
+
+    Parameters
+    ----------
+    F_S : float
+        Largest force of the bristles [N or N*m].
+    v_S : float
+        Stribeck velocity, the scale of the speeds that are tried [m/s or rad/s].
+    G, sigma_1 : callable
+        Stribeck force [N or N*m] and micro-damping [N*s/m or N*m*s/rad] at a speed.
+    slip : callable
+        :math:`\Phi` as a function of the bristle force along the motion and of G [N or N*m].
+    """
+
+    def needed(decade: float, q: float) -> float:
+        v = v_S * 10.0**decade
+        share = slip(q, G(v))
+        return sigma_1(v) * (share - 1.0) - q * share / v
+
+    if sigma_1(0.0) == 0.0:
+        return 0.0
+    decades, forces = np.linspace(*DECADES, 91), np.linspace(-F_S, F_S, 41)
+    values = np.array([[needed(decade, q) for q in forces] for decade in decades])
+    crests = np.pad(np.max(values, axis=1), 1, constant_values=-math.inf)
+    peaks = np.flatnonzero((crests[1:-1] >= crests[:-2]) & (crests[1:-1] >= crests[2:]))
+    starts = [(float(decades[i]), float(forces[np.argmax(values[i])])) for i in peaks]
+    steps = (float(decades[1] - decades[0]), float(forces[1] - forces[0]))
+    return max(0.0, *(_summit(needed, start, steps, F_S) for start in starts))
+
+
+def _summit(
+    height: Callable[[float, float], float], start: tuple[float, float], steps: tuple[float, float], F_S: float
+) -> float:
+    """Return the largest value around a point, by grids that close in on it."""
+    (x, q), (dx, dq) = start, steps
+    for _ in range(ZOOMS):
+        nodes = [
+            (min(max(x + i * dx / 4.0, DECADES[0]), DECADES[1]), min(max(q + j * dq / 4.0, -F_S), F_S))
+            for i in range(-4, 5)
+            for j in range(-4, 5)
+        ]
+        x, q = max(nodes, key=lambda node: height(*node))
+        dx, dq = 0.4 * dx, 0.4 * dq
+    return height(x, q)
+
+
+@singledispatch
+def damping_of(p: Any) -> Damping | None:
+    """Return the `Damping` of a model with parameters `p`; None where no condition is known."""
+    return None
+
+
+@damping_of.register(coulomb.Parameters)
+def _(p: Any) -> Damping:
+    return Damping(0.0)
+
+
+@damping_of.register(viscous.Parameters)
+@damping_of.register(coulomb_viscous.Parameters)
+@damping_of.register(stribeck.Parameters)
+def _(p: Any) -> Damping:
+    return Damping(p.F_v)
+
+
+@damping_of.register(dahl.Parameters)
+@damping_of.register(maxwell_slip.Parameters)
+def _(p: Any) -> Damping:
+    return Damping(p.sigma_2)
+
+
+@damping_of.register(preisach.Parameters)
+@damping_of.register(stop.Parameters)
+def _(p: Any) -> Damping:
+    return Damping(0.0)
+
+
+@damping_of.register(prandtl_ishlinskii.Parameters)
+def _(p: Any) -> Damping | None:
+    return Damping(0.0) if min(*p.weights, p.spring) >= 0.0 else None
+
+
+@damping_of.register(bouc_wen.Parameters)
+def _(p: Any) -> Damping:
+    return Damping(p.sigma_2, 0.0 if p.beta >= 0.5 else math.inf)
+
+
+@damping_of.register(lugre.Parameters)
+def _(p: Any) -> Damping:
+    return _of_bristles(p, lambda q, G: q / G)
+
+
+@damping_of.register(preisach_lugre.Parameters)
+def _(p: Any) -> Damping:
+    law = slip_law(p)
+    return _of_bristles(p, lambda q, G: slip(q / G, law))
+
+
+@damping_of.register(elastoplastic.Parameters)
+def _(p: Any) -> Damping:
+    constant = p._asdict() | {"v_d": math.inf}
+    return _of_bristles(
+        lugre.Parameters(**{name: constant[name] for name in lugre.Parameters._fields}),
+        lambda q, G: slip(q / G, SlipLaw(p.sigma_0 * p.z_ba / G, 1.0, 1.0)),
+    )
+
+
+def _of_bristles(p: Any, phi: Callable[[float, float], float]) -> Damping:
+    needed = needed_damping(p.F_S, p.v_S, lambda v: stribeck_force(v, p), lambda v: micro_damping(v, p), phi)
+    return Damping(p.sigma_2, needed)

@@ -1,0 +1,196 @@
+"""Many mechanisms at once: parameter studies, Monte Carlo, identification by search."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError
+from bristle.core.packing import LANES
+from bristle.core.status import Status
+from bristle.engine import lanes
+from bristle.engine.compilation import compiled, is_interpreted
+from bristle.engine.loop import burst_entry, held
+from bristle.engine.part import Part, vector
+
+__all__ = ["BatchTrace", "run_batch"]
+
+
+@dataclass(frozen=True)
+class BatchTrace:
+    """What a batch leaves behind, in SI of the axis; arrays of shape (trajectory, sample).
+
+    ``position`` and ``velocity`` are those at the instant of a sample; ``friction`` is the mean friction force until
+    the next one. ``status`` has one entry for each trajectory; one that left the finite numbers is NaN from there.
+    """
+
+    time: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    friction: np.ndarray
+    status: tuple[Status, ...]
+
+
+def run_batch(
+    plant: Model | Sequence[Model], friction: Model | Sequence[Model], effort: Any, dt: float, *, steps: int = 1,
+    hold: str = "zero", integrator: str = "efim", x: Any = 0.0, v: Any = 0.0, threads: int | None = None,
+) -> BatchTrace:  # fmt: skip
+    """Drive many mechanisms by recorded efforts, each as `run_open_loop` would, to the bit.
+
+    Parameters
+    ----------
+    plant, friction : Model or sequence of Model
+        The mechanisms: one for all trajectories, or one for each, of the same component.
+    effort : array_like, shape (sample,) or (trajectory, sample)
+        Effort [N or N*m] at each sample.
+    dt : float
+        Time between samples [s].
+    steps : int
+        Integration steps between two samples.
+    hold : {"zero", "linear"}
+        Between samples the effort is held, or runs straight to the next one.
+    integrator : {"efim", "semi_implicit"}
+        The implicit step, which sticks and takes long steps; or the semi-implicit one, of order 1 and for small steps,
+        which runs in lanes: several trajectories in one instruction.
+    x, v : array_like, shape () or (trajectory,)
+        Position [m or rad] and velocity [m/s or rad/s] at the first sample.
+    threads : int, optional
+        Processor cores to use; all where not given.
+
+    Returns
+    -------
+    BatchTrace
+        Position, velocity and friction of each trajectory at each sample.
+
+    Raises
+    ------
+    InputError
+        If the numbers of models, efforts and starts disagree, or the models are not of one component.
+    """
+    batch = _Batch(plant, friction, effort, x, v)
+    if integrator == "efim":
+        work = batch.one_by_one(dt, steps, hold)
+    elif integrator == "semi_implicit":
+        work = batch.in_lanes(dt, steps, hold)
+    else:
+        raise InputError("no such integrator", path="integrator", value=integrator, allowed="efim, semi_implicit")
+    firsts = range(0, batch.count, LANES)
+    cores = threads or len(os.sched_getaffinity(0))
+    if cores == 1 or len(firsts) == 1 or is_interpreted():
+        for first in firsts:
+            work(first)
+    else:
+        with ThreadPoolExecutor(cores) as pool:
+            list(pool.map(work, firsts))
+    return batch.trace(dt)
+
+
+class _Batch:
+    """The mechanisms of a batch as vectors in a row, and their records."""
+
+    def __init__(self, plant: Any, friction: Any, effort: Any, x: Any, v: Any) -> None:
+        efforts = np.atleast_2d(np.asarray(effort, dtype=float))
+        plants, frictions = _models(plant), _models(friction)
+        numbers = {
+            "plants": len(plants), "friction models": len(frictions), "efforts": len(efforts),
+            "positions": np.size(x), "velocities": np.size(v),
+        }  # fmt: skip
+        sizes = set(numbers.values()) - {1}
+        if len(sizes) > 1:
+            raise InputError(
+                f"{', '.join(f'{number} {name}' for name, number in numbers.items())} do not make one batch",
+                path="run_batch",
+                mend="Give one of each for all trajectories, or one for each",
+            )
+        self.count = sizes.pop() if sizes else 1
+        self.plant, self.plants = _parameters(plants, self.count, "plant")
+        self.friction, self.frictions = _parameters(frictions, self.count, "friction")
+        self.body = np.tile(self.plant.state, (self.count, 1))
+        self.body[:, 0], self.body[:, 1] = x, v
+        self.state = np.tile(self.friction.state, (self.count, 1))
+        fresh = self.friction.component.new_memory(self.friction.model.parameters)
+        self.memory = np.tile(fresh, (self.count, 1))
+        # All trajectories of one sample lie side by side: what a block reads at a time.
+        self.effort = vector(efforts.T)
+        shape = (efforts.shape[1], self.count)
+        self.position, self.velocity, self.force = (np.full(shape, np.nan) for _ in range(3))
+        self.out = np.zeros((self.count, 4))
+
+    def one_by_one(self, dt: float, steps: int, hold: str) -> Callable[[int], Any]:
+        """Return what runs one block by EFIM, trajectory by trajectory."""
+        burst = burst_entry(self.plant, self.friction, "efim")
+        driver = compiled("open_loops", lambda: lanes.open_loops, "Baaaaaiiaaifiaaaa")
+        end = held(self.effort, hold)
+        vectors = [one.ravel() for one in (self.plants, self.body, self.frictions, self.state, self.memory)]
+        effort, end, columns = self.effort.ravel(), end.ravel(), self.effort.shape[1]
+        records = [one.ravel() for one in (self.position, self.velocity, self.force, self.out)]
+
+        def work(first: int) -> None:
+            last = min(first + LANES, self.count)
+            driver(burst, *vectors, first, last, effort, end, columns, float(dt), int(steps), *records)
+
+        return work
+
+    def in_lanes(self, dt: float, steps: int, hold: str) -> Callable[[int], Any]:
+        """Return what runs one block by the semi-implicit step, all its trajectories together."""
+        size = self.memory.shape[1]
+        widths = [one.shape[1] for one in (self.plants, self.body, self.frictions, self.state)]
+        rows = lanes.Rows(*widths)
+        driver = compiled(
+            f"lanes-{self.plant.key}-{self.friction.key}-{'-'.join(map(str, (*widths, size > 0)))}",
+            lambda: lanes.make_lanes(*self.plant.structures, *self.friction.structures, rows, size > 0),
+            "aaiiiaaifiaaai",
+            self.plant.functions + self.friction.functions,
+        )
+        effort, end, columns = self.effort.ravel(), held(self.effort, hold).ravel(), self.effort.shape[1]
+        records = [one.ravel() for one in (self.position, self.velocity, self.force)]
+        mechanisms = np.hstack((self.plants, self.body, self.frictions, self.state))
+
+        def work(first: int) -> None:
+            used = min(LANES, self.count - first)
+            chosen = np.minimum(np.arange(first, first + LANES), self.count - 1)
+            block = np.zeros((rows.count, LANES))
+            block[: rows.effort] = mechanisms[chosen].T
+            driver(
+                block.ravel(), self.memory[chosen].ravel(), size, first, used, effort, end, columns, float(dt),
+                int(steps), *records, self.count,
+            )  # fmt: skip
+
+        return work
+
+    def trace(self, dt: float) -> BatchTrace:
+        """Return what the trajectories left behind."""
+        finite = np.all(np.isfinite(self.position) & np.isfinite(self.velocity) & np.isfinite(self.force), axis=0)
+        inaccurate = self.out[:, 3] > 0.0
+        status = tuple(
+            Status.SOLVE_INACCURATE if ok and bad else Status.OK if ok else Status.NOT_FINITE
+            for ok, bad in zip(finite.tolist(), inaccurate.tolist(), strict=True)
+        )
+        return BatchTrace(
+            dt * np.arange(len(self.position)), self.position.T, self.velocity.T, self.force.T, status
+        )  # fmt: skip
+
+
+def _models(given: Model | Sequence[Model]) -> Sequence[Model]:
+    return [given] if isinstance(given, Model) else list(given)
+
+
+def _parameters(models: Sequence[Model], count: int, path: str) -> tuple[Part, np.ndarray]:
+    """Return the part that stands for all models, and their parameters, shape (trajectory, number)."""
+    parts = [Part(model) for model in models]
+    for index, part in enumerate(parts):
+        if part.structures != parts[0].structures or part.parameters.size != parts[0].parameters.size:
+            raise InputError(
+                "is of another component, or has lists of another length, than the first",
+                path=f"{path}[{index}]",
+                value=part.model.name,
+                mend="Run one batch for each",
+            )
+    rows = np.stack([part.parameters for part in parts])
+    return parts[0], np.array(np.broadcast_to(rows, (count, rows.shape[1])))

@@ -1,0 +1,84 @@
+"""Hysteresis along a path of the input: no time, one pass."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError
+from bristle.core.packing import pack, unpacker
+from bristle.engine import entries
+from bristle.engine.compilation import compiled
+from bristle.engine.part import Part, vector, warn_of_lost
+
+__all__ = ["after", "output_along"]
+
+
+def output_along(operator: Model, u: Any, *, state: Any = None, memory: np.ndarray | None = None) -> np.ndarray:
+    """Return the output of a hysteresis operator along an input.
+
+    Parameters
+    ----------
+    operator : Model
+        A hysteresis operator with parameters.
+    u : array_like, shape (sample,)
+        Input at each sample, in the unit of the operator (a displacement [m or rad] as a rule), monotone in between.
+    state : NamedTuple, optional
+        State before the first sample; virgin at the input 0 where not given.
+    memory : ndarray, optional
+        Memory before the first sample; it is not changed.
+
+    Returns
+    -------
+    ndarray, shape (sample,)
+        Output at each sample.
+    """
+    part = _part(operator, state)
+    used = part.component.new_memory(operator.parameters) if memory is None else np.array(memory, dtype=float)
+    return _follow(part, used, u)
+
+
+def after(operator: Model, history: Any) -> tuple[Any, np.ndarray]:
+    """Return the state and the memory of a hysteresis operator after a history of its input.
+
+    Parameters
+    ----------
+    operator : Model
+        A hysteresis operator with parameters.
+    history : array_like, shape (sample,)
+        Inputs that a virgin operator went through; their turning points are enough.
+
+    Returns
+    -------
+    state : NamedTuple
+        State of the operator.
+    memory : ndarray
+        Memory of the operator.
+    """
+    part, memory = _part(operator), operator.component.new_memory(operator.parameters)
+    _follow(part, memory, history)
+    return unpacker(part.structures[1])(part.state), memory
+
+
+def _part(operator: Model, state: Any = None) -> Part:
+    if getattr(operator, "component", None) is None or operator.component.family != "hysteresis":
+        raise InputError("is no hysteresis operator", value=operator, mend="Take one from bristle.hysteresis")
+    part = Part(operator)
+    if state is not None:
+        part.state = pack(state)
+    return part
+
+
+def _follow(part: Part, memory: np.ndarray, u: Any) -> np.ndarray:
+    path = vector(u)
+    if path.ndim != 1 or not np.all(np.isfinite(path)):
+        raise InputError("must be a 1-D array of finite numbers", path="u", value=u)
+    output = np.empty(path.size)
+    entry = compiled(
+        f"output_along-{part.key}", lambda: entries.make_output_along(*part.structures), "aaaaa", part.functions
+    )
+    entry(part.parameters, part.state, memory, path, output)
+    warn_of_lost(part)
+    return output

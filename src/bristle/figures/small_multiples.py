@@ -1,0 +1,71 @@
+"""Force over position for several models, each in a panel of its own, all to one scale."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from bristle.core.typography import Scale
+from bristle.core.variable import Kind
+from bristle.figures import style
+from bristle.figures.labels import effort_scale, position_word, scale_for
+
+__all__ = ["FIRST", "LAST", "Traces", "force_over_position"]
+
+Traces = Mapping[str, tuple[np.ndarray, np.ndarray]]
+COLUMNS = 3
+ROW = 2.05  # inches
+# A wide light line under a narrow dark one: what came first, and what came after.
+FIRST: style.Look = {"color": "#e0a83c", "linewidth": 2.4, "linestyle": "-"}
+LAST: style.Look = {"color": "#0b3c6f", "linewidth": 0.9, "linestyle": "-"}
+
+
+def force_over_position(
+    traces: Traces, titles: Mapping[str, str], kind: Kind
+) -> tuple[Figure, Iterator[tuple[str, Axes, np.ndarray, np.ndarray]], Scale]:
+    """Return a figure with one panel for each trace, the panels with what to draw in them, and the scale of positions.
+
+    Parameters
+    ----------
+    traces : mapping of str to (x, force)
+        Positions [m or rad] and forces [N or N*m], by the name of the model.
+    titles : mapping of str to str
+        What stands above each panel.
+    kind : {"translational", "rotational"}
+        The kind of axis.
+
+    Returns
+    -------
+    figure : Figure
+        The figure.
+    panels : iterator of (name, axes, x, force)
+        Panels in order, with positions and forces in the units of their axes.
+    length : Scale
+        The unit of the positions.
+    """
+    length = scale_for("length", kind, *(x for x, _ in traces.values()))
+    force, word = effort_scale(kind, *(f for _, f in traces.values()))
+    rows = -(-len(traces) // COLUMNS)
+    figure, grid = style.panels(0.35 + ROW * rows, rows, COLUMNS, between=0.2, gap=0.72)
+    places = [axes for row in grid for axes in row]
+    low = min(float(np.min(f)) for _, f in traces.values()) * force.factor
+    high = max(float(np.max(f)) for _, f in traces.values()) * force.factor
+    room = 0.05 * (high - low)
+    for unused in places[len(traces) :]:
+        unused.remove()
+    for index, (axes, name) in enumerate(zip(places, traces, strict=False)):
+        axes.set_title(titles[name])
+        axes.set_ylim(low - room, high + room)
+        axes.set_xlabel(length.label(position_word(kind)))
+        if index % COLUMNS:
+            axes.tick_params(labelleft=False)
+        else:
+            axes.set_ylabel(force.label(f"Friction {word.lower()}"))
+    drawn = (
+        (name, axes, x * length.factor, f * force.factor)
+        for axes, (name, (x, f)) in zip(places, traces.items(), strict=False)
+    )
+    return figure, drawn, length

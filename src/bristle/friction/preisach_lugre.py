@@ -1,0 +1,144 @@
+r"""Preisach-LuGre: the bristles of LuGre with the hysteresis of a Preisach operator, (5) to (7) of the source paper.
+
+.. math::
+    F = f_h[z] + \sigma_1(v)\,\dot z + \sigma_2 v, \qquad
+    \dot z = v\left[1 - \Phi\left(\frac{f_h \operatorname{sgn} v}{G(v)}\right)\right], \qquad
+    G(v) = F_C + (F_S - F_C)\,e^{-(v/v_S)^2}
+
+with :math:`\sigma_1(v) = \sigma_1 e^{-(v/v_d)^2}`, constant where :math:`v_d = \infty`. The hysteretic force comes from
+a Preisach operator (`bristle.hysteresis.preisach`) on the deflection :math:`z`. What slips is one of
+
+* ``paper``: :math:`\Phi = r`, the equations as printed. The memory is in :math:`z`, not in the position: it drifts
+  under a ripple, more than LuGre, and a minor loop in the position does not close.
+* ``leuven``: :math:`\Phi = \operatorname{sgn}(r)\,|r|^n`. The larger `n`, the smaller the drift, and the more
+  :math:`\sigma_2` passivity asks for.
+* ``elastoplastic`` (the default): a gate on the ratio :math:`r`, closed up to :math:`\rho`. Below :math:`\rho F_S` the
+  deflection is the position, loops close exactly and nothing drifts. The gate is on the ratio, not on a fixed
+  break-away force, which above :math:`G(v)` would make :math:`\Phi` jump.
+
+In sliding :math:`F_{ss} = G(v) \operatorname{sgn} v + \sigma_2 v` for each of them, as in LuGre. The operator must be
+able to give more than it is asked for, :math:`f_p > F_S`; else the deflection grows without bound while the body
+slides. With ``dahl_masing`` of exponent 2 it is bounded by :math:`f_p F_S/(s(f_p - F_S))`. Differences between the
+directions of motion are those of sliding: the operator is one and the same for both.
+
+References
+----------
+.. [1] "Pre-sliding friction control using the sliding mode controller with hysteresis friction compensator",
+   equations (5) to (11).
+.. [2] J. Swevers, F. Al-Bender, C. G. Ganseman, T. Prajogo, "An integrated friction model structure with improved
+   presliding behavior for accurate friction compensation", IEEE Transactions on Automatic Control 45(4), 2000.
+   doi:10.1109/9.847103
+.. [3] P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, "Single state elastoplastic friction models", IEEE
+   Transactions on Automatic Control 47(5), 2002. doi:10.1109/TAC.2002.1000274
+"""
+
+import math
+from typing import Annotated, NamedTuple
+
+from bristle.core.contracts import FrictionModel, Relation
+from bristle.core.kernel import kernel
+from bristle.core.mathematics import direction
+from bristle.core.variable import Variable
+from bristle.friction.deflection import deflect
+from bristle.friction.lugre import micro_damping, stribeck_force
+from bristle.friction.slip_law import SlipLaw
+from bristle.friction.stribeck import STATIC_ABOVE_COULOMB
+from bristle.hysteresis.everett import KERNELS, ClosedForm
+from bristle.hysteresis.turning_points import SMALLEST_CAPACITY, Stack, stack_commit, stack_size
+
+TRANSITIONS = ("paper", "leuven", "elastoplastic")
+PAPER, LEUVEN, ELASTOPLASTIC = range(3)
+TOLERANCE = 1e-12
+
+
+class Parameters(NamedTuple):
+    """Parameters of the Preisach-LuGre model."""
+
+    s: Annotated[
+        float, Variable("force/length", "stiffness at a reversal", min=1e-9, nominal=1e6, excitation="presliding")
+    ]
+    f_p: Annotated[
+        float, Variable("force", "force at which the operator saturates", min=1e-12, excitation="presliding")
+    ]
+    F_C: Annotated[
+        float, Variable("force", "Coulomb friction force", min=1e-12, directional=True, excitation="sliding")
+    ]
+    F_S: Annotated[
+        float,
+        Variable("force", "static (break-away) friction force", min=1e-12, directional=True, excitation="stribeck"),
+    ]
+    v_S: Annotated[float, Variable("length/time", "Stribeck velocity", min=1e-9, nominal=1e-2, excitation="stribeck")]
+    sigma_1: Annotated[
+        float,
+        Variable("force*time/length", "micro-damping of the bristles", min=0.0, nominal=1e2, excitation="presliding"),
+    ] = 0.0
+    sigma_2: Annotated[
+        float,
+        Variable("force*time/length", "viscous friction coefficient", min=0.0, directional=True, excitation="speed"),
+    ] = 0.0
+    v_d: Annotated[float, Variable("length/time", "velocity at which micro-damping fades", min=1e-12)] = math.inf
+    kernel: Annotated[int, Variable("1", "Everett function of the operator", choices=KERNELS)] = 0
+    exponent: Annotated[float, Variable("1", "Dahl exponent i of dahl_masing", min=0.1, max=5.0)] = 2.0
+    transition: Annotated[int, Variable("1", "how slip sets in", choices=TRANSITIONS)] = ELASTOPLASTIC
+    n: Annotated[float, Variable("1", "exponent of the transition leuven", min=1.0, max=50.0)] = 2.0
+    rho: Annotated[
+        float,
+        Variable("1", "share of the force in sliding below which elastoplastic does not slip", min=0.0, max=0.999),
+    ] = 0.9
+    capacity: Annotated[int, Variable("1", "turning points remembered", min=SMALLEST_CAPACITY, max=100_000)] = 256
+
+
+SATURATION_ABOVE_STATIC = Relation(
+    "f_p > F_S",
+    lambda p: p.f_p > p.F_S,
+    "Raise f_p to at least 1.05 F_S: otherwise the deflection grows without bound while the body slides",
+)
+SATURATION_WELL_ABOVE_STATIC = Relation(
+    "f_p >= 1.05 * F_S",
+    lambda p: p.f_p >= 1.05 * p.F_S,
+    "So close to F_S the deflection in sliding is many times that of break-away",
+    advisory=True,
+)
+
+
+@kernel
+def slip_law(p):
+    """Return the slip law of the transition that is chosen."""
+    if p.transition == ELASTOPLASTIC:
+        return SlipLaw(p.rho, 1.0, 1.0)
+    return SlipLaw(-1.0, p.n if p.transition == LEUVEN else 1.0, 1.0)
+
+
+@kernel
+def trial(state, memory, motion, dt, p):
+    """Return the mean force [N or N*m] over a step at constant velocity, and how the memory moves."""
+    v = motion.v
+    q = ClosedForm(p.kernel, p.s, p.f_p, p.exponent)
+    done = deflect(state, memory, v * dt, direction(v), stribeck_force(v, p), slip_law(p), q, TOLERANCE * p.f_p / p.s)
+    z_dot = done.change / dt if dt > 0.0 else 0.0
+    return done.mean + micro_damping(v, p) * z_dot + p.sigma_2 * v, done.move
+
+
+@kernel
+def commit(state, memory, move, p):
+    """Return the state after the step; a reversal of the deflection stores a turning point."""
+    return stack_commit(state, memory, move)
+
+
+def memory_size(p: Parameters) -> int:
+    """Return the room for the turning points of the deflection."""
+    return stack_size(p.capacity)
+
+
+MODEL = FrictionModel(
+    name="preisach_lugre",
+    description="bristles with the non-local memory of a Preisach operator; closes its loops, does not drift",
+    Parameters=Parameters,
+    State=Stack,
+    trial=trial,
+    commit=commit,
+    memory_size=memory_size,
+    relations=(STATIC_ABOVE_COULOMB, SATURATION_ABOVE_STATIC, SATURATION_WELL_ABOVE_STATIC),
+    reference="doi:10.1109/9.847103",
+    example={"s": 1e7, "f_p": 33.6, "F_C": 20.0, "F_S": 28.0, "v_S": 2e-3, "sigma_1": 1e3, "sigma_2": 800.0},
+)

@@ -1,0 +1,124 @@
+r"""Slip laws: what share of the motion is lost to slip, as a function of the force over its value in sliding.
+
+With the ratio :math:`r = f \operatorname{sgn} v / G(v)` the contact deflects by :math:`\dot z = v\,[1 - \Phi(r)]`, and
+in steady sliding :math:`r = 1`, :math:`\Phi = 1`:
+
+* power law :math:`\Phi = r^n`, and :math:`-u\,|r|^n` while the motion unloads the contact, :math:`r < 0`;
+* gate :math:`\Phi = 0` up to :math:`r = \rho`, :math:`\tfrac12\left[1 + \sin\left(\pi\,\frac{r - (1+\rho)/2}{1-\rho}
+  \right)\right] r` up to 1, and :math:`r` beyond.
+
+A power law slips a little at every force: it creeps under a ripple. The gate is closed below :math:`\rho`, where the
+contact only deflects.
+
+References
+----------
+.. [1] P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, "Single state elastoplastic friction models", IEEE
+   Transactions on Automatic Control 47(5), 2002. doi:10.1109/TAC.2002.1000274
+.. [2] J. Swevers, F. Al-Bender, C. G. Ganseman, T. Prajogo, "An integrated friction model structure with improved
+   presliding behavior for accurate friction compensation", IEEE Transactions on Automatic Control 45(4), 2000.
+   doi:10.1109/9.847103
+"""
+
+import math
+from typing import NamedTuple
+
+from bristle.core.kernel import kernel
+from bristle.core.mathematics import fitted_weight, power
+
+__all__ = ["SlipLaw", "Stretch", "slip", "slip_chord", "slip_slope", "stretch"]
+
+ITERATIONS = 100
+TOLERANCE = 1e-8  # of the ratio; the last step of Newton's method squares it
+
+
+class SlipLaw(NamedTuple):
+    """A slip law: a gate where `rho` is not negative, else a power law."""
+
+    rho: float
+    exponent: float
+    unloading: float
+
+
+class Stretch(NamedTuple):
+    """A step of a linear contact: how far its ratio moves, in the mean of the step and at its end."""
+
+    mean_change: float
+    change: float
+
+
+@kernel
+def slip(r, law):
+    r"""Return :math:`\Phi(r)`."""
+    if law.rho < 0.0:
+        return power(r, law.exponent) if r >= 0.0 else -law.unloading * power(-r, law.exponent)
+    if r <= law.rho:
+        return 0.0
+    if r >= 1.0:
+        return r
+    return 0.5 * (1.0 + math.sin(math.pi * (r - 0.5 * (1.0 + law.rho)) / (1.0 - law.rho))) * r
+
+
+@kernel
+def slip_slope(r, law):
+    r"""Return :math:`d\Phi/dr`."""
+    if law.rho < 0.0:
+        steepness = 1.0 if law.exponent == 1.0 else law.exponent * power(abs(r), law.exponent - 1.0)
+        return steepness if r >= 0.0 else law.unloading * steepness
+    if r <= law.rho:
+        return 0.0
+    if r >= 1.0:
+        return 1.0
+    angle = math.pi * (r - 0.5 * (1.0 + law.rho)) / (1.0 - law.rho)
+    stretch_of_angle = math.pi / (1.0 - law.rho)
+    return 0.5 * (1.0 + math.sin(angle)) + 0.5 * stretch_of_angle * math.cos(angle) * r
+
+
+@kernel
+def slip_chord(r, r_far, law):
+    r"""Return the slope of :math:`\Phi` that fits the mean of a step to its decay, 0 where the step does not slip.
+
+    `r` is the ratio at the start and `r_far` the one that the step would end at without feedback, cut off at sliding,
+    which no step at constant velocity passes. For a gate it is the slope of the chord, for a power law the steepest:
+    no smaller one keeps a stiff step from passing sliding and ringing about it. It is continuous in `r_far`; a slope
+    that the gate switches would make the force jump with the velocity.
+    """
+    end = min(r_far, 1.0) if r < 1.0 else max(r_far, 1.0)
+    if law.rho < 0.0:
+        return slip_slope(max(r, end), law)
+    openness = min(max((max(r, end) - law.rho) / (1.0 - law.rho), 0.0), 1.0)
+    if openness == 0.0 or end == r:
+        return openness * slip_slope(r, law)
+    return openness * (slip(end, law) - slip(r, law)) / (end - r)
+
+
+@kernel
+def stretch(r, kappa, law):
+    r"""Return the `Stretch` of a linear contact over a displacement, :math:`dr/d\kappa = 1 - \Phi(r)`.
+
+    `kappa` is the displacement over the deflection in sliding, not negative. Exponentially fitted: exact for the
+    power law with exponent 1, of second order otherwise.
+    """
+    r_elastic = r + kappa
+    if r_elastic <= law.rho:
+        return Stretch(0.5 * kappa, kappa)
+    theta = fitted_weight(kappa * slip_chord(r, r_elastic, law))
+    far = kappa * (1.0 - slip(r, law))
+    limit = (1.0 - r) / theta
+    far = min(far, limit) if r < 1.0 else max(far, limit)
+    near = 0.0
+    change = far
+    for _ in range(ITERATIONS):
+        mean = r + theta * change
+        residual = change - kappa * (1.0 - slip(mean, law))
+        # The residual increases: the root lies between `near`, towards 0, and `far`.
+        if (residual > 0.0) == (far > near):
+            far = change
+        else:
+            near = change
+        step = residual / (1.0 + kappa * theta * slip_slope(mean, law))
+        change -= step
+        if abs(step) <= TOLERANCE * abs(change) or abs(step) <= 1e-3 * TOLERANCE:
+            break
+        if (change - near) * (change - far) >= 0.0:
+            change = 0.5 * (near + far)
+    return Stretch(theta * change, change)

@@ -1,0 +1,61 @@
+"""Histories: what an operator has gone through before the first sample. A virgin one has gone through nothing.
+
+Any sequence of inputs is a history; those here give the two states that measurements start from.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bristle.core.errors import InputError
+
+__all__ = ["conditioned", "saturated"]
+
+
+def saturated(extent: float) -> np.ndarray:
+    """Return the history of an operator driven to one end.
+
+    Parameters
+    ----------
+    extent : float
+        The input at that end [m or rad], of either sign.
+
+    Returns
+    -------
+    ndarray, shape (1,)
+        The history.
+    """
+    return np.array([float(extent)])
+
+
+def conditioned(amplitude: float, reversals: int = 100) -> np.ndarray:
+    """Return the history of an operator demagnetised by a sweep whose amplitude falls evenly to 0.
+
+    Parameters
+    ----------
+    amplitude : float
+        Amplitude of the first reversal [m or rad]; a larger one before it is forgotten only as far as this reaches.
+    reversals : int
+        How many: the more, the closer to the virgin state, and the more turning points are remembered.
+
+    Returns
+    -------
+    ndarray, shape (reversals + 1,)
+        The inputs at the reversals, and 0 at the end.
+
+    Raises
+    ------
+    InputError
+        If the amplitude is not positive or there is no reversal.
+
+    Examples
+    --------
+    >>> conditioned(4.0, 4)
+    array([ 4., -3.,  2., -1.,  0.])
+    """
+    if not amplitude > 0.0:
+        raise InputError("must be positive", path="amplitude", value=amplitude, allowed="> 0")
+    if reversals < 1:
+        raise InputError("must be at least 1", path="reversals", value=reversals)
+    steps = np.arange(reversals + 1)
+    return amplitude * (1.0 - steps / reversals) * (1.0 - 2.0 * (steps % 2)) + 0.0

@@ -1,0 +1,115 @@
+r"""The inverse of a Preisach operator: the displacement from the force, by the same turning points.
+
+Each branch rises with the input where friction is meant (:math:`E` grows with :math:`\alpha - \beta`), so that the
+turning points of the force are those of the displacement: one stack serves both. On a branch of a Masing kernel the
+displacement is closed, :math:`z = z_n \pm 2\varphi^{-1}(|f - f_n|/2)` with the virgin curve :math:`\varphi`; on any
+other it is the root between the ends of the branch. The state and the memory are those of the operator itself.
+
+A force of :math:`f_p` or more has no displacement: NaN.
+
+References
+----------
+.. [1] P. Krejčí, K. Kuhnen, "Inverse control of systems with hysteresis and creep", IEE Proc. Control Theory and
+   Applications 148(3), 2001. doi:10.1049/ip-cta:20010375
+"""
+
+import math
+
+from bristle.core.contracts import HysteresisOperator
+from bristle.core.kernel import kernel
+from bristle.core.mathematics import Bracket, bracket_guess, bracket_update, direction
+from bristle.hysteresis.everett import REFORMED_DAHL_EXACT, loading_inverse
+from bristle.hysteresis.preisach import Parameters as Forward
+from bristle.hysteresis.preisach import commit as forward_commit
+from bristle.hysteresis.preisach import measure, memory_size
+from bristle.hysteresis.turning_points import Branch, Stack, StackMove, branch_output
+
+ITERATIONS = 100
+ROUNDING = 4.440892098500626e-16
+
+
+class Parameters(Forward):
+    """Parameters of the operator that is inverted."""
+
+
+@kernel
+def branch_toward(stack, memory, f):
+    """Return the branch that the output `f` lies on, reached from ``stack.f`` in one move."""
+    change = f - stack.f
+    side = math.copysign(1.0, change) if change != 0.0 else stack.side
+    room = memory.size // 2
+    depth = stack.depth + int(side * stack.side < 0.0)
+    begin = stack.z
+    while depth >= 2 and side * (f - memory[room + depth - 2]) >= 0.0:
+        begin = memory[depth - 2]
+        depth -= 2
+    if depth == 1 and side * (f + memory[room]) >= 0.0:
+        begin = -memory[0]
+        depth = 0
+    if depth == 0:
+        return Branch(0.0, 0.0, side, 0, begin, side * math.inf)
+    end = memory[depth - 2] if depth >= 2 else -memory[0]
+    return Branch(memory[depth - 1], memory[room + depth - 1], side, depth, begin, end)
+
+
+@kernel
+def input_on(branch, f, p):
+    """Return the input at which a branch has the output `f`."""
+    length = p.f_p / p.s
+    if branch.depth == 0:
+        # The virgin curve of the exact kernel is the locus of the tips, which has a closed inverse.
+        shape = 1 if p.kernel == REFORMED_DAHL_EXACT else p.kernel
+        return direction(f) * length * loading_inverse(abs(f) / p.f_p, shape, p.exponent)
+    if p.kernel != REFORMED_DAHL_EXACT:
+        half = 0.5 * abs(f - branch.f) / p.f_p
+        return branch.z + 2.0 * branch.side * length * loading_inverse(half, p.kernel, p.exponent)
+    return root_on(branch, f, p)
+
+
+@kernel(inline=False)
+def root_on(branch, f, p):
+    """Return the root of the output on a branch less `f`, between where the branch begins and where it ends."""
+    q = measure(p)
+    low, high = min(branch.z, branch.end), max(branch.z, branch.end)
+    bracket = Bracket(low, branch_output(branch, low, q) - f, high, branch_output(branch, high, q) - f, 0.0)
+    z = high
+    for _ in range(ITERATIONS):
+        z = bracket_guess(bracket)
+        miss = branch_output(branch, z, q) - f
+        bracket = bracket_update(bracket, z, miss)
+        if miss == 0.0 or bracket.high - bracket.low <= ROUNDING * max(abs(low), abs(high)):
+            break
+    return z
+
+
+@kernel
+def trial(state, memory, u, p):
+    """Return the displacement [m or rad] at the force `u` [N or N*m], and the move there."""
+    if abs(u - state.f) <= p.tolerance * p.f_p and (u - state.f) * state.side < 0.0:
+        return state.z, StackMove(state.z, state.f, state.side, state.depth)
+    if abs(u) >= p.f_p:
+        return math.nan, StackMove(state.z, state.f, state.side, state.depth)
+    branch = branch_toward(state, memory, u)
+    z = input_on(branch, u, p)
+    return z, StackMove(z, u, branch.side, branch.depth)
+
+
+@kernel
+def commit(state, memory, move, p):
+    """Return the state after the move; a reversal stores where it turned."""
+    return forward_commit(state, memory, move, p)
+
+
+MODEL = HysteresisOperator(
+    name="inverse_preisach",
+    description="the displacement from the force, by the turning points of a Preisach operator",
+    Parameters=Parameters,
+    State=Stack,
+    trial=trial,
+    commit=commit,
+    memory_size=memory_size,
+    input="force",
+    output="length",
+    reference="doi:10.1049/ip-cta:20010375",
+    example={"s": 1.25e7, "f_p": 150.0, "kernel": "dahl_masing"},
+)

@@ -1,0 +1,148 @@
+r"""The Preisach operator by brute force: every relay of a grid on its own.
+
+.. math:: f = \sum_{i \ge j} \mu_{ij}\,\gamma_{ij}[u]
+
+It is the definition, and the reference that the turning points are held against: with extremes on the levels of the
+grid both agree to rounding. In between the grid is a staircase, and it takes time in proportion to the square of its
+levels, where the turning points take none.
+
+References
+----------
+.. [1] I. D. Mayergoyz, "Mathematical Models of Hysteresis", Springer, 1991. doi:10.1007/978-1-4612-3028-1
+"""
+
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from bristle.core.contracts import HysteresisOperator, Model, Relation
+from bristle.core.dispatch import everett
+from bristle.core.errors import InputError
+from bristle.core.kernel import kernel
+from bristle.core.variable import Variable
+
+__all__ = ["MODEL", "relays_of"]
+
+
+class Parameters(NamedTuple):
+    """Parameters of the grid: its levels, and the weight of each cell between them."""
+
+    levels: Annotated[np.ndarray, Variable("length", "inputs between which the cells lie, rising")]
+    weights: Annotated[
+        np.ndarray, Variable("force", "measure of each cell: alpha in cell i, beta in cells 0 to i, row after row")
+    ]
+
+
+class State(NamedTuple):
+    """The state is the memory: each relay, +1 or -1; 0 where the demagnetised state divides a cell in halves."""
+
+
+class Move(NamedTuple):
+    """What a trial hands to commit."""
+
+    u: float
+
+
+@kernel
+def relay(before, u, alpha, beta):
+    """Return the relay that was at `before`, after a move of the input to `u`."""
+    if u >= alpha:
+        return 1.0
+    if u <= beta:
+        return -1.0
+    return before
+
+
+@kernel
+def middle(levels, i):
+    """Return the middle of cell `i`: where its relays switch."""
+    return 0.5 * (levels[i] + levels[i + 1])
+
+
+@kernel
+def trial(state, memory, u, p):
+    """Return the output [N or N*m] at the input `u` [m or rad], and the move there."""
+    f = 0.0
+    k = 0
+    for i in range(p.levels.size - 1):
+        for j in range(i + 1):
+            f += p.weights[k] * relay(memory[k], u, middle(p.levels, i), middle(p.levels, j))
+            k += 1
+    return f, Move(u)
+
+
+@kernel
+def commit(state, memory, move, p):
+    """Switch the relays."""
+    k = 0
+    for i in range(p.levels.size - 1):
+        for j in range(i + 1):
+            memory[k] = relay(memory[k], move.u, middle(p.levels, i), middle(p.levels, j))
+            k += 1
+    return state
+
+
+@dataclass(frozen=True, kw_only=True)
+class RelayGrid(HysteresisOperator):
+    """A grid of relays, demagnetised: those below alpha = -beta are up."""
+
+    def new_memory(self, parameters: Any) -> np.ndarray:
+        """Return the relays of a demagnetised operator, shape (memory_size,)."""
+        switch = 0.5 * (parameters.levels[1:] + parameters.levels[:-1])
+        i, j = np.tril_indices(switch.size)
+        total = switch[i] + switch[j]
+        total[np.abs(total) <= 1e-9 * np.ptp(parameters.levels) / switch.size] = 0.0
+        return -np.sign(total)
+
+
+MODEL = RelayGrid(
+    name="relay_grid",
+    description="Preisach operator by brute force, one relay for each cell of a grid: the reference",
+    Parameters=Parameters,
+    State=State,
+    trial=trial,
+    commit=commit,
+    memory_size=lambda p: len(p.weights),
+    relations=(
+        Relation("levels that rise", lambda p: bool(np.all(np.diff(p.levels) > 0.0)), "Sort them"),
+        Relation(
+            "n (n + 1)/2 weights for n cells",
+            lambda p: 2 * len(p.weights) == (len(p.levels) - 1) * len(p.levels),
+            "Take them from an operator with relays_of",
+        ),
+    ),
+    reference="doi:10.1007/978-1-4612-3028-1",
+    example={"levels": [-1e-6, 0.0, 1e-6], "weights": [3.0, -1.0, 3.0]},
+)
+
+
+def relays_of(operator: Model, extent: float, count: int) -> Model:
+    """Return the grid of relays with the measure of an operator.
+
+    Parameters
+    ----------
+    operator : Model
+        An operator with an Everett function: `preisach` or `everett_table`.
+    extent : float
+        Largest input of the grid [m or rad].
+    count : int
+        Number of cells along a side; their extremes are ``linspace(-extent, extent, count + 1)``.
+
+    Returns
+    -------
+    Model
+        A `relay_grid` operator.
+
+    Raises
+    ------
+    InputError
+        If the operator has no Everett function.
+    """
+    if operator.component.measure is None:
+        raise InputError("has no Everett function", path="operator", value=operator.name)
+    q = operator.component.measure(operator.parameters)
+    levels = np.linspace(-extent, extent, count + 1)
+    E = np.array([[everett(a, b, q) if a > b else 0.0 for b in levels.tolist()] for a in levels.tolist()])
+    cells = E[1:, :-1] - E[:-1, :-1] - E[1:, 1:] + E[:-1, 1:]
+    return MODEL(kind=operator.kind, levels=levels, weights=cells[np.tril_indices(count)])

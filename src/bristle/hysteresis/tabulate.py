@@ -1,0 +1,140 @@
+r"""Tables of an Everett function: from the function itself, or from measured reversal curves.
+
+With the output :math:`f_\alpha` where the ascending branch turned at :math:`\alpha`, and :math:`f_{\alpha\beta}` when
+the input has come back to :math:`\beta`, the Everett function is
+:math:`E(\alpha, \beta) = \tfrac12(f_\alpha - f_{\alpha\beta})`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError
+from bristle.core.variable import Kind
+from bristle.hysteresis.everett_table import MODEL
+
+__all__ = ["from_reversal_curves", "tabulated"]
+
+NODES = 101
+
+
+def tabulated(
+    everett: Callable[[float, float], float],
+    extent: float,
+    *,
+    rows: int = NODES,
+    columns: int = NODES,
+    kind: Kind = "translational",
+    **settings: Any,
+) -> Model:
+    """Return the operator whose Everett function is `everett`, tabulated.
+
+    Parameters
+    ----------
+    everett : callable
+        E(alpha, beta) [N or N*m] for -extent <= beta <= alpha <= extent [m or rad]; 0 at alpha = beta.
+    extent : float
+        Largest input that the table covers [m or rad].
+    rows, columns : int
+        Number of nodes along alpha + beta, odd, and along alpha - beta.
+    kind : {"translational", "rotational"}
+        The kind of axis.
+    **settings
+        ``capacity`` and ``tolerance`` of the operator.
+
+    Returns
+    -------
+    Model
+        An `everett_table` operator.
+
+    Examples
+    --------
+    >>> from bristle import response
+    >>> magnet = tabulated(lambda alpha, beta: 0.25 * (alpha - beta) ** 2, 1.0)
+    >>> response(magnet, [1.0, 0.0, -1.0]).round(3)
+    array([ 1. ,  0.5, -1. ])
+    """
+    if rows < 3 or rows % 2 == 0:
+        raise InputError("must be odd", path="rows", value=rows, allowed="odd, >= 3", mend=f"Take {rows + 1}")
+    if columns < 3:
+        raise InputError("is too small", path="columns", value=columns, allowed=">= 3")
+    d = 2.0 * extent * np.linspace(0.0, 1.0, columns) ** 2
+    c = np.linspace(-1.0, 1.0, rows)[:, None] * (2.0 * extent - d)
+    alpha, beta = 0.5 * (c + d), 0.5 * (c - d)
+    table = np.zeros((rows, columns))
+    for at in np.ndindex(rows, columns):
+        table[at] = everett(float(alpha[at]), float(beta[at])) if at[1] else 0.0
+    return MODEL(kind=kind, extent=extent, E=table.ravel(), upper=_upper(table, d), **settings)
+
+
+def from_reversal_curves(
+    curves: Sequence[tuple[Any, Any]],
+    *,
+    rows: int = NODES,
+    columns: int = NODES,
+    kind: Kind = "translational",
+    **settings: Any,
+) -> Model:
+    """Return the operator that has these descending first-order reversal curves.
+
+    Parameters
+    ----------
+    curves : sequence of (u, f)
+        Each curve begins where the ascending major branch turned and descends to the same smallest input, all within
+        the same range, symmetric to 0: input [m or rad] and output [N or N*m], both of shape (sample,).
+    rows, columns : int
+        Number of nodes along alpha + beta, odd, and along alpha - beta.
+    kind : {"translational", "rotational"}
+        The kind of axis.
+    **settings
+        ``capacity`` and ``tolerance`` of the operator.
+
+    Returns
+    -------
+    Model
+        An `everett_table` operator.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than two curves, or one does not descend.
+    """
+    if len(curves) < 2:
+        raise InputError("needs at least two curves", path="curves", value=len(curves))
+    read = sorted((_curve(u, f, index) for index, (u, f) in enumerate(curves)), key=lambda one: one[0])
+    alphas = np.array([alpha for alpha, _, _ in read])
+    extent = max(float(alphas[-1]), *(float(drop[-1] - alpha) for alpha, drop, _ in read))
+
+    def everett(alpha: float, beta: float) -> float:
+        # Between curves at the same drop: there E is smooth, and zero where the drop is.
+        right = int(np.clip(np.searchsorted(alphas, alpha), 1, alphas.size - 1))
+        left, there = read[right - 1], read[right]
+        low, high = (float(np.interp(alpha - beta, drop, E)) for _, drop, E in (left, there))
+        share = np.clip((alpha - left[0]) / (there[0] - left[0]), 0.0, 1.0)
+        return float(low + share * (high - low))
+
+    return tabulated(everett, extent, rows=rows, columns=columns, kind=kind, **settings)
+
+
+def _curve(u: Any, f: Any, index: int) -> tuple[float, np.ndarray, np.ndarray]:
+    """Return where a curve turned, how far it has come down, and E there."""
+    path, output = np.asarray(u, dtype=float), np.asarray(f, dtype=float)
+    if path.ndim != 1 or path.shape != output.shape or path.size < 2 or not np.all(np.diff(path) < 0.0):
+        raise InputError(
+            "must descend: inputs that fall, each with its output", path=f"curves[{index}]", mend="Sort by input",
+        )  # fmt: skip
+    return float(path[0]), path[0] - path, 0.5 * (output[0] - output)
+
+
+def _upper(table: np.ndarray, d: np.ndarray) -> np.ndarray:
+    """Return the integral of the measure above alpha = -beta: that of the derivative of E by alpha along the line."""
+    middle, rows = table.shape[0] // 2, table.shape[0]
+    room = d[-1] - d[:-1]
+    across = (table[middle + 1] - table[middle - 1])[:-1] * (rows - 1) / (4.0 * room)
+    across = np.append(across, across[-1])
+    tilt = np.concatenate([[0.0], np.cumsum(0.5 * (across[1:] + across[:-1]) * np.diff(d))])
+    return 0.5 * (table[middle] + tilt)

@@ -1,0 +1,143 @@
+r"""The memory of a Preisach operator: a stack of turning points, and the branch that the input is on.
+
+With the last stored turning point :math:`(z_n, f_n)` the output on the current branch is
+
+.. math:: f = f_n \pm 2E(\max(z, z_n), \min(z, z_n))
+
+When the input reaches :math:`z_{n-1}` again the loop closes and both points are forgotten (wiping-out); with one point
+left the branch merges with the virgin curve at :math:`-z_1`; a reversal stores a point. This is the double integral
+over the Preisach plane, in amortised constant time: summed from the start, the branches are equations (14) and (15)
+of the source paper with a factor 2 and the offset :math:`-E(\alpha_0, \beta_0)` that relays of :math:`\pm 1` need.
+
+Nothing here depends on the sign of the measure: magnets and friction take the same kernels. ``memory`` holds the inputs
+of the points in its first half and their outputs in the second, and above the last of them the present point: a
+reversal finds it in its place. Where no room is left the innermost pair is forgotten first, which keeps the output
+continuous there and the points in order, and is counted in ``lost``.
+
+A model that moves the input itself (friction with a deflection of its own) takes the same steps: `branch_at` looks the
+branch up once, `branch_output` and `branch_slope` follow it anywhere between ``begin`` and ``end``, and `stack_trial`
+and `stack_commit` do all of it in one.
+"""
+
+import math
+from typing import Annotated, NamedTuple
+
+from bristle.core.dispatch import everett, everett_slope, virgin_curve, virgin_slope
+from bristle.core.kernel import kernel
+from bristle.core.variable import Variable
+
+__all__ = [
+    "Branch",
+    "Stack",
+    "StackMove",
+    "branch_at",
+    "branch_output",
+    "branch_slope",
+    "stack_commit",
+    "stack_size",
+    "stack_trial",
+]
+
+# With fewer, forgetting the innermost pair would leave no outer loop to return to.
+SMALLEST_CAPACITY = 4
+
+
+def stack_size(capacity: int) -> int:
+    """Return the size of the memory for this many turning points and the present one."""
+    return 2 * (capacity + 1)
+
+
+class Stack(NamedTuple):
+    """State of an operator with turning points: where it is, which way it moves, how much it remembers."""
+
+    z: Annotated[float, Variable("length", "input")] = 0.0
+    f: Annotated[float, Variable("force", "output")] = 0.0
+    side: Annotated[float, Variable("1", "direction of the last move; 0 before the first", min=-1.0, max=1.0)] = 0.0
+    depth: Annotated[int, Variable("1", "number of stored turning points", min=0)] = 0
+    lost: Annotated[int, Variable("1", "number of pairs forgotten for lack of room", min=0)] = 0
+
+
+class Branch(NamedTuple):
+    """The curve that the input is on: from the turning point (z, f), or the virgin curve where depth is 0.
+
+    It holds between the inputs ``begin`` and ``end``, in the direction ``side``; ``depth`` counts the turning points
+    under it, the one it starts from included.
+    """
+
+    z: float
+    f: float
+    side: float
+    depth: int
+    begin: float
+    end: float
+
+
+class StackMove(NamedTuple):
+    """What a trial hands to commit."""
+
+    z: float
+    f: float
+    side: float
+    depth: int
+
+
+@kernel
+def branch_at(stack, memory, u):
+    """Return the branch that the input `u` lies on, reached from ``stack.z`` in one move."""
+    change = u - stack.z
+    side = math.copysign(1.0, change) if change != 0.0 else stack.side
+    # The point that a reversal would store stands ready above the last one.
+    depth = stack.depth + int(side * stack.side < 0.0)
+    begin = stack.z
+    while depth >= 2 and side * (u - memory[depth - 2]) >= 0.0:
+        begin = memory[depth - 2]
+        depth -= 2
+    if depth == 1 and side * (u + memory[0]) >= 0.0:
+        begin = -memory[0]
+        depth = 0
+    if depth == 0:
+        return Branch(0.0, 0.0, side, 0, begin, side * math.inf)
+    end = memory[depth - 2] if depth >= 2 else -memory[0]
+    return Branch(memory[depth - 1], memory[memory.size // 2 + depth - 1], side, depth, begin, end)
+
+
+@kernel
+def branch_output(branch, u, q):
+    """Return the output on a branch at the input `u`; `q` is the measure, by its Everett function."""
+    if branch.depth == 0:
+        return virgin_curve(u, q)
+    return branch.f + 2.0 * branch.side * everett(max(u, branch.z), min(u, branch.z), q)
+
+
+@kernel
+def branch_slope(branch, u, q):
+    """Return the derivative of `branch_output` to the input."""
+    if branch.depth == 0:
+        return virgin_slope(u, q)
+    return 2.0 * everett_slope(max(u, branch.z), min(u, branch.z), branch.side, q)
+
+
+@kernel
+def stack_trial(stack, memory, u, tolerance, q):
+    """Return the output at the input `u` and the move there.
+
+    A return by no more than `tolerance` is no reversal: the operator stays, so that rounding stores nothing.
+    """
+    if abs(u - stack.z) <= tolerance and (u - stack.z) * stack.side < 0.0:
+        return stack.f, StackMove(stack.z, stack.f, stack.side, stack.depth)
+    branch = branch_at(stack, memory, u)
+    f = branch_output(branch, u, q)
+    return f, StackMove(u, f, branch.side, branch.depth)
+
+
+@kernel
+def stack_commit(stack, memory, move):
+    """Return the stack after a move; a reversal keeps the point where it turned."""
+    room = memory.size // 2
+    depth, lost = move.depth, stack.lost
+    if depth >= room:
+        memory[depth - 3], memory[room + depth - 3] = memory[depth - 1], memory[room + depth - 1]
+        depth -= 2
+        lost += 1
+    memory[depth], memory[room + depth] = move.z, move.f
+    return Stack(move.z, move.f, move.side, depth, lost)

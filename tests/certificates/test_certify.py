@@ -1,0 +1,104 @@
+"""What `check` hands out, and what it refuses."""
+
+from dataclasses import fields
+
+import pytest
+from tests.certificates.ballscrew import UM, composite, lugre
+
+import bristle
+from bristle import friction, hysteresis
+from bristle.certificates import Certificate, check
+from bristle.core import InputError
+
+QUESTIONS = ["well_posed", "passive", "drift", "closure", "dissipation"]
+
+
+def test_the_public_name_is_this_one():
+    assert bristle.check is check
+
+
+def test_every_question_is_answered_with_every_field():
+    found = check(composite(sigma_2=0.04))
+    assert list(found) == QUESTIONS
+    assert [one.name for one in fields(Certificate)] == ["applies", "value", "unit", "threshold", "passed", "advice"]
+    assert all(one.applies and one.passed is True for one in found.values())
+    assert all(one.advice and "\n" not in one.advice for one in found.values())
+
+
+def test_a_model_that_fails_says_what_to_change():
+    found = check(lugre())
+    assert [name for name, one in found.items() if one.passed is False] == ["passive", "drift", "closure"]
+    assert "sigma_2 to 30 mN·m·s/rad" in found["passive"].advice
+    assert all("preisach_lugre" in found[name].advice for name in ("drift", "closure"))
+
+
+@pytest.mark.parametrize("name", sorted(friction.MODELS))
+def test_every_model_has_its_certificates(name):
+    model = friction.MODELS[name]
+    found = check(model(**model.example))
+    assert list(found) == QUESTIONS
+    assert found["dissipation"].passed
+    for one in found.values():
+        assert (one.passed is None) == (not one.applies) == (one.value is None) == (one.threshold is None)
+
+
+def test_coulomb_friction_rests_and_has_no_loop_to_close():
+    found = check(friction.coulomb(F_C=2.0), force_ripple=(0.5, 1.0))
+    assert found["drift"].passed
+    assert found["drift"].value == 0.0
+    assert not found["closure"].applies
+
+
+def test_a_viscous_film_holds_nothing():
+    found = check(friction.viscous(F_v=5.0))
+    assert [name for name, one in found.items() if one.applies] == ["passive", "dissipation"]
+
+
+def test_units_are_those_of_the_kind_of_axis():
+    assert check(lugre())["drift"].unit == "rad"
+    found = check(friction.lugre(F_C=20.0, F_S=28.0, v_S=2e-3, sigma_0=1e7))
+    assert (found["drift"].unit, found["passive"].unit, found["well_posed"].unit) == ("m", "N*s/m", "m")
+
+
+def test_forces_and_positions_may_be_text_with_units():
+    bare = check(lugre(), force_ripple=(0.04, 0.08), loop=(3.77e-3, 1.885e-3))
+    told = check(lugre(), force_ripple=("40 mN*m", "80 mN*m"), loop=("3.77 mrad", "1.885 mrad"))
+    assert told == bare
+
+
+def test_an_offset_moves_what_the_contact_holds():
+    plain = check(friction.find("lugre+asymmetry")(**slots(offset=0.0)), force_ripple=(0.04, 0.08))
+    moved = check(friction.find("lugre+asymmetry")(**slots(offset=0.02)), force_ripple=(0.06, 0.10))
+    assert moved["drift"].value == pytest.approx(plain["drift"].value, rel=1e-6)
+    assert moved["closure"].value == pytest.approx(plain["closure"].value, rel=1e-6)
+
+
+def slots(offset):
+    both = {f"{name}_{side}": value for name, value in (("F_C", 0.1), ("F_S", 0.13)) for side in ("pos", "neg")}
+    return both | {"kind": "rotational", "v_S": 0.3, "sigma_0": 100.0, "offset": offset}
+
+
+def test_a_friction_operator_is_friction():
+    found = check(hysteresis.preisach(kernel="dahl_masing", s=1.25e7, f_p=150.0))
+    assert [name for name, one in found.items() if one.applies] == ["passive", "drift", "closure", "dissipation"]
+    assert all(one.passed for one in found.values() if one.applies)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"model": friction.lugre}, "with parameters"),
+        ({"model": 3.0}, "with parameters"),
+        ({"force_ripple": 0.05}, "two values"),
+        ({"force_ripple": (0.05, 0.2)}, "rests"),
+        ({"force_ripple": (0.08, 0.04)}, "rests"),
+        ({"force_ripple": ("40 J", "80 J")}, "torque"),
+        ({"loop": "3 um, 1 um"}, "two values"),
+        ({"loop": (3 * UM, 3 * UM)}, "back from there"),
+        ({"loop": (0.0, 1.0)}, "away from 0"),
+        ({"loop": (float("nan"), 1.0)}, "loop"),
+    ],
+)
+def test_what_cannot_be_checked_is_refused_with_its_place(arguments, words):
+    with pytest.raises(InputError, match=words):
+        check(arguments.pop("model", lugre()), **arguments)

@@ -1,0 +1,84 @@
+"""Dissipation over closed cycles, for friction, for magnets, and for what produces energy."""
+
+from typing import Annotated, NamedTuple
+
+import pytest
+from tests.certificates.ballscrew import composite, gms, lugre, maxwell_slip
+
+from bristle.certificates import check
+from bristle.core import FrictionModel, HysteresisOperator, Variable, kernel
+from bristle.core.mathematics import direction
+
+
+@pytest.mark.parametrize("model", [lugre(), composite(), composite("paper"), maxwell_slip(), gms()])
+def test_friction_takes_energy_out_of_every_cycle(model):
+    found = check(model)["dissipation"]
+    assert found.passed
+    assert found.value >= -1e-9
+
+
+class Parameters(NamedTuple):
+    F_C: Annotated[float, Variable("force", "force that pushes along", min=0.0)]
+
+
+class State(NamedTuple):
+    """None."""
+
+
+class Move(NamedTuple):
+    """None."""
+
+
+@kernel
+def push(state, memory, motion, dt, p):
+    return 0.1 * p.F_C * direction(motion.v) - p.F_C * motion.v, Move()
+
+
+@kernel
+def stay(state, memory, move, p):
+    return state
+
+
+def test_a_model_that_pushes_at_speed_is_found():
+    pushes = FrictionModel(
+        name="pushes", description="pushes", Parameters=Parameters, State=State, trial=push, commit=stay
+    )
+    found = check(pushes(F_C=1.0))
+    assert not found["dissipation"].passed
+    assert found["dissipation"].value < -0.1
+    assert not found["passive"].applies
+
+
+class Width(NamedTuple):
+    r: Annotated[float, Variable("length", "half of the width", min=0.0)]
+
+
+class Lagging(NamedTuple):
+    w: Annotated[float, Variable("length", "output")] = 0.0
+
+
+class Moved(NamedTuple):
+    w: float
+
+
+@kernel
+def lag(state, memory, u, p):
+    w = min(max(state.w, u - p.r), u + p.r)
+    return 5.0 * w / (1.0 + abs(w)), Moved(w)
+
+
+@kernel
+def keep(state, memory, move, p):
+    return Lagging(move.w)
+
+
+def test_a_magnet_has_no_passivity_and_still_dissipates():
+    # Its output lags behind the input, where that of friction runs ahead.
+    magnet = HysteresisOperator(
+        name="magnet", description="lags and saturates", Parameters=Width, State=Lagging, trial=lag, commit=keep,
+        output="1",
+    )  # fmt: skip
+    found = check(magnet(r=0.5))
+    assert [name for name, one in found.items() if one.applies] == ["closure", "dissipation"]
+    assert found["dissipation"].passed
+    assert found["closure"].passed

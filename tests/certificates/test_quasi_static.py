@@ -1,0 +1,69 @@
+"""A contact led by hand: what it holds, and where a force is reached."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from tests.certificates.ballscrew import F_S, STIFFNESS, UM, composite, lugre, maxwell_slip
+
+from bristle import friction
+from bristle.certificates.quasi_static import Path, holding_of
+
+
+@pytest.mark.parametrize("model", [lugre(), composite(), composite("paper"), maxwell_slip()])
+def test_a_contact_holds_its_static_friction_either_way(model):
+    found = holding_of(model)
+    assert found.forward == pytest.approx(F_S, rel=1e-9)
+    assert found.backward == pytest.approx(-F_S, rel=1e-9)
+    assert found.has_presliding
+
+
+def test_an_offset_shifts_what_is_held():
+    found = holding_of(friction.find("coulomb+asymmetry")(F_C_pos=3.0, F_C_neg=2.0, offset=0.25))
+    assert (found.backward, found.forward, found.half) == (-1.75, 3.25, 2.5)
+    assert not found.has_presliding
+
+
+def test_the_distance_is_where_half_of_the_force_is_there():
+    # A bristle of LuGre charges as 1 - exp(-sigma_0 x / F_S).
+    assert holding_of(lugre()).distance == pytest.approx(F_S / STIFFNESS * np.log(2.0), rel=0.12)
+
+
+def test_a_force_is_reached_where_the_equations_say():
+    model = composite("paper")
+    path = Path(model, holding_of(model))
+    assert path.to_force(0.08)
+    assert path.force == pytest.approx(0.08, rel=1e-12)
+    f_p = 0.156
+    # Loading from virgin: f = s f_p z/(f_p + s z) and dz/dx = 1 - f/F_S.
+    until = solve_ivp(
+        lambda x, z: 1.0 - STIFFNESS * f_p * z / (f_p + STIFFNESS * z) / F_S, (0.0, 20 * UM), [0.0], rtol=1e-10,
+        atol=1e-14, events=lambda x, z: STIFFNESS * f_p * z[0] / (f_p + STIFFNESS * z[0]) - 0.08,
+    )  # fmt: skip
+    assert path.x == pytest.approx(until.t_events[0][0], rel=1e-5)
+
+
+def test_a_force_that_is_held_at_rest_moves_nothing():
+    model = friction.coulomb(F_C=2.0)
+    path = Path(model, holding_of(model))
+    assert path.to_force(1.0)
+    assert path.to_force(-1.5)
+    assert path.x == 0.0
+
+
+def test_a_force_beyond_break_away_is_not_reached():
+    model = lugre()
+    path = Path(model, holding_of(model))
+    assert not path.to_force(1.01 * F_S)
+
+
+def test_a_path_by_position_ends_where_it_should():
+    model = maxwell_slip()
+    path = Path(model, holding_of(model))
+    x, force = path.to_position(3 * UM)
+    assert path.x == 3 * UM
+    assert x.shape == force.shape
+    # Mean forces of a piecewise linear contact lie on its curve, apart from the steps that contain a knee.
+    curve = [
+        sum(min(k * at, nu * F_S) for k, nu in zip((20, 30, 30, 20), (0.1, 0.2, 0.3, 0.4), strict=True)) for at in x
+    ]
+    assert np.sort(np.abs(force - curve))[-6] < 1e-15

@@ -1,0 +1,62 @@
+"""The bound of the deflection in sliding."""
+
+import math
+
+import pytest
+from tests.certificates.ballscrew import F_P, F_S, STIFFNESS, UM, composite, lugre, maxwell_slip
+
+from bristle import friction
+from bristle.certificates import check
+
+
+def well_posed_of(model):
+    return check(model)["well_posed"]
+
+
+@pytest.mark.parametrize("transition", ["paper", "leuven", "elastoplastic"])
+@pytest.mark.parametrize(("kernel", "micrometres"), [("dahl_masing", 6.207), ("reformed_dahl_exact", 11.380)])
+def test_the_bound_of_the_deflection(transition, kernel, micrometres):
+    found = well_posed_of(composite(transition, kernel=kernel))
+    assert found.value / UM == pytest.approx(micrometres, abs=6e-4)
+    assert found.passed
+    assert "20 % above F_S" in found.advice
+
+
+@pytest.mark.parametrize("ratio", [1.05, 1.5, 2.0])
+def test_the_bound_is_where_the_operator_gives_the_static_force(ratio):
+    f_p = ratio * F_S
+    assert well_posed_of(composite(f_p=f_p)).value == pytest.approx(f_p * F_S / (STIFFNESS * (f_p - F_S)), rel=1e-6)
+
+
+@pytest.mark.parametrize("ratio", [0.95, 1.0])
+def test_without_saturation_above_the_static_force_it_grows(ratio):
+    found = well_posed_of(composite(f_p=ratio * F_S, validate=False))
+    assert math.isinf(found.value)
+    assert not found.passed
+    assert "raise f_p to 136.5 mN·m" in found.advice
+
+
+def test_a_thin_margin_is_no_pass():
+    found = well_posed_of(composite(f_p=1.02 * F_S, validate=False))
+    assert math.isfinite(found.value)
+    assert found.value > found.threshold
+    assert not found.passed
+
+
+def test_the_limit_is_what_the_least_margin_gives():
+    least = well_posed_of(composite(f_p=1.05 * F_S))
+    assert well_posed_of(composite()).threshold == pytest.approx(least.value, rel=1e-9)
+    assert least.passed
+    assert F_P > 1.05 * F_S
+
+
+def test_other_models_are_bounded_for_all_parameters():
+    assert well_posed_of(lugre()).value == pytest.approx(F_S / STIFFNESS, rel=1e-12)
+    assert well_posed_of(maxwell_slip()).value == pytest.approx(F_S, rel=1e-12)
+    assert well_posed_of(lugre()).passed
+
+
+def test_an_elastic_part_that_never_yields_is_found():
+    found = check(friction.bouc_wen(s=1e6, F_C=20.0, alpha=0.01))
+    assert [name for name, one in found.items() if one.applies] == ["passive", "dissipation"]
+    assert "spring" in found["drift"].advice

@@ -1,0 +1,36 @@
+"""The table of certificates is what comes out, and the numbers that the pages quote are in it."""
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+
+DOCS = Path(__file__).parents[2] / "docs"
+PAGE = (DOCS / "theory" / "which-model-fails-which-certificate.md").read_text()
+
+_spec = importlib.util.spec_from_file_location("certificates", DOCS / "images" / "certificates.py")
+pictures = importlib.util.module_from_spec(_spec)
+_spec.loader.exec_module(pictures)
+
+
+@pytest.fixture(scope="module")
+def found():
+    return pictures.certificates()
+
+
+def test_the_table_is_what_comes_out(found):
+    assert pictures.table(found) in PAGE, "run: python docs/images/certificates.py"
+
+
+def test_the_setting_is_what_the_page_says():
+    assert (round(pictures.F_C), round(pictures.F_S), round(pictures.STIFFNESS / 1e6)) == (126, 163, 158)
+    assert [round(force) for force in pictures.RIPPLE] == [50, 101]
+
+
+@pytest.mark.parametrize("draw", ["drift", "closure", "loops"])
+def test_pictures_are_drawn_from_every_model(draw, found):
+    function = getattr(pictures, draw)
+    figure = function(found) if draw != "loops" else function()
+    titles = [axes.get_title(loc="right").partition(":")[0] for axes in figure.axes]
+    assert titles == list(pictures.MODELS)
+    assert (DOCS / "images" / f"certificates-{draw}.svg").is_file()
