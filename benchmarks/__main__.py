@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.composite import composite
 from benchmarks.preisach import preisach
 from benchmarks.timing import HEAD, Ratio, command, python, side_by_side, wall
 
@@ -119,7 +120,7 @@ def demo() -> Iterator[Ratio]:
 
 
 BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
-    one.__name__: one for one in (lugre, preisach, start_up, identify, demo)
+    one.__name__: one for one in (lugre, preisach, composite, start_up, identify, demo)
 }
 
 

@@ -8,9 +8,13 @@ from bristle import friction
 from bristle.core import FrictionModel, InputError, Variable, kernel
 from bristle.core.mathematics import direction
 from bristle.files.user_model import load_model_file
+from bristle.friction.preisach_lugre import KERNELS, TRANSITIONS
 from bristle.testing import CHECKS, check_model
 
-NAMES = [*friction.MODELS, "coulomb_viscous+asymmetry", "lugre+asymmetry", "maxwell_slip+asymmetry"]
+NAMES = [
+    *friction.MODELS,
+    *(f"{name}+asymmetry" for name in friction.MODELS if name not in ("coulomb", "viscous", "stribeck", "dahl")),
+]
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -18,6 +22,13 @@ def test_every_model_meets_the_contract(name):
     checks = check_model(friction.find(name))
     assert [check for check in checks if not check.passed] == []
     assert len(checks) == len(CHECKS)
+
+
+@pytest.mark.parametrize("kernel", KERNELS)
+@pytest.mark.parametrize("transition", TRANSITIONS)
+def test_the_composite_meets_it_with_every_operator_and_slip_law(kernel, transition):
+    model = friction.preisach_lugre(**{**friction.preisach_lugre.example, "kernel": kernel, "transition": transition})
+    assert [check for check in check_model(model) if not check.passed] == []
 
 
 class State(NamedTuple):

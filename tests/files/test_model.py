@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from bristle import friction, plants
 from bristle.core import InputError
+from bristle.core.packing import pack
 from bristle.files.model import read_model, write_model
 from bristle.files.user_model import load_model_file
 from bristle.friction import MODELS, find
@@ -119,3 +120,23 @@ def test_what_is_wrong_is_named(tmp_path, own_model, text, words):
     assert str(caught.value).startswith(str(path))
     for word in words:
         assert word in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["preisach_lugre", "leuven+asymmetry", "gms", "elastoplastic"])
+def test_models_with_memory_come_back_from_a_file_to_the_bit(name, tmp_path):
+    friction_model = example_of(find(name))
+    path = tmp_path / "model.toml"
+    write_model(path, None, friction_model)
+    found = read_model(path).friction
+    assert found.name == name
+    assert pack(found.parameters).tobytes() == pack(friction_model.parameters).tobytes()
+
+
+def test_a_choice_is_written_by_name_and_a_wrong_one_refused_with_its_place(tmp_path):
+    path = tmp_path / "model.toml"
+    write_model(path, None, example_of(find("preisach_lugre")))
+    text = path.read_text()
+    assert 'kernel = "dahl_masing"' in text
+    path.write_text(text.replace("dahl_masing", "dahl_massing"))
+    with pytest.raises(InputError, match=r"friction.kernel.*dahl_massing.*allowed dahl_masing.*Did you mean"):
+        read_model(path)

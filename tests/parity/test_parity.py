@@ -10,14 +10,21 @@ import pytest
 
 from bristle import controllers, friction, sensors
 from bristle.engine import force_along, interpreted, run_closed_loop, run_open_loop
+from bristle.friction.preisach_lugre import KERNELS, TRANSITIONS
 from bristle.plants import inertia
 from bristle.testing import example_of
 
-NAMES = [*friction.MODELS, *(f"{name}+asymmetry" for name in friction.MODELS)]
+# Every slip law of the composite with one operator, and every operator with one slip law.
+VARIANTS = {
+    f"preisach_lugre, {kernel}, {transition}": {"kernel": kernel, "transition": transition}
+    for kernel, transition in [(KERNELS[0], one) for one in TRANSITIONS[:2]] + [(one, "leuven") for one in KERNELS[1:]]
+}
+NAMES = [*friction.MODELS, *(f"{name}+asymmetry" for name in friction.MODELS), *VARIANTS]
 
 
 def model(name):
-    return example_of(friction.find(name))
+    found = example_of(friction.find(name.partition(",")[0]))
+    return found.with_values(**VARIANTS.get(name, {}))
 
 
 def runs(name):

@@ -1,13 +1,13 @@
 r"""The Leuven model: a hysteretic force that slips by a power law.
 
 .. math::
-    F = F_h[z] + \sigma_1\,\dot z + \sigma_2 v, \qquad
-    \dot z = v\left[1 - \operatorname{sgn}\!\left(\frac{F_h}{G(v)}\right) \left|\frac{F_h}{G(v)}\right|^n\right]
+    F = f_h[z] + \sigma_1\,\dot z + \sigma_2 v, \qquad
+    \dot z = v\left[1 - \operatorname{sgn}(r)\,|r|^n\right], \qquad r = \frac{f_h \operatorname{sgn} v}{G(v)}
 
-It is `bristle.friction.preisach_lugre` with the transition ``leuven``, stack of turning points included: the stack is
-exact and its overflow is counted, where the implementations that the modification [2]_ set out to mend overflowed
-silently. The memory is in the deflection: with a small exponent minor loops in the position do not close and the model
-drifts, with a large one passivity asks for more :math:`\sigma_2` than there is,
+It is `bristle.friction.preisach_lugre` with the transition ``leuven``, stack of turning points included. A later
+modification [2]_ replaced the stack, which could overflow, by Maxwell-slip elements; here it stays, exact, and an
+overflow is counted. The memory is in the deflection: with a small exponent minor loops in the position do not close
+and the model drifts, with a large one passivity asks for more :math:`\sigma_2` than there is,
 :math:`\sigma_2 \ge \sigma_1 [(F_S/F_C)^n - 1]`.
 
 References
@@ -16,7 +16,7 @@ References
    presliding behavior for accurate friction compensation", IEEE Transactions on Automatic Control 45(4), 2000.
    doi:10.1109/9.847103
 .. [2] V. Lampaert, J. Swevers, F. Al-Bender, "Modification of the Leuven integrated friction model structure", IEEE
-   Transactions on Automatic Control 47(4), 2002. doi:10.1109/9.995050
+   Transactions on Automatic Control 47(4), 683-687, 2002.
 """
 
 from collections.abc import Mapping

@@ -89,6 +89,6 @@ MODEL = FrictionModel(
     State=State,
     trial=trial,
     commit=commit,
-    reference="equations (16) and (17) of the source paper",
+    reference="doi:10.2514/3.61511",
     example={"s": 1e7, "f_p": 20.0, "sigma_2": 200.0},
 )

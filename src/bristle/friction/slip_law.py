@@ -25,7 +25,7 @@ from typing import NamedTuple
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import fitted_weight, power
 
-__all__ = ["SlipLaw", "Stretch", "slip", "slip_chord", "slip_slope", "stretch"]
+__all__ = ["SlipLaw", "Stretch", "slip", "slip_slope", "slip_weight", "stretch"]
 
 ITERATIONS = 100
 TOLERANCE = 1e-8  # of the ratio; the last step of Newton's method squares it
@@ -74,21 +74,16 @@ def slip_slope(r, law):
 
 
 @kernel
-def slip_chord(r, r_far, law):
+def slip_weight(r, r_far, law):
     r"""Return the slope of :math:`\Phi` that fits the mean of a step to its decay, 0 where the step does not slip.
 
-    `r` is the ratio at the start and `r_far` the one that the step would end at without feedback, cut off at sliding,
-    which no step at constant velocity passes. For a gate it is the slope of the chord, for a power law the steepest:
-    no smaller one keeps a stiff step from passing sliding and ringing about it. It is continuous in `r_far`; a slope
-    that the gate switches would make the force jump with the velocity.
+    `r` is the ratio at the start, `r_far` the one that the step would end at without feedback. The weight is
+    continuous in it: a weight that a gate switches would make the force jump with the velocity.
     """
-    end = min(r_far, 1.0) if r < 1.0 else max(r_far, 1.0)
+    end = max(r, min(r_far, 1.0))
     if law.rho < 0.0:
-        return slip_slope(max(r, end), law)
-    openness = min(max((max(r, end) - law.rho) / (1.0 - law.rho), 0.0), 1.0)
-    if openness == 0.0 or end == r:
-        return openness * slip_slope(r, law)
-    return openness * (slip(end, law) - slip(r, law)) / (end - r)
+        return slip_slope(end, law)
+    return min(max((end - law.rho) / (1.0 - law.rho), 0.0), 1.0)
 
 
 @kernel
@@ -101,7 +96,7 @@ def stretch(r, kappa, law):
     r_elastic = r + kappa
     if r_elastic <= law.rho:
         return Stretch(0.5 * kappa, kappa)
-    theta = fitted_weight(kappa * slip_chord(r, r_elastic, law))
+    theta = fitted_weight(kappa * slip_weight(r, r_elastic, law))
     far = kappa * (1.0 - slip(r, law))
     limit = (1.0 - r) / theta
     far = min(far, limit) if r < 1.0 else max(far, limit)
@@ -121,4 +116,6 @@ def stretch(r, kappa, law):
             break
         if (change - near) * (change - far) >= 0.0:
             change = 0.5 * (near + far)
+    # No motion at constant velocity passes sliding; a step so long that it would ends there.
+    change = min(change, 1.0 - r) if r < 1.0 else max(change, 1.0 - r)
     return Stretch(theta * change, change)

@@ -67,12 +67,14 @@ def models_of(model: Any) -> tuple[FrictionModel, ...]:
 
 def _refuse_arrays(component: FrictionModel) -> None:
     arrays = [name for name in component.variables if component.is_array(name)]
-    if arrays:
-        raise InputError(
-            f"{component.name} has lists of numbers ({', '.join(arrays)}), which inverse dynamics does not identify",
-            path="model", value=component.name,
-            mend="Fit dahl or lugre, or write the elements into a model file yourself",
-        )  # fmt: skip
+    choices = [name for name, variable in component.variables.items() if variable.choices]
+    for names, what in ((arrays, "lists of numbers"), (choices, "choices of names")):
+        if names:
+            raise InputError(
+                f"{component.name} has {what} ({', '.join(names)}), which inverse dynamics does not identify",
+                path="model", value=component.name,
+                mend="Fit dahl or lugre, or write the parameters into a model file yourself",
+            )  # fmt: skip
 
 
 def known_of(axis: Axis | None, mass: float | None, offset: float | str | None) -> Known:

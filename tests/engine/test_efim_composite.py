@@ -1,0 +1,104 @@
+"""EFIM on the composite against an independent, event-located solution; and where an explicit method is silently wrong.
+
+Lengths in micrometres, forces in mN*m: a ball screw of 5 mm lead, 1e-4 kg m^2, 100 N*m/rad.
+"""
+
+import math
+
+import numpy as np
+import pytest
+from tests.engine.composite_reference import Composite
+
+from bristle import friction, plants
+from bristle.engine import run_open_loop
+from bristle.engine.loop import _Mechanism
+
+UM = 2.0 * math.pi / 5000.0
+J = 0.1 * UM
+CONTACT = {"s": 1e5 * UM, "f_p": 156.0, "F_C": 100.0, "F_S": 130.0, "v_S": 0.3 / UM, "sigma_2": 2.0 * UM}
+CONTACT["sigma_1"] = math.sqrt(CONTACT["s"] * J)
+OMEGA_0 = math.sqrt(CONTACT["s"] / J)
+
+CASES = {
+    "presliding": (lambda t, x: 70.0 * np.sin(20.0 * np.pi * t) + 40.0 * np.sin(54.0 * np.pi * t), 0.4),
+    "break-away": (lambda t, x: 160.0 * np.sin(20.0 * np.pi * t), 0.3),
+    "stick-slip": (lambda t, x: 20.0 * (200.0 * t - x), 0.25),
+}
+TRANSITIONS = {"elastoplastic": 0.9, "paper": None}
+
+
+def model(transition, **values):
+    return friction.preisach_lugre(**(CONTACT | values), transition=transition)
+
+
+def positions(case, transition, h, times):
+    effort, end = CASES[case]
+    count = round(end / h)
+    if case == "stick-slip":
+        plant, u = plants.pulled_inertia(M=J, k=20.0, v_e=200.0), np.zeros(count + 1)
+    else:
+        plant, u = plants.inertia(M=J), effort(h * (np.arange(count + 1) + 0.5), 0.0)
+    trace = run_open_loop(plant, model(transition), u, h)
+    assert trace.status.name == "OK"
+    return np.interp(times, trace.time, trace.position)
+
+
+@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("transition", TRANSITIONS)
+def test_second_order_and_one_part_in_a_million(case, transition):
+    effort, end = CASES[case]
+    times = np.linspace(0.0, end, round(end / 1e-4) + 1)
+    exact = Composite(J=J, **CONTACT, rho=TRANSITIONS[transition], effort=effort).solve(times)
+    scale = np.max(np.abs(exact))
+    errors = [np.max(np.abs(positions(case, transition, h, times) - exact)) / scale for h in (5e-5, 2.5e-5, 1.25e-5)]
+    assert np.log2(errors[0] / errors[-1]) / 2 > 1.7, errors
+    fine = 1e-4 / 13.0
+    assert OMEGA_0 * fine < 0.008
+    assert np.max(np.abs(positions(case, transition, fine, times) - exact)) / scale <= 1e-6
+
+
+# --- high-speed sliding -----------------------------------------------------------------------------------------
+
+SPEED, SETTLED = 2e5, 199_990.8
+EFFORT = CONTACT["F_C"] + CONTACT["sigma_2"] * SPEED
+
+
+def runge_kutta(h, end):
+    """The classical method on mass and contact; at rest and virgin the deflection only grows, so it has one branch."""
+    p = CONTACT
+
+    def slope(y):
+        v, z = y
+        level = p["F_C"] + (p["F_S"] - p["F_C"]) * math.exp(-min((v / p["v_S"]) ** 2, 700.0))
+        f = p["s"] * p["f_p"] * z / (p["f_p"] + p["s"] * abs(z))
+        z_dot = v * (1.0 - math.copysign(1.0, v) * f / level)
+        return np.array([(EFFORT - f - p["sigma_1"] * z_dot - p["sigma_2"] * v) / J, z_dot])
+
+    y = np.zeros(2)
+    for _ in range(round(end / h)):
+        a = slope(y)
+        b = slope(y + 0.5 * h * a)
+        c = slope(y + 0.5 * h * b)
+        y = y + h / 6.0 * (a + 2.0 * b + 2.0 * c + slope(y + h * c))
+    return y[0]
+
+
+@pytest.mark.parametrize("kernel", ["dahl_masing", "tip_masing", "reformed_dahl_exact", "exp_masing"])
+@pytest.mark.parametrize("transition", ["paper", "leuven", "elastoplastic"])
+def test_sliding_at_high_speed_neither_rings_nor_fills_the_memory(kernel, transition):
+    mechanism = _Mechanism(plants.inertia(M=J), model(transition, kernel=kernel), 0.0, 0.0, None, None)
+    deepest = 0.0
+    for _ in range(500):
+        mechanism.entry(*mechanism.vectors, EFFORT, EFFORT, 1e-3, 1, mechanism.out)
+        deepest = max(deepest, mechanism.friction.state[3])
+    assert mechanism.plant.state[1] == pytest.approx(SETTLED, rel=1e-4)
+    assert deepest <= 1
+
+
+def test_an_explicit_method_at_the_same_step_is_finite_and_wrong():
+    assert runge_kutta(2e-6, 0.05) == pytest.approx(
+        run_open_loop(plants.inertia(M=J), model("paper"), np.full(5001, EFFORT), 1e-5).velocity[5000], rel=1e-4
+    )
+    coarse = runge_kutta(1e-3, 0.5)
+    assert math.isfinite(coarse)
+    assert abs(coarse - SETTLED) > 0.5 * SETTLED

@@ -1,0 +1,112 @@
+"""The composite: sliding, bound of the deflection, memory in the position, and what its constructor refuses."""
+
+import warnings
+
+import numpy as np
+import pytest
+from tests.certificates.ballscrew import F_S, SLIDING, STIFFNESS, UM, composite, lugre
+
+from bristle import friction, hysteresis, response
+from bristle.core import InputError, InputWarning
+from bristle.engine import force_along
+from bristle.engine.contact import Contact
+from bristle.friction.preisach_lugre import KERNELS, TRANSITIONS
+
+VARIANTS = [(kernel, transition) for kernel in KERNELS for transition in TRANSITIONS]
+
+
+@pytest.mark.parametrize(("kernel", "transition"), VARIANTS)
+@pytest.mark.parametrize("v", [1e-3, 0.3, -0.5, 40.0, -40.0])
+def test_steady_sliding_is_that_of_lugre_in_both_directions(kernel, transition, v):
+    contact = Contact(composite(transition, kernel=kernel, sigma_1=0.01))
+    contact.move(np.copysign(5.0, v), abs(v), 4000)
+    reference = Contact(lugre(sigma_1=0.01))
+    reference.move(np.copysign(5.0, v), abs(v), 4000)
+    assert contact.force(v) == pytest.approx(reference.force(v), rel=1e-11)
+
+
+@pytest.mark.parametrize(("kernel", "bound"), [("dahl_masing", 6.207), ("reformed_dahl_exact", 11.380)])
+@pytest.mark.parametrize("transition", TRANSITIONS)
+def test_the_deflection_stays_within_its_bound(kernel, bound, transition):
+    model = composite(transition, kernel=kernel)
+    slow = Contact(model)
+    slow.move(10_000.0 * UM, 1.0 * UM, 4000)
+    assert abs(slow.state[0]) / UM == pytest.approx(bound, abs=2e-3)
+    generator = np.random.default_rng(8)
+    contact, farthest = Contact(model), 0.0
+    for _ in range(400):
+        speed = 10 ** generator.uniform(-4, 1)
+        contact.move(generator.normal() * 10 * UM, speed, 20)
+        farthest = max(farthest, abs(contact.state[0]))
+        assert abs(contact.state[1]) <= F_S * (1.0 + 1e-12)
+    assert farthest / UM <= bound + 1e-3
+
+
+def test_without_room_above_static_friction_the_deflection_grows_without_bound():
+    model = composite("paper", f_p=0.95 * F_S, validate=False)
+    contact = Contact(model)
+    deflections = []
+    for _ in range(2):
+        contact.move(10_000.0 * UM, 1.0 * UM, 20_000)
+        deflections.append(contact.state[0] / UM)
+    assert deflections[0] == pytest.approx(563.0, rel=0.01)
+    assert deflections[1] > 1.5 * deflections[0]
+
+
+def test_what_cannot_work_is_refused_and_what_hardly_works_warned_of():
+    with pytest.raises(InputError, match=r"f_p > F_S.*Raise f_p"):
+        composite(f_p=F_S)
+    with pytest.warns(InputWarning, match=r"f_p >= 1.05 \* F_S"):
+        composite(f_p=1.02 * F_S)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        composite(f_p=1.06 * F_S)
+        composite(f_p=0.5 * F_S, validate=False)
+    with pytest.raises(InputError, match=r"transition.*allowed paper, leuven, elastoplastic"):
+        composite("dahl")
+
+
+def test_units_as_text_and_names_as_a_person_writes_them():
+    model = friction.preisach_lugre(
+        kernel="dahl_masing", s="100 N*m/rad", f_p="156 mN*m", F_C="100 mN*m", F_S="130 mN*m", v_S="0.3 rad/s",
+        sigma_1="0.1 N*m*s/rad", sigma_2="2 mN*m*s/rad", transition="paper",
+    )  # fmt: skip
+    assert model.kind == "rotational"
+    assert model.parameters == composite("paper").parameters
+    assert model.values["transition"] == "paper"
+
+
+def test_below_the_gate_the_force_is_that_of_the_operator_on_the_position():
+    generator = np.random.default_rng(6)
+    x = np.concatenate([[0.0], np.cumsum(generator.normal(size=400)) * 0.2 * UM])
+    x *= 3.0 * UM / np.max(np.abs(x))
+    operator = hysteresis.preisach(s=STIFFNESS, f_p=1.2 * F_S)
+    ends = response(operator, x)
+    force = response(composite(sigma_1=0.0, sigma_2=0.0), x, 1e3)
+    np.testing.assert_allclose(force[1:], 0.5 * (ends[1:] + ends[:-1]), atol=1e-13)
+
+
+def test_the_leuven_model_is_the_composite_with_its_transition():
+    values = SLIDING | {"s": STIFFNESS, "f_p": 1.2 * F_S, "sigma_1": 0.01, "n": 4.0}
+    v = np.random.default_rng(9).normal(size=500)
+    expected = force_along(friction.preisach_lugre(**values, transition="leuven"), v, 1e-4)
+    np.testing.assert_array_equal(force_along(friction.leuven(**values), v, 1e-4), expected)
+
+
+def test_directions_differ_in_sliding_and_the_force_stays_continuous():
+    model = friction.find("preisach_lugre+asymmetry")(
+        s=1e5, f_p=2.0, F_C_pos=1.2, F_C_neg=0.8, F_S_pos=1.4, F_S_neg=0.9, v_S=1e-3, offset=0.1
+    )
+    x = 600e-6 * np.sin(np.linspace(0.0, 4.0 * np.pi, 40_000))
+    force = response(model, x, 1e-2)
+    assert np.max(np.abs(np.diff(force[2:]))) <= 1.001 * 1e5 * np.max(np.abs(np.diff(x)))
+    assert force.max() == pytest.approx(1.5, abs=1e-3)
+    assert force.min() == pytest.approx(-0.8, abs=1e-3)
+
+
+def test_memory_that_is_too_small_says_so():
+    model = friction.leuven(**SLIDING, s=STIFFNESS, f_p=1.2 * F_S, n=8.0, capacity=4)
+    turns = 6.0 * UM * (-0.8) ** np.arange(20)
+    path = np.concatenate([[0.0], turns])
+    with pytest.warns(InputWarning, match="forgot its innermost pair"):
+        response(model, path, 1.0)
