@@ -84,10 +84,11 @@ def pulse_record(tmp_path_factory) -> Path:
     reference = 0.06 * (1.0 - np.cos(2.0 * np.pi * t / 4.0)) + 0.01 * (1.0 - np.cos(2.0 * np.pi * t / 1.3))
     on = (t % 1.0 > 0.4) & (t % 1.0 < 0.45)
     truth = find("coulomb_viscous+asymmetry")(F_C_pos=20.1, F_C_neg=20.6, F_v_pos=167.0, F_v_neg=240.0)
+    turning = with_presliding(truth, axis.presliding)
     desired = np.zeros((4, t.size))
     desired[0] = reference
     trace = run_closed_loop(
-        inertia(M=95.0), with_presliding(truth, axis.presliding), axis.controller, sensors.encoder(resolution=axis.resolution), desired, dt, steps=8,
+        inertia(M=95.0), turning, axis.controller, sensors.encoder(resolution=axis.resolution), desired, dt, steps=8,
         injected=NEWTON_PER_VOLT * PULSE_VOLT * on, limit=axis.effort_limit or math.inf,
     )  # fmt: skip
     record = {
