@@ -9,6 +9,8 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.packing import pack, unpacker
+from bristle.core.units import quantity
+from bristle.core.variable import Variable
 from bristle.engine import entries
 from bristle.engine.compilation import compiled
 from bristle.engine.part import Part, check_run, memory_of, vector
@@ -42,8 +44,8 @@ def force_along(
         Mean friction force of each step [N or N*m], positive when it opposes ``v > 0``.
     """
     part = Part(model)
-    velocity = vector(v)
-    position = np.cumsum(velocity) * dt if x is None else vector(x)
+    velocity = vector(v, "v")
+    position = np.cumsum(velocity) * dt if x is None else vector(x, "x")
     if state is not None:
         part.state = pack(state)
     check_run(dt, count=velocity.size, v=velocity, x=position)
@@ -88,7 +90,7 @@ def _follow(part: Part, memory: np.ndarray, velocity: np.ndarray, position: np.n
     return force
 
 
-def response(model: Model, x: Any, dt: float) -> np.ndarray:
+def response(model: Model, x: Any, dt: float | str) -> np.ndarray:
     """Return the friction force along a prescribed position.
 
     Parameters
@@ -97,8 +99,8 @@ def response(model: Model, x: Any, dt: float) -> np.ndarray:
         A friction model with parameters.
     x : array_like, shape (time,)
         Position [m or rad] at equal time steps.
-    dt : float
-        Time step [s].
+    dt : float or str
+        Time step [s], or text such as ``"1 ms"``.
 
     Returns
     -------
@@ -116,10 +118,13 @@ def response(model: Model, x: Any, dt: float) -> np.ndarray:
     >>> response(friction.coulomb(F_C=2.0), [0.0, 1e-3, 2e-3, 1e-3], 0.1)
     array([ 0.,  2.,  2., -2.])
     """
-    position = np.asarray(x, dtype=float)
+    position = vector(x, "x")
     if position.ndim != 1 or position.size < 1:
         raise InputError("must be a 1-D array of numbers", path="x", value=x)
-    check_run(dt, x=position)
+    period = quantity(dt, Variable("time", "time step"), path="dt")
+    check_run(period, x=position)
+    with np.errstate(over="ignore"):  # what overflows is refused as a velocity
+        velocity = np.diff(position) / period
     force = np.zeros(position.size)
-    force[1:] = force_along(model, np.diff(position) / dt, dt, position[1:])
+    force[1:] = force_along(model, velocity, period, position[1:])
     return force
