@@ -89,6 +89,7 @@ COMMAND_LINES = [
         "results into a file", ("kept.txt", "Name another"), (*IDENTIFY, "--out", "kept.txt"), write("kept.txt", "mine")
     ),
     Bad("results nowhere", ("no/run", "Make"), (*IDENTIFY, "--out", "no/run")),
+    Bad("results in a folder without a name", ("--out", "empty"), (*IDENTIFY, "--out", "")),
     Bad("results over a folder of something else", ("another folder",), (*IDENTIFY, "--out", ".", "--force")),
     Bad("check of what is no model", ("log.csv", ".py"), ("check", "log.csv")),
     Bad("slot for a controller", ("cascade+asymmetry", "no slots"), ("models", "cascade+asymmetry")),

@@ -6,6 +6,7 @@ import re
 import shlex
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -46,6 +47,28 @@ def test_the_folder_of_results_is_complete_and_agrees_with_what_was_printed(bris
     table = Path("run/drive_table.csv").read_text().splitlines()
     assert table[0] == "velocity [m/s],effort [N]"
     assert 4 <= len(table) - 1 <= 20
+
+
+def test_the_treatment_asked_for_is_that_of_the_prediction(bristle, place):
+    asked = ("--cutoff", "40 Hz", "--decimation", 8)
+    found = bristle("identify", "log.csv", "--axis", "axis.toml", *asked, "--out", "run", "--json")
+    predicted = bristle("predict", "run/model.toml", "log.csv", "--axis", "axis.toml", "--json")
+    error = found.data["metrics"]["force_error_percent"]
+    assert predicted.data["metrics"]["force_error_percent"] == pytest.approx(error, rel=1e-9)
+    model = Path("run/model.toml")
+    model.write_text(model.read_text().replace("cutoff = 40.0", "cutoff = 400.0"))
+    otherwise = bristle("predict", "run/model.toml", "log.csv", "--axis", "axis.toml", "--json")
+    assert abs(otherwise.data["metrics"]["force_error_percent"] / error - 1.0) > 0.01
+
+
+def test_how_sure_is_told_for_correlated_residuals_too(bristle, place):
+    found = bristle("identify", "log.csv", "--axis", "axis.toml", "--out", "run", "--json").data
+    raw = tomllib.loads(Path("run/model.toml").read_text())["uncertainty"]
+    for name, one in found["parameters"].items():
+        assert raw[name]["robust_std"] == one["robust_std"] > 0.0
+        half = 1.96 * max(one["std"], one["robust_std"]) / abs(one["value"])
+        assert one["interval_percent"] == pytest.approx(100.0 * half)
+    assert found["metrics"]["friction_error_percent"] > found["metrics"]["force_error_percent"]
 
 
 def test_the_loop_is_judged_when_the_axis_has_a_controller_and_not_otherwise(bristle, place):

@@ -42,6 +42,34 @@ def test_each_parameter_stands_in_the_table_with_its_standard_error(workbench):
             assert plain(cells["Value"]) * scale == pytest.approx(estimate.value, abs=0.06 * estimate.std)
 
 
+def test_the_interval_of_the_table_rests_on_the_larger_error(workbench):
+    fit = workbench.identified.best
+    wider = tuple(replace(one, robust_std=one.std and 3.0 * one.std) for one in fit.estimates)
+    table = parameter_table(replace(fit, estimates=wider))
+    for row, estimate in zip(table.rows, fit.estimates, strict=True):
+        cells = dict(zip(table.heads, row, strict=True))
+        if estimate.std is None:
+            assert cells["95 % interval [%]"] == "–"
+        else:
+            percent = 3.0 * 1.96 * estimate.relative_std_percent
+            assert plain(cells["95 % interval [%]"]) == pytest.approx(percent, rel=0.06)
+
+
+def test_the_error_of_the_friction_stands_beside_that_of_the_effort(stage):
+    words = Page(identification_page(stage)).words
+    best = stage.identified.best
+    assert f"({best.friction_error_percent:.3g} % of what friction takes of it)" in words
+
+
+def test_a_model_that_is_not_the_closest_says_which_is(workbenches):
+    bench = workbenches["rotational"]
+    first, second = bench.identified.fits
+    assert second.held_out.mean_percent < first.held_out.mean_percent
+    words = Page(identification_page(bench)).words
+    assert f"{second.name} comes to {second.held_out.mean_percent:.2f} % there" in words
+    assert "cannot be told from zero" in words
+
+
 def test_a_parameter_that_is_not_identified_says_so_and_what_to_measure(workbenches):
     bench = workbenches["rotational"]
     richer_first = replace(bench.identified, fits=bench.identified.fits[::-1])

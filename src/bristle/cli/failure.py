@@ -46,8 +46,21 @@ def report(error: BaseException, *, results: bool = False) -> int:
         complain(f"the standard output cannot be written: {error.strerror}. Make room or write it elsewhere{there}")
         close_output()
         return BAD_INPUT
+    own = _place_in_own_file(error)
+    if own:
+        complain(f"{own[0]}, line {own[1]}: stops with {type(error).__name__}: {error}. Try: bristle check {own[0]}")
+        return BAD_INPUT
     complain(f"this is a fault of bristle, not yours: {type(error).__name__}: {error}. {_saved(error)}")
     return OUR_BUG
+
+
+def _place_in_own_file(error: BaseException) -> tuple[str, int] | None:
+    """Return file and line where a model of a person's own raised; None where bristle itself did."""
+    places = list(traceback.walk_tb(error.__traceback__))
+    if not places or not places[-1][0].f_globals.get("__name__", "").startswith("bristle_user_"):
+        return None
+    frame, line = places[-1]
+    return frame.f_code.co_filename, line
 
 
 def close_output() -> None:

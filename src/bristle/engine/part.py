@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numbers
 import warnings
 from dataclasses import dataclass, field
 from typing import Any
@@ -16,8 +17,22 @@ from bristle.core.packing import pack, structure_of
 __all__ = ["Part", "check_run", "memory_of", "vector", "warn_of_lost"]
 
 
-def vector(values: Any) -> np.ndarray:
-    """Return values as compiled entries take them: contiguous, writable, of floating point."""
+def vector(values: Any, name: str = "signal") -> np.ndarray:
+    """Return values as compiled entries take them: contiguous, writable, of floating point.
+
+    Raises
+    ------
+    InputError
+        If they are no real numbers, or some of them are masked; it tells `name`.
+    """
+    if np.ma.is_masked(values):
+        raise InputError("has masked values", path=name, mend="Fill them, or leave those samples out")
+    try:
+        numeric = np.asarray(values).dtype.kind in "fiub"
+    except ValueError:  # rows of different lengths
+        numeric = False
+    if not numeric:
+        raise InputError("must hold real numbers in SI", path=name, value=values)
     return np.require(values, dtype=float, requirements=("C", "W"))
 
 
@@ -31,6 +46,9 @@ class Part:
     structures: tuple[Any, Any] = field(init=False)
 
     def __post_init__(self) -> None:
+        if not isinstance(self.model, Model):
+            raise InputError("must be a model with parameters", path="model", value=self.model,
+                             mend='Give them, as in friction.coulomb(F_C="20 N")')  # fmt: skip
         p = self.model.parameters
         state = self.model.component.initial_state(p)
         self.parameters, self.state = pack(p), pack(state)
@@ -119,7 +137,7 @@ def check_run(dt: float, steps: int = 1, *, count: int | None = None, delay: int
     InputError
         With the name, what was found, and what is allowed.
     """
-    if not (np.isfinite(dt) and dt > 0.0):
+    if not (isinstance(dt, numbers.Real) and 0.0 < dt < np.inf):
         raise InputError("must be positive", path="dt", value=dt, allowed="> 0 s")
     for name, number, least in (("steps", steps, 1), ("delay", delay, 0)):
         if number != int(number) or number < least:

@@ -18,6 +18,7 @@ References
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -25,6 +26,7 @@ from typing import Annotated, Any, NamedTuple
 
 from bristle.core.contracts import FrictionModel, Model, Motion
 from bristle.core.dispatch import friction_trial
+from bristle.core.errors import InputError
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import direction, relaxation
 from bristle.core.variable import Variable
@@ -139,7 +141,15 @@ def is_static(friction: Model) -> bool:
 
 
 def with_presliding(friction: Model, distance: float) -> Model:
-    """Return a static friction model whose force turns over `distance` [m or rad]; any other model as it is."""
+    """Return a static friction model whose force turns over `distance` [m or rad]; any other model as it is.
+
+    Raises
+    ------
+    InputError
+        If the distance is not finite.
+    """
+    if math.isnan(distance) or math.isinf(distance):
+        raise InputError("is not a finite number", path="distance", value=distance, allowed=DISTANCE.allowed())
     if distance <= 0.0 or not is_static(friction):
         return friction
     return Model(presliding(friction.component), Parameters(friction.parameters, distance), friction.kind)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from bristle.core.errors import InputError
 from bristle.friction import find
 from bristle.identification.asked import Known, known_of, models_of, refuse_reversed_effort, unknowns_of
 from bristle.identification.findings import fit_of
+from bristle.identification.given import log_and_axis, treatment_of, whole_number
 from bristle.identification.held_out import held_out_error
 from bristle.identification.problem import Problem
 from bristle.identification.ranking import ranked
@@ -37,30 +39,32 @@ Progress = Callable[[float, str], None]
 
 
 def identify(
-    log: Log, model: Any = "coulomb_viscous", *, axis: Axis | None = None, cutoff: float | None = None,
-    decimation: int | None = None, blocks: int = 5, offset: float | str | None = None, mass: float | None = None,
+    log: Log | str | PathLike[str], model: Any = "coulomb_viscous", *, axis: Axis | str | PathLike[str] | None = None,
+    cutoff: float | str | None = None, decimation: int | None = None, blocks: int = 5,
+    offset: float | str | None = None, mass: float | str | None = None,
     progress: Progress | None = None,
 ) -> Identification:  # fmt: skip
     """Identify one friction model or several from a log, with the inertia, and rank them.
 
     Parameters
     ----------
-    log : Log
-        Position and effort.
+    log : Log or path-like
+        Position and effort, or the file that holds them.
     model : str, FrictionModel, or list of either
         ``"lugre"``, ``"coulomb_viscous,stribeck+asymmetry"``, a model of your own.
-    axis : Axis, optional
-        What is known: mass, offset, encoder resolution, cut-off and decimation.
-    cutoff : float, optional
-        Cut-off of the zero-phase filter [Hz]; a tenth of the sampling frequency by default.
+    axis : Axis or path-like, optional
+        What is known, or the file that says it: mass, offset, encoder resolution, cut-off and decimation.
+    cutoff : float or str, optional
+        Cut-off of the zero-phase filter [Hz], or text such as ``"100 Hz"``; a tenth of the sampling frequency by
+        default.
     decimation : int, optional
         Of how many samples one row is kept; 10 by default.
     blocks : int
         Contiguous time blocks, each held out in turn, by whose error models are ranked; 0 for none.
-    offset : float or "identify", optional
-        Constant part of the force [N or N*m] if known; the axis decides where it is not given.
-    mass : float, optional
-        Moving mass [kg] or inertia [kg*m^2] if known; the axis decides where it is not given.
+    offset : float, str or "identify", optional
+        Constant part of the force [N or N*m] if known, or text with a unit; the axis decides where it is not given.
+    mass : float or str, optional
+        Moving mass [kg] or inertia [kg*m^2] if known, or text with a unit; the axis decides where it is not given.
     progress : callable, optional
         Called with the share of the work done and what is being done.
 
@@ -79,19 +83,21 @@ def identify(
     .. [1] A. Janot, P.-O. Vandanjon, M. Gautier, "A generic instrumental variable approach for industrial robot
        identification", IEEE Transactions on Control Systems Technology 22(1), 2014. doi:10.1109/TCST.2013.2246163
     """
+    log, axis = log_and_axis(log, axis)
     components = models_of(model)
-    if blocks != int(blocks) or blocks < 0 or blocks == 1:
-        raise InputError("must be a whole number", path="blocks", value=blocks, allowed="0, or 2 and more")
+    blocks = whole_number(blocks, "blocks", "0, or 2 and more")
+    if blocks < 0 or blocks == 1:
+        raise InputError("out of range", path="blocks", value=blocks, allowed="0, or 2 and more")
     if log.effort is None:
         raise InputError("has no effort, which inverse dynamics needs", path="log",
                          mend="Name the column of force, torque or current in the axis file")  # fmt: skip
-    known = known_of(axis, mass, offset)
-    regression = treat(log, axis, cutoff, decimation)
+    known = known_of(axis, mass, offset, log.kind)
+    regression = treat(log, axis, *treatment_of(cutoff, decimation, log.kind))
     workbench = _Workbench.of(regression, known)
     fits = []
     for number, component in enumerate(components):
         report = _share(progress, number, len(components), component.name)
-        fits.append(workbench.fit(component, int(blocks), report))
+        fits.append(workbench.fit(component, blocks, report))
     return Identification(
         fits=tuple(replace(fit, rank=rank) for rank, fit in enumerate(ranked(fits), 1)),
         log=log,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
 from bristle.engine import Trace, run_closed_loop, run_open_loop, settled
 from bristle.friction import is_static, with_presliding
+from bristle.identification.given import checked_model, log_and_axis, treatment_of
 from bristle.identification.regression import Regression
 from bristle.identification.treatment import treat
 from bristle.logs.log import Log
@@ -30,8 +32,8 @@ START_SAMPLES = 20  # over which the initial velocity is estimated
 
 
 def predict(
-    plant: Model, friction: Model, log: Log, axis: Axis | None = None, mode: str = "inverse", *,
-    cutoff: float | None = None, decimation: int | None = None,
+    plant: Model, friction: Model, log: Log | str | PathLike[str], axis: Axis | str | PathLike[str] | None = None,
+    mode: str = "inverse", *, cutoff: float | str | None = None, decimation: int | None = None,
 ) -> Prediction:  # fmt: skip
     """Predict a log with a model.
 
@@ -39,16 +41,17 @@ def predict(
     ----------
     plant, friction : Model
         The inertia and the friction model.
-    log : Log
-        What was measured. Its known inputs are injected in closed loop.
-    axis : Axis, optional
-        The controller that was running (needed in closed loop), encoder resolution, limit of the effort.
+    log : Log or path-like
+        What was measured, or its file. Its known inputs are injected in closed loop.
+    axis : Axis or path-like, optional
+        Gives the controller that was running (needed in closed loop), encoder resolution, limit of the effort.
     mode : {"inverse", "closed-loop", "open-loop"}
         ``inverse``: the effort from the measured motion, filtered and decimated as in the identification.
         ``closed-loop``: effort and motion from the reference. ``open-loop``: the motion from the measured effort; it
         begins at the 20th sample, where the velocity is known from both sides.
-    cutoff, decimation : float, int, optional
-        Those of the identification [Hz], for the inverse mode; the axis decides where they are not given.
+    cutoff, decimation : float or str, int, optional
+        Those of the identification [Hz, or text with a unit], for the inverse mode; the axis decides where they are
+        not given.
 
     Returns
     -------
@@ -60,6 +63,8 @@ def predict(
     InputError
         If the log or the axis lacks what the mode needs.
     """
+    plant, friction = checked_model(plant, "plant", "plant"), checked_model(friction, "friction", "friction")
+    log, axis = log_and_axis(log, axis)
     if mode not in MODES:
         raise InputError("no such mode", path="mode", value=mode, allowed=", ".join(MODES))
     if plant.kind != log.kind:
@@ -73,7 +78,7 @@ def predict(
     if log.effort is None:
         raise InputError("has no effort to compare with or to apply", path="log", mend="Name its column in the axis")
     if mode == "inverse":
-        return _inverse(plant, friction, log, treat(log, axis, cutoff, decimation))
+        return _inverse(plant, friction, log, treat(log, axis, *treatment_of(cutoff, decimation, log.kind)))
     axis = axis or Axis(kind=log.kind)
     notes = []
     if axis.presliding and is_static(friction):

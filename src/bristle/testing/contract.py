@@ -5,7 +5,7 @@ Each check runs the model itself; the first sentence of its docstring says what 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from itertools import pairwise
 from typing import Any
@@ -18,12 +18,14 @@ from bristle.core.kernel import kernels
 from bristle.core.status import Status
 from bristle.core.variable import unit_of, variables_of
 from bristle.engine import force_along, interpreted, run_open_loop, settled
+from bristle.friction import find
 from bristle.plants import inertia
 from bristle.testing.kernel_subset import reachable_kernels, violations_of
 
 __all__ = ["CHECKS", "Check", "check_model", "example_of"]
 
 SEED = 20260
+Demand = Callable[[Model], Any]
 
 
 @dataclass(frozen=True)
@@ -79,13 +81,15 @@ class _UnmetError(Exception):
         super().__init__(self.seen.detail)
 
 
-def check_model(model: FrictionModel | Model) -> list[Check]:
+def check_model(model: FrictionModel | Model | str, *, checks: Sequence[Demand] | None = None) -> list[Check]:
     """Run the contract suite on a friction model.
 
     Parameters
     ----------
-    model : FrictionModel or Model
-        A descriptor, checked with its example parameters, or a model with parameters of its own.
+    model : FrictionModel, Model or str
+        A descriptor or its name, checked with its example parameters, or a model with parameters of its own.
+    checks : sequence of callable, optional
+        Some of `CHECKS`; all of them by default.
 
     Returns
     -------
@@ -93,18 +97,23 @@ def check_model(model: FrictionModel | Model) -> list[Check]:
         One for each demand, in order; after a demand of the form is not met, those of the physics are not tried.
     """
     results: list[Check] = []
+    asked = find(model, "model") if isinstance(model, str) else model
+    if not isinstance(getattr(asked, "component", asked), FrictionModel):
+        raise InputError(
+            "is no friction model", path="model", value=model, mend="Give a model, its descriptor or its name"
+        )
     try:
-        bound = model if isinstance(model, Model) else example_of(model)
+        bound = asked if isinstance(asked, Model) else example_of(asked)
     except (InputError, TypeError) as error:
         return [Check("example", False, str(error), "Give the descriptor example={...} with typical values")]
-    for check in CHECKS:
+    for check in CHECKS if checks is None else checks:
         results.append(_run(check, bound))
         if not results[-1].passed and check in FORM:
             break
     return results
 
 
-def _run(check: Callable[[Model], _Seen], model: Model) -> Check:
+def _run(check: Demand, model: Model) -> Check:
     name = check.__name__.replace("_", " ")
     try:
         return Check(name, True, **asdict(check(model)))
@@ -317,7 +326,7 @@ def drives_a_mass(model: Model) -> _Seen:
     level = max(abs(_steady(model, 1e-3)), abs(_steady(model, -1e-3)), 1e-6)
     trace = run_open_loop(inertia(M=1.0), model, 2.0 * level * np.sin(8.0 * t), 1e-3, steps=4)
     if trace.status != Status.OK:
-        raise _UnmetError(f"the simulation {trace.status.sentence}")
+        raise _UnmetError(trace.status.sentence)
     travel, unit = float(np.ptp(trace.position)), unit_of("length", model.kind)
     return _Seen(f"travel {travel:.3g} {unit}", travel, unit)
 
