@@ -33,10 +33,11 @@ def main() -> None:
 
 def families() -> dict[str, Mapping[str, Component]]:
     """Return every component, by family and name."""
-    from bristle import controllers, friction, plants, references, sensors
+    from bristle import controllers, friction, hysteresis, plants, references, sensors
 
     return {
         "Friction": friction.MODELS,
+        "Hysteresis operators": hysteresis.OPERATORS,
         "Plants": plants.PLANTS,
         "Controllers": controllers.CONTROLLERS,
         "Sensors": sensors.SENSORS,
@@ -87,18 +88,25 @@ def _parameters(one: Component) -> str:
             ("−∞" if math.isinf(variable.min) else f"{variable.min:g}"),
             ("∞" if math.isinf(variable.max) else f"{variable.max:g}"),
         )
+        allowed = ", ".join(f"`{one}`" for one in variable.choices) or f"{low} … {high}"
         default = one.defaults.get(name)
         rows.append(
             (
                 f"`{key_of(name)}`",
                 variable.description + (" (a list)" if one.is_array(name) else ""),
                 _units(variable.quantity),
-                f"{low} … {high}",
-                "" if default is None else "∞" if math.isinf(default) else f"{default:g}",
+                allowed,
+                _default(default),
                 "by direction" if variable.directional else "",
             )
         )
     return table(("Parameter", "Meaning", "Unit", "Range", "Default", "With `+asymmetry`"), rows)
+
+
+def _default(default: Any) -> str:
+    if default is None or isinstance(default, str):
+        return default or ""
+    return "∞" if math.isinf(default) else f"{default:g}"
 
 
 def _units(quantity: str) -> str:
