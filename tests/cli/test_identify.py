@@ -154,3 +154,21 @@ def test_a_limit_on_the_size_of_files_is_told_and_keeps_what_was(place):
     assert "file too large" in ended.stderr
     assert {one.name: one.read_bytes() for one in Path("run").iterdir()} == before
     assert [one.name for one in place.glob("run*")] == ["run"]
+
+
+def test_what_a_model_of_ones_own_prints_is_no_part_of_the_object(bristle, place):
+    own = place / "own.py"
+    own.write_text(f"print('hello')\n{own.read_text()}")
+    ended = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "own.py", "--json")
+    assert ended.data["model"] == "own"
+    assert ended.err == "hello\n"
+
+
+def test_a_model_of_ones_own_that_drives_is_warned_of(bristle, place):
+    own = place / "own.py"
+    own.write_text(own.read_text().replace("return p.F_0", "return -p.F_0"))
+    ended = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "own.py")
+    assert ended.code == 0
+    (line,) = [line for line in ended.err.splitlines() if "contract" in line]
+    assert line.startswith("bristle: warning: own.py: does not meet the contract of a friction model: ")
+    assert "opposes sliding, dissipates" in line

@@ -22,6 +22,16 @@ LOOP = (inertia(M=1.0), friction.coulomb(F_C=1.0), controllers.cascade(k_p=1.0, 
         (lambda: response(MAXWELL, [0.0, np.inf], 1e-3), "x: is not finite"),
         (lambda: response(MAXWELL, [[0.0, 1.0]], 1e-3), "1-D"),
         (lambda: response(MAXWELL, [0.0, 1.0], -1.0), "dt"),
+        (lambda: response(MAXWELL, [0.0, 1.0], "1 mm"), "dt: has the wrong unit"),
+        (lambda: response(MAXWELL, [0.0, 1.0], np.ones(2)), "dt: must be a number"),
+        (lambda: response(MAXWELL, [0.0, 1j], 1e-3), "x: must hold real numbers"),
+        (lambda: response(MAXWELL, ["1 mm"], 1e-3), "x: must hold real numbers"),
+        (lambda: response(MAXWELL, [[1.0], [1.0, 2.0]], 1e-3), "x: must hold real numbers"),
+        (lambda: response(MAXWELL, np.ma.masked_invalid([0.0, np.nan]), 1e-3), "x: has masked values"),
+        (lambda: response(MAXWELL, [0.0, 1e308, -1e308], 1e-3), "v: is not finite"),
+        (lambda: response(friction.coulomb, [0.0, 1.0], 1e-3), "model: must be a model with parameters"),
+        (lambda: response("coulomb", [0.0, 1.0], 1e-3), "model: must be a model with parameters"),
+        (lambda: friction.with_presliding(friction.coulomb(F_C=1.0), np.nan), "distance: is not a finite"),
         (lambda: run_open_loop(*LOOP[:2], np.ones(3), 1e-3, steps=0), "steps"),
         (lambda: run_open_loop(*LOOP[:2], np.ones(3), 1e-3, steps=1.5), "steps"),
         (lambda: run_open_loop(*LOOP[:2], np.ones(3), 1e-3, hold="cubic"), "hold"),
@@ -38,6 +48,20 @@ LOOP = (inertia(M=1.0), friction.coulomb(F_C=1.0), controllers.cascade(k_p=1.0, 
 def test_what_makes_no_sense_is_refused_by_name(call, words):
     with pytest.raises(InputError, match=words):
         call()
+
+
+def test_text_for_a_time_step_is_the_number():
+    x = [0.0, 1e-6, 5e-6]
+    np.testing.assert_array_equal(response(MAXWELL, x, "2 ms"), response(MAXWELL, x, 2e-3))
+
+
+@pytest.mark.parametrize("shares", [[0.5], [], [0.5, 0.3, 0.2]])
+def test_values_that_are_not_validated_keep_kernels_within_their_arrays(shares):
+    with pytest.raises(InputError, match="of the same length"):
+        friction.maxwell_slip(F_C=1.0, k_i=[4e5, 1e5], nu_i=shares, validate=False)
+    with pytest.raises(InputError, match="of the same length"):
+        friction.find("maxwell_slip+asymmetry")(F_C_pos=1, F_C_neg=1, k_i=[4e5, 1e5], nu_i=shares, validate=False)
+    assert friction.maxwell_slip(F_C=1.0, k_i=[4e5, 1e5], nu_i=[0.5, 0.9], validate=False).values["nu_i"][1] == 0.9
 
 
 def test_models_are_equal_when_every_number_is():

@@ -150,7 +150,7 @@ def _faults_of(parts: tuple[Any, ...]) -> Iterator[None]:
     try:
         yield
     except NumbaError as error:
-        own = [part for part in parts if part.__module__.partition(".")[0] != "bristle"]
+        own = [part for part in parts if (part.__module__ or "").partition(".")[0] != "bristle"]
         if not own:
             raise
         file, lines = own[0].__code__.co_filename, [line.strip() for line in str(error).splitlines()]

@@ -82,6 +82,7 @@ def axis_from(data: dict[str, Any]) -> Axis:
         offset=_offset(file),
         resolution=drive.count,
         effort_limit=_limit(file, drive),
+        held=file.effort.held,
         velocity_limit=_positive(file.limits.velocity, VELOCITY, file.kind, "limits.velocity"),
         stroke=_stroke(file),
         controller=file.controller,

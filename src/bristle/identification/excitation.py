@@ -11,9 +11,11 @@ from bristle.core.variable import Variable, unit_of
 from bristle.identification.regression import Regression
 from bristle.identification.unknowns import Scales
 
-__all__ = ["too_fast_to_see", "why_unidentifiable"]
+__all__ = ["out_of_sight", "why_unidentifiable"]
 
 NARROW = 1.3  # ratio of speeds below which a log has one speed only
+NOISE_IN_ZONE = 10.0  # standard deviations: a noise that looks like pre-sliding has a zone of 5 to 8 of them
+COUNTS_IN_ZONE = 2.0  # of the encoder
 
 
 def why_unidentifiable(
@@ -55,21 +57,41 @@ def why_unidentifiable(
     return "its effect on the effort is smaller than what the model misses"
 
 
-def too_fast_to_see(
+def out_of_sight(
     variable: Variable, regression: Regression, scales: Scales, values: Mapping[str, float],
     variables: Mapping[str, Variable],
 ) -> bool:  # fmt: skip
-    """Return whether a parameter shapes only what lasts less than a period of the filter.
+    """Return whether a parameter shapes only what lasts less than a period of the filter, or less than the noise.
 
     A pre-sliding zone that is crossed within one period of the cut-off leaves in the filtered effort its area but not
-    its shape: the fit still has a clear minimum there, and it is one of the filter, not of friction.
+    its shape: the fit still has a clear minimum there, and it is one of the filter, not of friction. Noise
+    of the position turns the friction of the model to and fro as pre-sliding would.
     """
     if variable.excitation != "presliding":
         return False
     if not regression.reversals:
         return True
     zone = _presliding_zone(scales, values, variables)
-    return zone is not None and _samples_within(regression, zone) * regression.sample_time * regression.cutoff < 1.0
+    if zone is None:
+        return False
+    fast = _samples_within(regression, zone) * regression.sample_time * regression.cutoff < 1.0
+    return fast or bool(_below_the_noise(regression, zone))
+
+
+def _below_the_noise(regression: Regression, zone: float) -> str:
+    """Return in words why a displacement [m or rad] is too short for the position that was recorded, if it is."""
+    unit = unit_of("length", regression.kind)
+    if zone < COUNTS_IN_ZONE * regression.resolution:
+        return (
+            f"the pre-sliding zone of {with_unit(zone, unit)} is less than {COUNTS_IN_ZONE:.0f} steps of the recorded "
+            f"position ({with_unit(regression.resolution, unit)} each)"
+        )
+    if zone < NOISE_IN_ZONE * regression.noise:
+        return (
+            f"the pre-sliding zone of {with_unit(zone, unit)} is less than {NOISE_IN_ZONE:.0f} times the noise of the "
+            f"position ({with_unit(regression.noise, unit)} standard deviation), which turns friction alike"
+        )
+    return ""
 
 
 def _presliding_zone(scales: Scales, values: Mapping[str, float], variables: Mapping[str, Variable]) -> float | None:
@@ -97,6 +119,9 @@ def _about_presliding(
     zone = _presliding_zone(scales, values, variables)
     if zone is None:
         return f"the log has only {count} {times}"
+    blurred = _below_the_noise(regression, zone)
+    if blurred:
+        return blurred
     samples = _samples_within(regression, zone)
     return (
         f"the log has only {count} {times}, each crosses the pre-sliding zone of "

@@ -12,8 +12,9 @@ from bristle.core.contracts import FrictionModel, Model, make_model
 from bristle.core.errors import InputError
 from bristle.core.typography import with_unit
 from bristle.core.variable import Kind
-from bristle.identification.excitation import too_fast_to_see, why_unidentifiable
+from bristle.identification.excitation import out_of_sight, why_unidentifiable
 from bristle.identification.problem import Problem
+from bristle.identification.residual import about_held_effort, about_noise, about_residual
 from bristle.identification.result import Estimate, Fit, Traces
 from bristle.identification.solution import Solution
 from bristle.identification.uncertainty import Uncertainty, uncertainty_of
@@ -25,10 +26,9 @@ __all__ = ["fit_of"]
 
 UNSURE = 0.5  # relative standard error above which a parameter counts as unidentifiable
 NEGLIGIBLE = 0.02  # share of the effort below which the error of a constant force does not matter
+BEYOND = 1.2  # of the largest effort: a friction force that never acted, the filter allowed for
 HOPELESS = 100.0  # relative standard error above which no number is given
 INSEPARABLE = 0.99  # correlation
-NOISY = 0.01  # share of noise in the mean square of the acceleration
-POOR_PERCENT = 40.0  # force error
 
 
 def fit_of(problem: Problem, solution: Solution, scales: Scales) -> Fit:
@@ -51,8 +51,9 @@ def fit_of(problem: Problem, solution: Solution, scales: Scales) -> Fit:
         force_error_percent=error,
         warnings=(
             *_warnings(estimates, uncertainty, names),
-            *_about_noise(problem),
-            *_about_error(error),
+            *about_held_effort(problem, estimates),
+            *about_noise(problem),
+            *about_residual(problem, values, error),
         ),
         assumptions=_assumptions(problem),
     )
@@ -106,13 +107,29 @@ class _Findings:
     def _why_unsure(self, name: str) -> str:
         """Return why a parameter cannot be identified, or nothing where it can."""
         value, std = self.values[name], max(self.std[name], self.robust_std[name])
-        if too_fast_to_see(*self._context(name)):
+        if out_of_sight(*self._context(name)):
             return self._why(name)
         if name in self.solution.at_edge:
             return self._why(name) if name == "M" else ""
+        if self._lacks_its_force(name):
+            return self._why(name)
+        if self._is("force", name) and value > BEYOND * self.scales.peak:
+            peak = with_unit(self.scales.peak, self.variables[name].unit(self.kind))
+            return f"the best value is far beyond the largest effort of the log, {peak}"
         if std <= UNSURE * abs(value) or self._known_to_be_small(name, std):
             return ""
         return self._why(name) + self._how_unsure(value, std)
+
+    def _lacks_its_force(self, name: str) -> bool:
+        """Return whether a velocity tells how a force falls, and no such force is known."""
+        if not self._is("length/time", name):
+            return False
+        forces = [one for one in self.solution.values if self._is("force", one)]
+        return bool(forces) and all(one in self.solution.at_edge or self._why_unsure(one) for one in forces)
+
+    def _is(self, quantity: str, name: str) -> bool:
+        """Return whether a parameter of the Stribeck curve is of this quantity."""
+        return (self.variables[name].excitation, self.variables[name].quantity) == ("stribeck", quantity)
 
     @staticmethod
     def _how_unsure(value: float, std: float) -> str:
@@ -133,7 +150,7 @@ class _Findings:
     def _why_at_edge(self, name: str) -> str:
         edge, variable = self.solution.at_edge[name], self.variables[name]
         told = with_unit(self.values[name], variable.unit(self.kind))
-        if variable.excitation == "stribeck" and variable.quantity == "force":
+        if edge == "smallest" and variable.excitation == "stribeck" and variable.quantity == "force":
             return (
                 f"the best value is the smallest that is allowed, {told}: in this log friction does not fall with speed"
             )
@@ -157,27 +174,6 @@ def _warnings(estimates: tuple[Estimate, ...], uncertainty: Uncertainty, names: 
             if {one, other} <= sure and abs(both) > INSEPARABLE:
                 found.append(f"{other} and {one} can hardly be told apart in this log (correlation {both:.3f})")
     return tuple(found)
-
-
-def _about_noise(problem: Problem) -> tuple[str, ...]:
-    regression = problem.regression
-    share = regression.acceleration_noise_share
-    if "M" not in problem.unknowns.free or share < NOISY:
-        return ()
-    enough = regression.bandwidth * (0.1 * NOISY / share) ** 0.2
-    return (
-        f"M is too small by about {100.0 * share:.2g} %: so much of the acceleration is noise of the position; lower "
-        f"the cut-off to {enough:.0f} Hz",
-    )
-
-
-def _about_error(percent: float) -> tuple[str, ...]:
-    if percent < POOR_PERCENT:
-        return ()
-    return (
-        f"the model leaves {percent:.0f} % of the effort unexplained: check units, signs, the delay between the "
-        "channels and the mass in the axis file",
-    )
 
 
 def _assumptions(problem: Problem) -> tuple[str, ...]:

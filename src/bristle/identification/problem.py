@@ -32,10 +32,13 @@ class Problem:
 
     def friction(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the friction force of each row [N or N*m], of the model run along the recorded motion."""
+        return self.regression.rows_of(self.regression.friction_along(self.model(values)))
+
+    def model(self, values: Mapping[str, float]) -> Model:
+        """Return the friction model with these values, whether or not it allows them."""
         component = self.unknowns.component
         parameters = component.assemble({name: values[name] for name in component.variables})
-        model = Model(component, parameters, self.regression.kind)
-        return self.regression.rows_of(self.regression.friction_along(model))
+        return Model(component, parameters, self.regression.kind)
 
     def predicted(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the effort of each row [N or N*m] from all parameters, held ones included."""

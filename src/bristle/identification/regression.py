@@ -66,6 +66,8 @@ class Regression:
         One row for so many samples.
     dropped : int
         Samples dropped at each edge of each stretch.
+    held : bool or None
+        Whether the recorded effort acts until the next sample; None where nobody said so.
     """
 
     stretches: tuple[Stretch, ...]
@@ -76,6 +78,7 @@ class Regression:
     cutoff: float
     decimation: int
     dropped: int
+    held: bool | None = None
 
     def rows_of(self, parts: Sequence[np.ndarray]) -> np.ndarray:
         """Return the rows of a signal, which is given along each whole stretch, shape (row,)."""
@@ -135,8 +138,22 @@ class Regression:
     @cached_property
     def time(self) -> np.ndarray:
         """Time of each row [s]."""
-        parts = [self.without_edges(stretch.time)[:: self.decimation] for stretch in self.stretches]
-        return np.concatenate(parts)[self._in_motion]
+        return self._sampled([stretch.time for stretch in self.stretches])
+
+    def _sampled(self, parts: Sequence[np.ndarray]) -> np.ndarray:
+        """Return the values of a signal at the rows, not mixed with those between."""
+        return np.concatenate([self.without_edges(part)[:: self.decimation] for part in parts])[self._in_motion]
+
+    @cached_property
+    def samples_from_reversal(self) -> np.ndarray:
+        """Samples between each row and the nearest reversal of its stretch; infinite where there is none."""
+        found = []
+        for number, stretch in enumerate(self.stretches):
+            turns = np.array([-math.inf, *(k for one, k in self.reversals if one == number), math.inf])
+            sample = np.arange(stretch.velocity.size)
+            after = np.searchsorted(turns, sample)
+            found.append(np.minimum(sample - turns[after - 1], turns[after] - sample))
+        return self._sampled(found)
 
     @cached_property
     def velocity(self) -> np.ndarray:

@@ -24,6 +24,7 @@ __all__ = ["Coordinate", "Held", "Scales", "Unknowns", "coordinates_of", "scales
 
 AT_LEAST = re.compile(r"(\w+) >= (\w+)")
 SLOWEST_SHARE = 0.01  # of the samples are slower than the smallest Stribeck velocity sought
+BREAK_AWAY_MOST = 2.0  # times the largest effort of the log
 STRIBECK_SHARE = 1.0 / 3.0  # of the greatest speed: beyond, the log would not show the level that friction falls to
 
 
@@ -66,6 +67,7 @@ class Scales(NamedTuple):
     """Typical magnitudes of a log, in SI."""
 
     force: float
+    peak: float
     speed: float
     slowest: float
     acceleration: float
@@ -107,6 +109,7 @@ def scales_of(regression: Regression, force: float) -> Scales:
     stroke = max(float(np.ptp(stretch.position)) for stretch in regression.stretches)
     return Scales(
         force=force,
+        peak=float(np.max(np.abs(regression.effort))),
         speed=speed,
         slowest=slowest,
         acceleration=max(float(np.sqrt(np.mean(regression.acceleration**2))), 1e-9 * speed / regression.sample_time),
@@ -160,7 +163,9 @@ def coordinates_of(unknowns: Unknowns, scales: Scales) -> tuple[Coordinate, ...]
         scale = scales.magnitude(variable)
         allowed = (variable.min, variable.max)
         if name in floors:
-            found.append(Coordinate(name, "excess", scale, 0.0, math.inf, *allowed, floors[name]))
+            # A log shows no force that its effort never came near.
+            most = BREAK_AWAY_MOST * scales.peak / scale if variable.quantity == "force" else math.inf
+            found.append(Coordinate(name, "excess", scale, 0.0, most, *allowed, floors[name]))
         elif variable.min > 0.0 and variable.quantity != "mass":
             low, high = scales.range(variable)
             low, high = max(low, variable.min), min(high, variable.max)
