@@ -68,6 +68,22 @@ def test_the_table_by_direction(fits):
     assert fit.force_error_percent == pytest.approx(rows(EMPS / "README.md", "force error")[1][-1], abs=1e-4)
 
 
+def test_the_effort_taken_as_held(log, axis):
+    held = replace(axis, held=True)
+    found = identify(log, "coulomb_viscous,coulomb_viscous+asymmetry", axis=held, blocks=0)
+    fits = {fit.name: fit for fit in found.fits}
+    told = (EMPS / "README.md").read_text().partition("With it,")[2].partition("beyond the published")[0]
+    numbers = [float(one) for one in re.findall(r"\d+\.\d+", told)]
+    symmetric = fits["coulomb_viscous"]
+    assert numbers == pytest.approx(
+        [
+            symmetric.force_error_percent, fits["coulomb_viscous+asymmetry"].force_error_percent,
+            *(symmetric.parameters[name].value for name in ("M", "F_v", "F_C")),
+        ],
+        rel=2e-4,
+    )  # fmt: skip
+
+
 def test_the_presliding_distance(fits, log, axis):
     table = rows(DECISIONS / "0005-presliding-distance-in-loops.md", "2 ")
     table += rows(DECISIONS / "0005-presliding-distance-in-loops.md", "10 ")

@@ -68,9 +68,10 @@ def test_units_meanings_and_uncertainty_are_written_for_people(tmp_path):
 
 def test_the_treatment_of_the_identification_comes_back(tmp_path):
     path = tmp_path / "model.toml"
-    write_model(path, None, find("coulomb")(F_C=8.0), treatment={"cutoff": 37.5, "decimation": 4.0, "rows": 900.0})
+    treatment = {"cutoff": 37.5, "decimation": 4.0, "rows": 900.0, "velocity_max": 0.3}
+    write_model(path, None, find("coulomb")(F_C=8.0), treatment=treatment)
     assert "cutoff = 37.5 # Hz: " in path.read_text()
-    assert read_model(path).info["treatment"] == {"cutoff": 37.5, "decimation": 4}
+    assert read_model(path).info["treatment"] == {"cutoff": 37.5, "decimation": 4, "velocity_max": 0.3}
     write_model(path, None, find("coulomb")(F_C=8.0))
     assert read_model(path).info["treatment"] == {}
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.identification.known_logs import sliding_log
 
 from bristle import controllers, friction, sensors
 from bristle.core import Axis, InputError
@@ -161,3 +162,24 @@ def test_the_measured_axis_is_predicted_as_well_as_published():
         assert metrics["position_error_percent"] <= 0.0012
         # 246 mm there and back in 25 s: an open loop drifts, but stays on the machine.
         assert predict(fit.plant, fit.friction, log, axis, "open-loop").metrics["position_error_percent"] < 10.0
+
+
+def test_a_prediction_worse_than_nothing_is_told():
+    fit = identify(sliding_log(), blocks=0).best
+    stiff = friction.coulomb_viscous(F_C=80.0, F_v=30.0)
+    doubted = predict(fit.plant, stiff, sliding_log())
+    assert doubted.metrics["force_error_percent"] > 100.0
+    assert doubted.notes[0].startswith("warning: an effort of zero would be nearer")
+    assert not any("warning" in one for one in predict(fit.plant, fit.friction, sliding_log()).notes)
+
+
+@pytest.mark.parametrize("mode", ["inverse", "open-loop"])
+def test_speeds_beyond_the_fitted_ones_are_told(mode):
+    found = identify(sliding_log(), blocks=0)
+    plant, fitted = found.best.plant, found.best.friction
+    top = found.treatment["velocity_max"]
+    assert not any(
+        "extrapolation" in one for one in predict(plant, fitted, sliding_log(), mode=mode, velocity_max=top).notes
+    )
+    notes = predict(plant, fitted, sliding_log(), mode=mode, velocity_max=0.5 * top).notes
+    assert any(one.startswith("warning: the log moves at up to") and "extrapolation" in one for one in notes)

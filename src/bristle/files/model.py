@@ -34,14 +34,16 @@ KEYS = ("schema", "kind", "provenance", "treatment", "plant", "friction", "uncer
 TREATMENT = {
     "cutoff": Variable("frequency", "cut-off of the zero-phase filter of the identification", min=1e-9),
     "decimation": Variable("1", "samples for one row of the identification", min=1.0),
+    "velocity_max": Variable("length/time", "largest speed that the model was fitted to", min=0.0),
 }
 
 
 class ModelFile(NamedTuple):
     """What a model file holds.
 
-    `info` has ``"provenance"``, ``"treatment"`` (``cutoff`` [Hz] and ``decimation`` of the identification, where known)
-    and ``"uncertainty"``: for each parameter ``std`` and ``robust_std`` in SI, where known, and ``status``.
+    `info` has ``"provenance"``, ``"treatment"`` (``cutoff`` [Hz], ``decimation`` and ``velocity_max`` [m/s or rad/s] of
+    the identification, where known) and ``"uncertainty"``: for each parameter ``std`` and ``robust_std`` in SI, where
+    known, and ``status``.
     """
 
     plant: Model | None
@@ -71,7 +73,8 @@ def write_model(
     provenance : mapping of str to str
         Where the values come from: version, log, axis, command.
     treatment : mapping
-        How the log was treated: ``cutoff`` [Hz] and ``decimation``; further entries are left out.
+        How the log was treated: ``cutoff`` [Hz], ``decimation`` and ``velocity_max`` [m/s or rad/s]; further entries
+        are left out.
 
     Raises
     ------
@@ -87,7 +90,7 @@ def write_model(
     if provenance:
         document.add("provenance", tomlkit.item(dict(provenance)))
     if treatment:
-        document.add("treatment", _treatment_table(treatment))
+        document.add("treatment", _treatment_table(treatment, friction.kind))
     if plant is not None:
         document.add("plant", _table(plant, {"model": plant.name}))
     document.add("friction", _table(friction, _name_of(friction, target.parent)))
@@ -101,14 +104,17 @@ def write_model(
     target.write_text(tomlkit.dumps(document), encoding="utf-8")
 
 
-def _treatment_table(treatment: Mapping[str, float]) -> Table:
+def _treatment_table(treatment: Mapping[str, float], kind: Kind) -> Table:
     import tomlkit
 
     table = tomlkit.table()
     for name, variable in TREATMENT.items():
+        if name not in treatment:
+            continue
         value = treatment[name]
         item = tomlkit.item(int(value) if name == "decimation" else float(value))
-        item.comment(f"{variable.unit()}: {variable.description}" if name == "cutoff" else variable.description)
+        unit = "" if name == "decimation" else f"{variable.unit(kind)}: "
+        item.comment(f"{unit}{variable.description}")
         table.add(name, item)
     return table
 
@@ -173,16 +179,16 @@ def _model_from(data: dict[str, Any], folder: Path) -> ModelFile:
     uncertainty = table_at(data.get("uncertainty", {}), "uncertainty")
     check_keys(uncertainty, [key_of(name) for name in known], "uncertainty")
     provenance = table_at(data.get("provenance", {}), "provenance")
-    treatment = _treatment(data.get("treatment", {}))
+    treatment = _treatment(data.get("treatment", {}), kind)
     return ModelFile(plant, friction, {"provenance": provenance, "treatment": treatment, "uncertainty": uncertainty})
 
 
-def _treatment(value: Any) -> dict[str, Any]:
+def _treatment(value: Any, kind: Kind) -> dict[str, Any]:
     """Return how the log of the identification was treated, as far as the file says."""
     given = table_at(value, "treatment")
     check_keys(given, TREATMENT, "treatment")
     found: dict[str, Any] = {
-        name: number_at(one, TREATMENT[name], KINDS[0], f"treatment.{name}") for name, one in given.items()
+        name: number_at(one, TREATMENT[name], kind, f"treatment.{name}") for name, one in given.items()
     }
     if "decimation" in found:
         if not found["decimation"].is_integer():

@@ -107,6 +107,7 @@ def identify(
             "dropped": float(regression.dropped),
             "rows": float(regression.effort.size),
             "rest_percent": 100.0 * regression.rest_share,
+            "velocity_max": float(np.max(np.abs(regression.velocity))),
         },
     )
 

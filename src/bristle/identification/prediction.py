@@ -18,6 +18,7 @@ from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
 from bristle.engine import Trace, run_closed_loop, run_open_loop, settled
 from bristle.friction import is_static, with_presliding
+from bristle.identification.doubts import with_doubts
 from bristle.identification.given import checked_model, log_and_axis, treatment_of
 from bristle.identification.regression import Regression
 from bristle.identification.treatment import treat
@@ -34,6 +35,7 @@ START_SAMPLES = 20  # over which the initial velocity is estimated
 def predict(
     plant: Model, friction: Model, log: Log | str | PathLike[str], axis: Axis | str | PathLike[str] | None = None,
     mode: str = "inverse", *, cutoff: float | str | None = None, decimation: int | None = None,
+    velocity_max: float | None = None,
 ) -> Prediction:  # fmt: skip
     """Predict a log with a model.
 
@@ -52,6 +54,9 @@ def predict(
     cutoff, decimation : float or str, int, optional
         Those of the identification [Hz, or text with a unit], for the inverse mode; the axis decides where they are
         not given.
+
+    velocity_max : float, optional
+        Largest speed that the model was fitted to [m/s or rad/s]: a log that goes far beyond it is told.
 
     Returns
     -------
@@ -78,7 +83,8 @@ def predict(
     if log.effort is None:
         raise InputError("has no effort to compare with or to apply", path="log", mend="Name its column in the axis")
     if mode == "inverse":
-        return _inverse(plant, friction, log, treat(log, axis, *treatment_of(cutoff, decimation, log.kind)))
+        regression = treat(log, axis, *treatment_of(cutoff, decimation, log.kind))
+        return with_doubts(_inverse(plant, friction, log, regression), log, velocity_max)
     axis = axis or Axis(kind=log.kind)
     notes = []
     if axis.presliding and is_static(friction):
@@ -98,7 +104,7 @@ def predict(
         used.append(slice(first, first + traces[-1].time.size))
     if not traces:
         raise InputError("no stretch of the log is long enough", path="log", allowed=f"> {2 * START_SAMPLES} samples")
-    return _compare(mode, log, traces, used, tuple(notes))
+    return with_doubts(_compare(mode, log, traces, used, tuple(notes)), log, velocity_max)
 
 
 def _inverse(plant: Model, friction: Model, log: Log, regression: Regression) -> Prediction:

@@ -175,8 +175,8 @@ class Identification:
     log : Log
         The log as it was used.
     treatment : dict
-        ``cutoff`` [Hz], ``decimation``, samples ``dropped`` at each edge, ``rows`` used, and ``rest_percent``, the
-        share of the samples at rest [%].
+        ``cutoff`` [Hz], ``decimation``, samples ``dropped`` at each edge, ``rows`` used, ``rest_percent``, the
+        share of the samples at rest [%], and ``velocity_max``, the largest speed fitted to [m/s or rad/s].
     """
 
     fits: tuple[Fit, ...]
