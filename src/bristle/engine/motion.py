@@ -149,7 +149,7 @@ def response(model: Model, x: Any, dt: float | str | None = None, *, history: An
     position = vector(x, "x")
     if position.ndim != 1 or position.size < 1:
         raise InputError("must be a 1-D array of numbers", path="x", value=x)
-    if model.component.family == "hysteresis":
+    if isinstance(model, Model) and model.component.family == "hysteresis":
         if dt is not None:
             raise InputError("a hysteresis operator knows no time", path="dt", value=dt, mend="Leave dt out")
         check_run(1.0, u=position)
