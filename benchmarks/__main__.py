@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.composite import composite
+from benchmarks.lanes import lanes
 from benchmarks.preisach import preisach
 from benchmarks.timing import HEAD, Ratio, command, python, side_by_side, wall
 
@@ -120,7 +121,7 @@ def demo() -> Iterator[Ratio]:
 
 
 BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
-    one.__name__: one for one in (lugre, preisach, composite, start_up, identify, demo)
+    one.__name__: one for one in (lugre, preisach, composite, start_up, identify, demo, lanes)
 }
 
 
