@@ -15,8 +15,9 @@ class Status(IntEnum):
 
     OK = 0
     SOLVE_INACCURATE = 1
-    MEMORY_OVERFLOW = 2
-    NOT_FINITE = 3
+    TOLERANCE_MISSED = 2
+    MEMORY_OVERFLOW = 3
+    NOT_FINITE = 4
 
     @property
     def sentence(self) -> str:
@@ -28,6 +29,10 @@ SENTENCES = {
     Status.OK: "completed",
     Status.SOLVE_INACCURATE: (
         "the implicit step did not converge to its tolerance at least once; use a smaller step (more substeps)"
+    ),
+    Status.TOLERANCE_MISSED: (
+        "the adaptive step reached its smallest length before its error was small enough; "
+        "ask for a larger tolerance, or look for what jumps"
     ),
     Status.MEMORY_OVERFLOW: (
         "the memory of turning points overflowed and forgot its innermost pair; raise its capacity"

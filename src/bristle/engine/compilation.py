@@ -99,8 +99,8 @@ def compiled(name: str, make: Callable[[], Callable[..., Any]], signature: str, 
     make : callable
         Returns the plain function.
     signature : str
-        Types of the arguments, one letter each: ``a`` a vector, ``f`` a number, ``i`` an integer; ``C``, ``S`` and
-        ``B`` the entries that the factories for control, sensing and bursts return.
+        Types of the arguments, one letter each: ``a`` a vector, ``f`` a number, ``i`` an integer; ``C``, ``S``,
+        ``B`` and ``R`` the entries that the factories for control, sensing, bursts and rates return.
     parts : tuple of callable
         The functions of the components in it, which the dispatch finds by type.
     """
@@ -113,7 +113,7 @@ def compiled(name: str, make: Callable[[], Callable[..., Any]], signature: str, 
     return _entries[key]
 
 
-SIGNATURES = {"C": "aaffffff", "S": "aaff", "B": "aaaaafffia"}
+SIGNATURES = {"C": "aaffffff", "S": "aaff", "B": "aaaaafffia", "R": "aaafa"}
 
 
 def _types(signature: str) -> tuple[Any, ...]:

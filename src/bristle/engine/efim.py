@@ -18,7 +18,8 @@ from bristle.core.kernel import kernel
 from bristle.core.mathematics import Bracket, bracket_guess, bracket_update
 
 INFINITY = float("inf")
-TOLERANCE = 1e-12
+# Of the solve: of the force, and of the velocity that it is a small part of.
+FORCE_TOLERANCE, VELOCITY_TOLERANCE = 1e-9, 1e-11
 ITERATIONS = 100
 
 
@@ -83,7 +84,7 @@ def solve(state, memory, x, dt, p, a, b, guess, slope):
         residual = at - a - b * force
         evaluations += 1
         if phase == 0:
-            if abs(residual) <= TOLERANCE * (abs(a) + abs(b * force)):
+            if abs(residual) <= FORCE_TOLERANCE * abs(b * force) + VELOCITY_TOLERANCE * abs(a):
                 return Solution(v, force, move, slope, 0.0)
             if residual_last != 0.0 and v != v_last:
                 secant = (residual - residual_last) / (v - v_last)

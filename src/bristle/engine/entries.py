@@ -25,8 +25,9 @@ from bristle.engine import semi_implicit
 from bristle.engine.efim import advance
 
 # Where a burst leaves what it found, in the vector `out`: mean friction force [N or N*m], solves that failed in this
-# burst, slope of the last solve (read again by the next burst), solves that failed so far.
-FORCE, FAILED, SLOPE, FAILED_SO_FAR, OUT_SIZE = 0, 1, 2, 3, 4
+# burst, slope of the last solve per step [1/s] and mean acceleration (both read again by the next burst), solves
+# that failed so far.
+FORCE, FAILED, SLOPE, FAILED_SO_FAR, ACCELERATION, OUT_SIZE = 0, 1, 2, 3, 4, 5
 # Rows of the flat history of a closed loop.
 POSITION, VELOCITY, MEASURED, COMMAND, EFFORT, FRICTION, ROWS = 0, 1, 2, 3, 4, 5, 6
 # Beyond this magnitude of position plus velocity a simulation has left the numbers worth following.
@@ -76,7 +77,12 @@ def make_output_along(parameters: Structure, state: Structure) -> Callable[..., 
 
 
 def make_burst(plant: Structure, plant_state: Structure, friction: Structure, friction_state: Structure) -> Any:
-    """Return the entry that advances one plant with one friction model by a number of equal steps."""
+    """Return the entry that advances one plant with one friction model by a number of equal steps.
+
+    ``out[FORCE]`` receives the mean friction force, ``out[FAILED]`` the number of solves that failed; ``out[SLOPE]``
+    and ``out[ACCELERATION]`` keep where the next solve begins, whatever the length of its step: the slope of its residual over the length, and
+    the acceleration. ``out[FAILED_SO_FAR]`` is the drivers'.
+    """
     unpack_plant, load_plant, store_plant = unpacker(plant), unpacker(plant_state), packer(plant_state)
     unpack_friction, load_friction, store_friction = (
         unpacker(friction),
@@ -88,18 +94,20 @@ def make_burst(plant: Structure, plant_state: Structure, friction: Structure, fr
         q, body = unpack_plant(q_vector), load_plant(plant_vector)
         p, s = unpack_friction(p_vector), load_friction(state_vector)
         h = dt / steps
-        guess, slope = body.v, out[SLOPE]
+        slope, acceleration = 1.0 + out[SLOPE] * h, out[ACCELERATION]
         total, failures = 0.0, 0.0
         for i in range(steps):
             u = effort + (effort_end - effort) * ((i + 0.5) / steps)
+            guess = 0.0 if body.v == 0.0 else body.v + 0.5 * h * acceleration
             done = advance(body, s, memory, u, h, q, p, guess, slope)
             body, s, slope = done.plant_state, done.friction_state, done.slope
-            guess = 0.0 if body.v == 0.0 else 2.0 * body.v - done.v_mean
+            acceleration = 2.0 * (body.v - done.v_mean) / h
             total += done.force
             failures += done.failures
         store_plant(body, plant_vector)
         store_friction(s, state_vector)
-        out[FORCE], out[FAILED], out[SLOPE] = total / steps, failures, slope
+        out[FORCE], out[FAILED] = total / steps, failures
+        out[SLOPE], out[ACCELERATION] = (slope - 1.0) / h, acceleration
         return 0.0
 
     return burst

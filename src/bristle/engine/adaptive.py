@@ -1,0 +1,228 @@
+"""A plant with friction, integrated with steps of the length that a tolerance asks for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError
+from bristle.core.packing import pack
+from bristle.core.status import Status
+from bristle.engine import rodas5p
+from bristle.engine.compilation import SIGNATURES, compiled
+from bristle.engine.entries import OUT_SIZE
+from bristle.engine.loop import Trace, burst_entry, held
+from bristle.engine.motion import presliding_distance
+from bristle.engine.part import Part, vector
+from bristle.engine.rosenbrock import STAGES, make_rate, rosenbrock
+from bristle.engine.step_doubling import doubling, make_rest_time
+from bristle.engine.step_length import GIVE_UP
+
+__all__ = ["METHODS", "AdaptiveTrace", "run_adaptive"]
+
+METHODS = ("auto", "efim", "rosenbrock")
+# Measured on stick-slip, pre-sliding and break-away: with this share of the tolerance allowed over the duration, the
+# global error stays below the tolerance. A contact must be resolved whatever the tolerance, or it breaks away at the
+# wrong time: hence the share of its pre-sliding distance allowed per step.
+SHARE_OF_TOLERANCE = {"efim": 0.3, "rosenbrock": 0.1}
+SHARE_OF_PRESLIDING = 0.02
+REFINEMENTS = 4
+SHORTEST_STEP, FIRST_STEP = 1e-13, 1e-6
+
+
+@dataclass(frozen=True)
+class AdaptiveTrace(Trace):
+    """What an adaptive run leaves behind: a `Trace`, and how many steps were accepted and rejected."""
+
+    steps: int
+    rejected: int
+
+
+def run_adaptive(
+    plant: Model, friction: Model, effort: Any, dt: float, *, tolerance: float, hold: str = "linear",
+    method: str = "auto", max_step: float = np.inf, verify: bool = False, x: float = 0.0, v: float = 0.0,
+    state: Any = None, memory: Any = None,
+) -> AdaptiveTrace:  # fmt: skip
+    """Drive a plant with friction by a recorded effort, with steps of the length that the tolerance asks for.
+
+    Parameters
+    ----------
+    plant, friction : Model
+        The mechanism.
+    effort : array_like, shape (sample,)
+        Effort [N or N*m] at each sample. Steps end where it bends or jumps, and only there.
+    dt : float
+        Time between samples [s]; steps may be longer.
+    tolerance : float
+        Largest error of the position wanted over the whole run [m or rad]. Where a motion is unstable, its growth
+        multiplies errors; `verify` finds that out.
+    hold : {"linear", "zero"}
+        Between samples the effort runs straight to the next one, or is held.
+    method : {"auto", "efim", "rosenbrock"}
+        EFIM by step doubling serves every model. The Rosenbrock method, of order 5, serves models and plants
+        with a ``rate``, where ``"auto"`` takes it.
+    max_step : float
+        Longest step [s].
+    verify : bool
+        Integrate again and again, each time ten times as finely, until two runs agree within the tolerance.
+    x, v : float
+        Position [m or rad] and velocity [m/s or rad/s] at the first sample.
+    state, memory
+        Of the friction model at the first sample; virgin where not given.
+
+    Returns
+    -------
+    AdaptiveTrace
+        Position, velocity, effort and friction at each sample.
+
+    Raises
+    ------
+    InputError
+        If the tolerance is not positive, or the method does not fit the model.
+
+    Examples
+    --------
+    >>> from bristle import friction, plants
+    >>> plant = plants.pulled_inertia(M=1.0, k=2.0, v_e=0.1)
+    >>> run_adaptive(plant, friction.coulomb(F_C=1.0), [0.0] * 8, 1.0, tolerance=1e-6).position.round(3)
+    array([0.   , 0.   , 0.   , 0.   , 0.   , 0.   , 0.07 , 0.229])
+    """
+    if not (np.isfinite(tolerance) and tolerance > 0.0):
+        raise InputError("must be positive", path="tolerance", value=tolerance, allowed="> 0")
+
+    def run(wanted: float) -> AdaptiveTrace:
+        return _run(plant, friction, effort, dt, wanted, hold, method, max_step, x, v, state, memory)
+
+    trace = run(tolerance)
+    if not verify:
+        return trace
+    for refinement in range(1, REFINEMENTS + 1):
+        coarse, trace = trace, run(tolerance * 0.1**refinement)
+        same = trace.position.size == coarse.position.size
+        if same and np.max(np.abs(trace.position - coarse.position), initial=0.0) <= tolerance:
+            return trace
+    return replace(trace, status=max(trace.status, Status.TOLERANCE_MISSED))
+
+
+def _run(
+    plant: Model, friction: Model, effort: Any, dt: float, tolerance: float, hold: str, method: str,
+    max_step: float, x: float, v: float, state: Any, memory: Any,
+) -> AdaptiveTrace:  # fmt: skip
+    """Return one run, its local errors bounded for this tolerance."""
+    u = vector(effort)
+    body, contact = Part(plant), Part(friction)
+    body.state[0], body.state[1] = x, v
+    if state is not None:
+        contact.state = pack(state)
+    times = dt * np.arange(u.size + 1)
+    duration = float(times[-1])
+    chosen = _method(plant, friction, method)
+    settings = np.array(
+        [
+            SHARE_OF_TOLERANCE[chosen] * tolerance / duration, SHARE_OF_PRESLIDING * presliding_distance(friction),
+            min(max_step, duration), SHORTEST_STEP * duration, FIRST_STEP * duration,
+        ]
+    )  # fmt: skip
+    knots, starts, ends = _stretches(u, held(u, hold), dt)
+    # The last sample must not be missed by rounding.
+    knots[-1] = duration * (1.0 + 1e-12)
+    record = _Record(times)
+    inputs = (knots, starts, ends, settings)
+    if chosen == "rosenbrock":
+        reached = _by_rosenbrock(body, contact, inputs, record)
+    else:
+        fresh = contact.component.new_memory(friction.parameters)
+        used = fresh if memory is None else np.array(memory, dtype=float)
+        reached = _by_doubling(body, contact, used, inputs, record)
+    return record.trace(u, dt, reached, contact)
+
+
+class _Record:
+    """What a driver writes: the samples, and its report."""
+
+    def __init__(self, times: np.ndarray) -> None:
+        self.times = times
+        self.position, self.velocity, self.impulse = (np.zeros(times.size) for _ in range(3))
+        self.report = np.zeros(4)
+
+    @property
+    def samples(self) -> tuple[np.ndarray, ...]:
+        return self.times, self.position, self.velocity, self.impulse
+
+    def trace(self, u: np.ndarray, dt: float, reached: int, contact: Part) -> AdaptiveTrace:
+        cut = slice(0, min(reached, u.size))
+        accepted, rejected, missed, failed = self.report
+        status = Status.OK
+        unfinished = reached < self.times.size and missed <= GIVE_UP
+        for code, happened in (
+            (Status.SOLVE_INACCURATE, failed > 0.0), (Status.TOLERANCE_MISSED, missed > 0.0),
+            (Status.MEMORY_OVERFLOW, contact.lost > 0), (Status.NOT_FINITE, unfinished),
+        ):  # fmt: skip
+            status = code if happened else status
+        return AdaptiveTrace(
+            time=self.times[cut], position=self.position[cut], velocity=self.velocity[cut], effort=u[cut],
+            friction=np.diff(self.impulse)[cut] / dt, measured=self.position[cut], command=u[cut], status=status,
+            steps=int(accepted), rejected=int(rejected),
+        )  # fmt: skip
+
+
+def _method(plant: Model, friction: Model, method: str) -> str:
+    """Return the method to be used; refuse one that does not fit."""
+    if method not in METHODS:
+        raise InputError("no such method", path="method", value=method, allowed=", ".join(METHODS))
+    lacking = [model.name for model in (plant, friction) if model.component.rate is None]
+    if method == "rosenbrock" and lacking:
+        raise InputError(
+            f"{' and '.join(lacking)} has no rate, which the Rosenbrock method integrates", path="method", value=method,
+            mend='Use method="efim", which serves every model',
+        )  # fmt: skip
+    return "efim" if method == "efim" or lacking else "rosenbrock"
+
+
+def _by_doubling(body: Part, contact: Part, memory: np.ndarray, inputs: tuple[Any, ...], record: _Record) -> int:
+    rest_time = compiled(
+        f"rest_time-{body.key}-{contact.key}",
+        lambda: make_rest_time(*body.structures, *contact.structures),
+        SIGNATURES["B"],
+        body.functions + contact.functions,
+    )
+    driver = compiled("doubling", lambda: doubling, "BB" + "a" * 21)
+    mechanism = (body.parameters, body.state, contact.parameters, contact.state, memory)
+    spare = (body.state, contact.state, memory, body.state, contact.state, np.zeros(OUT_SIZE), np.zeros(OUT_SIZE))
+    return int(
+        driver(
+            burst_entry(body, contact, "efim"), rest_time, *mechanism, *(one.copy() for one in spare), *inputs,
+            *record.samples, record.report,
+        )
+    )  # fmt: skip
+
+
+def _by_rosenbrock(body: Part, contact: Part, inputs: tuple[Any, ...], record: _Record) -> int:
+    rate = compiled(
+        f"rate-{body.key}-{contact.key}",
+        lambda: make_rate(*body.structures, *contact.structures),
+        SIGNATURES["R"],
+        body.functions + contact.functions,
+    )
+    driver = compiled("rosenbrock", lambda: rosenbrock, "R" + "a" * 24)
+    y = np.concatenate((body.state, contact.state, [0.0]))
+    n = y.size
+    work = [np.zeros(size) for size in (n * n, n * n, n, STAGES * n, n, n, n, n)]
+    return int(
+        driver(
+            rate, body.parameters, contact.parameters, y, *inputs, rodas5p.TABLEAU, rodas5p.ADVANCES,
+            rodas5p.COUPLINGS, rodas5p.DENSE, *record.samples, *work, record.report,
+        )
+    )  # fmt: skip
+
+
+def _stretches(start: np.ndarray, end: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return knots [s], and efforts at the beginning and the end of each stretch: samples on one line make one."""
+    slope = end - start
+    bends = np.flatnonzero((start[1:] != end[:-1]) | (slope[1:] != slope[:-1])) + 1
+    first = np.concatenate(([0], bends))
+    last = np.append(bends, start.size) - 1
+    return dt * np.append(first, start.size).astype(float), start[first], end[last]

@@ -1,0 +1,186 @@
+"""Adaptive steps: the tolerance is the global error, rest ends when it must, memory survives rejected steps."""
+
+import numpy as np
+import pytest
+
+from bristle import friction
+from bristle.core.errors import InputError
+from bristle.core.status import Status
+from bristle.engine import interpreted, run_adaptive, run_open_loop
+from bristle.engine.motion import presliding_distance
+from bristle.plants import inertia, pulled_inertia
+from bristle.testing import example_of
+
+# A mass of 1 kg pulled at 0.1 m/s through a spring of 2 N/m: sticks for seconds, slips in tenths of one.
+STICK_SLIP = pulled_inertia(M=1.0, k=2.0, v_e=0.1)
+BRISTLES = {"F_C": 1.0, "F_S": 1.5, "v_S": 1e-3, "sigma_0": 1e5, "sigma_1": 316.2, "sigma_2": 0.4}
+LUGRE = friction.lugre(**BRISTLES)
+# A ball screw, in micrometres and millinewton-metres.
+M, SPAN = 1.257e-4, 125.7
+SLIDING = {"F_C": 100.0, "F_S": 130.0, "v_S": 239.0, "sigma_1": 0.1257, "sigma_2": 2.5e-3}
+SCREW = {
+    "lugre": friction.lugre(sigma_0=SPAN, **SLIDING),
+    "preisach_lugre": friction.preisach_lugre(kernel="dahl_masing", s=SPAN, f_p=156.0, **SLIDING),
+    "maxwell_slip": friction.maxwell_slip(F_C=130.0, k_i=[70.0, 40.0, 15.7], nu_i=[0.3, 0.3, 0.4], sigma_2=2.5e-3),
+    "stribeck": friction.stribeck(F_C=100.0, F_S=130.0, v_S=239.0, F_v=2.5e-3),
+}
+DT = 2e-4
+
+
+def case(letter):
+    if letter == "pre-sliding":
+        t = np.arange(0.0, 0.15, DT)
+        return inertia(M=M), 70.0 * np.sin(20.0 * np.pi * t) + 40.0 * np.sin(54.0 * np.pi * t)
+    if letter == "break-away":
+        t = np.arange(0.0, 0.15, DT)
+        return inertia(M=M), 160.0 * np.sin(20.0 * np.pi * t)
+    return pulled_inertia(M=M, k=20.0, v_e=200.0), np.zeros(500)
+
+
+@pytest.mark.parametrize("letter", ["pre-sliding", "break-away", "stick-slip"])
+@pytest.mark.parametrize("name", SCREW)
+def test_the_tolerance_is_the_global_error(name, letter):
+    plant, effort = case(letter)
+    fine = run_open_loop(plant, SCREW[name], effort, DT, steps=400, hold="linear").position
+    for method in ("auto", "efim"):
+        for tolerance in (1e-1, 1e-2, 1e-3):
+            trace = run_adaptive(plant, SCREW[name], effort, DT, tolerance=tolerance, method=method)
+            assert trace.status == Status.OK
+            assert np.max(np.abs(trace.position - fine)) <= tolerance, (method, tolerance)
+
+
+@pytest.fixture(scope="module")
+def stick_slip():
+    """Position from the equations of LuGre as they stand, by a library."""
+    from scipy.integrate import solve_ivp
+
+    F_C, F_S, v_S, sigma_0, sigma_1, sigma_2 = BRISTLES.values()
+
+    def rates(t, y):
+        x, v, z = y
+        G = F_C + (F_S - F_C) * np.exp(-((v / v_S) ** 2))
+        z_dot = v - sigma_0 * abs(v) / G * z
+        return v, 2.0 * (0.1 * t - x) - sigma_0 * z - sigma_1 * z_dot - sigma_2 * v, z_dot
+
+    times = 0.01 * np.arange(2000)
+    found = solve_ivp(rates, (0.0, times[-1]), np.zeros(3), method="LSODA", rtol=1e-11, atol=1e-14, t_eval=times)
+    return found.y
+
+
+@pytest.mark.parametrize("method", ["efim", "rosenbrock"])
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-3, 1e-4, 1e-5, 1e-6])
+def test_stick_slip_against_a_library(stick_slip, method, tolerance):
+    trace = run_adaptive(STICK_SLIP, LUGRE, np.zeros(2000), 0.01, tolerance=tolerance, method=method)
+    assert trace.status == Status.OK
+    assert np.max(np.abs(trace.position - stick_slip[0])) <= tolerance
+    work = np.sum(trace.friction * np.diff(np.append(trace.position, trace.position[-1])))
+    assert work > 0.0
+
+
+def test_the_rosenbrock_method_has_order_five_where_friction_is_smooth():
+    # Sliding on a spring, always forward: no kink, and the Stribeck curve bends all the way.
+    model = friction.lugre(F_C=1.0, F_S=1.6, v_S=2.0, sigma_0=2.0, sigma_1=1.0, sigma_2=0.3)
+    plant = pulled_inertia(M=1.0, k=1.0, v_e=2.0)
+    options = {"method": "rosenbrock", "v": 1.5, "x": -1.8, "state": model.component.State(0.7)}
+    fine = run_adaptive(plant, model, np.zeros(100), 0.1, tolerance=1e-11, **options)
+    assert np.min(fine.velocity) > 0.5
+    errors = [
+        np.max(np.abs(run_adaptive(plant, model, np.zeros(100), 0.1, tolerance=1e6, max_step=h, **options).position
+                      - fine.position))
+        for h in (0.2, 0.1, 0.05)
+    ]  # fmt: skip
+    orders = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
+    assert np.all(orders > 4.5), (errors, orders)
+
+
+def test_break_away_from_rest_is_found_in_one_long_step():
+    # The spring pulls more and more; at 10 s its force is F_S, and both halves of a long step would have rested.
+    model = friction.stribeck(F_C=1.0, F_S=2.0, v_S=1e-3, F_v=1.0)
+    trace = run_adaptive(STICK_SLIP, model, np.zeros(1101), 0.01, tolerance=1e-6)
+    rests = trace.time < 10.0
+    assert np.count_nonzero(rests) > 900
+    assert np.all(trace.velocity[rests] == 0.0)
+    assert trace.velocity[np.searchsorted(trace.time, 10.02)] > 0.0
+    assert run_adaptive(STICK_SLIP, model, np.zeros(999), 0.01, tolerance=1e-6).steps < 20
+
+
+def test_at_rest_friction_is_the_pull_of_the_spring():
+    trace = run_adaptive(STICK_SLIP, friction.coulomb(F_C=2.0), np.zeros(900), 0.01, tolerance=1e-6)
+    middle = trace.time + 0.005
+    np.testing.assert_allclose(trace.friction, 2.0 * 0.1 * middle, rtol=1e-9)
+
+
+def test_a_step_of_effort_is_met_at_its_instant():
+    u = np.zeros(100)
+    u[40:] = 3.0
+    trace = run_adaptive(inertia(M=2.0), friction.coulomb(F_C=1.0), u, 0.01, tolerance=1e-9, hold="zero")
+    moved = np.maximum(trace.time - 0.4, 0.0)
+    np.testing.assert_allclose(trace.position, 0.5 * moved**2, atol=1e-12)
+    assert trace.steps < 60
+
+
+def test_rejected_steps_leave_the_memory_alone():
+    plant, effort = case("break-away")
+    model = SCREW["preisach_lugre"]
+    rough = run_adaptive(plant, model, effort, DT, tolerance=1e-3)
+    gentle = run_adaptive(plant, model, effort, DT, tolerance=1e3, max_step=2e-6)
+    assert rough.rejected > 5
+    assert gentle.rejected == 0
+    assert np.max(np.abs(rough.position - gentle.position)) < 1e-3
+
+
+def test_verifying_finds_growth_that_the_local_error_does_not_show():
+    # The equations of the source paper on a spring: steady sliding is unstable, and so errors grow.
+    model = friction.preisach_lugre(kernel="dahl_masing", s=SPAN, f_p=156.0, transition="paper", **SLIDING)
+    plant, effort = pulled_inertia(M=M, k=20.0, v_e=200.0), np.zeros(1250)
+    fine = run_open_loop(plant, model, effort, DT, steps=200).position
+    once = run_adaptive(plant, model, effort, DT, tolerance=0.01)
+    sure = run_adaptive(plant, model, effort, DT, tolerance=0.01, verify=True)
+    assert np.max(np.abs(once.position - fine)) > 0.01
+    assert np.max(np.abs(sure.position - fine)) <= 0.01
+    assert sure.status == Status.OK
+
+
+@pytest.mark.parametrize("name", friction.MODELS)
+def test_plain_python_gives_the_same_bits(name):
+    model = example_of(friction.find(name))
+    t = 1e-3 * np.arange(40)
+    effort = 40.0 * np.sin(120.0 * t)
+    for method in ("auto", "efim"):
+        options = {"tolerance": 1e-4, "method": method, "v": 1e-3}
+        compiled = run_adaptive(inertia(M=2.0), model, effort, 1e-3, **options)
+        with interpreted():
+            plain = run_adaptive(inertia(M=2.0), model, effort, 1e-3, **options)
+        assert compiled.steps == plain.steps
+        for field in ("position", "velocity", "friction"):
+            assert np.array_equal(getattr(compiled, field), getattr(plain, field)), (method, field)
+
+
+def test_presliding_distance_is_that_of_the_contact():
+    soft = friction.lugre(**BRISTLES | {"sigma_0": 1e3})
+    assert presliding_distance(soft) == pytest.approx(100.0 * presliding_distance(LUGRE), rel=0.3)
+    assert presliding_distance(LUGRE) == pytest.approx(1e-5, rel=0.3)
+    assert presliding_distance(friction.coulomb(F_C=1.0)) == np.inf
+
+
+def test_what_does_not_fit_is_refused():
+    u = np.zeros(3)
+    with pytest.raises(InputError, match="tolerance"):
+        run_adaptive(STICK_SLIP, LUGRE, u, 0.01, tolerance=0.0)
+    with pytest.raises(InputError, match="no rate"):
+        run_adaptive(STICK_SLIP, SCREW["maxwell_slip"], u, 0.01, tolerance=1e-3, method="rosenbrock")
+    with pytest.raises(InputError, match="method"):
+        run_adaptive(STICK_SLIP, LUGRE, u, 0.01, tolerance=1e-3, method="euler")
+
+
+@pytest.mark.parametrize("method", ["efim", "rosenbrock"])
+def test_a_run_that_leaves_the_finite_numbers_says_so(method):
+    trace = run_adaptive(inertia(M=1e-9), LUGRE, np.full(50, 1e300), 10.0, tolerance=1e-3, method=method)
+    assert trace.status == Status.NOT_FINITE
+    assert trace.position.size < 50
+
+
+@pytest.mark.parametrize("method", ["efim", "rosenbrock"])
+def test_a_tolerance_below_rounding_ends_and_says_so(method):
+    trace = run_adaptive(STICK_SLIP, LUGRE, np.zeros(50), 0.01, tolerance=1e-19, method=method, x=10.0, v=1.0)
+    assert trace.status == Status.TOLERANCE_MISSED
