@@ -88,7 +88,7 @@ def run_adaptive(
     >>> from bristle import friction, plants
     >>> plant = plants.pulled_inertia(M=1.0, k=2.0, v_e=0.1)
     >>> run_adaptive(plant, friction.coulomb(F_C=1.0), [0.0] * 8, 1.0, tolerance=1e-6).position.round(3)
-    array([0.   , 0.   , 0.   , 0.   , 0.   , 0.   , 0.07 , 0.229])
+    array([0.   , 0.   , 0.   , 0.   , 0.   , 0.   , 0.03 , 0.178])
     """
     if not (np.isfinite(tolerance) and tolerance > 0.0):
         raise InputError("must be positive", path="tolerance", value=tolerance, allowed="> 0")

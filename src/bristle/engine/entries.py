@@ -79,9 +79,9 @@ def make_output_along(parameters: Structure, state: Structure) -> Callable[..., 
 def make_burst(plant: Structure, plant_state: Structure, friction: Structure, friction_state: Structure) -> Any:
     """Return the entry that advances one plant with one friction model by a number of equal steps.
 
-    ``out[FORCE]`` receives the mean friction force, ``out[FAILED]`` the number of solves that failed; ``out[SLOPE]``
-    and ``out[ACCELERATION]`` keep where the next solve begins, whatever the length of its step: the slope of its residual over the length, and
-    the acceleration. ``out[FAILED_SO_FAR]`` is the drivers'.
+    ``out[FORCE]`` receives the mean friction force, ``out[FAILED]`` the number of solves that failed. ``out[SLOPE]``
+    and ``out[ACCELERATION]`` keep where the next solve begins, whatever the length of its step: the slope of its
+    residual over the length, and the acceleration. ``out[FAILED_SO_FAR]`` is the drivers'.
     """
     unpack_plant, load_plant, store_plant = unpacker(plant), unpacker(plant_state), packer(plant_state)
     unpack_friction, load_friction, store_friction = (
