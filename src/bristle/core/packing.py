@@ -21,7 +21,17 @@ import numpy as np
 
 from bristle.core.kernel import kernel
 
-__all__ = ["LANES", "Structure", "lane_packer", "lane_unpacker", "pack", "packer", "structure_of", "unpacker"]
+__all__ = [
+    "LANES",
+    "Structure",
+    "is_scalar",
+    "lane_packer",
+    "lane_unpacker",
+    "pack",
+    "packer",
+    "structure_of",
+    "unpacker",
+]
 
 LANES = 32
 
@@ -32,6 +42,11 @@ def structure_of(value: Any) -> Structure:
     """Return the type of a NamedTuple and, field by field, what it holds: all that its layout depends on."""
     parts = tuple(_part(one) for one in value)
     return type(value), parts
+
+
+def is_scalar(structure: Structure) -> bool:
+    """Return whether what a NamedTuple holds, and what that holds, are numbers only: its layout is then fixed."""
+    return all(is_scalar(part) if isinstance(part, tuple) else part != "array" for part in structure[1])
 
 
 def _part(one: Any) -> Any:
@@ -81,32 +96,42 @@ def unpacker(structure: Structure) -> Callable[[Any], Any]:
 
 
 @cache
-def lane_unpacker(structure: Structure) -> Callable[[Any, int, int], Any]:
-    """Return the kernel ``unpack(block, row, lane) -> NamedTuple`` of one lane, whose numbers begin in this row."""
+def lane_unpacker(structure: Structure, infinite: frozenset[int] = frozenset()) -> Callable[[Any, int, int], Any]:
+    """Return the kernel ``unpack(block, row, lane) -> NamedTuple`` of one lane, whose numbers begin in this row.
+
+    Numbers whose place among the scalars is in `infinite` are so in every lane. An infinite parameter switches a part
+    of a model off: the compiler, told so, leaves that part out instead of computing it and throwing it away.
+    """
     array = f"block[(at + 1) * {LANES} + lane : (at + 1 + {{size}}) * {LANES} : {LANES}]"
-    return _unpacker(structure, "unpack(block, row, lane)", "row", f"block[at * {LANES} + lane]", array)
+    return _unpacker(structure, "unpack(block, row, lane)", "row", f"block[at * {LANES} + lane]", array, infinite)
 
 
-def _unpacker(structure: Structure, head: str, first: str, number: str, array: str) -> Callable[..., Any]:
-    names: dict[str, Any] = {}
+def _unpacker(
+    structure: Structure, head: str, first: str, number: str, array: str, infinite: frozenset[int] = frozenset()
+) -> Callable[..., Any]:
+    names: dict[str, Any] = {"INFINITY": float("inf")}
     lines = [f"at = {first}"]
-    expression = _unpack_expression(structure, names, lines, number, array)
+    expression = _unpack_expression(structure, names, lines, number, array, infinite)
     return _define(head, [*lines, f"return {expression}"], names)
 
 
-def _unpack_expression(structure: Structure, names: dict[str, Any], lines: list[str], number: str, array: str) -> str:
+def _unpack_expression(
+    structure: Structure, names: dict[str, Any], lines: list[str], number: str, array: str, infinite: frozenset[int]
+) -> str:
     cls, parts = structure
     key = f"Class{len(names)}"
     names[key] = cls
     arguments = []
     for part in parts:
         if isinstance(part, tuple):
-            arguments.append(_unpack_expression(part, names, lines, number, array))
+            arguments.append(_unpack_expression(part, names, lines, number, array, infinite))
             continue
         name = f"field_{len(lines)}"
         if part == "array":
             size = f"size_{name}"
             lines += [f"{size} = int({number})", f"{name} = {array.format(size=size)}", f"at += 1 + {size}"]
+        elif lines.count("at += 1") in infinite:
+            lines += [f"{name} = INFINITY", "at += 1"]
         else:
             cast = "int" if part == "integer" else "float"
             lines += [f"{name} = {cast}({number})", "at += 1"]

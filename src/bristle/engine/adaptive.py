@@ -17,9 +17,9 @@ from bristle.engine.entries import OUT_SIZE
 from bristle.engine.loop import Trace, burst_entry, held
 from bristle.engine.motion import presliding_distance
 from bristle.engine.part import Part, vector
-from bristle.engine.rosenbrock import STAGES, make_rate, rosenbrock
+from bristle.engine.rosenbrock import PADDING, STAGES, make_rate, rosenbrock
 from bristle.engine.step_doubling import doubling, make_rest_time
-from bristle.engine.step_length import GIVE_UP
+from bristle.engine.step_length import GIVE_UP, ROUNDING
 
 __all__ = ["METHODS", "AdaptiveTrace", "run_adaptive"]
 
@@ -137,7 +137,7 @@ def _run(
         fresh = contact.component.new_memory(friction.parameters)
         used = fresh if memory is None else np.array(memory, dtype=float)
         reached = _by_doubling(body, contact, used, inputs, record)
-    return record.trace(u, dt, reached, contact)
+    return record.trace(u, dt, tolerance, reached, contact)
 
 
 class _Record:
@@ -152,10 +152,12 @@ class _Record:
     def samples(self) -> tuple[np.ndarray, ...]:
         return self.times, self.position, self.velocity, self.impulse
 
-    def trace(self, u: np.ndarray, dt: float, reached: int, contact: Part) -> AdaptiveTrace:
+    def trace(self, u: np.ndarray, dt: float, tolerance: float, reached: int, contact: Part) -> AdaptiveTrace:
         cut = slice(0, min(reached, u.size))
         accepted, rejected, missed, failed = self.report
         status = Status.OK
+        if tolerance < 16.0 * ROUNDING * float(np.max(np.abs(self.position))):
+            missed = max(missed, 1.0)
         unfinished = reached < self.times.size and missed <= GIVE_UP
         for code, happened in (
             (Status.SOLVE_INACCURATE, failed > 0.0), (Status.TOLERANCE_MISSED, missed > 0.0),
@@ -207,13 +209,14 @@ def _by_rosenbrock(body: Part, contact: Part, inputs: tuple[Any, ...], record: _
         SIGNATURES["R"],
         body.functions + contact.functions,
     )
-    driver = compiled("rosenbrock", lambda: rosenbrock, "R" + "a" * 24)
-    y = np.concatenate((body.state, contact.state, [0.0]))
-    n = y.size
-    work = [np.zeros(size) for size in (n * n, n * n, n, STAGES * n, n, n, n, n)]
+    driver = compiled("rosenbrock", lambda: rosenbrock, "Raaai" + "a" * 21)
+    n = body.state.size + contact.state.size + 1
+    width = PADDING * -(-n // PADDING)
+    y = np.concatenate((body.state, contact.state, np.zeros(width - n + 1)))
+    work = [np.zeros(size) for size in (n * n, n * n, STAGES * width, width, width, width, width, 9)]
     return int(
         driver(
-            rate, body.parameters, contact.parameters, y, *inputs, rodas5p.TABLEAU, rodas5p.ADVANCES,
+            rate, body.parameters, contact.parameters, y, n, *inputs, rodas5p.TABLEAU, rodas5p.ADVANCES,
             rodas5p.COUPLINGS, rodas5p.DENSE, *record.samples, *work, record.report,
         )
     )  # fmt: skip

@@ -12,7 +12,7 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
-from bristle.core.packing import LANES
+from bristle.core.packing import LANES, is_scalar
 from bristle.core.status import Status
 from bristle.engine import lanes
 from bristle.engine.compilation import compiled, is_interpreted
@@ -143,9 +143,12 @@ class _Batch:
         size = self.memory.shape[1]
         widths = [one.shape[1] for one in (self.plants, self.body, self.frictions, self.state)]
         rows = lanes.Rows(*widths)
+        structures = (*self.plant.structures, *self.friction.structures)
+        everywhere = np.all(np.isposinf(self.frictions), axis=0) & is_scalar(structures[2])
+        infinite = frozenset(np.flatnonzero(everywhere).tolist())
         driver = compiled(
-            f"lanes-{self.plant.key}-{self.friction.key}-{'-'.join(map(str, (*widths, size > 0)))}",
-            lambda: lanes.make_lanes(*self.plant.structures, *self.friction.structures, rows, size > 0),
+            f"lanes-{self.plant.key}-{self.friction.key}-{'-'.join(map(str, (*widths, size > 0, *sorted(infinite))))}",
+            lambda: lanes.make_lanes(*structures, rows, size > 0, infinite),
             "aaiiiaaifiaaai",
             self.plant.functions + self.friction.functions,
         )

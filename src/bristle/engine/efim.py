@@ -23,6 +23,14 @@ FORCE_TOLERANCE, VELOCITY_TOLERANCE = 1e-9, 1e-11
 ITERATIONS = 100
 
 
+class Start(NamedTuple):
+    """Where a solve begins, and what error of the mean velocity it may leave."""
+
+    guess: float
+    slope: float
+    slack: float
+
+
 class Solution(NamedTuple):
     """Mean velocity and force of a step, what to commit, and how the solve went."""
 
@@ -63,15 +71,15 @@ def next_guess(bracket, v, residual, slope):
 
 
 @kernel
-def solve(state, memory, x, dt, p, a, b, guess, slope):
+def solve(state, memory, x, dt, p, a, b, start):
     """Return the `Solution` of ``v = a + b * F(v)``.
 
-    `guess` [m/s or rad/s] and `slope` (of the residual, at least 1 where friction rises with speed) are taken from
+    The guess [m/s or rad/s] and the slope (of the residual, at least 1 where friction rises with speed) are taken from
     the last step: one or two evaluations suffice then. There is one call site of the model: three phases share it,
     0 an ordinary iterate, 1 and 2 the limits +0 and -0.
     """
     bracket = Bracket(-INFINITY, 0.0, INFINITY, 0.0, 0.0)
-    slope = max(slope, 1.0)
+    guess, slope = start.guess, max(start.slope, 1.0)
     v = guess
     phase = 1 if guess == 0.0 else 0
     zero_is_known = False
@@ -84,7 +92,7 @@ def solve(state, memory, x, dt, p, a, b, guess, slope):
         residual = at - a - b * force
         evaluations += 1
         if phase == 0:
-            if abs(residual) <= FORCE_TOLERANCE * abs(b * force) + VELOCITY_TOLERANCE * abs(a):
+            if abs(residual) <= FORCE_TOLERANCE * abs(b * force) + VELOCITY_TOLERANCE * abs(a) + start.slack:
                 return Solution(v, force, move, slope, 0.0)
             if residual_last != 0.0 and v != v_last:
                 secant = (residual - residual_last) / (v - v_last)
@@ -155,7 +163,7 @@ def stop_and_go_on(plant_state, friction_state, memory, effort, dt, q, p, slope)
     if second <= 0.0:
         return Advance(plant_state, friction_state, force_1, 0.0, slope, 0.0)
     a, b = plant_port(plant_state, effort, second, q)
-    rest = solve(friction_state, memory, plant_state.x, second, p, a, b, 0.0, slope)
+    rest = solve(friction_state, memory, plant_state.x, second, p, a, b, Start(0.0, slope, 0.0))
     friction_state = friction_commit(friction_state, memory, rest.move, p)
     _, plant_next = plant_step(plant_state, effort, rest.force, second, q)
     if rest.v == 0.0:
@@ -165,13 +173,13 @@ def stop_and_go_on(plant_state, friction_state, memory, effort, dt, q, p, slope)
 
 
 @kernel
-def advance(plant_state, friction_state, memory, effort, dt, q, p, guess, slope):
+def advance(plant_state, friction_state, memory, effort, dt, q, p, start):
     """Return the `Advance` over one step of `dt` [s] under a constant `effort` [N or N*m].
 
-    `q` are the parameters of the plant, `p` those of the friction model; `guess` and `slope` start the solve.
+    `q` are the parameters of the plant, `p` those of the friction model; `start` is where the solve begins.
     """
     a, b = plant_port(plant_state, effort, dt, q)
-    found = solve(friction_state, memory, plant_state.x, dt, p, a, b, guess, slope)
+    found = solve(friction_state, memory, plant_state.x, dt, p, a, b, start)
     _, plant_next = plant_step(plant_state, effort, found.force, dt, q)
     if plant_state.v == 0.0:
         if found.v == 0.0:

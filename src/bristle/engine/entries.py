@@ -22,12 +22,12 @@ from bristle.core.dispatch import (
 )
 from bristle.core.packing import Structure, packer, unpacker
 from bristle.engine import semi_implicit
-from bristle.engine.efim import advance
+from bristle.engine.efim import Start, advance
 
 # Where a burst leaves what it found, in the vector `out`: mean friction force [N or N*m], solves that failed in this
 # burst, slope of the last solve per step [1/s] and mean acceleration (both read again by the next burst), solves
-# that failed so far.
-FORCE, FAILED, SLOPE, FAILED_SO_FAR, ACCELERATION, OUT_SIZE = 0, 1, 2, 3, 4, 5
+# that failed so far; and what it is told: the error of the mean velocity that a solve may leave [m/s or rad/s].
+FORCE, FAILED, SLOPE, FAILED_SO_FAR, ACCELERATION, SLACK, OUT_SIZE = 0, 1, 2, 3, 4, 5, 6
 # Rows of the flat history of a closed loop.
 POSITION, VELOCITY, MEASURED, COMMAND, EFFORT, FRICTION, ROWS = 0, 1, 2, 3, 4, 5, 6
 # Beyond this magnitude of position plus velocity a simulation has left the numbers worth following.
@@ -81,7 +81,8 @@ def make_burst(plant: Structure, plant_state: Structure, friction: Structure, fr
 
     ``out[FORCE]`` receives the mean friction force, ``out[FAILED]`` the number of solves that failed. ``out[SLOPE]``
     and ``out[ACCELERATION]`` keep where the next solve begins, whatever the length of its step: the slope of its
-    residual over the length, and the acceleration. ``out[FAILED_SO_FAR]`` is the drivers'.
+    residual over the length, and the acceleration. ``out[SLACK]`` is the error of the mean
+    velocity that a solve may leave; ``out[FAILED_SO_FAR]`` is the drivers'.
     """
     unpack_plant, load_plant, store_plant = unpacker(plant), unpacker(plant_state), packer(plant_state)
     unpack_friction, load_friction, store_friction = (
@@ -94,12 +95,12 @@ def make_burst(plant: Structure, plant_state: Structure, friction: Structure, fr
         q, body = unpack_plant(q_vector), load_plant(plant_vector)
         p, s = unpack_friction(p_vector), load_friction(state_vector)
         h = dt / steps
-        slope, acceleration = 1.0 + out[SLOPE] * h, out[ACCELERATION]
+        slope, acceleration, slack = 1.0 + out[SLOPE] * h, out[ACCELERATION], out[SLACK]
         total, failures = 0.0, 0.0
         for i in range(steps):
             u = effort + (effort_end - effort) * ((i + 0.5) / steps)
             guess = 0.0 if body.v == 0.0 else body.v + 0.5 * h * acceleration
-            done = advance(body, s, memory, u, h, q, p, guess, slope)
+            done = advance(body, s, memory, u, h, q, p, Start(guess, slope, slack))
             body, s, slope = done.plant_state, done.friction_state, done.slope
             acceleration = 2.0 * (body.v - done.v_mean) / h
             total += done.force

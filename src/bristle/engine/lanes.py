@@ -28,11 +28,15 @@ class Rows:
 
 
 def make_lanes(
-    plant: Structure, plant_state: Structure, friction: Structure, friction_state: Structure, rows: Rows, memory: bool
-) -> Callable[..., Any]:
-    """Return the entry that drives one block by the semi-implicit step."""
+    plant: Structure, plant_state: Structure, friction: Structure, friction_state: Structure, rows: Rows, memory: bool,
+    infinite: frozenset[int],
+) -> Callable[..., Any]:  # fmt: skip
+    """Return the entry that drives one block by the semi-implicit step.
+
+    `memory` tells whether the friction model has one, `infinite` which of its parameters are so in every lane.
+    """
     unpack_plant, load_plant, store_plant = lane_unpacker(plant), lane_unpacker(plant_state), lane_packer(plant_state)
-    unpack_friction = lane_unpacker(friction)
+    unpack_friction = lane_unpacker(friction, infinite)
     load_friction, store_friction = lane_unpacker(friction_state), lane_packer(friction_state)
     row_body, row_p, row_state = rows.plant_state, rows.friction, rows.friction_state
     row_effort, row_end, row_total = rows.effort, rows.effort + 1, rows.effort + 2

@@ -19,7 +19,10 @@ from bristle.engine.path import after, output_along
 __all__ = ["force_along", "presliding_distance", "response", "settled"]
 
 
-SLOW = 1e6  # time of a step [s]
+# From a picometre to a metre, and each step takes so long [s] that viscous parts do not show.
+FARTHER = np.geomspace(1e-12, 1.0, 120)
+SLOW = 1e6
+CREEP = np.diff(FARTHER) / SLOW
 
 
 def force_along(
@@ -91,11 +94,9 @@ def presliding_distance(model: Model) -> float:
     memory = part.component.new_memory(model.parameters)
     if part.state.size + memory.size == 0:
         return float("inf")
-    # From a picometre to a metre, so slowly that viscous parts do not show.
-    distance = np.geomspace(1e-12, 1.0, 120)
-    force = np.abs(_follow(part, memory, np.diff(distance) / SLOW, distance[1:], SLOW))
+    force = np.abs(_follow(part, memory, CREEP, FARTHER[1:], SLOW))
     largest = float(np.max(force))
-    return float(distance[np.argmax(force >= 0.5 * largest)]) if largest > 0.0 else float("inf")
+    return float(FARTHER[np.argmax(force >= 0.5 * largest)]) if largest > 0.0 else float("inf")
 
 
 def _follow(part: Part, memory: np.ndarray, velocity: np.ndarray, position: np.ndarray, dt: float) -> np.ndarray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numbers
 import warnings
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -92,6 +93,7 @@ def _name_of(structure: Any) -> str:
     return cls.__qualname__ + "".join(_name_of(part) for part in parts if isinstance(part, tuple))
 
 
+@cache
 def _functions(structure: Any) -> tuple[Any, ...]:
     cls, parts = structure
     found = functions_of(cls)

@@ -19,11 +19,14 @@ from bristle.core.contracts import Motion
 from bristle.core.dispatch import friction_rate, plant_rate
 from bristle.core.kernel import kernel
 from bristle.core.packing import Structure, packer, unpacker
-from bristle.engine.step_length import GIVE_UP, length_factor
+from bristle.engine.step_doubling import copy
+from bristle.engine.step_length import GIVE_UP, ROUNDING, length_factor
 
 __all__ = ["make_rate", "rosenbrock"]
 
 STAGES = 8
+# Vectors are padded with zeros to a multiple of this, so that sums over them have no loose ends.
+PADDING = 8
 DIFFERENCE = 1.5e-8
 
 
@@ -34,7 +37,7 @@ def make_rate(
     unpack_plant, load_plant, store_plant = unpacker(plant), unpacker(plant_state), packer(plant_state)
     unpack_friction, load_friction = unpacker(friction), unpacker(friction_state)
     store_friction = packer(friction_state)
-    count = len(plant_state[1])
+    count, last = len(plant_state[1]), len(plant_state[1]) + len(friction_state[1])
 
     def rate(q_vector, p_vector, y, effort, slope):
         q, body = unpack_plant(q_vector), load_plant(y)
@@ -42,82 +45,89 @@ def make_rate(
         force, d_s = friction_rate(s, Motion(body.v, body.x, 1.0, 293.15), p)
         store_plant(plant_rate(body, effort, force, q), slope)
         store_friction(d_s, slope[count:])
-        slope[slope.size - 1] = force
+        slope[last] = force
         return 0.0
 
     return rate
 
 
 @kernel
-def factorise(matrix, n, pivots):
-    """Replace an n by n matrix, row by row in a vector, by its triangular factors; `pivots` tells the rows swapped."""
-    for column in range(n):
-        best = column
-        for row in range(column + 1, n):
-            if abs(matrix[row * n + column]) > abs(matrix[best * n + column]):
-                best = row
-        pivots[column] = best
-        if best != column:
-            for k in range(n):
-                swapped = matrix[column * n + k]
-                matrix[column * n + k] = matrix[best * n + k]
-                matrix[best * n + k] = swapped
-        inverse = 1.0 / matrix[column * n + column]
-        for row in range(column + 1, n):
-            factor = matrix[row * n + column] * inverse
-            matrix[row * n + column] = factor
-            for k in range(column + 1, n):
-                matrix[row * n + k] -= factor * matrix[column * n + k]
+def invert(jacobian, n, inverse_step, matrix):
+    """Write the inverse of the matrix of the linear systems, row by row: `inverse_step` [1/s] times I, minus J.
 
-
-@kernel
-def solve_factorised(matrix, n, pivots, b, first):
-    """Replace the `n` numbers of `b` from `first` on by the solution of the linear system with them on the right."""
+    Eight systems share it, and a product takes less time than two triangular solves. Elimination without exchange of
+    rows: the diagonal leads wherever a step is short enough for its error, and where it does not, the error tells.
+    """
+    for k in range(n * n):
+        matrix[k] = -jacobian[k]
     for row in range(n):
-        other = int(pivots[row])
-        value = b[first + other]
-        b[first + other] = b[first + row]
-        for k in range(row):
-            value -= matrix[row * n + k] * b[first + k]
-        b[first + row] = value
-    for row in range(n - 1, -1, -1):
-        value = b[first + row]
-        for k in range(row + 1, n):
-            value -= matrix[row * n + k] * b[first + k]
-        b[first + row] = value / matrix[row * n + row]
+        matrix[row * n + row] += inverse_step
+    for pivot in range(n):
+        diagonal = matrix[pivot * n + pivot]
+        inverse = 1.0 / diagonal if diagonal != 0.0 else 1e300
+        matrix[pivot * n + pivot] = 1.0
+        for k in range(n):
+            matrix[pivot * n + k] *= inverse
+        for row in range(n):
+            if row != pivot:
+                factor = matrix[row * n + pivot]
+                matrix[row * n + pivot] = 0.0
+                for k in range(n):
+                    matrix[row * n + k] -= factor * matrix[pivot * n + k]
 
 
 @kernel
-def combined(weights, row, count, stages, n, j):
-    """Return the sum over the first `count` stages of variable `j`, with the weights of this row of a tableau."""
-    total = 0.0
+def multiply(matrix, n, b, target, first):
+    """Write the product of an n by n matrix with `b` into `target` from number `first` on."""
+    for row in range(n):
+        total = 0.0
+        for k in range(n):
+            total += matrix[row * n + k] * b[k]
+        target[first + row] = total
+
+
+@kernel
+def add_stages(target, weights, row, count, scale, stages):
+    """Add the first `count` stages, with the weights of this row of a tableau times `scale`, to a vector."""
+    width = target.size
     for m in range(count):
-        total += weights[row * STAGES + m] * stages[m * n + j]
-    return total
+        weight = weights[row * STAGES + m] * scale
+        for block in range(0, width, PADDING):
+            for j in range(PADDING):
+                target[block + j] += weight * stages[m * width + block + j]
 
 
 @kernel
-def interpolated(dense, stages, n, j, part, before, after):
-    """Return variable `j` at this part of a step between its values before and after: of order 4."""
-    bend = combined(dense, 1, STAGES, stages, n, j) + part * combined(dense, 2, STAGES, stages, n, j)
-    bend = combined(dense, 0, STAGES, stages, n, j) + part * bend
-    return (1.0 - part) * before + part * (after + (1.0 - part) * bend)
+def bend(dense, stages, width, j, bends, at):
+    """Write the three coefficients of the interpolant of variable `j` into `bends` from number `at` on."""
+    for i in range(3):
+        total = 0.0
+        for m in range(STAGES):
+            total += dense[i * STAGES + m] * stages[m * width + j]
+        bends[at + i] = total
+
+
+@kernel
+def interpolated(bends, at, part, before, after):
+    """Return a variable at this part of a step between its values before and after: of order 4."""
+    curve = bends[at] + part * (bends[at + 1] + part * bends[at + 2])
+    return (1.0 - part) * before + part * (after + (1.0 - part) * curve)
 
 
 def rosenbrock(
-    rate, q, p, y, knots, starts, ends, settings, tableau, advances, couplings, dense, times, x, v, impulse,
-    jacobian, matrix, pivots, stages, y_next, slope, slope_0, drift, report,
+    rate, q, p, y, n, knots, starts, ends, settings, tableau, advances, couplings, dense, times, x, v, impulse,
+    jacobian, matrix, stages, y_next, slope, slope_0, drift, bends, report,
 ):  # fmt: skip
     """Integrate a plant with friction under an effort that is straight between knots.
 
-    `y` is [plant state | friction state | friction impulse]. ``settings`` are the error allowed per time [m/s or
-    rad/s] and per step [m or rad], and the longest, shortest and first step [s]; `tableau` is [gamma | nodes | weights
-    of the drift]; `report` receives the numbers of steps accepted, rejected, and accepted in spite of their error.
-    Returns the number of samples reached: all, unless the motion left the finite numbers or too many steps missed
-    the tolerance.
+    `y` is [plant state | friction state | friction impulse], `n` numbers and padding. ``settings`` are the error
+    allowed per time [m/s or rad/s] and per step [m or rad], and the longest, shortest and first step [s]; `tableau` is
+    [gamma | nodes | weights of the drift]; `report` receives the numbers of steps accepted, rejected, and accepted in
+    spite of their error. Returns the number of samples reached: all, unless the motion left the finite numbers or too
+    many steps missed the tolerance.
     """
     per_time, per_step, h_max, h_min, wish = settings[0], settings[1], settings[2], settings[3], settings[4]
-    n, gamma, error_last, k, is_new = y.size, tableau[0], 1.0, 0, True
+    width, gamma, error_last, k, is_new = y.size, tableau[0], 1.0, 0, True
     for segment in range(starts.size):
         t, t_end, u, is_new = knots[segment], knots[segment + 1], starts[segment], True
         rise = (ends[segment] - u) / (t_end - t)
@@ -129,49 +139,50 @@ def rosenbrock(
             is_cut = h < wish
             if is_new:
                 rate(q, p, y, u, slope_0)
-                rate(q, p, y, u + rise * h, drift)
+                if rise != 0.0:
+                    rate(q, p, y, u + rise * h, drift)
                 for j in range(n):
-                    drift[j] = (drift[j] - slope_0[j]) / h
+                    drift[j] = (drift[j] - slope_0[j]) / h if rise != 0.0 else 0.0
                     y_next[j] = y[j]
-                for j in range(n):
+                # Nothing depends on the impulse: its column stays zero.
+                for j in range(n - 1):
                     delta = DIFFERENCE * max(abs(y[j]), h * abs(slope_0[j])) + 1e-100
                     y_next[j] = y[j] + delta
-                    delta = y_next[j] - y[j]
+                    inverse = 1.0 / (y_next[j] - y[j])
                     rate(q, p, y_next, u, slope)
                     y_next[j] = y[j]
                     for i in range(n):
-                        jacobian[i * n + j] = (slope[i] - slope_0[i]) / delta
-            for j in range(n * n):
-                matrix[j] = -jacobian[j]
-            for j in range(n):
-                matrix[j * n + j] += 1.0 / (gamma * h)
-            factorise(matrix, n, pivots)
+                        jacobian[i * n + j] = (slope[i] - slope_0[i]) * inverse
+            invert(jacobian, n, 1.0 / (gamma * h), matrix)
             for stage in range(STAGES):
-                for j in range(n):
-                    y_next[j] = y[j] + combined(advances, stage, stage, stages, n, j)
+                copy(y, y_next)
+                add_stages(y_next, advances, stage, stage, 1.0, stages)
                 rate(q, p, y_next, u + tableau[1 + stage] * h * rise, slope)
                 for j in range(n):
-                    coupling = combined(couplings, stage, stage, stages, n, j) / h
-                    stages[stage * n + j] = slope[j] + h * tableau[1 + STAGES + stage] * drift[j] + coupling
-                solve_factorised(matrix, n, pivots, stages, stage * n)
+                    slope[j] += h * tableau[1 + STAGES + stage] * drift[j]
+                add_stages(slope, couplings, stage, stage, 1.0 / h, stages)
+                multiply(matrix, n, slope, stages, stage * width)
             for j in range(n):
-                y_next[j] += stages[7 * n + j]
+                y_next[j] += stages[7 * width + j]
             # The last stage is the error of the embedded result, of order 4.
-            error = abs(stages[7 * n]) + 2.0 * h * abs(stages[7 * n + 1])
-            error /= min(per_time * h, per_step)
+            error = abs(stages[7 * width]) + 2.0 * h * abs(stages[7 * width + 1])
+            error /= max(min(per_time * h, per_step), ROUNDING * abs(y[0]))
             is_new = error <= 1.0 or h <= h_min
             if not is_new:
                 report[1] += 1.0
                 wish = max(h_min, h * length_factor(error, 1.0, 4.0))
                 continue
+            if k < times.size and times[k] <= t + h:
+                bend(dense, stages, width, 0, bends, 0)
+                bend(dense, stages, width, 1, bends, 3)
+                bend(dense, stages, width, n - 1, bends, 6)
             while k < times.size and times[k] <= t + h:
                 part = (times[k] - t) / h
-                x[k] = interpolated(dense, stages, n, 0, part, y[0], y_next[0])
-                v[k] = interpolated(dense, stages, n, 1, part, y[1], y_next[1])
-                impulse[k] = interpolated(dense, stages, n, n - 1, part, y[n - 1], y_next[n - 1])
+                x[k] = interpolated(bends, 0, part, y[0], y_next[0])
+                v[k] = interpolated(bends, 3, part, y[1], y_next[1])
+                impulse[k] = interpolated(bends, 6, part, y[n - 1], y_next[n - 1])
                 k += 1
-            for j in range(n):
-                y[j] = y_next[j]
+            copy(y_next, y)
             if not abs(y[0]) + abs(y[1]) < 1e100 or report[2] > GIVE_UP:
                 return float(k)
             t, u = t_end if is_last else t + h, u + h * rise

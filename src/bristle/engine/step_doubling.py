@@ -18,14 +18,16 @@ from bristle.core.kernel import kernel
 from bristle.core.mathematics import Bracket, bracket_guess, bracket_update
 from bristle.core.packing import Structure, unpacker
 from bristle.engine.efim import INFINITY, evaluate
-from bristle.engine.entries import FAILED, FORCE
-from bristle.engine.step_length import GIVE_UP, length_factor
+from bristle.engine.entries import ACCELERATION, FAILED, FORCE, SLACK, SLOPE
+from bristle.engine.step_length import GIVE_UP, ROUNDING, length_factor
 
 __all__ = ["doubling", "make_rest_time"]
 
 # A step so short, as a share of another one, that the mean force over it is the force at an instant.
 INSTANT = 1e-9
 BISECTIONS = 60
+# What the solves may contribute to the error that is allowed.
+SHARE_OF_SOLVES = 0.01
 
 
 @kernel(inline=False)
@@ -118,7 +120,7 @@ def doubling(
     too many steps missed the tolerance.
     """
     per_time, per_step, h_max, h_min, wish = settings[0], settings[1], settings[2], settings[3], settings[4]
-    error_last, total, k = 1.0, 0.0, 0
+    error_last, total, k, h_last, acceleration, bend = 1.0, 0.0, 0, 0.0, 0.0, 0.0
     for segment in range(starts.size):
         t, t_end, u, rests_until = knots[segment], knots[segment + 1], starts[segment], INFINITY
         rise = (ends[segment] - u) / (t_end - t)
@@ -133,14 +135,20 @@ def doubling(
             copy(state, state_0)
             copy(state, state_1)
             copy(memory, memory_0)
-            copy(out, out_1)
+            # Each solve begins where the last ones point to: the mean acceleration, straight on in time.
+            allowed = max(min(per_time * h, per_step), ROUNDING * abs(body[0]))
+            slack = SHARE_OF_SOLVES * allowed / h
+            expected = acceleration + bend * (0.25 * h_last + 0.5 * h)
+            out_1[SLOPE], out_1[ACCELERATION], out_1[SLACK] = out[SLOPE], expected, slack
             burst(q, body_1, p, state_1, memory, u, u_end, h, 1, out_1)
             copy(memory_0, memory)
+            out[SLOPE], out[ACCELERATION], out[SLACK] = out_1[SLOPE], out_1[ACCELERATION] - 0.25 * h * bend, slack
             burst(q, body, p, state, memory, u, u_middle, 0.5 * h, 1, out)
-            x_middle, v_middle, force_1, failures = body[0], body[1], out[FORCE], out[FAILED]
+            x_middle, v_middle, force_1, failures, early = body[0], body[1], out[FORCE], out[FAILED], out[ACCELERATION]
+            out[ACCELERATION] = 2.0 * out_1[ACCELERATION] - early
             burst(q, body, p, state, memory, u_middle, u_end, 0.5 * h, 1, out)
             error = abs(body[0] - body_1[0]) + 2.0 * h * abs(body[1] - body_1[1])
-            error /= min(per_time * h, per_step)
+            error /= allowed
             rest = h
             if body[1] == 0.0 and rests_until == INFINITY:
                 if body_0[1] == 0.0:
@@ -170,6 +178,7 @@ def doubling(
                 return k
             wish = max(wish if is_cut else h_min, h * length_factor(error, error_last, 2.0))
             u, error_last, rests_until = u_end, error, INFINITY
+            h_last, acceleration, bend = h, out[ACCELERATION], 2.0 * (out[ACCELERATION] - early) / h
             report[0] += 1.0
             report[2] += 1.0 if not error <= 1.0 else 0.0
             report[3] += failures + out[FAILED]

@@ -7,6 +7,7 @@ SAFETY = 0.9
 SMALLEST_FACTOR, LARGEST_FACTOR = 0.2, 4.0
 PROPORTIONAL, INTEGRAL = 0.7, 0.4
 SMALLEST_ERROR = 1e-4
+ROUNDING = 1e-15  # share of the position below which its error means nothing
 GIVE_UP = 1000.0  # steps of the shortest length, and still not exact enough
 
 
