@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.composite import composite
+from benchmarks.lanes import lanes
 from benchmarks.preisach import preisach
 from benchmarks.timing import HEAD, Ratio, command, python, side_by_side, wall
 
@@ -63,7 +64,11 @@ def lugre() -> Iterator[Ratio]:
 
 
 def start_up() -> Iterator[Ratio]:
-    """Time how long it takes to answer at all, against importing numpy."""
+    """Time how long it takes to answer at all, against importing numpy.
+
+    That a process which finds everything compiled has computed within a second of its start is an absolute claim: the
+    median of nine processes, on whatever else the machine is doing.
+    """
     numpy = python("import numpy")
     yield Ratio("import bristle", *side_by_side(python("import bristle"), numpy, 15), 3.0, "import numpy")
     yield Ratio("bristle --help", *side_by_side(command(BRISTLE, "--help"), numpy, 15), 4.5, "import numpy")
@@ -75,7 +80,7 @@ def start_up() -> Iterator[Ratio]:
         second = python(code, BRISTLE_CACHE_DIR=cache)
         yield Ratio(
             "a second process until it has computed", *side_by_side(second, python("import numpy, numba"), 9), None,
-            "import numpy, numba",
+            "import numpy, numba", "from process start, median of 9; the limit is in seconds", most=1.0,
         )  # fmt: skip
 
 
@@ -99,18 +104,24 @@ def identify() -> Iterator[Ratio]:
 
 
 def demo() -> Iterator[Ratio]:
-    """Time the demonstration from a cold cache and from a warm one."""
+    """Time the demonstration, start of the process and report included: the first on a machine, and a later one.
+
+    The first compiles all that it needs, and is run once; the later ones find it in the cache, and the best of three
+    is told. Neither has a limit: they tell how long a newcomer waits.
+    """
     with tempfile.TemporaryDirectory() as folder:
         job = command(BRISTLE, "demo", "--out", f"{folder}/out", "--force", BRISTLE_CACHE_DIR=f"{folder}/cache")
         cold = wall(job)
         warm = min(wall(job) for _ in range(3))
     beside = wall(python("import numpy, numba, scipy.signal"))
-    yield Ratio("demo, cold cache", cold, beside, cold / beside, None, "import numpy, numba, scipy.signal")
-    yield Ratio("demo, warm cache", warm, beside, warm / beside, None, "import numpy, numba, scipy.signal")
+    yield Ratio(
+        "demo, cold cache", cold, beside, cold / beside, None, "import numpy, numba, scipy.signal", "one run, compiles"
+    )
+    yield Ratio("demo, warm cache", warm, beside, warm / beside, None, "import numpy, numba, scipy.signal", "best of 3")
 
 
 BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
-    one.__name__: one for one in (lugre, preisach, composite, start_up, identify, demo)
+    one.__name__: one for one in (lugre, preisach, composite, start_up, identify, demo, lanes)
 }
 
 
@@ -125,7 +136,7 @@ def main(names: list[str]) -> int:
     for name in names or BENCHMARKS:
         for claim in BENCHMARKS[name]():
             print(claim.row(), flush=True)
-            missed += claim.limit is not None and claim.ratio > claim.limit
+            missed += claim.missed
     return 1 if missed else 0
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -70,6 +71,14 @@ def column(number: int, text: str) -> Callable[[], object]:
     return rows(change)
 
 
+def with_own_model() -> None:
+    """Let the model file and the experiment name the model of a person's own."""
+    for name in ("model.toml", "experiment.toml"):
+        text = Path(name).read_text()
+        own = '[friction]\nfile = "own.py"\nF_0 = 8.0\n'
+        Path(name).write_text(re.sub(r"\[friction\]\n([^\[\n].*\n)*", own, text, count=1))
+
+
 COMMAND_LINES = [
     Bad("no command of this name", ("idenfity", "identify", "--help"), ("idenfity", "log.csv")),
     Bad("no option of this name", ("--axes", "--axis"), ("identify", "log.csv", "--axes", "axis.toml")),
@@ -89,6 +98,7 @@ COMMAND_LINES = [
         "results into a file", ("kept.txt", "Name another"), (*IDENTIFY, "--out", "kept.txt"), write("kept.txt", "mine")
     ),
     Bad("results nowhere", ("no/run", "Make"), (*IDENTIFY, "--out", "no/run")),
+    Bad("results in a folder without a name", ("--out", "empty"), (*IDENTIFY, "--out", "")),
     Bad("results over a folder of something else", ("another folder",), (*IDENTIFY, "--out", ".", "--force")),
     Bad("check of what is no model", ("log.csv", ".py"), ("check", "log.csv")),
     Bad("slot for a controller", ("cascade+asymmetry", "no slots"), ("models", "cascade+asymmetry")),
@@ -301,6 +311,30 @@ MODELS = [
         ("check", "own.py"),
         write("own.py", "a = 0\n"),
     ),
+    Bad(
+        "own model that ends the program",
+        ("own.py, line 1", "SystemExit: 7"),
+        ("check", "own.py"),
+        write("own.py", "raise SystemExit(7)\n"),
+    ),
+    Bad("own model that is no text", ("own.py", "binary"), ("check", "own.py"), write("own.py", "a\0b")),
+    *(
+        Bad(
+            f"own model with an unknown name, {arguments[0]}",
+            ("own.py", "NameError", "no_such_name", "bristle check"),
+            arguments,
+            lambda: (swap("own.py", "return p.F_0 *", "return no_such_name *")(), with_own_model()),
+        )
+        for arguments in ((*IDENTIFY, "--model", "own.py"), PREDICT, ("run", "experiment.toml"))
+    ),
+    Bad(
+        "own model with the name of another",
+        ("coulomb", "name of its own"),
+        (*IDENTIFY, "--model", "own.py"),
+        swap("own.py", 'name="own"', 'name="coulomb"'),
+    ),
+    Bad("model asked for twice", ("coulomb", "twice"), (*IDENTIFY, "--model", "coulomb,coulomb")),
+    Bad("slot given twice", ("+asymmetry", "twice"), (*IDENTIFY, "--model", "coulomb+asymmetry+asymmetry")),
     Bad("own model that is not there", ("gone.py",), ("check", "gone.py")),
 ]
 ALL = [*COMMAND_LINES, *LOGS, *AXES, *EXPERIMENTS, *MODELS]

@@ -86,6 +86,12 @@ def test_a_sound_model_of_a_users_own_passes(bristle, place):
     assert found.code == 0
     assert found.data["passed"] is True
     assert all(one["passed"] for one in found.data["certificates"].values())
+    measured = {name: one for name, one in found.data["certificates"].items() if one["value"] is not None}
+    assert {"finite everywhere", "one sided limits", "dissipates", "refines", "same bits compiled"} <= set(measured)
+    assert all(one["unit"] for one in measured.values())
+    assert measured["dissipates"]["value"] > measured["dissipates"]["threshold"]
+    assert measured["refines"]["value"] <= measured["refines"]["threshold"]
+    assert found.data["certificates"]["rate agrees"]["applies"] is False  # it has no rate
     assert all(set(one) >= KEYS for one in found.data["certificates"].values())
 
 
@@ -96,6 +102,8 @@ def test_a_model_that_pushes_fails_with_advice(bristle, place):
     failed = {name for name, one in found.data["certificates"].items() if not one["passed"]}
     assert "dissipates" in failed
     assert all(name in found.err for name in failed)
+    worst = found.data["certificates"]["dissipates"]
+    assert worst["value"] < worst["threshold"] < 0.0
     shown = bristle("check", "own.py")
     assert shown.code == 1
     assert "NOT MET" in shown.out

@@ -6,6 +6,7 @@ import re
 import shlex
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -46,6 +47,28 @@ def test_the_folder_of_results_is_complete_and_agrees_with_what_was_printed(bris
     table = Path("run/drive_table.csv").read_text().splitlines()
     assert table[0] == "velocity [m/s],effort [N]"
     assert 4 <= len(table) - 1 <= 20
+
+
+def test_the_treatment_asked_for_is_that_of_the_prediction(bristle, place):
+    asked = ("--cutoff", "40 Hz", "--decimation", 8)
+    found = bristle("identify", "log.csv", "--axis", "axis.toml", *asked, "--out", "run", "--json")
+    predicted = bristle("predict", "run/model.toml", "log.csv", "--axis", "axis.toml", "--json")
+    error = found.data["metrics"]["force_error_percent"]
+    assert predicted.data["metrics"]["force_error_percent"] == pytest.approx(error, rel=1e-9)
+    model = Path("run/model.toml")
+    model.write_text(model.read_text().replace("cutoff = 40.0", "cutoff = 400.0"))
+    otherwise = bristle("predict", "run/model.toml", "log.csv", "--axis", "axis.toml", "--json")
+    assert abs(otherwise.data["metrics"]["force_error_percent"] / error - 1.0) > 0.01
+
+
+def test_how_sure_is_told_for_correlated_residuals_too(bristle, place):
+    found = bristle("identify", "log.csv", "--axis", "axis.toml", "--out", "run", "--json").data
+    raw = tomllib.loads(Path("run/model.toml").read_text())["uncertainty"]
+    for name, one in found["parameters"].items():
+        assert raw[name]["robust_std"] == one["robust_std"] > 0.0
+        half = 1.96 * max(one["std"], one["robust_std"]) / abs(one["value"])
+        assert one["interval_percent"] == pytest.approx(100.0 * half)
+    assert found["metrics"]["friction_error_percent"] > found["metrics"]["force_error_percent"]
 
 
 def test_the_loop_is_judged_when_the_axis_has_a_controller_and_not_otherwise(bristle, place):
@@ -131,3 +154,21 @@ def test_a_limit_on_the_size_of_files_is_told_and_keeps_what_was(place):
     assert "file too large" in ended.stderr
     assert {one.name: one.read_bytes() for one in Path("run").iterdir()} == before
     assert [one.name for one in place.glob("run*")] == ["run"]
+
+
+def test_what_a_model_of_ones_own_prints_is_no_part_of_the_object(bristle, place):
+    own = place / "own.py"
+    own.write_text(f"print('hello')\n{own.read_text()}")
+    ended = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "own.py", "--json")
+    assert ended.data["model"] == "own"
+    assert ended.err == "hello\n"
+
+
+def test_a_model_of_ones_own_that_drives_is_warned_of(bristle, place):
+    own = place / "own.py"
+    own.write_text(own.read_text().replace("return p.F_0", "return -p.F_0"))
+    ended = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "own.py")
+    assert ended.code == 0
+    (line,) = [line for line in ended.err.splitlines() if "contract" in line]
+    assert line.startswith("bristle: warning: own.py: does not meet the contract of a friction model: ")
+    assert "opposes sliding, dissipates" in line

@@ -12,7 +12,9 @@ from pathlib import Path
 import pytest
 
 from bristle.cli import failure, identify, terminal
-from bristle.cli.main import app, main
+from bristle.cli.application import app
+from bristle.cli.main import main
+from bristle.cli.signals import SignalledError, ended_by_signals
 
 COMMANDS = [one.name for one in app.registered_commands]
 HEAVY = ("numba", "scipy", "pint", "pydantic", "rich", "matplotlib", "numpy")
@@ -102,7 +104,7 @@ def test_other_ends_have_codes_of_their_own(bristle, monkeypatch, error, code):
     def ends(*_, **__):
         raise error
 
-    monkeypatch.setattr(failure, "_close_output", lambda: None)
+    monkeypatch.setattr(failure, "close_output", lambda: None)
     monkeypatch.setattr("bristle.friction.find", ends)
     monkeypatch.setattr("bristle.cli.models._families", ends)
     ended = bristle("models")
@@ -110,7 +112,11 @@ def test_other_ends_have_codes_of_their_own(bristle, monkeypatch, error, code):
     assert ended.out == ""
 
 
-def test_ctrl_c_ends_the_work_and_leaves_nothing(place):
+@pytest.mark.parametrize(
+    ("number", "code", "said"),
+    [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated"), (signal.SIGHUP, 129, "hung up")],
+)
+def test_a_signal_ends_the_work_and_leaves_nothing(place, number, code, said):
     process = subprocess.Popen(
         [
             sys.executable,
@@ -132,10 +138,48 @@ def test_ctrl_c_ends_the_work_and_leaves_nothing(place):
     until = time.monotonic() + 60
     while not Path("run.partial").exists() and time.monotonic() < until:
         time.sleep(0.01)
-    process.send_signal(signal.SIGINT)
+    process.send_signal(number)
+    process.send_signal(number)  # as a terminal does that is closed: it must not end the cleaning up
     out, errors = process.communicate(timeout=60)
-    assert (process.returncode, out, errors) == (130, "", "bristle: interrupted\n")
+    assert (process.returncode, out, errors) == (code, "", f"bristle: {said}\n")
     assert not list(place.glob("run*"))
+
+
+def test_a_signal_that_a_finalizer_swallows_is_sent_again():
+    class Last:
+        def __del__(self):
+            signal.raise_signal(signal.SIGTERM)
+
+    def work():
+        with ended_by_signals():
+            Last()
+            time.sleep(5.0)
+
+    with pytest.raises(SignalledError, match="terminated"):
+        work()
+
+
+def test_signals_that_are_ignored_stay_so_and_handlers_come_back():
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with ended_by_signals():
+            signal.raise_signal(signal.SIGHUP)
+            assert signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL
+        assert signal.getsignal(signal.SIGTERM) is signal.SIG_DFL
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+def test_an_interrupt_while_commands_are_imported_is_told_in_one_line(monkeypatch, capsys):
+    class Interrupting:
+        def find_spec(self, name, *_):
+            if name == "bristle.cli.application":
+                signal.raise_signal(signal.SIGTERM)
+
+    monkeypatch.delitem(sys.modules, "bristle.cli.application")
+    monkeypatch.setattr(sys, "meta_path", [Interrupting(), *sys.meta_path])
+    assert main(["models"]) == 143
+    assert capsys.readouterr().err == "bristle: terminated\n"
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
@@ -153,8 +197,27 @@ def test_an_output_that_takes_nothing_is_said_once():
     assert "No space left" in ended.stderr
 
 
-def test_a_reader_that_has_had_enough_is_no_error():
-    code = "import sys; from bristle.cli.main import main; sys.exit(main(['models', '--json']))"
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
+def test_an_output_that_takes_nothing_does_not_take_the_results_away(place):
+    with open("/dev/full", "w") as full:
+        process = [sys.executable, "-c", INTERRUPTIBLE, "run", "experiment.toml", "--out", "run"]
+        ended = subprocess.run(process, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert ended.returncode == 2
+    assert "The folder of results is whole and stays" in ended.stderr
+    assert (place / "run" / "summary.json").is_file()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"), [(["models"], 0), (["models", "--json"], 0), (["nonsense"], 2), (["log", "log.csv"], 0)]
+)
+def test_a_closed_output_changes_no_exit_code(place, arguments, code):
+    shell = ["bash", "-c", '"$0" -c "$1" "${@:2}" >&- 2>&-', sys.executable, INTERRUPTIBLE, *arguments]
+    assert subprocess.run(shell, check=False).returncode == code
+
+
+@pytest.mark.parametrize("json", [(), ("--json",)])
+def test_a_reader_that_has_had_enough_is_no_error(json):
+    code = f"import sys; from bristle.cli.main import main; sys.exit(main(['models', *{json!r}]))"
     process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     assert process.stdout is not None
     process.stdout.close()

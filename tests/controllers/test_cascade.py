@@ -5,6 +5,7 @@ import pytest
 
 from bristle import controllers, friction, sensors
 from bristle.core.contracts import Reference
+from bristle.core.errors import InputError
 from bristle.engine import run_closed_loop
 from bristle.plants import inertia
 
@@ -87,3 +88,17 @@ def test_an_unstable_loop_ends_with_a_status_and_not_with_infinities():
     trace = drive(controllers.cascade(k_p=400.0, k_v=9000.0), 1e-3 * np.sin(30 * t), delay=3)
     assert trace.status == Status.NOT_FINITE
     assert trace.time.size < t.size
+
+
+@pytest.mark.parametrize("averaging", [1.5, 0, 3, "2 s"])
+def test_the_velocity_is_taken_over_one_sample_or_two(averaging):
+    with pytest.raises(InputError, match="averaging"):
+        controllers.cascade(k_p=1.0, k_v=1.0, averaging=averaging)
+
+
+def test_a_known_input_is_added_behind_the_limit_of_the_controller():
+    reference = np.concatenate((np.zeros(20), np.full(480, 0.2)))
+    c = controllers.cascade(k_p=30.0, k_v=400.0, limit=20.0)
+    pulses = np.where(np.arange(reference.size) < 60, 15.0, 0.0)
+    assert np.max(drive(c, reference, injected=pulses).command) == 35.0
+    assert np.max(drive(c, reference, injected=pulses, limit=30.0).command) == 30.0

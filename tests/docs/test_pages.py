@@ -9,7 +9,7 @@ import pytest
 import typer
 from tests.docs.conftest import PAGES, ROOT, blocks
 
-from bristle.cli.main import app
+from bristle.cli.application import app
 from bristle.files.axis import axis_from
 from bristle.files.axis_schema import AxisFile
 from bristle.files.experiment import KEYS, experiment_from, merged

@@ -143,15 +143,59 @@ def test_a_damaged_or_unwritable_cache_only_costs_time(probe, tmp_path):
     assert probe(BRISTLE_CACHE_DIR="") == (good, 1)
 
 
-def test_the_fingerprint_follows_what_the_compiler_freezes():
-    def made(constant, inner_factor):
-        scope = {"LEVEL": constant}
-        exec(f"def inner(x):\n    return x * {inner_factor}\ndef outer(x):\n    return inner(x) + LEVEL\n", scope)
-        return scope["outer"]
+BASE = """
+import enum
+from typing import NamedTuple
+import numpy as np
 
-    assert fingerprint(made(1.0, 2.0)) == fingerprint(made(1.0, 2.0))
-    assert fingerprint(made(1.0, 2.0)) != fingerprint(made(1.5, 2.0))
-    assert fingerprint(made(1.0, 2.0)) != fingerprint(made(1.0, 3.0))
+class Kind(enum.IntEnum):
+    ONE = 1
+
+class Pair(NamedTuple):
+    a: float = 1.0
+
+TABLE = np.array([1.0, 2.0])
+LEVEL = 1.0
+NAMES = ("a", "b")
+
+def inner(x, gain=2.0, *, bias=0.5):
+    return gain * x + bias
+
+def outer(x):
+    return inner(x) + LEVEL + 1.0 * x + 12.0 + TABLE[0] + Pair().a + Kind.ONE + len(NAMES)
+"""
+
+
+def fingerprint_of(text):
+    scope = {"__name__": "probe"}
+    exec(text, scope)
+    return fingerprint(scope["outer"])
+
+
+def test_the_same_code_has_the_same_fingerprint():
+    assert fingerprint_of(BASE) == fingerprint_of(BASE)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("LEVEL = 1.0", "LEVEL = 1.5"),
+        ("return gain * x", "return 2.0 * gain * x"),
+        ("gain=2.0", "gain=30.0"),
+        ("bias=0.5", "bias=0.6"),
+        ("a: float = 1.0", "a: float = 2.0"),
+        ("ONE = 1", "ONE = 2"),
+        ("[1.0, 2.0]", "[1.0, 2.5]"),
+        ("[1.0, 2.0]", "[[1.0], [2.0]]"),
+        ("[1.0, 2.0])", "[1.0, 2.0], dtype=np.float32)"),
+        ('("a", "b")', '("ab",)'),
+        ("1.0 * x + 12.0", "1.01 * x + 2.0"),
+        ("inner(x) + LEVEL", "inner(LEVEL) + x"),
+    ],
+)
+def test_whatever_the_compiler_freezes_changes_the_fingerprint(old, new):
+    assert old in BASE
+    assert fingerprint_of(BASE) != fingerprint_of(BASE.replace(old, new))
 
 
 NUMBERS = """

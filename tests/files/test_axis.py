@@ -49,7 +49,8 @@ def test_the_axis_file_of_the_positioning_system():
     assert si(axis.columns["effort"]) == pytest.approx(35.1507, abs=1e-4)
     assert axis.injected[0].gain * 5 == pytest.approx(5.0695 * 35.1507, rel=1e-5)
     assert axis.injected[0].optional
-    assert axis.effort_limit == pytest.approx(351.507, abs=1e-3)
+    assert axis.controller.values["limit"] == pytest.approx(351.507, abs=1e-3)
+    assert axis.effort_limit is None  # pulses are added behind the limit of the controller
     assert axis.resolution == 50e-9
     assert (axis.cutoff, axis.decimation, axis.offset, axis.mass) == (100.0, 10, "identify", None)
 
@@ -178,7 +179,10 @@ BAD = [
     ({"effort": {"force_constant": 35.0}}, "effort.force_constant: does not fit"),
     ({"effort": {"force_constant": "1 N/V", "torque_constant": "1 N*m/A"}}, "Keep one of them"),
     ({"effort": {"limit": "-0 N"}}, "effort.limit: must be positive"),
-    ({"effort": {"limit": "10 A"}}, "effort.limit: is no effort by itself"),
+    ({"effort": {"limit": "10 A"}}, "effort.limit: is no effort by itself; found '10 A'"),
+    ({"effort": {"limit": "300 J"}}, "effort.limit: has the wrong unit; found '300 J'"),
+    (column(effort={"column": "u", "unit": "J"}), "columns.effort.unit: has the wrong unit; found 'J'"),
+    ({"encoder": {"resolution": "5 N"}}, "encoder.resolution: has the wrong unit; found '5 N'"),
     ({"transmission": {"lead": "0 mm"}}, "transmission.lead: must be positive and finite; found '0 mm'"),
     ({"transmission": {"gear_ratio": -2.0}}, "transmission.gear_ratio: does not fit; found -2.0"),
     ({"plant": {"mass": "95 N"}}, "plant.mass: has the wrong unit"),

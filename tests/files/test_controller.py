@@ -1,10 +1,12 @@
 """Control laws in files: gains in the units of the drive."""
 
 import math
+import tomllib
 
 import pytest
 
 from bristle.core import Axis, Column, InputError
+from bristle.files.axis import axis_from
 from bristle.files.controller import controller_of
 
 
@@ -31,6 +33,31 @@ def test_gains_of_the_drive_become_si(found, k_v, limit):
     assert law.values["limit"] == pytest.approx(limit, rel=1e-12)
     assert law.values["k_p"] == 160.18
     assert law.kind == found.kind
+
+
+SCREW = """
+schema = 1
+kind = "translational"
+columns.position = { column = "q", unit = "rev", side = "motor" }
+columns.effort = { column = "i", unit = "A" }
+effort.torque_constant = "0.5 N*m/A"
+transmission = { gear_ratio = 2, lead = "10 mm" }
+controller = { model = "cascade", k_p = "60 1/s", k_v = "12 A*s/rad", k_i = "6 A/rad", limit = "8 A" }
+"""
+
+
+def test_gains_for_an_angle_of_the_motor_go_through_gear_and_lead():
+    law = axis_from(tomllib.loads(SCREW)).controller
+    travel = 0.01 / (2 * 2 * math.pi)  # of the carriage for one radian of the motor [m]
+    assert law.values["k_v"] == pytest.approx(12.0 * 0.5 / travel / travel, rel=1e-12)
+    assert law.values["k_i"] == pytest.approx(6.0 * 0.5 / travel / travel, rel=1e-12)
+    assert law.values["limit"] == pytest.approx(8.0 * 0.5 / travel, rel=1e-12)
+
+
+def test_a_gain_for_an_angle_needs_a_position_that_is_one():
+    text = SCREW.replace('unit = "rev", side = "motor"', 'unit = "mm"')
+    with pytest.raises(InputError, match=r"controller\.k_v.*12 A\*s/rad.*N\*s/m"):
+        axis_from(tomllib.loads(text))
 
 
 def test_an_axis_without_a_controller_has_none():

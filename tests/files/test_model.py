@@ -50,7 +50,7 @@ def test_every_model_of_either_kind_comes_back(tmp_path, name, slot, kind):
 def test_units_meanings_and_uncertainty_are_written_for_people(tmp_path):
     model = find("coulomb")(F_C=8.0)
     estimates = [
-        Estimate("M", "kg", "mass", 20.0, 0.25),
+        Estimate("M", "kg", "mass", 20.0, 0.25, robust_std=0.75),
         Estimate("F_C", "N", "level", 8.0, None, "at_edge", 'the "edge"\nof what is sought'),
         Estimate("offset", "N", "offset", 0.0, None, "held"),
     ]
@@ -61,9 +61,38 @@ def test_units_meanings_and_uncertainty_are_written_for_people(tmp_path):
     assert raw["schema"] == 1
     info = read_model(path).info
     assert info["provenance"] == {"command": 'a "b" \\ c'}
-    assert info["uncertainty"]["M"] == {"std": 0.25, "status": "identified"}
+    assert info["uncertainty"]["M"] == {"std": 0.25, "robust_std": 0.75, "status": "identified"}
     assert info["uncertainty"]["F_C"]["note"] == 'the "edge"\nof what is sought'
     assert info["uncertainty"]["offset"] == {"status": "held"}
+
+
+def test_the_treatment_of_the_identification_comes_back(tmp_path):
+    path = tmp_path / "model.toml"
+    treatment = {"cutoff": 37.5, "decimation": 4.0, "rows": 900.0, "velocity_max": 0.3}
+    write_model(path, None, find("coulomb")(F_C=8.0), treatment=treatment)
+    assert "cutoff = 37.5 # Hz: " in path.read_text()
+    assert read_model(path).info["treatment"] == {"cutoff": 37.5, "decimation": 4, "velocity_max": 0.3}
+    write_model(path, None, find("coulomb")(F_C=8.0))
+    assert read_model(path).info["treatment"] == {}
+
+
+@pytest.mark.parametrize(
+    ("line", "key"),
+    [
+        ('cutoff = "3 m"', "treatment.cutoff"),
+        ("cutoff = -3.0", "treatment.cutoff"),
+        ("decimation = 2.5", "treatment.decimation"),
+        ("decimation = 0", "treatment.decimation"),
+        ("cut_off = 3.0", "treatment.cut_off"),
+    ],
+)
+def test_a_treatment_that_cannot_be_is_named(tmp_path, line, key):
+    path = tmp_path / "model.toml"
+    write_model(path, None, find("coulomb")(F_C=8.0))
+    path.write_text(f"{path.read_text()}\n[treatment]\n{line}\n")
+    with pytest.raises(InputError) as caught:
+        read_model(path)
+    assert key in str(caught.value)
 
 
 def test_a_users_own_model_travels_with_its_file(tmp_path, own_model):

@@ -66,14 +66,46 @@ def test_nothing_is_seen_before_the_end(tmp_path):
 
 
 def test_existing_results_need_force_and_are_replaced_whole(out):
-    (out / "extra.csv").write_text("1")
     with pytest.raises(InputError, match="--force"), results_folder(out):
         pytest.fail("the work must not begin")
     assert mark_of(out) == "old"
     with results_folder(out, force=True) as folder:
         fill(folder, "new")
     assert mark_of(out) == "new"
-    assert not (out / "extra.csv").exists()
+
+
+def test_files_of_a_person_are_never_removed(out):
+    (out / "notes.txt").write_text("mine")
+    with (
+        pytest.raises(InputError, match=r"besides the results: notes\.txt.*Move them"),
+        results_folder(out, force=True),
+    ):
+        pytest.fail("the work must not begin")
+    assert (out / "notes.txt").read_text() == "mine"
+
+
+def test_files_that_a_person_adds_meanwhile_are_kept(out):
+    def replace():
+        with results_folder(out, force=True) as folder:
+            fill(folder, "new")
+            (out / "notes.txt").write_text("mine, written meanwhile")
+
+    with pytest.raises(InputError, match=r"notes\.txt"):
+        replace()
+    assert mark_of(out) == "old"
+    assert (out / "notes.txt").read_text() == "mine, written meanwhile"
+    assert [one.name for one in out.parent.iterdir()] == ["run"]
+
+
+def test_what_belongs_to_the_results_is_replaced_with_them(out):
+    (out / "model.toml").write_text('[friction]\nfile = "own.py"\n')
+    (out / SUMMARY).write_text('{"simulated": true}')
+    for name in ("own.py", "axis.toml", "log.csv"):
+        (out / name).write_text("ours")
+    with results_folder(out, force=True) as folder:
+        fill(folder, "new")
+    assert mark_of(out) == "new"
+    assert sorted(one.name for one in out.iterdir()) == sorted(NAMES)
 
 
 def test_force_never_replaces_a_folder_of_something_else(tmp_path):

@@ -4,8 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bristle import controllers, plants, sensors
 from bristle.core import Model
-from bristle.engine import force_along
+from bristle.engine import force_along, run_closed_loop
 from bristle.logs.log import Channel, Log
 
 
@@ -78,3 +79,14 @@ def slow_log(model: Model, *, M: float = 12.0, noise: float = 0.05, step: float 
     scatter = np.random.default_rng(1).normal(0.0, noise, motion.time[::fine].size)
     coarse = Motion(*(one[::fine] for one in motion))
     return log_of(coarse, M * coarse.acceleration + friction[::fine] + scatter, step=step)
+
+
+def held_log(model: Model, *, M: float = 28.0, noise: float = 0.3, duration: float = 16.0) -> Log:
+    """A log of a sampled loop, which holds each effort until its next sample, on slow sines."""
+    motion, dt = sines(duration, 1e-3, (6e-3, 2e-3, 6e-4), (0.25, 0.9, 1.7), (0, 0, 0)), 1e-3
+    law = controllers.cascade(k_p=60.0, k_v=7000.0, k_i=2e5)
+    desired = np.stack([motion.position, motion.velocity, motion.acceleration, np.zeros(motion.time.size)])
+    trace = run_closed_loop(plants.inertia(M=M), model, law, sensors.encoder(resolution=1e-7), desired, dt, steps=50)
+    reached = Motion(motion.time, trace.measured, motion.velocity, motion.acceleration)
+    scatter = np.random.default_rng(3).normal(0.0, noise, motion.time.size)
+    return log_of(reached, trace.command + scatter)

@@ -57,6 +57,28 @@ def test_friction_by_direction_as_published(emps):
     assert fit.held_out.mean_percent < 0.8 * result.fits[1].held_out.mean_percent
 
 
+@pytest.mark.parametrize("cutoff", [10.0, 20.0, 50.0])
+def test_other_cutoffs_find_the_same_mechanism(emps, cutoff):
+    fit = identify(emps, "coulomb_viscous", cutoff=cutoff).best
+    for name, value in {"M": 95.1089, "F_v": 203.5034, "F_C": 20.3935, "offset": -3.1648}.items():
+        assert fit.parameters[name].value == pytest.approx(value, rel=0.015), name
+    assert 3.0 < fit.force_error_percent < 4.2
+
+
+def test_residuals_that_last_widen_the_intervals(emps):
+    parameters = identify(emps, "coulomb_viscous").best.parameters
+    for name, ratio in {"M": 1.8, "F_v": 5.5, "F_C": 4.8, "offset": 4.4}.items():
+        assert parameters[name].robust_std / parameters[name].std == pytest.approx(ratio, rel=0.1), name
+
+
+def test_a_model_that_the_log_leaves_half_open_is_not_the_first(emps):
+    result = identify(emps, "lugre+asymmetry,coulomb_viscous+asymmetry,coulomb_viscous")
+    names = [fit.name for fit in result.fits]
+    assert names == ["coulomb_viscous+asymmetry", "lugre+asymmetry", "coulomb_viscous"]
+    first, second, _ = (fit.held_out.mean_percent for fit in result.fits)
+    assert second < first < 1.05 * second
+
+
 def test_seven_reversals_do_not_show_presliding(emps):
     result = identify(emps, "lugre,dahl")
     for fit in result.fits:

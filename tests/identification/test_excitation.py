@@ -17,9 +17,9 @@ def warning_about(name: str, warnings: tuple[str, ...]) -> str:
 def test_slow_motion_does_not_show_viscous_friction_nor_inertia():
     motion = sines(30.0, amplitudes=(2e-4,), frequencies=(0.5,), phases=(0.0,))
     fit = identify(log_of(motion, sliding_effort(motion, noise=3.0))).best
-    assert "never exceeds 628 um/s" in warning_about("F_v", fit.warnings)
+    assert "never exceeds 628 µm/s" in warning_about("F_v", fit.warnings)
     assert "acceleration never exceeds" in warning_about("M", fit.warnings)
-    assert "mm/s^2" in warning_about("M", fit.warnings)
+    assert "mm/s²" in warning_about("M", fit.warnings)
     assert fit.parameters["F_v"].status == "unidentifiable"
     assert fit.parameters["F_C"].status == "identified"
 

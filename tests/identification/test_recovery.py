@@ -118,6 +118,10 @@ def test_predicted_and_measured_are_traced():
     relative = np.linalg.norm(traces.residual) / np.linalg.norm(traces.measured)
     assert 100.0 * relative == pytest.approx(fit.force_error_percent)
     assert fit.metrics["force_error_percent"] == fit.force_error_percent
+    # Of the effort, inertia takes none that friction does: the same residual is a larger share of what is left.
+    friction_alone = traces.measured - fit.plant.values["M"] * traces.acceleration
+    share = np.std(traces.measured) / np.std(friction_alone)
+    assert fit.metrics["friction_error_percent"] == pytest.approx(share * fit.force_error_percent, rel=0.05)
 
 
 def test_progress_runs_from_start_to_end_and_an_interrupt_passes():
@@ -157,7 +161,12 @@ def test_a_model_that_cannot_be_fitted_is_named(model, words):
         ({"mass": 0.0}, "mass"),
         ({"mass": float("nan")}, "mass"),
         ({"offset": float("inf")}, "offset"),
-        ({"offset": "7 N"}, "offset"),
+        ({"offset": "7 J"}, "offset"),
+        ({"offset": "some"}, "offset"),
+        ({"mass": "3 N"}, "mass"),
+        ({"cutoff": "60 rad/s"}, "cutoff"),
+        ({"decimation": 2.5}, "decimation"),
+        ({"blocks": float("nan")}, "blocks"),
         ({"blocks": 1}, "blocks"),
         ({"blocks": 2.5}, "blocks"),
         ({"blocks": 500}, "blocks"),

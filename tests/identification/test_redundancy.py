@@ -55,10 +55,19 @@ def test_one_direction_does_not_show_the_other():
     assert "drop +asymmetry" in caught.value.mend
 
 
-def test_reversed_effort_is_recognised():
+@pytest.mark.parametrize("known", [{}, {"mass": 12.0}, {"mass": 12.0, "offset": 0.0}, {"axis": Axis(mass=12.0)}])
+def test_reversed_effort_is_recognised_whatever_is_known(known):
     motion = sines()
-    with pytest.raises(InputError, match="sign of effort seems reversed"):
-        identify(log_of(motion, -sliding_effort(motion)))
+    with pytest.raises(InputError, match="sign of effort seems reversed") as caught:
+        identify(log_of(motion, -sliding_effort(motion)), **known)
+    assert "sign = -1" in caught.value.mend
+
+
+def test_friction_too_small_to_tell_is_no_reversed_effort():
+    motion = sines()
+    for seed in range(5):
+        effort = sliding_effort(motion, seed, noise=0.3, F_C=0.0, F_v=0.0)
+        assert identify(log_of(motion, effort), blocks=0).best.parameters["M"].value == pytest.approx(12.0, rel=0.01)
 
 
 def test_an_effort_of_zero_is_refused():

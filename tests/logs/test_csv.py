@@ -114,10 +114,35 @@ def test_a_bad_cell_is_named_with_line_and_column(line, cell, said):
     assert f"line {line + 1}" in caught.value.path
 
 
+@pytest.mark.parametrize(
+    ("cell", "said"),
+    [
+        ('"1.234,5"', "is a number with thousands separators"),
+        ('"1,234.5"', "is a number with thousands separators"),
+        ('"1,5"', "is a number with a decimal comma"),
+        ("00:00:01.250", "is a time of day"),
+        ("off", "is not a number"),
+    ],
+)
+def test_a_column_of_what_nearly_is_numbers_is_named_when_it_is_asked_for(cell, said):
+    text = "t,x\n" + "".join(f"{t},{cell}\n" for t in T)
+    error = read_csv(text.encode(), HERE).missing("x", "position")
+    assert str(error).startswith(f"log.csv: line 2, column 'x': {said}, and the column is to be the position; found")
+    assert error.value == cell.strip('"')
+    assert error.mend
+
+
+def test_one_quoted_number_with_thousands_separators_is_named_with_line_and_column():
+    lines = ("t,x\n" + rows()).split("\n")
+    lines[9] = lines[9].split(",")[0] + ',"1.234,5"'
+    with pytest.raises(InputError, match=r"line 10, column 'x': is a number with thousands separ"):
+        read_csv("\n".join(lines).encode(), HERE)
+
+
 def test_a_column_that_is_now_a_number_and_now_text_is_refused():
     states = ["0"] * 4 + ["OK"] * 26
     text = "t,x,state\n" + "".join(f"{t},{x},{s}\n" for t, x, s in zip(T, X, states, strict=True))
-    with pytest.raises(InputError, match="line 5, column 3: is a number, and below it stands text"):
+    with pytest.raises(InputError, match="line 5, column 'state': is a number, and below it stands text"):
         read_csv(text.encode(), HERE)
 
 

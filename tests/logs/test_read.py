@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bristle.controllers import cascade
 from bristle.core.axis import Column, Injected
 from bristle.core.errors import InputError
 from bristle.logs import read_log, sign_of_effort
@@ -134,14 +135,23 @@ def test_an_effort_at_its_known_limit_is_refused(write, axis, recording):
 
 
 def test_an_effort_beyond_its_limit_points_at_the_unit(write, axis):
-    with pytest.raises(InputError, match="exceeds the limit of the effort"):
+    with pytest.raises(InputError, match=r"exceeds the limit of the drive .* up to 10 N.*limit under \[effort\]"):
         read_log(write(), dataclasses.replace(axis, effort_limit=10.0))
 
 
-def test_a_known_input_may_carry_the_effort_beyond_the_limit(write, axis, recording):
+def test_known_inputs_are_added_behind_the_limit_of_the_controller_and_before_that_of_the_drive(write, axis, recording):
     pulses = np.where(np.arange(recording["t"].size) % 200 < 100, 5.0, 0.0)
-    axis = dataclasses.replace(axis, effort_limit=90.0, injected=(Injected("pulses", 20.0),))
-    assert read_log(write(u=recording["u"] + 20.0 * pulses, pulses=pulses), axis).effort is not None
+    both = write(u=recording["u"] + 20.0 * pulses, pulses=pulses)  # up to 75 N of its own and 100 N of pulses
+    axis = dataclasses.replace(axis, injected=(Injected("pulses", 20.0),))
+    within, without = (cascade(k_p=1.0, k_v=1.0, limit=limit) for limit in (90.0, 40.0))
+    assert read_log(both, dataclasses.replace(axis, controller=within)).effort is not None
+    with pytest.raises(InputError, match="exceeds the limit of the drive"):
+        read_log(both, dataclasses.replace(axis, controller=within, effort_limit=90.0))
+    with pytest.raises(InputError, match=r"exceeds, without the known inputs, the limit of the controller .* 40 N"):
+        read_log(both, dataclasses.replace(axis, controller=without, effort_limit=300.0))
+    clipped = write(u=np.clip(recording["u"], -40.0, 40.0) + 20.0 * pulses, pulses=pulses)
+    with pytest.raises(InputError, match=r"is saturated: .* at -?40 N"):
+        read_log(clipped, dataclasses.replace(axis, controller=without))
 
 
 def test_a_coarse_effort_is_not_taken_for_a_clipped_one(write, axis, recording):
@@ -198,7 +208,8 @@ def test_small_jitter_is_resampled_and_said_so(write, axis, recording):
     t = recording["t"] + rng.uniform(-0.09, 0.09, recording["t"].size) * SAMPLE_TIME
     w = 2 * np.pi / 0.6
     log = read_log(write(t=t, q=0.25 * (1 - np.cos(w * t))), axis)
-    assert "jitter" in log.notes[0]
+    assert "jitter by 8." in log.notes[0]
+    assert "(19 of 20 stamps) and 9" in log.notes[0]
     assert "resampled" in log.notes[0]
     assert np.ptp(np.diff(log.time.values)) < 1e-12
     exact = 0.25 * (1 - np.cos(w * log.time.values))
@@ -211,6 +222,18 @@ def test_large_jitter_is_refused(write, axis, recording, share):
     t = recording["t"] + rng.uniform(-share, share, recording["t"].size) * SAMPLE_TIME
     with pytest.raises(InputError, match=r"column 't': jitters by .* allowed up to 10 %"):
         read_log(write(t=t), axis)
+
+
+@pytest.mark.parametrize(("late", "refused"), [(0.2, False), (0.4, True)])
+def test_a_single_stamp_far_off_its_place_is_refused(write, axis, recording, late, refused):
+    t = recording["t"].copy()
+    t[[200, 700]] += late * SAMPLE_TIME
+    path = write(t=t)
+    if refused:
+        with pytest.raises(InputError, match=r"4\d? % \(all\) of the sample time .* allowed up to 10 % and 25 %"):
+            read_log(path, axis)
+    else:
+        assert f"{100 * late:.0f} % (all)" in read_log(path, axis).notes[0]
 
 
 def test_a_clock_that_drifts_slowly_is_no_jitter(write, axis, recording):

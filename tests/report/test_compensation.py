@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bristle import controllers, friction, plants
 from bristle.core import Status
 from bristle.report.compensation import gain_of, pair_of
-from bristle.simulation import statistics_of
+from bristle.simulation import compensation_experiment, simulate, statistics_of
 
 
 def with_error(result, name, error):
@@ -80,3 +81,34 @@ def test_the_caveat_says_what_the_simulation_leaves_out(stage):
     assert "most to be hoped for" in caveat(friction=known)
     assert "disturbed by what the model does not explain" in caveat(disturbance=np.zeros(6000))
     assert caveat() == "This is a simulation: confirm the gain on the machine."
+
+
+def test_a_pair_that_differs_in_more_is_not_credited_to_friction(stage):
+    experiment = stage.looped.experiment
+    two = replace(experiment, variants=(experiment.variants[0], experiment.variants[2]))
+    gain = gain_of(replace(stage.looped, experiment=two))
+    assert not gain.alone
+    assert "differ in more than the friction" in gain.sentences()[0]
+    assert gain_of(stage.looped).alone
+
+
+def test_velocity_that_is_fed_forward_already_is_not_advised(stage):
+    result = with_error(stage.looped, "compensated", lambda one: 2.5e-3 * velocity_of(one))
+    assert gain_of(result).velocity_fed
+    words = " ".join(gain_of(result).sentences())
+    assert "velocity fed forward removes" not in words
+    assert "viscous friction of the compensator, F_v" in words
+
+
+def test_viscous_friction_that_is_not_fed_forward_is_not_called_the_position_loop(stage):
+    """The loop feeds velocity forward and Coulomb friction alone: what is left is viscous friction."""
+    film = friction.coulomb_viscous(F_C=8.0, F_v=200.0)
+    law = controllers.cascade(k_p=80.0, k_v=3000.0)
+    experiment = compensation_experiment(
+        plants.inertia(M=12.0), film, friction.coulomb(F_C=8.0), law, stage.log.reference.values, 1e-3
+    )
+    gain = gain_of(simulate(experiment))
+    assert gain.steps[-1].lag_share > 0.9
+    words = " ".join(gain.sentences())
+    assert "viscous friction that is not fed forward" in words
+    assert "is not friction" not in words

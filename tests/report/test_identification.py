@@ -42,8 +42,38 @@ def test_each_parameter_stands_in_the_table_with_its_standard_error(workbench):
             assert plain(cells["Value"]) * scale == pytest.approx(estimate.value, abs=0.06 * estimate.std)
 
 
+def test_the_interval_of_the_table_rests_on_the_larger_error(workbench):
+    fit = workbench.identified.best
+    wider = tuple(replace(one, robust_std=one.std and 3.0 * one.std) for one in fit.estimates)
+    table = parameter_table(replace(fit, estimates=wider))
+    for row, estimate in zip(table.rows, fit.estimates, strict=True):
+        cells = dict(zip(table.heads, row, strict=True))
+        if estimate.std is None:
+            assert cells["95 % interval [%]"] == "–"
+        else:
+            percent = 3.0 * 1.96 * estimate.relative_std_percent
+            assert plain(cells["95 % interval [%]"]) == pytest.approx(percent, rel=0.06)
+
+
+def test_the_error_of_the_friction_stands_beside_that_of_the_effort(stage):
+    words = Page(identification_page(stage)).words
+    best = stage.identified.best
+    assert f"({best.friction_error_percent:.3g} % of what friction takes of it)" in words
+
+
+def test_a_model_that_is_not_the_closest_says_which_is(workbenches):
+    bench = workbenches["rotational"]
+    first, second = bench.identified.fits
+    assert second.held_out.mean_percent < first.held_out.mean_percent
+    words = Page(identification_page(bench)).words
+    assert f"{second.name} comes to {second.held_out.mean_percent:.2f} % there" in words
+    assert "cannot be told from zero" in words
+
+
 def test_a_parameter_that_is_not_identified_says_so_and_what_to_measure(workbenches):
     bench = workbenches["rotational"]
+    richer_first = replace(bench.identified, fits=bench.identified.fits[::-1])
+    bench = replace(bench, identified=richer_first)
     unknown = [one.name for one in bench.identified.best.estimates if one.status == "unidentifiable"]
     assert unknown
     words = Page(identification_page(bench)).words
@@ -55,7 +85,7 @@ def test_a_parameter_that_is_not_identified_says_so_and_what_to_measure(workbenc
 
 def test_where_all_is_identified_the_least_certain_is_named(stage):
     fit = stage.identified.best
-    least = max((one for one in fit.estimates if one.std), key=lambda one: one.std / abs(one.value))
+    least = max((one for one in fit.estimates if one.std), key=lambda one: one.interval_percent)
     words = Page(identification_page(stage)).words
     assert f"the least certain, {least.name}," in words
     assert "Nothing that the model asks for is left open." in words
@@ -71,6 +101,14 @@ def test_what_was_assumed_and_where_it_comes_from_is_told(stage):
     assert all(typeset_sentence(one) in words for one in stage.identified.best.assumptions)
     for fact in ("stage.csv", "0" * 64, "1 ms (1000 Hz)", "6 s", "made by a simulation", "column q"):
         assert fact in words
+
+
+def test_what_the_prediction_assumed_is_told(stage):
+    axis = replace(stage.axis, presliding=2e-6)
+    best = stage.identified.best
+    predicted = predict(best.plant, best.friction, stage.log, axis, "closed-loop")
+    assumed = Page(identification_page(stage, prediction=predicted)).words.split("What was assumed")[-1]
+    assert "closed-loop prediction: friction turns over a pre-sliding distance of 2 µm (axis file)" in assumed
 
 
 def test_a_clearly_larger_error_outside_the_fit_is_told(stage):

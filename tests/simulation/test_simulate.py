@@ -1,5 +1,7 @@
 """Experiments: statistics, feedforward along the desired trajectory, what compensation gains."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -7,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from bristle import controllers, friction
-from bristle.core.experiment import Feedforward
+from bristle.core.experiment import Feedforward, Run
 from bristle.core.status import Status
 from bristle.plants import inertia
 from bristle.references import recorded, sine
@@ -100,3 +102,43 @@ def test_a_recorded_motion_stands_still_beyond_its_end():
     assert x.tolist() == [0.5, 3.0, 3.0]
     assert v[0] == pytest.approx(2.0)
     assert (v[2], a[2]) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("spelling", ["of the drive", "of the controller"])
+def test_the_integral_does_not_wind_up_wherever_the_limit_is_told(spelling):
+    law = controllers.cascade(k_p=30.0, k_v=400.0, k_i=2e4)
+    limit = 12.0
+    if spelling == "of the controller":
+        law, limit = law.with_values(limit=12.0), np.inf
+    position = np.where(DT * np.arange(3000) < 0.02, 0.0, 0.2)
+    experiment = compensation_experiment(
+        inertia(M=2.0), friction.coulomb_viscous(F_C=5.0, F_v=20.0), TRUTH, law, position, DT, effort_limit=limit
+    )
+    run = simulate(experiment).variants["as_recorded"]
+    assert run.effort_peak <= 12.0
+    assert run.position.max() < 1.05 * 0.2
+    assert run.position[-1] == pytest.approx(0.2, abs=1e-3)
+
+
+def late(experiment, delay):
+    return replace(
+        experiment, variants=tuple(replace(one, run=replace(one.run, delay=delay)) for one in experiment.variants)
+    )
+
+
+def test_feedforward_is_handed_over_ahead_by_the_delay_of_the_loop():
+    film = friction.viscous(F_v=80.0)
+    slow = controllers.cascade(k_p=10.0, k_v=100.0)
+    prompt = compensation_experiment(inertia(M=3.0), film, film, slow, motion(), DT)
+    delayed = simulate(late(prompt, 3)).variants["compensated"]
+    prompt = simulate(prompt).variants["compensated"]
+    # At each instant the effort that acts is the one for that instant: what is left differs by the feedback alone.
+    assert np.array_equal(delayed.feedforward[:-4], prompt.feedforward[3:-1])
+    assert delayed.following_error.rms < 1.2 * prompt.following_error.rms
+
+
+def test_steps_of_the_integration_follow_the_sample_time():
+    assert [Run(duration=1.0, sample_time=one).substeps for one in (1e-4, 1e-3, 1.0000000000000009e-3, 4e-3)] == [
+        4, 4, 4, 16,
+    ]  # fmt: skip
+    assert Run(duration=1.0, sample_time=4e-3, substeps=2).substeps == 2

@@ -100,8 +100,21 @@ def _print_json(name: str, passed: bool, certificates: dict[str, Any]) -> None:
 
 
 def _as_certificate(one: Check) -> dict[str, object]:
-    numbers = {"value": None, "unit": None, "threshold": None}
-    return {"applies": True, **numbers, "passed": one.passed, "detail": one.detail, "advice": one.advice}
+    return {
+        "applies": one.applies,
+        "value": one.value,
+        "unit": one.unit,
+        "threshold": one.threshold,
+        "passed": one.passed,
+        "detail": one.detail,
+        "advice": one.advice,
+    }
+
+
+def _outcome(one: Check) -> str:
+    if not one.applies:
+        return "–"
+    return "met" if one.passed else "NOT MET"
 
 
 def _show_certificates(name: str, found: dict[str, Certificate]) -> None:
@@ -123,5 +136,5 @@ def _show_certificates(name: str, found: dict[str, Certificate]) -> None:
 def _show_demands(name: str, results: list[Check]) -> None:
     from bristle.report.table import Table
 
-    rows = [(one.name, "met" if one.passed else "NOT MET", one.detail, one.advice) for one in results]
+    rows = [(one.name, _outcome(one), one.detail, one.advice) for one in results]
     show_table(Table(f"The contract of a friction model: {name}", ("Demand", "Outcome", "Seen", "What to do"), rows))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from bristle.cli.findings import show_identification
-from bristle.cli.options import Force, Json
+from bristle.cli.options import Force, Json, folder_named
 from bristle.cli.terminal import progress, say
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ USUAL_PLACE = Path("bristle-demo")
 def demo(
     context: typer.Context,
     out: Annotated[
-        Path, typer.Option("--out", metavar="DIR", help="Write the results into this folder.")
+        Path, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the results into this folder.")
     ] = USUAL_PLACE,
     force: Force = False,
     as_json: Json = False,

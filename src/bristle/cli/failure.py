@@ -9,7 +9,7 @@ import traceback
 
 from bristle.cli.terminal import complain
 
-__all__ = ["BAD_INPUT", "INTERRUPTED", "NO", "OUR_BUG", "report"]
+__all__ = ["BAD_INPUT", "INTERRUPTED", "NO", "OUR_BUG", "close_output", "report"]
 
 NO = 1
 BAD_INPUT = 2
@@ -17,31 +17,53 @@ OUR_BUG = 70
 INTERRUPTED = 130
 
 
-def report(error: BaseException) -> int:
-    """Tell a person what went wrong and return the exit code."""
+def report(error: BaseException, *, results: bool = False) -> int:
+    """Tell a person what went wrong and return the exit code.
+
+    Parameters
+    ----------
+    error : BaseException
+        What ended the command.
+    results : bool
+        Whether a folder of results was asked for: it is whole before anything is printed.
+    """
     from bristle.core.errors import BristleError
 
     if isinstance(error, KeyboardInterrupt):
-        complain("interrupted")
-        return INTERRUPTED
+        complain(str(error) or "interrupted")
+        return getattr(error, "exit_code", INTERRUPTED)
     if isinstance(error, BristleError):
         complain(str(error))
         return error.exit_code
     if isinstance(error, BrokenPipeError):
-        _close_output()
+        close_output()
         return 0
     if isinstance(error, MemoryError):
         complain("there is not enough memory for this. Take a shorter log or experiment")
         return BAD_INPUT
     if isinstance(error, OSError) and error.filename is None:
-        complain(f"the output cannot be written: {error.strerror}. Make room or write it elsewhere")
-        _close_output()
+        there = ". The folder of results is whole and stays" if results else ""
+        complain(f"the standard output cannot be written: {error.strerror}. Make room or write it elsewhere{there}")
+        close_output()
+        return BAD_INPUT
+    own = _place_in_own_file(error)
+    if own:
+        complain(f"{own[0]}, line {own[1]}: stops with {type(error).__name__}: {error}. Try: bristle check {own[0]}")
         return BAD_INPUT
     complain(f"this is a fault of bristle, not yours: {type(error).__name__}: {error}. {_saved(error)}")
     return OUR_BUG
 
 
-def _close_output() -> None:
+def _place_in_own_file(error: BaseException) -> tuple[str, int] | None:
+    """Return file and line where a model of a person's own raised; None where bristle itself did."""
+    places = list(traceback.walk_tb(error.__traceback__))
+    if not places or not places[-1][0].f_globals.get("__name__", "").startswith("bristle_user_"):
+        return None
+    frame, line = places[-1]
+    return frame.f_code.co_filename, line
+
+
+def close_output() -> None:
     """Leave nothing for the interpreter to write at its end, where it would fail again."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, sys.stdout.fileno())

@@ -24,7 +24,8 @@ def show_identification(found: Identification, simulation: SimulationResult | No
     if len(found.fits) > 1:
         show_table(comparison_table(found))
     held_out = f", {best.held_out.mean_percent:.3g} % on held-out blocks" if best.held_out else ""
-    say(f"Force error {best.force_error_percent:.3g} % of the effort{held_out}.")
+    friction = f"{best.friction_error_percent:.3g} % of what friction takes of it"
+    say(f"Force error {best.force_error_percent:.3g} % of the effort, {friction}{held_out}.")
     gain = gain_of(simulation) if simulation else None
     for sentence in gain.sentences() if gain else ():
         say(sentence)

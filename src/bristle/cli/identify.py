@@ -95,11 +95,17 @@ def _models(text: str) -> list[Any]:
     """Return the models of a list: names, and models of a user's own from their files."""
     from bristle.files.user_model import load_model_file
     from bristle.friction import with_slots
+    from bristle.testing import admit
 
     found: list[Any] = []
     for name in (part.strip() for part in text.split(",")):
         file, *slots = name.split("+")
-        found.append(with_slots(load_model_file(file), slots, "--model") if file.endswith(".py") else name)
+        if not file.endswith(".py"):
+            found.append(name)
+            continue
+        own = load_model_file(file)
+        admit(own)
+        found.append(with_slots(own, slots, "--model"))
     return found
 
 
@@ -121,7 +127,7 @@ def _in_the_loop(
     from bristle.simulation import simulate
 
     best = found.best
-    experiment = loop_of(best.plant, best.friction, log, axis)
+    experiment = loop_of(best.plant, best.friction, log, axis, cutoff=found.treatment["cutoff"])
     if experiment is None:
         return None, None
     return simulate(experiment, report), predict(best.plant, best.friction, log, axis, "closed-loop")

@@ -1,78 +1,48 @@
-"""The command ``bristle``."""
+"""The entry point of ``bristle``. It imports nothing that takes time before it can be interrupted in good order."""
 
 from __future__ import annotations
 
-import shlex
 import sys
-from collections.abc import Sequence
-from typing import Annotated, cast
 
-import typer
-
-from bristle.cli import check, demo, identify, log, models, predict, run
-from bristle.cli.failure import BAD_INPUT, INTERRUPTED, report
-from bristle.cli.terminal import complain, streams_that_take_all, warnings_as_lines
+from bristle.cli.signals import ended_by_signals
 
 __all__ = ["main"]
 
-# Newer releases of typer carry their own copy of click: its errors are found through what typer makes public.
-UsageError = cast("type[typer.BadParameter]", typer.BadParameter.__mro__[1])
 
-app = typer.Typer(rich_markup_mode=None, pretty_exceptions_enable=False, add_completion=False)
-for module in (demo, identify, predict, run, check, models, log):
-    name = module.__name__.rpartition(".")[2]
-    app.command(name, epilog=f"\b\n{module.EXAMPLE}")(getattr(module, name))
-
-
-@app.callback(invoke_without_command=True)
-def bristle(
-    context: typer.Context,
-    version: Annotated[bool, typer.Option("--version", help="Print the version and stop.")] = False,
-) -> None:
-    """From the log of a motion axis to a friction model, a compensated loop, and numbers for the drive.
-
-    Exit codes: 0 done, 1 the answer is no, 2 bad input, 130 interrupted, 70 a fault of bristle.
-    """
-    if version:
-        from importlib.metadata import version as installed
-
-        typer.echo(f"bristle {installed('bristle')}")
-        raise typer.Exit
-    if context.invoked_subcommand is None:
-        typer.echo(context.get_help())
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(arguments: list[str] | None = None) -> int:
     """Run the command line and return the exit code.
 
     Parameters
     ----------
-    arguments : sequence of str, optional
+    arguments : list of str, optional
         What follows the name of the program; taken from the process where not given.
     """
-    streams_that_take_all()
-    with warnings_as_lines():
+    given = list(sys.argv[1:] if arguments is None else arguments)
+    with ended_by_signals() as signals:
         try:
-            code = _run(list(sys.argv[1:] if arguments is None else arguments))
-            sys.stdout.flush()
-        except Exception as error:  # noqa: BLE001  (a fault of ours is told as one message, and saved)
-            code = report(error)
-        except KeyboardInterrupt as error:
-            code = report(error)
-    return code
+            from bristle.cli.application import run
+            from bristle.cli.terminal import streams_that_take_all, warnings_as_lines
+
+            signals.check()
+            streams_that_take_all()
+            with warnings_as_lines():
+                return _flushed(run(given))
+        except (Exception, KeyboardInterrupt) as error:  # noqa: BLE001  (a fault of ours is told as one message)
+            from bristle.cli.failure import report
+
+            return report(error, results=_asks_for_results(given))
 
 
-def _run(arguments: list[str]) -> int:
-    command = typer.main.get_command(app)
+def _asks_for_results(arguments: list[str]) -> bool:
+    return arguments[:1] == ["demo"] or any(one.partition("=")[0] == "--out" for one in arguments)
+
+
+def _flushed(code: int) -> int:
+    """Return the exit code once all that was written has left; a reader that has gone does not change it."""
     try:
-        with command.make_context("bristle", arguments, obj=shlex.join(["bristle", *arguments])) as context:
-            return command.invoke(context) or 0
-    except typer.Exit as ended:
-        return ended.exit_code
-    except typer.Abort:
-        return INTERRUPTED
-    except UsageError as error:
-        place = error.ctx.command_path if error.ctx is not None else "bristle"
-        text = error.format_message()
-        complain(f"{text}{'' if text.endswith(('.', '?')) else '.'} Try: {place} --help")
-        return BAD_INPUT
+        sys.stdout.flush()
+    except BrokenPipeError:
+        from bristle.cli.failure import close_output
+
+        close_output()
+    return code

@@ -7,9 +7,20 @@ from typing import Annotated
 
 import typer
 
-__all__ = ["AxisFile", "Force", "Json", "Out"]
+__all__ = ["AxisFile", "Force", "Json", "Out", "folder_named"]
+
+
+def folder_named(text: str | Path) -> Path:
+    """Return the folder for results; an empty name, as of a variable that is not set, is none."""
+    if isinstance(text, str) and not text.strip():
+        raise typer.BadParameter("the name of the folder is empty: name a new one, or leave --out away")
+    return Path(text)
+
 
 AxisFile = Annotated[Path | None, typer.Option("--axis", metavar="AXIS.toml", help="The file that describes the axis.")]
-Out = Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Write the results into this new folder.")]
+Out = Annotated[
+    Path | None,
+    typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the results into this new folder."),
+]
 Force = Annotated[bool, typer.Option("--force", help="Replace results that are in DIR already.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]

@@ -46,14 +46,16 @@ def predict(
     from bristle.identification import predict as predicted
     from bristle.logs import read_log
     from bristle.report.summary import prediction_summary
+    from bristle.testing import admit
 
     with results_folder(out, force=force) if out else nullcontext() as folder, progress("predicting"):
-        plant, friction, _ = read_model(model)
+        plant, friction, known = read_model(model)
         if plant is None:
             raise InputError("is missing", path=f"{model}: plant", mend='Write [plant], model = "inertia" and M = ...')
+        admit(friction)
         described = read_axis(axis) if axis else None
         recorded = read_log(log, described)
-        prediction = predicted(plant, friction, recorded, described, mode)
+        prediction = predicted(plant, friction, recorded, described, mode, **known["treatment"])
         source = provenance(context.obj, model=model, log=log, axis=axis)
         summary = prediction_summary(prediction, friction=friction, notes=recorded.notes, provenance=source)
         if folder:
@@ -83,4 +85,4 @@ def _show(prediction: Prediction, notes: tuple[str, ...]) -> None:
     for note in notes:
         say(f"Note: {note}")
     if prediction.status is not Status.OK:
-        complain(f"the prediction {prediction.status.sentence}")
+        complain(prediction.status.sentence)

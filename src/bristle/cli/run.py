@@ -38,9 +38,14 @@ def run(
     from bristle.report.loop_tables import variant_table
     from bristle.report.summary import simulation_summary
     from bristle.simulation import simulate
+    from bristle.testing import admit
 
     with results_folder(out, force=force) if out else nullcontext() as folder, progress("simulating") as report:
         described = read_experiment(experiment)
+        for friction in {
+            one for each in described.variants for one in (each.friction, each.feedforward.friction) if one
+        }:
+            admit(friction)
         result = simulate(described, report)
         source = provenance(context.obj, experiment=experiment)
         summary = simulation_summary(result, provenance=source)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import codecs
 import io
+import os
 import sys
 import threading
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any, TextIO
 
 if TYPE_CHECKING:
@@ -25,7 +26,13 @@ ASCII = {"µ": "u", "·": "*", "²": "^2", "±": "+-", "−": "-", "–": "-", "
 
 
 def streams_that_take_all() -> None:
-    """Let the standard streams write plain letters where their encoding lacks a character."""
+    """Let the standard streams write plain letters where their encoding lacks a character.
+
+    One that was closed before the program began (``>&-``) takes what is written and drops it.
+    """
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115  (it lives as long as we do)
     codecs.register_error("plain", _plain)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
@@ -44,15 +51,22 @@ def one_line(text: str) -> str:
 
 
 def complain(text: str) -> None:
-    """Write one readable line to the standard error stream."""
-    print(f"bristle: {one_line(text)}", file=sys.stderr)
+    """Write one readable line to the standard error stream, where anybody still reads it."""
+    with suppress(BrokenPipeError):
+        print(f"bristle: {one_line(text)}", file=sys.stderr)
 
 
 def _console(stream: TextIO) -> Console:
     from rich.console import Console
 
     width = None if stream.isatty() else PIPE_WIDTH
-    return Console(file=stream, width=width, markup=False, emoji=False, highlight=False)
+    console = Console(file=stream, width=width, markup=False, emoji=False, highlight=False)
+    console.on_broken_pipe = _gone  # its own way is to end the program with the code that says no
+    return console
+
+
+def _gone() -> None:
+    raise BrokenPipeError
 
 
 def say(text: str) -> None:

@@ -32,7 +32,7 @@ class Parameters(NamedTuple):
     k_i: Annotated[float, Variable("force/length", "integral gain of the velocity loop", min=0.0)] = 0.0
     k_ff: Annotated[float, Variable("1", "share of the reference velocity fed forward", min=0.0, max=2.0)] = 0.0
     limit: Annotated[float, Variable("force", "largest effort", min=0.0)] = math.inf
-    averaging: Annotated[float, Variable("1", "samples over which the velocity is taken: 1 or 2", min=1, max=2)] = 1.0
+    averaging: Annotated[int, Variable("1", "samples over which the velocity is taken", min=1, max=2)] = 1
 
 
 class State(NamedTuple):
@@ -46,7 +46,7 @@ class State(NamedTuple):
 @kernel
 def step(state, reference, measured, dt, p):
     """Return the effort [N or N*m] and the state, for one sample."""
-    if p.averaging >= 2.0:
+    if p.averaging == 2:
         v_hat = (measured - state.q_2) / (2.0 * dt)
     else:
         v_hat = (measured - state.q_1) / dt

@@ -71,6 +71,9 @@ class Axis:
         Smallest step of the position encoder [m or rad].
     effort_limit : float or None
         Saturation of the effort [N or N*m].
+    held : bool or None
+        Whether each value of the effort acts until the next sample, as of a sampled controller; None where nobody
+        said so, which counts as no.
     velocity_limit : float or None
         Largest velocity [m/s or rad/s].
     stroke : tuple of float or None
@@ -96,6 +99,7 @@ class Axis:
     offset: float | str = "identify"
     resolution: float | None = None
     effort_limit: float | None = None
+    held: bool | None = None
     velocity_limit: float | None = None
     stroke: tuple[float, float] | None = None
     controller: Any = None

@@ -20,15 +20,20 @@ import math
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from bristle.core import dispatch
 from bristle.core.errors import InputError, InputWarning
+from bristle.core.motion import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion, Reference
+from bristle.core.packing import pack
+from bristle.core.typography import typed
 from bristle.core.variable import KINDS, Kind, Variable, is_array, is_integer, variables_of
 
 __all__ = [
+    "NOMINAL_LOAD",
+    "NOMINAL_TEMPERATURE",
     "Component",
     "Controller",
     "FrictionModel",
@@ -43,31 +48,18 @@ __all__ = [
 ]
 
 
-class Motion(NamedTuple):
-    """What a friction model sees of one step."""
-
-    v: Annotated[float, Variable("length/time", "mean velocity of the step; the sign of zero is a side")]
-    x: Annotated[float, Variable("length", "position at the end of the step")]
-    load: Annotated[float, Variable("1", "normal load over its nominal value")] = 1.0
-    temperature: Annotated[float, Variable("temperature", "temperature")] = 293.15
-
-
-class Reference(NamedTuple):
-    """What a controller is asked to follow at one sample."""
-
-    position: Annotated[float, Variable("length", "desired position")]
-    velocity: Annotated[float, Variable("length/time", "desired velocity")]
-    acceleration: Annotated[float, Variable("length/time^2", "desired acceleration")]
-    effort: Annotated[float, Variable("force", "effort fed forward, added before the limit")] = 0.0
-
-
 class Relation(NamedTuple):
-    """A condition between parameters, such as F_S >= F_C; one that is `advisory` is warned of, not refused."""
+    """A condition between parameters, such as F_S >= F_C.
+
+    One that is `advisory` is warned of, not refused. One that is `structural`, such as arrays of one length, keeps
+    kernels within their arrays: it holds even where values are not validated.
+    """
 
     condition: str
     holds: Callable[[Any], bool]
     mend: str
     advisory: bool = False
+    structural: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,7 +143,8 @@ class Component:
         kind : {"translational", "rotational"}, optional
             Kind of axis; told from the units where they are given, else translational.
         validate : bool
-            False lets values through that break a range or a relation, for studies of what fails.
+            False lets values through that break a range or a relation, for studies of what fails; arrays must be of
+            the lengths that the model reads all the same.
         **values
             Parameters by name: numbers in SI, or text with a unit such as ``"40 mN*m"``.
 
@@ -276,9 +269,9 @@ class Trajectory(Component):
     functions: ClassVar[tuple[str, ...]] = ("sample",)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Model:
-    """A component with its parameters.
+    """A component with its parameters. Two are equal if component, kind and every number are.
 
     Parameters
     ----------
@@ -308,9 +301,20 @@ class Model:
         """Return the model with some parameters changed, validated again."""
         return make_model(self.component, self.values | changes, kind=self.kind, validate=True)
 
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Model) and self._identity == other._identity
+
+    def __hash__(self) -> int:
+        return hash(self._identity)
+
+    @property
+    def _identity(self) -> tuple[str, str, type, Kind, bytes]:
+        component = self.component
+        return component.family, component.name, component.Parameters, self.kind, pack(self.parameters).tobytes()
+
     def __repr__(self) -> str:
         variables = self.component.variables
-        parts = [f"{k}={_number(v)} {variables[k].unit(self.kind)}".removesuffix(" 1") for k, v in self.values.items()]
+        parts = [f"{k}={typed(v)} {variables[k].unit(self.kind)}".removesuffix(" 1") for k, v in self.values.items()]
         return f"{self.name}({', '.join(parts)})"
 
 
@@ -345,19 +349,18 @@ def make_model(
         if validate:
             _validate(component, name, variable, numbers[name], chosen, f"{where}{name}")
     parameters = component.assemble(numbers)
-    if validate:
-        check_relations(component, parameters, path or component.name)
+    check_relations(component, parameters, path or component.name, structural_only=not validate)
     return Model(component, parameters, chosen)
 
 
-def check_relations(component: Component, parameters: Any, path: str) -> None:
+def check_relations(component: Component, parameters: Any, path: str, *, structural_only: bool = False) -> None:
     """Refuse parameters that break a relation of the component; warn of those that break an advisory one."""
     for relation in component.relations:
-        if relation.holds(parameters):
+        if (structural_only and not relation.structural) or relation.holds(parameters):
             continue
         names = [name for name in component.variables if name.split("_pos")[0].split("_neg")[0] in relation.condition]
         values = component.values(parameters)
-        found = ", ".join(f"{name} = {_number(values[name])}" for name in names) or "it does not hold"
+        found = ", ".join(f"{name} = {typed(values[name])}" for name in names) or "it does not hold"
         if relation.advisory:
             message = f"{path}: should have {relation.condition}, but {found}. {relation.mend}"
             warnings.warn(message, InputWarning, stacklevel=4)
@@ -390,11 +393,3 @@ def _validate(component: Component, name: str, variable: Variable, value: Any, k
             "is not a finite number", path=path, value=float(np.max(value)), allowed=variable.allowed(kind)
         )
     variable.validate(value, path, kind)
-
-
-def _number(value: Any) -> str:
-    if isinstance(value, str):
-        return value
-    if hasattr(value, "__len__"):
-        return "[" + ", ".join(f"{one:.6g}" for one in value) + "]"
-    return f"{value:.6g}"

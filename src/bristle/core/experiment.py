@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +11,27 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.core.variable import Kind
 
-__all__ = ["Experiment", "Feedforward", "Run", "Variant"]
+__all__ = ["Experiment", "Feedforward", "Run", "Variant", "substeps_for"]
+
+LONGEST_STEP = 2.5e-4  # of the integration [s]
+FEWEST_STEPS = 4  # in a sample
+
+
+def substeps_for(sample_time: float) -> int:
+    """Return how many steps of the integration make up a sample: at least four, none longer than 0.25 ms.
+
+    Parameters
+    ----------
+    sample_time : float
+        Sample time [s].
+
+    Examples
+    --------
+    >>> substeps_for(1e-4), substeps_for(1e-3), substeps_for(4e-3)
+    (4, 4, 16)
+    """
+    # The sample time of a log is a mean of differences, and a bit above the round number.
+    return max(FEWEST_STEPS, math.ceil(sample_time / LONGEST_STEP - 1e-6))
 
 
 @dataclass(frozen=True)
@@ -24,9 +45,10 @@ class Run:
     sample_time : float
         Sample time of the controller [s].
     substeps : int
-        Integration steps in a sample.
+        Integration steps in a sample; 0 stands for as many as `substeps_for` returns.
     delay : int
-        Samples from a measurement to the effort computed from it.
+        Samples from a measurement to the effort computed from it. What is fed forward is known before, and is handed
+        to the controller as many samples ahead.
     effort_limit : float
         Largest effort of the drive [N or N*m].
     settle : float
@@ -35,10 +57,14 @@ class Run:
 
     duration: float
     sample_time: float
-    substeps: int = 4
+    substeps: int = 0
     delay: int = 0
     effort_limit: float = float("inf")
     settle: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.substeps == 0:
+            object.__setattr__(self, "substeps", substeps_for(self.sample_time))
 
 
 @dataclass(frozen=True)

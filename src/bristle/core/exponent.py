@@ -34,7 +34,7 @@ def in_bits() -> Any:
         return types.float64(types.float64), generate
 
     def implementation(k: Any) -> Any:
-        return lambda k: shifted(k + INTEGER_IN_LAST_BITS)
+        return lambda k: shifted(k + INTEGER_IN_LAST_BITS)  # pyright: ignore[reportCallIssue]
 
     return implementation
 

@@ -7,6 +7,7 @@ is taken of the code that is loaded, not of the files that it was loaded from: t
 
 from __future__ import annotations
 
+import enum
 import hashlib
 import types
 from collections.abc import Callable, Sequence
@@ -19,52 +20,92 @@ __all__ = ["fingerprint"]
 
 def fingerprint(*functions: Callable[..., Any]) -> str:
     """Return the SHA-256 over some functions and everything that they refer to."""
-    digest = hashlib.sha256()
-    seen: set[int] = set()
+    reader = _Reader()
     for function in functions:
-        _follow(function, digest, seen, ())
-    return digest.hexdigest()
+        reader.follow(function)
+    return reader.digest.hexdigest()
 
 
-def _follow(value: Any, digest: Any, seen: set[int], names: Sequence[str]) -> None:
-    if isinstance(value, (bool, int, float, complex, str, bytes, type(None))):
-        digest.update(repr(value).encode())
-    elif isinstance(value, (tuple, list)):
-        for one in value:
-            _follow(one, digest, seen, names)
-    elif hasattr(value, "tobytes"):
-        digest.update(value.tobytes())
-    elif id(value) in seen:
-        return
-    elif isinstance(value, types.FunctionType):
-        seen.add(id(value))
-        digest.update(value.__qualname__.encode())
-        _follow_code(value.__code__, value.__globals__, digest, seen)
-        for cell in value.__closure__ or ():
-            _follow(cell.cell_contents, digest, seen, ())
-    elif isinstance(value, types.ModuleType):
-        # Of a module only what the code may have asked of it.
-        for name in names:
-            if hasattr(value, name):
-                _follow(getattr(value, name), digest, seen, ())
-    else:
-        # Classes and built-ins: their name and, for a NamedTuple, the order of its fields.
-        digest.update(f"{getattr(value, '__module__', '')}.{getattr(value, '__qualname__', type(value))}".encode())
-        digest.update(repr(getattr(value, "_fields", "")).encode())
-        if id(value) not in seen:
-            seen.add(id(value))
-            for function in functions_of(value):
-                _follow(function, digest, seen, ())
+class _Reader:
+    """Feeds a digest with code, each piece with its kind and length, so that no two sequences look the same."""
 
+    def __init__(self) -> None:
+        self.digest = hashlib.sha256()
+        self._seen: dict[int, int] = {}
+        self._alive: list[Any] = []  # so that no identity is used twice
 
-def _follow_code(code: types.CodeType, scope: dict[str, Any], digest: Any, seen: set[int]) -> None:
-    digest.update(code.co_code)
-    for constant in code.co_consts:
-        if isinstance(constant, types.CodeType):
-            _follow_code(constant, scope, digest, seen)
+    def _feed(self, kind: str, content: bytes | str) -> None:
+        data = content.encode() if isinstance(content, str) else content
+        self.digest.update(f"{kind} {len(data)} ".encode() + data)
+
+    def follow(self, value: Any, names: Sequence[str] = ()) -> None:
+        """Feed a value; of a module only the `names` that the code may have asked of it."""
+        if isinstance(value, (bool, int, float, complex, str, bytes, type(None))) and not isinstance(value, enum.Enum):
+            self._feed(type(value).__name__, repr(value))
+            return
+        if id(value) in self._seen:
+            self._feed("again", str(self._seen[id(value)]))
+            return
+        self._seen[id(value)] = len(self._seen)
+        self._alive.append(value)
+        if isinstance(value, types.FunctionType):
+            self._function(value)
+        elif isinstance(value, types.CodeType):
+            self._code(value, {})
+        elif isinstance(value, types.ModuleType):
+            self._feed("module", value.__name__)
+            for name in names:
+                if hasattr(value, name):
+                    self._feed("name", name)
+                    self.follow(getattr(value, name))
+        elif isinstance(value, type):
+            self._class(value)
+        elif isinstance(value, dict):
+            # What dispatches by type: the functions that it may lead to are fed apart.
+            self._feed("dict", "")
+        elif isinstance(value, (tuple, list, frozenset, set)):
+            items = sorted(value, key=repr) if isinstance(value, (frozenset, set)) else value
+            self._feed(type(value).__name__, str(len(items)))
+            for one in items:
+                self.follow(one)
+        elif isinstance(value, enum.Enum):
+            self._feed("enum", f"{type(value).__qualname__}.{value.name}")
+            self.follow(value.value)
+        elif hasattr(value, "tobytes"):
+            self._feed("array", f"{getattr(value, 'dtype', '')} {getattr(value, 'shape', '')}")
+            self._feed("bytes", value.tobytes())
         else:
-            digest.update(repr(constant).encode())
-    for name in code.co_names:
-        digest.update(name.encode())
-        if name in scope:
-            _follow(scope[name], digest, seen, code.co_names)
+            kind = type(value)
+            name = getattr(value, "__qualname__", kind.__qualname__)
+            self._feed("other", f"{getattr(value, '__module__', kind.__module__)}.{name}")
+
+    def _function(self, function: types.FunctionType) -> None:
+        self._feed("function", function.__qualname__)
+        self._code(function.__code__, function.__globals__)
+        self.follow(function.__defaults__)
+        self.follow(tuple(sorted((function.__kwdefaults__ or {}).items())))
+        for cell in function.__closure__ or ():
+            self.follow(cell.cell_contents)
+
+    def _class(self, cls: type) -> None:
+        self._feed("class", f"{cls.__module__}.{cls.__qualname__}")
+        self.follow(tuple(getattr(cls, "_fields", ())))
+        self.follow(tuple(sorted(getattr(cls, "_field_defaults", {}).items())))
+        if issubclass(cls, enum.Enum):
+            for member in cls:
+                self.follow(member)
+        for function in functions_of(cls):
+            self.follow(function)
+
+    def _code(self, code: types.CodeType, scope: dict[str, Any]) -> None:
+        self._feed("code", code.co_code)
+        self._feed("arguments", f"{code.co_argcount} {code.co_kwonlyargcount} {code.co_flags} {code.co_varnames}")
+        for constant in code.co_consts:
+            if isinstance(constant, types.CodeType):
+                self._code(constant, scope)
+            else:
+                self.follow(constant)
+        for name in code.co_names:
+            self._feed("name", name)
+            if name in scope:
+                self.follow(scope[name], code.co_names)

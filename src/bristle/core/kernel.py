@@ -79,7 +79,8 @@ def _make_known(plain: Callable[..., Any], inline: bool, compiled_as: Callable[[
     if compiled_as is None:
         register_jitable(**kernel_options(inline))(plain)
     else:
-        overload(plain, jit_options=kernel_options(inline), strict=False)(compiled_as())
+        options: Any = kernel_options(inline)
+        overload(plain, jit_options=options, strict=False)(compiled_as())
 
 
 def kernel_options(inline: bool) -> dict[str, Any]:

@@ -155,7 +155,7 @@ def lane_packer(structure: Structure) -> Callable[[Any, Any, int, int], None]:
 
 def _define(head: str, lines: list[str], names: dict[str, Any]) -> Callable[..., Any]:
     text = f"def {head}:\n" + "".join(f"    {line}\n" for line in lines)
-    scope = dict(names)
+    scope: dict[str, Any] = {"__name__": __name__} | names
     exec(compile(text, f"<{head}>", "exec"), scope)
     function = scope[head.partition("(")[0]]
     function.source = text

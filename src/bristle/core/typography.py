@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-__all__ = ["Scale", "number", "scale_of", "typeset", "typeset_sentence", "with_unit"]
+__all__ = ["Scale", "number", "scale_of", "typed", "typeset", "typeset_sentence", "with_unit"]
 
 # For each leading symbol the multiples in use: symbol, factor on a number in SI, from which magnitude on.
 _METRE = ((1.0, "{}", 1.0), (1e-3, "m{}", 1e3), (1e-6, "µ{}", 1e6), (1e-9, "n{}", 1e9))
@@ -112,6 +112,21 @@ def number(value: float, resolution: float | None = None, digits: int = 4) -> st
         return f"{value:.{digits - 1}e}".replace("-", "−")
     text = f"{value:.{max(decimals, 0)}f}".replace("-", "−")
     return text if any(digit in text for digit in "123456789") else text.removeprefix("−")
+
+
+def typed(value: Any) -> str:
+    """Return a value as one types it: a number in six digits, several in brackets, a name as it is.
+
+    Examples
+    --------
+    >>> typed(2e-6), typed([1.0, 0.5]), typed("central")
+    ('2e-06', '[1, 0.5]', 'central')
+    """
+    if isinstance(value, str):
+        return value
+    if hasattr(value, "__len__"):
+        return "[" + ", ".join(f"{one:.6g}" for one in value) + "]"
+    return f"{value:.6g}"
 
 
 def with_unit(value: float, unit: str, digits: int = 3) -> str:

@@ -15,6 +15,7 @@ import re
 from collections.abc import Mapping
 from decimal import Decimal
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 from bristle.core.errors import InputError
@@ -86,14 +87,24 @@ DECIMAL_UNITS = _decimal_units()
 def _registry() -> Any:
     import pint
 
-    registry = pint.UnitRegistry(cache_folder=":auto:", autoconvert_offset_to_baseunit=True)
-    # Base dimensions of their own: rad/s and 1/s, rad and count, N*m/rad and N*m all differ.
-    registry.define("radian = [angle] = rad")
-    registry.define("count = [count]")
-    registry.define("rated = [rated_effort]")
-    registry.define("percent_rated = 0.01 * rated")
-    registry.define("@alias turn = rev")
-    return registry
+    # Base dimensions of their own: rad/s and 1/s, rad and count, N*m/rad and N*m all differ. They are written into the
+    # library's own definitions: what is redefined afterwards holds or not, depending on what was looked up before.
+    return pint.UnitRegistry(_definitions(Path(pint.__file__).parent), autoconvert_offset_to_baseunit=True)
+
+
+OWN_DIMENSIONS = {"radian = []": "radian = [angle]", "count = []": "count = [count]"}
+OWN_UNITS = ("rated = [rated_effort]", "percent_rated = 0.01 * rated", "@alias turn = rev")
+
+
+def _definitions(folder: Path) -> Any:
+    lines = (folder / "constants_en.txt").read_text(encoding="utf-8").splitlines()
+    for line in (folder / "default_en.txt").read_text(encoding="utf-8").splitlines():
+        head = next((head for head in OWN_DIMENSIONS if line.startswith(head)), None)
+        if head is not None:
+            lines.append(OWN_DIMENSIONS[head] + line[len(head) :])
+        elif not line.startswith("@import"):
+            lines.append(line)
+    return [*lines, *OWN_UNITS]
 
 
 def quantity(value: Any, variable: Variable, kind: Kind = "translational", *, path: str = "") -> float:
@@ -132,7 +143,7 @@ def quantity(value: Any, variable: Variable, kind: Kind = "translational", *, pa
     except OverflowError:
         raise InputError("is too large for a number", path=path, mend=_EXAMPLE) from None
     except ValueError:
-        return convert(value, variable.unit(kind), path=path)
+        return convert(str(value), variable.unit(kind), path=path)
 
 
 def convert(text: str, unit: str, *, path: str = "") -> float:
@@ -185,7 +196,10 @@ def factor(unit: str, target: str, *, path: str = "") -> float:
     >>> factor("mm/s", "m/s")
     0.001
     """
-    return convert(f"1 {unit}", target, path=path)
+    try:
+        return convert(f"1 {unit}", target, path=path)
+    except InputError as error:
+        raise InputError(error.message, path=path, value=unit, allowed=error.allowed, mend=error.mend) from None
 
 
 def compatible(unit: str, target: str, *, path: str = "") -> bool:

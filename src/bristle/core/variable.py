@@ -74,7 +74,8 @@ class Variable:
     min, max : float
         Smallest and largest value allowed, in SI.
     nominal : float
-        Typical magnitude, in SI: the scale used by solvers.
+        Typical magnitude, in SI: the scale of a search where a log gives none, and what a check of the contract
+        takes for a model without an example.
     directional : bool
         Whether it may differ between the directions of motion (the slot ``+asymmetry``).
     excitation : str
@@ -132,13 +133,13 @@ class Variable:
         return self.choices[value] if self.choices else value
 
     def validate(self, value: Any, path: str, kind: Kind = "translational") -> None:
-        """Refuse a value that is not finite or lies outside the range.
+        """Refuse a value that is not a number or lies outside the range.
 
         Raises
         ------
         InputError
-            With the path, the value, and the range allowed. An infinite value is accepted where `max` is
-            infinite *and* the default is infinite, which the caller decides.
+            With the path, the value, and the range allowed. Infinity lies in a range without end, so it passes
+            here: where only some parameters may be infinite, the caller refuses it.
         """
         values = value if hasattr(value, "__len__") else (value,)
         for index, number in enumerate(values):

@@ -13,7 +13,7 @@ from bristle.core.packing import pack
 from bristle.core.status import Status
 from bristle.engine import rodas5p
 from bristle.engine.compilation import SIGNATURES, compiled
-from bristle.engine.entries import OUT
+from bristle.engine.entries import OUT_SIZE
 from bristle.engine.loop import Trace, burst_entry, held
 from bristle.engine.motion import presliding_distance
 from bristle.engine.part import Part, vector
@@ -197,7 +197,7 @@ def _by_doubling(body: Part, contact: Part, memory: np.ndarray, inputs: tuple[An
     )
     driver = compiled("doubling", lambda: doubling, "BB" + "a" * 21)
     mechanism = (body.parameters, body.state, contact.parameters, contact.state, memory)
-    spare = (body.state, contact.state, memory, body.state, contact.state, np.zeros(OUT), np.zeros(OUT))
+    spare = (body.state, contact.state, memory, body.state, contact.state, np.zeros(OUT_SIZE), np.zeros(OUT_SIZE))
     return int(
         driver(
             burst_entry(body, contact, "efim"), rest_time, *mechanism, *(one.copy() for one in spare), *inputs,

@@ -16,7 +16,7 @@ from bristle.core.packing import LANES, is_scalar
 from bristle.core.status import Status
 from bristle.engine import lanes
 from bristle.engine.compilation import compiled, is_interpreted
-from bristle.engine.entries import OUT
+from bristle.engine.entries import OUT_SIZE
 from bristle.engine.loop import burst_entry, held
 from bristle.engine.part import Part, vector
 
@@ -121,7 +121,7 @@ class _Batch:
         self.effort = vector(efforts.T)
         shape = (efforts.shape[1], self.count)
         self.position, self.velocity, self.force = (np.full(shape, np.nan) for _ in range(3))
-        self.out = np.zeros((self.count, OUT))
+        self.out = np.zeros((self.count, OUT_SIZE))
 
     def one_by_one(self, dt: float, steps: int, hold: str) -> Callable[[int], Any]:
         """Return what runs one block by EFIM, trajectory by trajectory."""

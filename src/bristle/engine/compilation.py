@@ -13,6 +13,7 @@ import hashlib
 import itertools
 import os
 import pickle
+import re
 import sys
 import tempfile
 import time
@@ -22,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from bristle.core import dispatch
+from bristle.core.errors import InputError
 from bristle.core.exponent import in_bits
 from bristle.core.fingerprint import fingerprint
 from bristle.core.kernel import activate, kernel_options
@@ -107,7 +109,7 @@ def compiled(name: str, make: Callable[[], Callable[..., Any]], signature: str, 
     key = (name, parts)
     if key not in _entries:
         function = make()
-        _entries[key] = _compile(name, function, signature, fingerprint(function, *parts, *_MACHINERY))
+        _entries[key] = _compile(name, function, signature, fingerprint(function, *parts, *_MACHINERY), parts)
     return _entries[key]
 
 
@@ -125,17 +127,41 @@ def _types(signature: str) -> tuple[Any, ...]:
     )
 
 
-def _compile(name: str, function: Callable[..., Any], signature: str, code: str) -> Callable[..., Any]:
+def _compile(
+    name: str, function: Callable[..., Any], signature: str, code: str, parts: tuple[Any, ...]
+) -> Callable[..., Any]:
     import numba
 
     activate()
     returns = numba.types.int64 if "B" in signature else numba.types.float64
     dispatcher: Any = numba.njit(**kernel_options(inline=False))(function)
     dispatcher._cache = _EntryCache(name, signature, code)
-    with _numbered_from(code):
+    with _numbered_from(code), _faults_of(parts):
         dispatcher.compile(returns(*_types(signature)))
     dispatcher.disable_compile()
     return dispatcher
+
+
+@contextlib.contextmanager
+def _faults_of(parts: tuple[Any, ...]) -> Iterator[None]:
+    """Tell what does not compile as a fault of the person who wrote it, where a part is not bristle's own."""
+    from numba.core.errors import NumbaError
+
+    try:
+        yield
+    except NumbaError as error:
+        own = [part for part in parts if (part.__module__ or "").partition(".")[0] != "bristle"]
+        if not own:
+            raise
+        file, lines = own[0].__code__.co_filename, [line.strip() for line in str(error).splitlines()]
+        # The innermost reason follows the last of the headings that each level of calls adds.
+        heads = [i for i, line in enumerate(lines[:-1]) if "Failed in nopython mode" in line]
+        reason = lines[heads[-1] + 1] if heads else lines[0]
+        place = re.search(rf'File "[^"]*{re.escape(os.path.basename(file))}", line \d+', str(error))
+        line = f", {place[0].rpartition(', ')[2]}" if place else ""
+        raise InputError(
+            f"cannot be compiled: {reason}", path=f"{file}{line}", mend=f"Try: bristle check {file}"
+        ) from None
 
 
 @contextlib.contextmanager

@@ -12,7 +12,7 @@ where the body stops.
 
 from typing import Any, NamedTuple
 
-from bristle.core.contracts import Motion
+from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion
 from bristle.core.dispatch import friction_commit, friction_trial, plant_port, plant_rest, plant_step
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import Bracket, bracket_guess, bracket_update
@@ -55,7 +55,7 @@ class Advance(NamedTuple):
 @kernel
 def evaluate(state, memory, v, x, dt, p):
     """Return the mean force [N or N*m] and the move of a trial at mean velocity `v` [m/s or rad/s] from `x`."""
-    return friction_trial(state, memory, Motion(v, x + dt * v, 1.0, 293.15), dt, p)
+    return friction_trial(state, memory, Motion(v, x + dt * v, NOMINAL_LOAD, NOMINAL_TEMPERATURE), dt, p)
 
 
 @kernel

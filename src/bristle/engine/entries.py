@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from bristle.core.contracts import Motion, Reference
+from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion, Reference
 from bristle.core.dispatch import (
     controller_step,
     friction_commit,
@@ -24,6 +24,15 @@ from bristle.core.packing import Structure, packer, unpacker
 from bristle.engine import semi_implicit
 from bristle.engine.efim import Start, advance
 
+# Where a burst leaves what it found, in the vector `out`: mean friction force [N or N*m], solves that failed in this
+# burst, slope of the last solve per step [1/s] and mean acceleration (both read again by the next burst), solves
+# that failed so far; and what it is told: the error of the mean velocity that a solve may leave [m/s or rad/s].
+FORCE, FAILED, SLOPE, FAILED_SO_FAR, ACCELERATION, SLACK, OUT_SIZE = 0, 1, 2, 3, 4, 5, 6
+# Rows of the flat history of a closed loop.
+POSITION, VELOCITY, MEASURED, COMMAND, EFFORT, FRICTION, ROWS = 0, 1, 2, 3, 4, 5, 6
+# Beyond this magnitude of position plus velocity a simulation has left the numbers worth following.
+BOUND = 1e100
+
 __all__ = [
     "closed_loop",
     "make_burst",
@@ -34,8 +43,6 @@ __all__ = [
     "open_loop",
 ]
 
-OUT = 6  # numbers that a burst writes and keeps
-
 
 def make_force_along(parameters: Structure, state: Structure) -> Callable[..., Any]:
     """Return the entry that runs one friction model along a prescribed motion."""
@@ -45,7 +52,7 @@ def make_force_along(parameters: Structure, state: Structure) -> Callable[..., A
         p = unpack(p_vector)
         s = load(state_vector)
         for k in range(v.size):
-            force[k], move = friction_trial(s, memory, Motion(v[k], x[k], 1.0, 293.15), dt, p)
+            force[k], move = friction_trial(s, memory, Motion(v[k], x[k], NOMINAL_LOAD, NOMINAL_TEMPERATURE), dt, p)
             s = friction_commit(s, memory, move, p)
         store(s, state_vector)
         return 0.0
@@ -72,9 +79,10 @@ def make_output_along(parameters: Structure, state: Structure) -> Callable[..., 
 def make_burst(plant: Structure, plant_state: Structure, friction: Structure, friction_state: Structure) -> Any:
     """Return the entry that advances one plant with one friction model by a number of equal steps.
 
-    ``out[0]`` receives the mean friction force, ``out[1]`` the number of solves that failed; ``out[2]`` and ``out[4]``
-    keep where the next solve begins, whatever the length of its step: the slope of its residual over the length, and
-    the acceleration. ``out[5]`` is the error of the mean velocity that a solve may leave; ``out[3]`` is the drivers'.
+    ``out[FORCE]`` receives the mean friction force, ``out[FAILED]`` the number of solves that failed. ``out[SLOPE]``
+    and ``out[ACCELERATION]`` keep where the next solve begins, whatever the length of its step: the slope of its
+    residual over the length, and the acceleration. ``out[SLACK]`` is the error of the mean
+    velocity that a solve may leave; ``out[FAILED_SO_FAR]`` is the drivers'.
     """
     unpack_plant, load_plant, store_plant = unpacker(plant), unpacker(plant_state), packer(plant_state)
     unpack_friction, load_friction, store_friction = (
@@ -87,7 +95,7 @@ def make_burst(plant: Structure, plant_state: Structure, friction: Structure, fr
         q, body = unpack_plant(q_vector), load_plant(plant_vector)
         p, s = unpack_friction(p_vector), load_friction(state_vector)
         h = dt / steps
-        slope, acceleration, slack = 1.0 + out[2] * h, out[4], out[5]
+        slope, acceleration, slack = 1.0 + out[SLOPE] * h, out[ACCELERATION], out[SLACK]
         total, failures = 0.0, 0.0
         for i in range(steps):
             u = effort + (effort_end - effort) * ((i + 0.5) / steps)
@@ -99,8 +107,8 @@ def make_burst(plant: Structure, plant_state: Structure, friction: Structure, fr
             failures += done.failures
         store_plant(body, plant_vector)
         store_friction(s, state_vector)
-        out[0], out[1] = total / steps, failures
-        out[2], out[4] = (slope - 1.0) / h, acceleration
+        out[FORCE], out[FAILED] = total / steps, failures
+        out[SLOPE], out[ACCELERATION] = (slope - 1.0) / h, acceleration
         return 0.0
 
     return burst
@@ -126,7 +134,7 @@ def make_semi_implicit_burst(
             total += done.force
         store_plant(body, plant_vector)
         store_friction(s, state_vector)
-        out[0], out[1] = total / steps, 0.0
+        out[FORCE], out[FAILED] = total / steps, 0.0
         return 0.0
 
     return burst
@@ -166,9 +174,9 @@ def open_loop(burst, q, plant, p, state, memory, effort, effort_end, dt, steps, 
     for k in range(effort.size):
         x[k], v[k] = plant[0], plant[1]
         burst(q, plant, p, state, memory, effort[k], effort_end[k], dt, steps, out)
-        force[k] = out[0]
-        out[3] += out[1]
-        if not abs(plant[0]) + abs(plant[1]) < 1e100:
+        force[k] = out[FORCE]
+        out[FAILED_SO_FAR] += out[FAILED]
+        if not abs(plant[0]) + abs(plant[1]) < BOUND:
             return k + 1
     return effort.size
 
@@ -191,14 +199,14 @@ def closed_loop(
             reference[3 * count + k], measured, dt,
         )  # fmt: skip
         command = max(-limit, min(limit, u + injected[k]))
-        history[k], history[count + k] = plant[0], plant[1]
-        history[2 * count + k], history[3 * count + k] = measured, command
-        applied = history[3 * count + k - delay] if k >= delay else effort_before
-        history[4 * count + k] = applied
+        history[POSITION * count + k], history[VELOCITY * count + k] = plant[0], plant[1]
+        history[MEASURED * count + k], history[COMMAND * count + k] = measured, command
+        applied = history[COMMAND * count + k - delay] if k >= delay else effort_before
+        history[EFFORT * count + k] = applied
         driven = applied - disturbance[k]
         burst(q, plant, p, state, memory, driven, driven, dt, steps, out)
-        history[5 * count + k] = out[0]
-        out[3] += out[1]
-        if not abs(plant[0]) + abs(plant[1]) < 1e100:
+        history[FRICTION * count + k] = out[FORCE]
+        out[FAILED_SO_FAR] += out[FAILED]
+        if not abs(plant[0]) + abs(plant[1]) < BOUND:
             return k + 1
     return count

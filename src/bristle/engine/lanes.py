@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 from bristle.core.packing import LANES, Structure, lane_packer, lane_unpacker
-from bristle.engine.entries import OUT
+from bristle.engine.entries import BOUND, FAILED, FAILED_SO_FAR, FORCE, OUT_SIZE
 from bristle.engine.semi_implicit import advance
 
 __all__ = ["Rows", "make_lanes", "open_loops"]
@@ -81,18 +81,18 @@ def open_loops(
     The vectors hold those of all mechanisms in a row, the records and efforts all mechanisms of one sample in a row.
     What follows a sample at which a mechanism left the finite numbers is left as it was.
     """
-    count = outs.size // OUT
+    count = outs.size // OUT_SIZE
     sizes = (q.size // count, plant.size // count, p.size // count, state.size // count, memory.size // count)
     for m in range(first, last):
         q_m, body = q[m * sizes[0] : (m + 1) * sizes[0]], plant[m * sizes[1] : (m + 1) * sizes[1]]
         p_m, state_m = p[m * sizes[2] : (m + 1) * sizes[2]], state[m * sizes[3] : (m + 1) * sizes[3]]
-        memory_m, out = memory[m * sizes[4] : (m + 1) * sizes[4]], outs[OUT * m : OUT * m + OUT]
+        memory_m, out = memory[m * sizes[4] : (m + 1) * sizes[4]], outs[OUT_SIZE * m : OUT_SIZE * m + OUT_SIZE]
         for k in range(x.size // count):
             x[k * count + m], v[k * count + m] = body[0], body[1]
             at = k * columns + (m if columns > 1 else 0)
             burst(q_m, body, p_m, state_m, memory_m, effort[at], effort_end[at], dt, steps, out)
-            force[k * count + m] = out[0]
-            out[3] += out[1]
-            if not abs(body[0]) + abs(body[1]) < 1e100:
+            force[k * count + m] = out[FORCE]
+            out[FAILED_SO_FAR] += out[FAILED]
+            if not abs(body[0]) + abs(body[1]) < BOUND:
                 break
     return 0

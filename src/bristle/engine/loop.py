@@ -13,9 +13,11 @@ from bristle.core.packing import pack
 from bristle.core.status import Status
 from bristle.engine import entries
 from bristle.engine.compilation import SIGNATURES, compiled
-from bristle.engine.part import Part, vector
+from bristle.engine.part import Part, check_run, memory_of, vector
 
 __all__ = ["Trace", "run_closed_loop", "run_open_loop"]
+
+HOLDS = ("zero", "linear")
 
 
 @dataclass(frozen=True)
@@ -48,9 +50,8 @@ class _Mechanism:
         self.plant.state[0], self.plant.state[1] = x, v
         if state is not None:
             self.friction.state = pack(state)
-        fresh = friction.component.new_memory(friction.parameters)
-        self.memory = fresh if memory is None else np.array(memory, dtype=float)
-        self.out = np.zeros(entries.OUT)
+        self.memory = memory_of(friction, memory)
+        self.out = np.zeros(entries.OUT_SIZE)
         self.entry = burst_entry(self.plant, self.friction, integrator)
 
     @property
@@ -64,7 +65,7 @@ class _Mechanism:
             return Status.NOT_FINITE
         if self.friction.lost:
             return Status.MEMORY_OVERFLOW
-        return Status.SOLVE_INACCURATE if self.out[3] > 0.0 else Status.OK
+        return Status.SOLVE_INACCURATE if self.out[entries.FAILED_SO_FAR] > 0.0 else Status.OK
 
 
 BURSTS = {"efim": entries.make_burst, "semi_implicit": entries.make_semi_implicit_burst}
@@ -84,8 +85,8 @@ def burst_entry(plant: Part, friction: Part, integrator: str) -> Any:
 
 def held(effort: np.ndarray, hold: str) -> np.ndarray:
     """Return the effort [N or N*m] that each sample runs to until the next, samples along the first dimension."""
-    if hold not in ("zero", "linear"):
-        raise InputError("no such hold", path="hold", value=hold, allowed="zero, linear")
+    if hold not in HOLDS:
+        raise InputError("no such hold", path="hold", value=hold, allowed=" or ".join(HOLDS))
     return effort if hold == "zero" else vector(np.concatenate((effort[1:], effort[-1:])))
 
 
@@ -120,6 +121,7 @@ def run_open_loop(
         Position, velocity, effort and friction at each sample.
     """
     u = vector(effort)
+    check_run(dt, steps, effort=u, x=x, v=v)
     u_end = held(u, hold)
     mechanism = _Mechanism(plant, friction, x, v, state, memory, integrator)
     position, velocity, force = np.empty(u.size), np.empty(u.size), np.empty(u.size)
@@ -177,14 +179,21 @@ def run_closed_loop(
     Trace
         What happened at each sample; cut short, with a status, where the loop left the finite numbers.
     """
+    if reference.ndim != 2 or reference.shape[0] != 4:
+        raise InputError(
+            "must hold position, velocity, acceleration and feedforward", path="reference", value=reference.shape,
+            allowed="shape (4, sample)",
+        )  # fmt: skip
     count = reference.shape[1]
+    check_run(dt, steps, count=count, delay=delay, reference=reference.ravel(), x=x, v=v)
     mechanism = _Mechanism(plant, friction, x, v, state, memory)
     control, sense = Part(controller), Part(sensor)
     started, _ = _sensed(sensor, x, dt)
     control.state = pack(controller.component.start(started, v, acceleration, dt, controller.parameters))
     extra = np.zeros(count) if injected is None else vector(injected)
     unseen = np.zeros(count) if disturbance is None else vector(disturbance)
-    history = np.zeros(6 * count)
+    check_run(dt, steps, count=count, injected=extra, disturbance=unseen)
+    history = np.zeros(entries.ROWS * count)
     driver = compiled("closed_loop", lambda: entries.closed_loop, "CaaSaaBaaaaaaaafiffiaa")
     done = int(
         driver(
@@ -194,7 +203,7 @@ def run_closed_loop(
             float(limit), int(delay), float(effort_before), float(dt), int(steps), history, mechanism.out,
         )
     )  # fmt: skip
-    x_, v_, measured, command, applied, friction_force = (row[:done] for row in history.reshape(6, count))
+    x_, v_, measured, command, applied, friction_force = (row[:done] for row in history.reshape(entries.ROWS, count))
     return Trace(
         time=dt * np.arange(done), position=x_, velocity=v_, effort=applied, friction=friction_force,
         measured=measured, command=command, status=mechanism.status(done, count),

@@ -9,9 +9,11 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.packing import pack, unpacker
+from bristle.core.units import quantity
+from bristle.core.variable import Variable
 from bristle.engine import entries
 from bristle.engine.compilation import compiled
-from bristle.engine.part import Part, vector, warn_of_lost
+from bristle.engine.part import Part, check_run, memory_of, vector, warn_of_lost
 from bristle.engine.path import after, output_along
 
 __all__ = ["force_along", "presliding_distance", "response", "settled"]
@@ -49,12 +51,12 @@ def force_along(
         Mean friction force of each step [N or N*m], positive when it opposes ``v > 0``.
     """
     part = Part(model)
-    velocity = vector(v)
-    position = np.cumsum(velocity) * dt if x is None else vector(x)
+    velocity = vector(v, "v")
+    position = np.cumsum(velocity) * dt if x is None else vector(x, "x")
     if state is not None:
         part.state = pack(state)
-    used = part.component.new_memory(model.parameters) if memory is None else np.array(memory, dtype=float)
-    return _follow(part, used, velocity, position, dt)
+    check_run(dt, count=velocity.size, v=velocity, x=position)
+    return _follow(part, memory_of(model, memory), velocity, position, dt)
 
 
 def settled(model: Model, v: float) -> tuple[Any, np.ndarray]:
@@ -77,7 +79,7 @@ def settled(model: Model, v: float) -> tuple[Any, np.ndarray]:
     part = Part(model)
     memory = part.component.new_memory(model.parameters)
     if v != 0.0:
-        # Doubling steps, from a picometre to a metre, settle a contact of any stiffness.
+        # Growing steps, from a picometre to a metre, settle a contact of any stiffness.
         for distance in np.geomspace(1e-12, 1.0, 80):
             _follow(part, memory, np.array([v]), np.zeros(1), distance / abs(v))
     return unpacker(part.structures[1])(part.state), memory
@@ -110,7 +112,7 @@ def _follow(part: Part, memory: np.ndarray, velocity: np.ndarray, position: np.n
     return force
 
 
-def response(model: Model, x: Any, dt: float | None = None, *, history: Any = ()) -> np.ndarray:
+def response(model: Model, x: Any, dt: float | str | None = None, *, history: Any = ()) -> np.ndarray:
     """Return the friction force along a prescribed position, or the output of a hysteresis operator along its input.
 
     Parameters
@@ -119,8 +121,8 @@ def response(model: Model, x: Any, dt: float | None = None, *, history: Any = ()
         A friction model or a hysteresis operator, with parameters.
     x : array_like, shape (time,)
         Position [m or rad] at equal time steps; for an operator its input, which has no time.
-    dt : float
-        Time step [s]; for friction models only.
+    dt : float or str
+        Time step [s], or text such as ``"1 ms"``; for friction models only.
     history : array_like, shape (sample,), optional
         Inputs that an operator has gone through before the first sample; virgin at the input 0 where empty
         (`bristle.hysteresis.saturated`, `bristle.hysteresis.conditioned`).
@@ -145,18 +147,23 @@ def response(model: Model, x: Any, dt: float | None = None, *, history: Any = ()
     >>> response(hysteresis.preisach(s=1.0, f_p=1.0), [1.0, 0.0, 1.0])
     array([ 0.5       , -0.16666667,  0.5       ])
     """
-    position = np.asarray(x, dtype=float)
-    if position.ndim != 1 or position.size < 1 or not np.all(np.isfinite(position)):
-        raise InputError("must be a 1-D array of finite numbers", path="x", value=x)
-    if model.component.family == "hysteresis":
+    position = vector(x, "x")
+    if position.ndim != 1 or position.size < 1:
+        raise InputError("must be a 1-D array of numbers", path="x", value=x)
+    if isinstance(model, Model) and model.component.family == "hysteresis":
         if dt is not None:
             raise InputError("a hysteresis operator knows no time", path="dt", value=dt, mend="Leave dt out")
+        check_run(1.0, u=position)
         state, memory = after(model, history)
         return output_along(model, position, state=state, memory=memory)
     if len(history):
         raise InputError("belongs to hysteresis operators", path="history", mend="Put the motion before x")
-    if dt is None or not (np.isfinite(dt) and dt > 0.0):
-        raise InputError("must be positive", path="dt", value=dt, allowed="> 0 s")
+    if dt is None:
+        raise InputError("is needed for a friction model", path="dt", allowed="> 0 s")
+    period = quantity(dt, Variable("time", "time step"), path="dt")
+    check_run(period, x=position)
+    with np.errstate(over="ignore"):  # what overflows is refused as a velocity
+        velocity = np.diff(position) / period
     force = np.zeros(position.size)
-    force[1:] = force_along(model, np.diff(position) / dt, dt, position[1:])
+    force[1:] = force_along(model, velocity, period, position[1:])
     return force

@@ -15,10 +15,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from bristle.core.contracts import Motion
+from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion
 from bristle.core.dispatch import friction_rate, plant_rate
 from bristle.core.kernel import kernel
 from bristle.core.packing import Structure, packer, unpacker
+from bristle.engine.entries import BOUND
 from bristle.engine.step_doubling import copy
 from bristle.engine.step_length import GIVE_UP, ROUNDING, length_factor
 
@@ -42,7 +43,7 @@ def make_rate(
     def rate(q_vector, p_vector, y, effort, slope):
         q, body = unpack_plant(q_vector), load_plant(y)
         p, s = unpack_friction(p_vector), load_friction(y[count:])
-        force, d_s = friction_rate(s, Motion(body.v, body.x, 1.0, 293.15), p)
+        force, d_s = friction_rate(s, Motion(body.v, body.x, NOMINAL_LOAD, NOMINAL_TEMPERATURE), p)
         store_plant(plant_rate(body, effort, force, q), slope)
         store_friction(d_s, slope[count:])
         slope[last] = force
@@ -183,7 +184,7 @@ def rosenbrock(
                 impulse[k] = interpolated(bends, 6, part, y[n - 1], y_next[n - 1])
                 k += 1
             copy(y_next, y)
-            if not abs(y[0]) + abs(y[1]) < 1e100 or report[2] > GIVE_UP:
+            if not abs(y[0]) + abs(y[1]) < BOUND or report[2] > GIVE_UP:
                 return float(k)
             t, u = t_end if is_last else t + h, u + h * rise
             wish = max(wish if is_cut else h_min, h * length_factor(error, error_last, 4.0))

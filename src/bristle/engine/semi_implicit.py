@@ -9,7 +9,7 @@ EFIM is for those.
 
 from typing import Any, NamedTuple
 
-from bristle.core.contracts import Motion
+from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion
 from bristle.core.dispatch import friction_commit, friction_trial, plant_step
 from bristle.core.kernel import kernel
 
@@ -26,7 +26,9 @@ class Advance(NamedTuple):
 def advance(plant_state, friction_state, memory, effort, dt, q, p):
     """Return the `Advance` over one step of `dt` [s] under a constant `effort` [N or N*m]."""
     v = plant_state.v
-    force, move = friction_trial(friction_state, memory, Motion(v, plant_state.x + dt * v, 1.0, 293.15), dt, p)
+    force, move = friction_trial(
+        friction_state, memory, Motion(v, plant_state.x + dt * v, NOMINAL_LOAD, NOMINAL_TEMPERATURE), dt, p
+    )
     friction_next = friction_commit(friction_state, memory, move, p)
     _, plant_next = plant_step(plant_state, effort, force, dt, q)
     return Advance(plant_next, friction_next, force)

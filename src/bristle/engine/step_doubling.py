@@ -23,6 +23,7 @@ from bristle.core.kernel import kernel
 from bristle.core.mathematics import Bracket, bracket_guess, bracket_update
 from bristle.core.packing import Structure, unpacker
 from bristle.engine.efim import INFINITY, evaluate
+from bristle.engine.entries import ACCELERATION, BOUND, FAILED, FORCE, SLACK, SLOPE
 from bristle.engine.step_length import GIVE_UP, ROUNDING, length_factor
 
 __all__ = ["doubling", "make_rest_time"]
@@ -166,13 +167,13 @@ def doubling(
             allowed = max(min(per_time * h, per_step), ROUNDING * abs(body[0]))
             slack = SHARE_OF_SOLVES * allowed / h
             expected = acceleration + bend * (0.25 * h_last + 0.5 * h)
-            out_1[2], out_1[4], out_1[5] = out[2], expected, slack
+            out_1[SLOPE], out_1[ACCELERATION], out_1[SLACK] = out[SLOPE], expected, slack
             burst(q, body_1, p, state_1, memory, u, u_end, h, 1, out_1)
             copy(memory_0, memory)
-            out[2], out[4], out[5] = out_1[2], out_1[4] - 0.25 * h * bend, slack
+            out[SLOPE], out[ACCELERATION], out[SLACK] = out_1[SLOPE], out_1[ACCELERATION] - 0.25 * h * bend, slack
             burst(q, body, p, state, memory, u, u_middle, 0.5 * h, 1, out)
-            x_middle, v_middle, force_1, failures, early = body[0], body[1], out[0], out[1], out[4]
-            out[4] = 2.0 * out_1[4] - early
+            x_middle, v_middle, force_1, failures, early = body[0], body[1], out[FORCE], out[FAILED], out[ACCELERATION]
+            out[ACCELERATION] = 2.0 * out_1[ACCELERATION] - early
             burst(q, body, p, state, memory, u_middle, u_end, 0.5 * h, 1, out)
             error = abs(body[0] - body_1[0]) + 2.0 * h * abs(body[1] - body_1[1])
             if slides(body_0, x_middle, v_middle, body, far):
@@ -198,20 +199,20 @@ def doubling(
                     wish = max(h_min, min(rest, h * length_factor(error, 1.0, 2.0)))
                 continue
             k = sampled(
-                k, t, h, 0.0, body_0[0], body_0[1], x_middle, v_middle, force_1, out[0], total, times, x, v, impulse
+                k, t, h, 0.0, body_0[0], body_0[1], x_middle, v_middle, force_1, out[FORCE], total, times, x, v, impulse
             )  # fmt: skip
             k = sampled(
-                k, t + 0.5 * h, h, 0.5, x_middle, v_middle, body[0], body[1], force_1, out[0], total, times, x, v,
+                k, t + 0.5 * h, h, 0.5, x_middle, v_middle, body[0], body[1], force_1, out[FORCE], total, times, x, v,
                 impulse,
             )  # fmt: skip
             t = min(t_end, rests_until) if is_last else t + h
-            total += 0.5 * h * (force_1 + out[0])
-            if not abs(body[0]) + abs(body[1]) < 1e100 or report[2] > GIVE_UP:
+            total += 0.5 * h * (force_1 + out[FORCE])
+            if not abs(body[0]) + abs(body[1]) < BOUND or report[2] > GIVE_UP:
                 return k
             wish = max(wish if is_cut else h_min, h * length_factor(error, error_last, 2.0))
             u, error_last, rests_until = u_end, error, INFINITY
-            h_last, acceleration, bend = h, out[4], 2.0 * (out[4] - early) / h
+            h_last, acceleration, bend = h, out[ACCELERATION], 2.0 * (out[ACCELERATION] - early) / h
             report[0] += 1.0
             report[2] += 1.0 if not error <= 1.0 else 0.0
-            report[3] += failures + out[1]
+            report[3] += failures + out[FAILED]
     return k

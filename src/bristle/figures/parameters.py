@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
 __all__ = ["parameters"]
 
-NORMAL_95 = 1.96
 LINEAR_BELOW = 1.0  # percent
 TICKS = (-100.0, -10.0, -1.0, 0.0, 1.0, 10.0, 100.0)
 EDGES = (2.0, 20.0, 200.0)  # percent: an interval wider than the last ends in an arrow
@@ -59,8 +58,8 @@ def parameters(fit: Fit) -> Figure:
 
 
 def _half_width(estimate: Estimate) -> float:
-    percent = estimate.relative_std_percent
-    return NORMAL_95 * percent if percent is not None and math.isfinite(percent) else math.inf
+    percent = estimate.interval_percent
+    return percent if percent is not None and math.isfinite(percent) else math.inf
 
 
 def _edge(estimates: Sequence[Estimate]) -> float:
@@ -84,7 +83,7 @@ def _draw(axes: style.Axes, row: int, estimate: Estimate, edge: float) -> None:
 
 
 def _in_words(estimate: Estimate) -> str:
-    std = estimate.std if estimate.std is not None and math.isfinite(estimate.std) else None
+    std = estimate.larger_std if estimate.larger_std is not None and math.isfinite(estimate.larger_std) else None
     scale = scale_of(estimate.unit, estimate.value or std or 0.0)
     value = number(estimate.value * scale.factor, None if std is None else std * scale.factor)
     if estimate.status == "held":

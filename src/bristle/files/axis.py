@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -81,6 +82,7 @@ def axis_from(data: dict[str, Any]) -> Axis:
         offset=_offset(file),
         resolution=drive.count,
         effort_limit=_limit(file, drive),
+        held=file.effort.held,
         velocity_limit=_positive(file.limits.velocity, VELOCITY, file.kind, "limits.velocity"),
         stroke=_stroke(file),
         controller=file.controller,
@@ -118,7 +120,8 @@ def _resolution(encoder: EncoderEntry, drive: Drive) -> float | None:
     unit = units.split(given, path)[1] if isinstance(given, str) else ""
     if not unit:
         return _above_zero(float(given), path, given)
-    return _above_zero(drive.movement(unit, encoder.side, path).of(str(given), path), path, given)
+    count = _in(given, lambda: drive.movement(unit, encoder.side, path).of(str(given), path))
+    return _above_zero(count, path, given)
 
 
 def _without(given: Any, suffix: str) -> Any:
@@ -164,7 +167,15 @@ def _effort(given: float | str, file: AxisFile, drive: Drive, path: str) -> floa
         return float(given)
     told = file.columns.effort.side if file.columns.effort else None
     side = None if units.compatible(unit, "N", path=path) else told or ("motor" if drive.constant else None)
-    return drive.effort(unit, side, path).of(str(given), path)
+    return _in(given, lambda: drive.effort(unit, side, path).of(str(given), path))
+
+
+def _in(given: Any, converted: Callable[[], float]) -> float:
+    """Return a converted value; what is refused is told as it was written, not as its unit."""
+    try:
+        return converted()
+    except InputError as error:
+        raise InputError(error.message, path=error.path, value=given, allowed=error.allowed, mend=error.mend) from None
 
 
 def _mass(file: AxisFile) -> float | None:

@@ -57,6 +57,7 @@ class EffortEntry(Strict):
     torque_constant: str | None = None
     rated: str | None = None
     limit: Quantity | None = None
+    held: bool | None = None
 
 
 class TransmissionEntry(Strict):

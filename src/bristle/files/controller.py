@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from bristle.controllers import CONTROLLERS
@@ -19,7 +20,7 @@ def controller_of(axis: Axis) -> Model | None:
     """Return the control law that was running on an axis; None where its file names none.
 
     Gains may be given in the units of the drive, such as ``k_v = "243.45 V*s/m"`` where the effort column is in
-    volts: the constant of the drive turns them into SI.
+    volts: the constant of the drive turns them into SI, and gear and lead those for an angle of the motor.
 
     Raises
     ------
@@ -28,10 +29,10 @@ def controller_of(axis: Axis) -> Model | None:
     """
     if axis.controller is None or isinstance(axis.controller, Model):
         return axis.controller
-    return controller_from(axis.controller, kind=axis.kind, effort=axis.columns.get("effort"), path="controller")
+    return controller_from(axis.controller, kind=axis.kind, columns=axis.columns, path="controller")
 
 
-def controller_from(table: Any, *, kind: Kind, effort: Column | None, path: str) -> Model:
+def controller_from(table: Any, *, kind: Kind, columns: Mapping[str, Column], path: str) -> Model:
     """Return the control law of a table.
 
     Parameters
@@ -40,8 +41,8 @@ def controller_from(table: Any, *, kind: Kind, effort: Column | None, path: str)
         ``model = "cascade"`` and its parameters.
     kind : {"translational", "rotational"}
         Kind of axis.
-    effort : Column or None
-        The effort column of the axis: what one unit of the drive is in SI.
+    columns : mapping of str to Column
+        Columns of the axis by channel: what one unit of the drive is in SI.
     path : str
         Key of the table, for messages.
 
@@ -56,12 +57,15 @@ def controller_from(table: Any, *, kind: Kind, effort: Column | None, path: str)
     component = component_named(given["model"], CONTROLLERS, f"{path}.model")
     values = parameters_in(given, component, path, beside=("model",))
     for name, value in values.items():
-        values[name] = in_effort(value, component.variables[name].unit(kind), kind, effort, f"{path}.{name}")
+        values[name] = in_effort(value, component.variables[name].unit(kind), kind, columns, f"{path}.{name}")
     return make_model(component, values, kind=kind, validate=True, path=path)
 
 
-def in_effort(value: Any, unit: str, kind: Kind, effort: Column | None, path: str) -> Any:
+def in_effort(value: Any, unit: str, kind: Kind, columns: Mapping[str, Column], path: str) -> Any:
     """Return text in the units of the drive as a number in SI, and everything else as it is.
+
+    The effort may be told in the unit of the effort column, the movement in that of the position column: ``"A*s/rad"``
+    where the current and the angle of the motor are recorded.
 
     Parameters
     ----------
@@ -71,17 +75,32 @@ def in_effort(value: Any, unit: str, kind: Kind, effort: Column | None, path: st
         The SI unit wanted, such as ``"N*s/m"``.
     kind : {"translational", "rotational"}
         Kind of axis.
-    effort : Column or None
-        What one unit of the drive is in SI.
+    columns : mapping of str to Column
+        Columns of the axis by channel: what one unit of the drive is in SI.
     path : str
         Where the value stands, for messages.
     """
     force = unit_of("force", kind)
-    if effort is None or effort.base == force or not isinstance(value, str) or not unit.startswith(force):
+    if not isinstance(value, str) or not unit.startswith(force):
         return value
     _, given = units.split(value, path)
-    drive_unit = effort.base + unit.removeprefix(force)
-    if not given or units.compatible(given, unit, path=path) or not units.compatible(given, drive_unit, path=path):
+    if not given or units.compatible(given, unit, path=path):
         return value
+    for told, factor in _told(unit.removeprefix(force), kind, columns):
+        if units.compatible(given, told, path=path):
+            return units.convert(value, told, path=path) * factor
+    return value
+
+
+def _told(rest: str, kind: Kind, columns: Mapping[str, Column]) -> Iterator[tuple[str, float]]:
+    """Yield each unit in which a gain may be told, and SI for one of it; `rest` is what follows the force in SI."""
     # A sign in the scale is a matter of wiring; a gain has none.
-    return units.convert(value, drive_unit, path=path) * abs(effort.scale)
+    per = f"/{unit_of('length', kind)}"
+    effort, position = columns.get("effort"), columns.get("position")
+    efforts = [(unit_of("force", kind), 1.0)]
+    if effort is not None:
+        efforts.append((effort.base, abs(effort.scale)))
+    for base, factor in efforts:
+        yield f"{base}{rest}", factor
+        if position is not None and rest.endswith(per):
+            yield f"{base}{rest.removesuffix(per)}/{position.base}", factor / abs(position.scale)

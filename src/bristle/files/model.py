@@ -11,8 +11,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from bristle.core.contracts import FrictionModel, Model, make_model
 from bristle.core.errors import InputError
-from bristle.core.variable import KINDS, Kind
-from bristle.files.components import check_keys, check_schema, key_of, model_from, parameters_in, table_at
+from bristle.core.variable import KINDS, Kind, Variable
+from bristle.files.components import (
+    check_keys,
+    check_schema,
+    key_of,
+    model_from,
+    number_at,
+    parameters_in,
+    table_at,
+)
 from bristle.files.toml import read_toml
 from bristle.friction import MODELS, find, with_slots
 from bristle.plants import PLANTS
@@ -22,13 +30,20 @@ if TYPE_CHECKING:
 
 __all__ = ["ModelFile", "friction_from", "read_model", "write_model"]
 
-KEYS = ("schema", "kind", "provenance", "plant", "friction", "uncertainty")
+KEYS = ("schema", "kind", "provenance", "treatment", "plant", "friction", "uncertainty")
+TREATMENT = {
+    "cutoff": Variable("frequency", "cut-off of the zero-phase filter of the identification", min=1e-9),
+    "decimation": Variable("1", "samples for one row of the identification", min=1.0),
+    "velocity_max": Variable("length/time", "largest speed that the model was fitted to", min=0.0),
+}
 
 
 class ModelFile(NamedTuple):
     """What a model file holds.
 
-    `info` has ``"provenance"`` and ``"uncertainty"``: for each parameter ``std`` in SI, where known, and ``status``.
+    `info` has ``"provenance"``, ``"treatment"`` (``cutoff`` [Hz], ``decimation`` and ``velocity_max`` [m/s or rad/s] of
+    the identification, where known) and ``"uncertainty"``: for each parameter ``std`` and ``robust_std`` in SI, where
+    known, and ``status``.
     """
 
     plant: Model | None
@@ -43,6 +58,7 @@ def write_model(
     *,
     estimates: Iterable[Any] = (),
     provenance: Mapping[str, str] | None = None,
+    treatment: Mapping[str, float] | None = None,
 ) -> None:
     """Write a model file; numbers come back to the bit.
 
@@ -56,6 +72,9 @@ def write_model(
         Standard error and status of each parameter.
     provenance : mapping of str to str
         Where the values come from: version, log, axis, command.
+    treatment : mapping
+        How the log was treated: ``cutoff`` [Hz], ``decimation`` and ``velocity_max`` [m/s or rad/s]; further entries
+        are left out.
 
     Raises
     ------
@@ -70,6 +89,8 @@ def write_model(
     document.add("kind", tomlkit.item(friction.kind))
     if provenance:
         document.add("provenance", tomlkit.item(dict(provenance)))
+    if treatment:
+        document.add("treatment", _treatment_table(treatment, friction.kind))
     if plant is not None:
         document.add("plant", _table(plant, {"model": plant.name}))
     document.add("friction", _table(friction, _name_of(friction, target.parent)))
@@ -77,10 +98,25 @@ def write_model(
     if known:
         uncertainty = tomlkit.table(is_super_table=True)
         for one in known:
-            entry = {"std": one.std, "status": one.status, "note": one.note}
+            entry = {"std": one.std, "robust_std": one.robust_std, "status": one.status, "note": one.note}
             uncertainty.add(key_of(one.name), tomlkit.item({key: value for key, value in entry.items() if value}))
         document.add("uncertainty", uncertainty)
     target.write_text(tomlkit.dumps(document), encoding="utf-8")
+
+
+def _treatment_table(treatment: Mapping[str, float], kind: Kind) -> Table:
+    import tomlkit
+
+    table = tomlkit.table()
+    for name, variable in TREATMENT.items():
+        if name not in treatment:
+            continue
+        value = treatment[name]
+        item = tomlkit.item(int(value) if name == "decimation" else float(value))
+        unit = "" if name == "decimation" else f"{variable.unit(kind)}: "
+        item.comment(f"{unit}{variable.description}")
+        table.add(name, item)
+    return table
 
 
 def _table(model: Model, head: Mapping[str, Any]) -> Table:
@@ -143,7 +179,22 @@ def _model_from(data: dict[str, Any], folder: Path) -> ModelFile:
     uncertainty = table_at(data.get("uncertainty", {}), "uncertainty")
     check_keys(uncertainty, [key_of(name) for name in known], "uncertainty")
     provenance = table_at(data.get("provenance", {}), "provenance")
-    return ModelFile(plant, friction, {"provenance": provenance, "uncertainty": uncertainty})
+    treatment = _treatment(data.get("treatment", {}), kind)
+    return ModelFile(plant, friction, {"provenance": provenance, "treatment": treatment, "uncertainty": uncertainty})
+
+
+def _treatment(value: Any, kind: Kind) -> dict[str, Any]:
+    """Return how the log of the identification was treated, as far as the file says."""
+    given = table_at(value, "treatment")
+    check_keys(given, TREATMENT, "treatment")
+    found: dict[str, Any] = {
+        name: number_at(one, TREATMENT[name], kind, f"treatment.{name}") for name, one in given.items()
+    }
+    if "decimation" in found:
+        if not found["decimation"].is_integer():
+            raise InputError("must be a whole number", path="treatment.decimation", value=given["decimation"])
+        found["decimation"] = int(found["decimation"])
+    return found
 
 
 def kind_at(value: Any, path: str) -> Kind:

@@ -3,18 +3,21 @@
 Everything is written to ``DIR.partial`` beside the folder wanted. Only when all of it is there and synced to
 the disk is it renamed to ``DIR``; results that were there before are moved aside first and removed last. Whatever
 ends the program in between (an error, a full disk, Ctrl-C, a kill) leaves either the old results or the new ones.
+Files of a person's own in a folder of results are never removed: it is not replaced while there are any.
 """
 
 from __future__ import annotations
 
 import errno
+import json
 import os
 import re
 import secrets
 import shutil
+import tomllib
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -25,6 +28,9 @@ __all__ = ["SUMMARY", "results_folder"]
 SUMMARY = "summary.json"
 """The file that every folder of results holds, and by which it is known as one."""
 
+WRITTEN = frozenset({SUMMARY, "report.html", "model.toml", "drive_table.csv"})
+WRITTEN_BY_DEMO = frozenset({"axis.toml", "log.csv", "unseen.csv"})
+NAMES_SHOWN = 5
 ATTEMPTS = 100
 _WRITING = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS, errno.EIO}
 
@@ -97,6 +103,30 @@ def _check_free(wanted: Path, force: bool) -> None:
             path=str(wanted),
             mend="Name another folder, or add --force to replace these results",
         )
+    _keep_own_files(wanted)
+
+
+def _keep_own_files(folder: Path) -> None:
+    """Refuse to replace a folder that holds, besides results, files that a person put there."""
+    ours = WRITTEN | _named_in(folder)
+    own = sorted(one.name for one in folder.iterdir() if one.name not in ours or one.is_dir())
+    if own:
+        more = f" and {len(own) - NAMES_SHOWN} more" if len(own) > NAMES_SHOWN else ""
+        raise InputError(
+            f"holds files besides the results: {', '.join(own[:NAMES_SHOWN])}{more}", path=str(folder),
+            mend="Move them elsewhere, for the whole folder is replaced, or name another folder",
+        )  # fmt: skip
+
+
+def _named_in(folder: Path) -> frozenset[str]:
+    """Return further files that the results say are part of them: a user's model, the log of the demonstration."""
+    names: frozenset[str] = frozenset()
+    with suppress(OSError, ValueError, LookupError, TypeError):
+        names |= {tomllib.loads((folder / "model.toml").read_text(encoding="utf-8"))["friction"]["file"]}
+    with suppress(OSError, ValueError, LookupError, TypeError):
+        if json.loads((folder / SUMMARY).read_text(encoding="utf-8"))["simulated"]:
+            names |= WRITTEN_BY_DEMO
+    return names
 
 
 def _claim(partial: Path, wanted: Path) -> int | None:
@@ -166,6 +196,8 @@ def _publish(partial: Path, wanted: Path) -> None:
     if not (partial / SUMMARY).is_file():
         raise RuntimeError(f"results without {SUMMARY}")
     _sync(partial)
+    if wanted.exists():
+        _keep_own_files(wanted)
     aside = wanted.with_name(f"{wanted.name}.old-{secrets.token_hex(4)}")
     try:
         if wanted.exists():

@@ -62,9 +62,9 @@ def run_from(table: Mapping[str, Any], axis: Axis | None, reference: Model, kind
         if name not in given:
             raise InputError(f"needs {name}", path=path, mend=f"Write {name}, {RUN[name].description}, under [{path}]")
     if "effort_limit" in given:
-        effort = axis.columns.get("effort") if axis is not None else None
+        columns = axis.columns if axis is not None else {}
         unit, where = RUN["effort_limit"].unit(kind), f"{path}.effort_limit"
-        given["effort_limit"] = in_effort(given["effort_limit"], unit, kind, effort, where)
+        given["effort_limit"] = in_effort(given["effort_limit"], unit, kind, columns, where)
     values: dict[str, Any] = {name: number_at(given[name], RUN[name], kind, f"{path}.{name}") for name in given}
     for name in ("substeps", "delay"):
         if name in values:
@@ -87,6 +87,6 @@ def _check_lengths(run: Run, path: str) -> None:
 
 
 def _whole(value: float, path: str) -> int:
-    if value != int(value):
+    if not value.is_integer():
         raise InputError("must be a whole number", path=path, value=value)
     return int(value)

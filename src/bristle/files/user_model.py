@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
 import sys
@@ -9,7 +10,7 @@ import types
 from pathlib import Path
 
 from bristle.core.contracts import FrictionModel
-from bristle.core.errors import InputError
+from bristle.core.errors import BristleError, InputError
 
 __all__ = ["load_model_file"]
 
@@ -33,7 +34,7 @@ def load_model_file(path: str | os.PathLike[str]) -> FrictionModel:
     Raises
     ------
     InputError
-        If the file cannot be read or run, or defines no ``MODEL``.
+        If the file cannot be read or run, defines no ``MODEL``, or gives it a name that cannot be asked for.
     """
     source = Path(path)
     try:
@@ -51,23 +52,36 @@ def load_model_file(path: str | os.PathLike[str]) -> FrictionModel:
             mend="End the file with MODEL = FrictionModel(name=..., description=..., Parameters=Parameters, "
             "State=State, trial=trial, commit=commit)",
         )
+    if not model.name.strip() or set("+,") & set(model.name):
+        raise InputError(
+            "gives its model a name that cannot be asked for", path=str(source), value=model.name,
+            allowed="a name without + and comma", mend='Write another name in FrictionModel(name="...")',
+        )  # fmt: skip
     return model
 
 
 def _executed(name: str, source: Path, text: bytes) -> types.ModuleType:
+    if b"\0" in text:
+        raise InputError(
+            "is not Python but binary data", path=str(source), mend="Name a file with a model, my_model.py"
+        )
     module = types.ModuleType(name)
     module.__file__ = str(source)
     sys.modules[name] = module
     try:
         # Compiled from the text at hand: a byte-code cache goes by the second and the size, and may be stale.
-        exec(compile(text, str(source), "exec"), module.__dict__)
+        # What it prints is no part of a result, and goes where messages go.
+        with contextlib.redirect_stdout(sys.stderr):
+            exec(compile(text, str(source), "exec"), module.__dict__)
     except SyntaxError as error:
         del sys.modules[name]
-        raise InputError(f"is not valid Python ({error.msg})", path=f"{source}, line {error.lineno}") from None
-    except Exception as error:  # noqa: BLE001  (a user's file may raise anything)
+        raise InputError(f"is not valid Python ({error.msg})", path=f"{source}, line {error.lineno or 1}") from None
+    except (Exception, SystemExit) as error:
         del sys.modules[name]
+        if isinstance(error, BristleError):
+            raise
         raise InputError(
-            f"stops with {type(error).__name__}: {error}", path=f"{source}, line {_line_of(error, source)}"
+            f"stops with {type(error).__name__}: {error}".rstrip(": "), path=f"{source}, line {_line_of(error, source)}"
         ) from None
     return module
 

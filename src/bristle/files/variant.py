@@ -138,8 +138,7 @@ def _controller(tables: Tables, axis: Axis | None, kind: Kind) -> Model:
     given = {key: value for key, value in tables.table("controller").items() if key != "feedforward"}
     if "model" not in given and axis is not None and axis.controller is not None:
         given = _known(axis.controller) | given
-    effort = axis.columns.get("effort") if axis is not None else None
-    return controller_from(given, kind=kind, effort=effort, path=path)
+    return controller_from(given, kind=kind, columns=axis.columns if axis is not None else {}, path=path)
 
 
 def _feedforward(tables: Tables, kind: Kind, sources: Sources) -> Feedforward:

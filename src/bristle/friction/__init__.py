@@ -23,7 +23,7 @@ from bristle.friction.maxwell_slip import MODEL as maxwell_slip
 from bristle.friction.preisach_lugre import MODEL as preisach_lugre
 from bristle.friction.presliding import is_static, with_presliding
 from bristle.friction.reformed_dahl import MODEL as reformed_dahl
-from bristle.friction.slots import SLOTS, slotted
+from bristle.friction.slots import SLOTS, SlottedModel, slotted
 from bristle.friction.stribeck import MODEL as stribeck
 from bristle.friction.viscous import MODEL as viscous
 
@@ -58,7 +58,7 @@ __all__ = [
 ]
 
 
-def find(name: str, path: str = "friction.model") -> FrictionModel:
+def find(name: str, path: str = "friction.model") -> SlottedModel:
     """Return the model with this name and slots, such as ``"lugre+asymmetry"``; every one takes an ``offset``.
 
     Raises
@@ -66,6 +66,8 @@ def find(name: str, path: str = "friction.model") -> FrictionModel:
     InputError
         If there is no such model or slot.
     """
+    if not isinstance(name, str):
+        raise InputError("must be the name of a friction model", path=path, value=name, allowed=", ".join(MODELS))
     base, *slots = name.split("+")
     if base not in MODELS:
         raise InputError(
@@ -74,14 +76,16 @@ def find(name: str, path: str = "friction.model") -> FrictionModel:
     return with_slots(MODELS[base], slots, path)
 
 
-def with_slots(model: FrictionModel, slots: list[str], path: str = "friction.model") -> FrictionModel:
+def with_slots(model: FrictionModel, slots: list[str], path: str = "friction.model") -> SlottedModel:
     """Return `model` with these slots.
 
     Raises
     ------
     InputError
-        If there is no such slot.
+        If there is no such slot, or it is given twice.
     """
+    if len(set(slots)) < len(slots):
+        raise InputError("has a slot twice", path=path, value="+".join(["", *slots]), mend="Write each slot once")
     for slot in slots:
         if slot not in SLOTS:
             raise InputError("no such slot", path=path, value=f"+{slot}", allowed=", ".join(f"+{one}" for one in SLOTS))

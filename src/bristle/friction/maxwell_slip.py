@@ -53,6 +53,7 @@ RELATIONS = (
         "k_i and nu_i of the same length, at least 1",
         lambda p: len(p.k_i) == len(p.nu_i) >= 1,
         "Give one stiffness and one share for each element",
+        structural=True,
     ),
     Relation(
         "sum of nu_i = 1",

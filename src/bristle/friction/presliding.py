@@ -18,10 +18,15 @@ References
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
 from typing import Annotated, Any, NamedTuple
 
 from bristle.core.contracts import FrictionModel, Model, Motion
-from bristle.core.dispatch import friction_trial, register
+from bristle.core.dispatch import friction_trial
+from bristle.core.errors import InputError
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import direction, relaxation
 from bristle.core.variable import Variable
@@ -29,11 +34,15 @@ from bristle.core.variable import Variable
 __all__ = ["is_static", "with_presliding"]
 
 
+PRESLIDING = "presliding"
+DISTANCE = Variable("length", "distance over which the force turns", min=1e-12)
+
+
 class Parameters(NamedTuple):
     """Parameters of a static map with pre-sliding: those of the map, and the distance."""
 
     inner: Any
-    distance: Annotated[float, Variable("length", "distance over which the force turns", min=1e-12)]
+    distance: Annotated[float, DISTANCE]
 
 
 class State(NamedTuple):
@@ -71,7 +80,59 @@ def commit(state, memory, move, p):
     return State(move.zeta_next)
 
 
-register("friction", Parameters, {"trial": trial, "commit": commit})
+@dataclass(frozen=True, kw_only=True)
+class PreslidingModel(FrictionModel):
+    """A static friction model whose force turns over a distance."""
+
+    inner: FrictionModel
+
+    @property
+    def variables(self) -> dict[str, Variable]:
+        """Each parameter that a person sets: those of the map, and the distance."""
+        return self.inner.variables | {PRESLIDING: DISTANCE}
+
+    @property
+    def defaults(self) -> dict[str, Any]:
+        """The parameters that have a default value."""
+        return self.inner.defaults
+
+    def is_array(self, name: str) -> bool:
+        """Return whether this parameter is a 1-D array."""
+        return name != PRESLIDING and self.inner.is_array(name)
+
+    def is_integer(self, name: str) -> bool:
+        """Return whether this parameter is a whole number."""
+        return name != PRESLIDING and self.inner.is_integer(name)
+
+    def assemble(self, values: Mapping[str, Any]) -> Parameters:
+        """Return what kernels receive, from the values that a person sets."""
+        inner = {name: value for name, value in values.items() if name != PRESLIDING}
+        return Parameters(self.inner.assemble(inner), values[PRESLIDING])
+
+    def values(self, parameters: Parameters) -> dict[str, Any]:
+        """Return the values that a person sets, from what kernels receive."""
+        return self.inner.values(parameters.inner) | {PRESLIDING: parameters.distance}
+
+
+@cache
+def presliding(model: FrictionModel) -> PreslidingModel:
+    """Return the descriptor of a static `model` with pre-sliding."""
+    return PreslidingModel(
+        name=model.name,
+        description=f"{model.description}, with pre-sliding",
+        Parameters=Parameters,
+        State=State,
+        trial=trial,
+        commit=commit,
+        reference=model.reference,
+        module=model.module,
+        relations=tuple(relation._replace(holds=_of_inner(relation.holds)) for relation in model.relations),
+        inner=model,
+    )
+
+
+def _of_inner(holds: Callable[[Any], bool]) -> Callable[[Any], bool]:
+    return lambda p: holds(p.inner)
 
 
 def is_static(friction: Model) -> bool:
@@ -80,18 +141,15 @@ def is_static(friction: Model) -> bool:
 
 
 def with_presliding(friction: Model, distance: float) -> Model:
-    """Return a static friction model whose force turns over `distance` [m or rad]; any other model as it is."""
+    """Return a static friction model whose force turns over `distance` [m or rad]; any other model as it is.
+
+    Raises
+    ------
+    InputError
+        If the distance is not finite.
+    """
+    if math.isnan(distance) or math.isinf(distance):
+        raise InputError("is not a finite number", path="distance", value=distance, allowed=DISTANCE.allowed())
     if distance <= 0.0 or not is_static(friction):
         return friction
-    component = friction.component
-    wrapped = FrictionModel(
-        name=component.name,
-        description=f"{component.description}, with pre-sliding",
-        Parameters=Parameters,
-        State=State,
-        trial=trial,
-        commit=commit,
-        reference=component.reference,
-        module=component.module,
-    )
-    return Model(wrapped, Parameters(friction.parameters, distance), friction.kind)
+    return Model(presliding(friction.component), Parameters(friction.parameters, distance), friction.kind)

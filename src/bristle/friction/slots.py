@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 
 from bristle.core.contracts import FrictionModel, Relation
 from bristle.core.dispatch import friction_commit, friction_rate, friction_trial
+from bristle.core.errors import InputError, did_you_mean
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import direction
 from bristle.core.variable import Variable
@@ -150,6 +151,11 @@ def _slotted_example(model: FrictionModel, asymmetry: bool) -> dict[str, Any]:
     """Return the example of the model with 10 % more force forward and 10 % less backward, where it may differ."""
     values: dict[str, Any] = {}
     for name, value in model.example.items():
+        if name not in model.variables:
+            raise InputError(
+                f"the example gives {name}, and {model.name} has no such parameter", path="example", value=value,
+                allowed=", ".join(model.variables), mend=did_you_mean(name, model.variables),
+            )  # fmt: skip
         if asymmetry and model.variables[name].directional:
             values |= {f"{name}_pos": 1.1 * value, f"{name}_neg": 0.9 * value}
         else:

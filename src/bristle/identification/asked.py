@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.core.contracts import FrictionModel
+from bristle.core.contracts import FrictionModel, Model
 from bristle.core.errors import InputError
-from bristle.core.variable import unit_of
-from bristle.friction import find
-from bristle.friction.slots import SlottedModel, slotted
+from bristle.core.typography import with_unit
+from bristle.core.units import quantity
+from bristle.core.variable import Kind, Variable, unit_of
+from bristle.friction import MODELS, find
+from bristle.friction.slots import OFFSET, SlottedModel, slotted
+from bristle.identification.given import number_or_text
 from bristle.identification.regression import Regression
 from bristle.identification.unknowns import Held, Unknowns
-from bristle.identification.words import with_unit
 
 __all__ = ["Known", "known_of", "models_of", "unknowns_of"]
 
+MASS = Variable("mass", "moving mass or inertia")
+PUT_IN = 0.1  # share of the work besides inertia from which friction that puts energy in is a wrong sign
 ONE_WAY = 0.01  # share of the samples below which a direction counts as not seen
 
 
@@ -41,27 +45,37 @@ def models_of(model: Any) -> tuple[FrictionModel, ...]:
     Raises
     ------
     InputError
-        If there is no such model or slot, or it has parameters that this method does not identify.
+        If there is no such model or slot, one is given twice or under a name that is taken, or it has parameters that
+        this method does not identify.
     """
-    asked: Iterable[Any] = model.split(",") if isinstance(model, str) else model
-    if isinstance(asked, FrictionModel):
-        asked = [asked]
+    asked = list(model) if isinstance(model, (list, tuple)) else [model]
     found: dict[str, FrictionModel] = {}
     for one in asked:
-        if isinstance(one, str):
-            for name in one.split(","):
-                component = find(name.strip(), path="model")
-                found[component.name] = component
-        elif isinstance(one, FrictionModel):
-            component = one if isinstance(one, SlottedModel) else slotted(one, asymmetry=False)
+        for component in _components_of(one):
+            if component.name in found:
+                raise InputError("is asked for twice", path="model", value=component.name,
+                                 mend="Write it once; give a model of your own a name of its own")  # fmt: skip
+            _refuse_arrays(component)
             found[component.name] = component
-        else:
-            raise InputError("must be a name, a friction model or a list of them", path="model", value=one)
     if not found:
         raise InputError("names no friction model", path="model", value=model, mend='Write "coulomb_viscous"')
-    for component in found.values():
-        _refuse_arrays(component)
     return tuple(found.values())
+
+
+def _components_of(one: Any) -> list[SlottedModel]:
+    if isinstance(one, str):
+        return [find(name.strip(), path="model") for name in one.split(",")]
+    if isinstance(one, Model):
+        raise InputError("has values already, which are to be identified", path="model", value=one,
+                         mend=f"Write model={one.name!r}, or model.component for one of your own")  # fmt: skip
+    if not isinstance(one, FrictionModel):
+        raise InputError("must be a name, a friction model or a list of them", path="model", value=one)
+    component = one if isinstance(one, SlottedModel) else slotted(one, asymmetry=False)
+    if MODELS.get(component.inner.name, component.inner) is not component.inner:
+        raise InputError("is the name of a model of bristle, and this is another one", path="model",
+                         value=component.inner.name,
+                         mend='Give yours a name of its own: FrictionModel(name="...")')  # fmt: skip
+    return [component]
 
 
 def _refuse_arrays(component: FrictionModel) -> None:
@@ -76,24 +90,28 @@ def _refuse_arrays(component: FrictionModel) -> None:
             )  # fmt: skip
 
 
-def known_of(axis: Axis | None, mass: float | None, offset: float | str | None) -> Known:
+def known_of(axis: Axis | None, mass: float | str | None, offset: float | str | None, kind: Kind) -> Known:
     """Return what is known beforehand: the arguments, else the axis file.
+
+    Numbers are in SI of the kind of axis; text has a unit.
 
     Raises
     ------
     InputError
         If a mass is not positive or an offset is not a number.
     """
-    chosen_mass = mass if mass is not None else (axis.mass if axis is not None else None)
+    given_mass = mass if mass is not None else (axis.mass if axis is not None else None)
+    chosen_mass = number_or_text(given_mass, MASS, kind, "mass")
     if chosen_mass is not None and not (math.isfinite(chosen_mass) and chosen_mass >= 1e-15):
         raise InputError("out of range", path="mass", value=chosen_mass, allowed="> 0",
                          mend="Leave it out to have it identified")  # fmt: skip
     chosen = offset if offset is not None else (axis.offset if axis is not None else "identify")
     if chosen == "identify":
         return Known(chosen_mass, None)
-    if isinstance(chosen, str) or not math.isfinite(chosen):
-        raise InputError("must be a number", path="offset", value=chosen, allowed='a force in SI, or "identify"')
-    return Known(chosen_mass, float(chosen))
+    value = quantity(chosen, OFFSET, kind, path="offset")
+    if not math.isfinite(value):
+        raise InputError("must be a number", path="offset", value=chosen, allowed='a force, or "identify"')
+    return Known(chosen_mass, value)
 
 
 def unknowns_of(component: FrictionModel, known: Known, regression: Regression) -> Unknowns:
@@ -148,15 +166,15 @@ def _only_direction(regression: Regression) -> str:
     return "backward" if forward < ONE_WAY else "forward" if forward > 1.0 - ONE_WAY else ""
 
 
-def refuse_reversed_effort(regression: Regression, sliding: dict[str, float]) -> None:
-    """Refuse a log whose effort drives the friction backward: inertia and dissipated power both negative.
+def refuse_reversed_effort(regression: Regression, sliding: Mapping[str, float]) -> None:
+    """Refuse a log whose effort drives the friction backward: friction would put energy in.
 
     Parameters
     ----------
     regression : Regression
         The rows.
-    sliding : dict
-        ``M``, ``F_v`` and ``F_C`` of an unbounded Coulomb and viscous fit [SI].
+    sliding : mapping
+        ``M``, ``F_v``, ``F_C`` and ``offset`` of an unbounded Coulomb and viscous fit in which nothing is held [SI].
 
     Raises
     ------
@@ -165,9 +183,12 @@ def refuse_reversed_effort(regression: Regression, sliding: dict[str, float]) ->
     """
     speed = np.abs(regression.velocity)
     power = float(np.mean(sliding["F_C"] * speed + sliding["F_v"] * speed * speed))
-    if power < 0.0 and sliding["M"] <= 0.0:
+    rest = regression.effort - sliding["M"] * regression.acceleration - sliding["offset"]
+    clearly = -PUT_IN * float(np.mean(np.abs(rest * regression.velocity)))
+    if power < clearly or (power < 0.0 and sliding["M"] <= 0.0):
+        dissipated = f"{power:.3g} W dissipated by friction, and an inertia of "
         raise InputError(
             "the sign of effort seems reversed", path="log.effort",
-            value=f"an inertia of {with_unit(sliding['M'], 'mass', regression.kind)}",
-            mend="Turn the sign of the effort column in the axis file",
+            value=dissipated + with_unit(sliding["M"], unit_of("mass", regression.kind)),
+            mend="Turn the sign of the effort in the axis file: sign = -1 where it has none or 1, else 1",
         )  # fmt: skip

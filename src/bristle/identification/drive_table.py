@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -10,8 +11,12 @@ from bristle.core.contracts import Model, Motion
 from bristle.core.errors import InputError
 from bristle.identification.result import Fit
 
-__all__ = ["drive_table", "steady_force"]
+__all__ = ["drive_table", "largest_deviation", "steady_curve", "steady_force"]
 
+FINE = 300  # points of the steady curve on each side
+NEAREST = 1e-6  # of the largest speed: the first of these points
+HALVINGS = 40
+STRAIGHT = 1e-6  # of the largest force: a deviation that is none
 STEPS_MAX = 200
 SETTLED = 1e-12
 
@@ -30,7 +35,8 @@ def drive_table(fit: Fit, entries: int = 20) -> list[tuple[float, float]]:
     -------
     list of (float, float)
         Velocity [m/s or rad/s], ascending, and the force to be fed forward [N or N*m], offset included, inertia not.
-        The table covers the velocities of the log, in both directions if the log has both, and is denser near zero.
+        The table covers the velocities of the log, in both directions if the log has both. The entries lie where
+        straight lines between them stay closest to the steady friction; where fewer do that as well, there are fewer.
         At standstill it has two entries, -0.0 and +0.0: the limits from either side.
 
     Raises
@@ -40,15 +46,88 @@ def drive_table(fit: Fit, entries: int = 20) -> list[tuple[float, float]]:
     """
     if entries != int(entries) or not 4 <= entries <= 1000:
         raise InputError("out of range", path="entries", value=entries, allowed="4 to 1000")
+    sides = _sides(fit)
+    return [point for side in sides for point in side[_placed(side, int(entries) // len(sides))].tolist()]
+
+
+def steady_curve(fit: Fit) -> list[tuple[float, float]]:
+    """Return the steady friction force over velocity, as `drive_table` does, with many points and dense near zero."""
+    return [(velocity, force) for side in _sides(fit) for velocity, force in side.tolist()]
+
+
+def largest_deviation(fit: Fit, table: Sequence[tuple[float, float]]) -> float:
+    """Return how far a table, joined by straight lines, is from the steady friction at most [N or N*m].
+
+    Parameters
+    ----------
+    fit : Fit
+        An identified model.
+    table : sequence of (velocity, force)
+        Ascending, with -0.0 before +0.0 where it has both.
+    """
+    entries = np.array(list(table), dtype=float)
+    found = [0.0]
+    for side in _sides(fit):
+        own = entries[np.signbit(entries[:, 0]) == np.signbit(side[0, 0])]
+        if own.size:
+            found.append(float(np.max(np.abs(np.interp(side[:, 0], own[:, 0], own[:, 1]) - side[:, 1]))))
+    return max(found)
+
+
+def _sides(fit: Fit) -> list[np.ndarray]:
+    """Return the steady friction on each side of standstill, shape (point, 2), velocity ascending."""
     lowest, highest = float(np.min(fit.traces.velocity)), float(np.max(fit.traces.velocity))
     sides = [(-1.0, -lowest)] * (lowest < 0.0) + [(1.0, highest)] * (highest > 0.0)
-    share = np.linspace(0.0, 1.0, int(entries) // len(sides))
-    table = [
-        (math.copysign(speed, side), steady_force(fit.friction, math.copysign(max(speed, 1e-9 * top), side)))
-        for side, top in sides
-        for speed in (top * share * share).tolist()
-    ]
-    return sorted(table, key=lambda entry: (entry[0], math.copysign(1.0, entry[0])))
+    found = []
+    for side, top in sides:
+        speeds = np.union1d(top * np.geomspace(NEAREST, 1.0, FINE // 2), np.linspace(0.0, top, FINE // 2))
+        curve = [
+            (math.copysign(speed, side), steady_force(fit.friction, math.copysign(max(speed, 1e-9 * top), side)))
+            for speed in speeds.tolist()
+        ]
+        found.append(np.array(curve if side > 0.0 else curve[::-1]))
+    return found
+
+
+def _placed(curve: np.ndarray, count: int) -> list[int]:
+    """Return the points of a curve between which straight lines deviate least, at most `count`, both ends among them.
+
+    Bisects on the deviation: for one that is allowed, each line reaches as far as it can.
+    """
+    low, high = STRAIGHT * float(np.max(np.abs(curve[:, 1]))), float(np.ptp(curve[:, 1]))
+    without = _reached(curve, low, count)
+    if without is not None:
+        return without
+    best = [0, len(curve) - 1]
+    for _ in range(HALVINGS):
+        allowed = 0.5 * (low + high)
+        found = _reached(curve, allowed, count)
+        if found is None:
+            low = allowed
+        else:
+            best, high = found, allowed
+    return best
+
+
+def _reached(curve: np.ndarray, allowed: float, count: int) -> list[int] | None:
+    """Return the points, each the last that a straight line reaches within a deviation; None if it takes more."""
+    found = [0]
+    while found[-1] < len(curve) - 1:
+        if len(found) == count:
+            return None
+        found.append(_furthest(curve, found[-1], allowed))
+    return found
+
+
+def _furthest(curve: np.ndarray, first: int, allowed: float) -> int:
+    """Return the last point that a straight line from the first one reaches, all between within a deviation."""
+    run, rise = (curve[first + 1 :] - curve[first]).T
+    # Each point leaves a cone of slopes for all lines that go beyond it.
+    upper = np.minimum.accumulate((rise + allowed) / run)
+    lower = np.maximum.accumulate((rise - allowed) / run)
+    slope = rise / run
+    fits = np.flatnonzero((slope <= upper) & (slope >= lower))
+    return first + 1 + int(fits[-1])
 
 
 def steady_force(model: Model, v: float) -> float:

@@ -6,14 +6,16 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from bristle.core.variable import Variable
+from bristle.core.typography import with_unit
+from bristle.core.variable import Variable, unit_of
 from bristle.identification.regression import Regression
 from bristle.identification.unknowns import Scales
-from bristle.identification.words import with_unit
 
-__all__ = ["too_fast_to_see", "why_unidentifiable"]
+__all__ = ["out_of_sight", "why_unidentifiable"]
 
 NARROW = 1.3  # ratio of speeds below which a log has one speed only
+NOISE_IN_ZONE = 10.0  # standard deviations: a noise that looks like pre-sliding has a zone of 5 to 8 of them
+COUNTS_IN_ZONE = 2.0  # of the encoder
 
 
 def why_unidentifiable(
@@ -34,11 +36,8 @@ def why_unidentifiable(
     kind = regression.kind
     match variable.excitation:
         case "acceleration":
-            top = float(np.max(np.abs(regression.acceleration)))
-            return (
-                f"the acceleration never exceeds {with_unit(top, 'length/time^2', kind)}; give the mass or inertia in "
-                "the axis file"
-            )
+            top = with_unit(float(np.max(np.abs(regression.acceleration))), unit_of("length/time^2", kind))
+            return f"the acceleration never exceeds {top}; give the mass or inertia in the axis file"
         case "speed":
             return _about_speed(regression, scales)
         case "stribeck":
@@ -46,33 +45,53 @@ def why_unidentifiable(
             count = int(np.sum(np.abs(regression.all_velocities) < slow))
             return (
                 f"the log does not show the force fall with speed ({count} of {regression.all_velocities.size} samples "
-                f"are slower than {with_unit(slow, 'length/time', kind)})"
+                f"are slower than {with_unit(slow, unit_of('length/time', kind))})"
             )
         case "presliding":
             return _about_presliding(regression, scales, values, variables)
         case "sliding":
             return (
                 f"the log holds {len(regression.reversals)} reversals over a stroke of "
-                f"{with_unit(scales.stroke, 'length', kind)}"
+                f"{with_unit(scales.stroke, unit_of('length', kind))}"
             )
     return "its effect on the effort is smaller than what the model misses"
 
 
-def too_fast_to_see(
+def out_of_sight(
     variable: Variable, regression: Regression, scales: Scales, values: Mapping[str, float],
     variables: Mapping[str, Variable],
 ) -> bool:  # fmt: skip
-    """Return whether a parameter shapes only what lasts less than a period of the filter.
+    """Return whether a parameter shapes only what lasts less than a period of the filter, or less than the noise.
 
     A pre-sliding zone that is crossed within one period of the cut-off leaves in the filtered effort its area but not
-    its shape: the fit still has a clear minimum there, and it is one of the filter, not of friction.
+    its shape: the fit still has a clear minimum there, and it is one of the filter, not of friction. Noise
+    of the position turns the friction of the model to and fro as pre-sliding would.
     """
     if variable.excitation != "presliding":
         return False
     if not regression.reversals:
         return True
     zone = _presliding_zone(scales, values, variables)
-    return zone is not None and _samples_within(regression, zone) * regression.sample_time * regression.cutoff < 1.0
+    if zone is None:
+        return False
+    fast = _samples_within(regression, zone) * regression.sample_time * regression.cutoff < 1.0
+    return fast or bool(_below_the_noise(regression, zone))
+
+
+def _below_the_noise(regression: Regression, zone: float) -> str:
+    """Return in words why a displacement [m or rad] is too short for the position that was recorded, if it is."""
+    unit = unit_of("length", regression.kind)
+    if zone < COUNTS_IN_ZONE * regression.resolution:
+        return (
+            f"the pre-sliding zone of {with_unit(zone, unit)} is less than {COUNTS_IN_ZONE:.0f} steps of the recorded "
+            f"position ({with_unit(regression.resolution, unit)} each)"
+        )
+    if zone < NOISE_IN_ZONE * regression.noise:
+        return (
+            f"the pre-sliding zone of {with_unit(zone, unit)} is less than {NOISE_IN_ZONE:.0f} times the noise of the "
+            f"position ({with_unit(regression.noise, unit)} standard deviation), which turns friction alike"
+        )
+    return ""
 
 
 def _presliding_zone(scales: Scales, values: Mapping[str, float], variables: Mapping[str, Variable]) -> float | None:
@@ -84,7 +103,7 @@ def _presliding_zone(scales: Scales, values: Mapping[str, float], variables: Map
 def _about_speed(regression: Regression, scales: Scales) -> str:
     speeds = np.abs(regression.velocity)
     low, high = np.quantile(speeds, [0.1, 0.9])
-    top = with_unit(scales.speed, "length/time", regression.kind)
+    top = with_unit(scales.speed, unit_of("length/time", regression.kind))
     if high < NARROW * low:
         return f"the log moves at one speed only, {top}"
     return f"the log never exceeds {top}"
@@ -100,11 +119,14 @@ def _about_presliding(
     zone = _presliding_zone(scales, values, variables)
     if zone is None:
         return f"the log has only {count} {times}"
+    blurred = _below_the_noise(regression, zone)
+    if blurred:
+        return blurred
     samples = _samples_within(regression, zone)
     return (
         f"the log has only {count} {times}, each crosses the pre-sliding zone of "
-        f"{with_unit(zone, 'length', regression.kind)} in {samples:.0f} samples, where a period of the filter takes "
-        f"{1.0 / (regression.cutoff * regression.sample_time):.0f}"
+        f"{with_unit(zone, unit_of('length', regression.kind))} in {samples:.0f} samples, where a period of the "
+        f"filter takes {1.0 / (regression.cutoff * regression.sample_time):.0f}"
     )
 
 

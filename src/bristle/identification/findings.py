@@ -3,30 +3,32 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import Model, make_model
+from bristle.core.contracts import FrictionModel, Model, make_model
+from bristle.core.errors import InputError
+from bristle.core.typography import with_unit
 from bristle.core.variable import Kind
-from bristle.identification.excitation import too_fast_to_see, why_unidentifiable
-from bristle.identification.held_out import relative_error_percent
+from bristle.identification.excitation import out_of_sight, why_unidentifiable
 from bristle.identification.problem import Problem
+from bristle.identification.residual import about_held_effort, about_noise, about_residual
 from bristle.identification.result import Estimate, Fit, Traces
 from bristle.identification.solution import Solution
 from bristle.identification.uncertainty import Uncertainty, uncertainty_of
 from bristle.identification.unknowns import Scales, variables_with_plant
-from bristle.identification.words import with_unit
 from bristle.plants.inertia import MODEL as inertia
+from bristle.simulation.result import relative_error_percent
 
 __all__ = ["fit_of"]
 
 UNSURE = 0.5  # relative standard error above which a parameter counts as unidentifiable
 NEGLIGIBLE = 0.02  # share of the effort below which the error of a constant force does not matter
+BEYOND = 1.2  # of the largest effort: a friction force that never acted, the filter allowed for
 HOPELESS = 100.0  # relative standard error above which no number is given
 INSEPARABLE = 0.99  # correlation
-NOISY = 0.01  # share of noise in the mean square of the acceleration
-POOR_PERCENT = 40.0  # force error
 
 
 def fit_of(problem: Problem, solution: Solution, scales: Scales) -> Fit:
@@ -38,12 +40,9 @@ def fit_of(problem: Problem, solution: Solution, scales: Scales) -> Fit:
     estimates = _Findings(problem, solution, scales, uncertainty, values).estimates()
     names = tuple(solution.values)
     error = relative_error_percent(regression.effort, predicted)
-    friction = make_model(
-        component, {name: values[name] for name in component.variables}, kind=regression.kind, validate=False
-    )
     return Fit(
         plant=make_model(inertia, {"M": values["M"]}, kind=regression.kind, validate=False),
-        friction=friction,
+        friction=_valid(component, values, regression.kind),
         estimates=estimates,
         correlation=uncertainty.correlation,
         correlation_names=names,
@@ -52,12 +51,24 @@ def fit_of(problem: Problem, solution: Solution, scales: Scales) -> Fit:
         force_error_percent=error,
         warnings=(
             *_warnings(estimates, uncertainty, names),
-            *_broken_relations(friction),
-            *_about_noise(problem),
-            *_about_error(error),
+            *about_held_effort(problem, estimates),
+            *about_noise(problem),
+            *about_residual(problem, values, error),
         ),
         assumptions=_assumptions(problem),
     )
+
+
+def _valid(component: FrictionModel, values: Mapping[str, float], kind: Kind) -> Model:
+    """Return the friction model with its values, refused where a model file with them could not be read again."""
+    try:
+        return make_model(component, {name: values[name] for name in component.variables}, kind=kind, validate=True)
+    except InputError as error:
+        raise InputError(
+            f"the best fit of {component.name} is not what the model allows: {error.path} {error.message}",
+            path="model", value=component.name,
+            mend=f"Fit another model to this log. {error.mend}".strip(),
+        ) from None  # fmt: skip
 
 
 class _Findings:
@@ -84,23 +95,41 @@ class _Findings:
         if held is not None:
             return Estimate(name, unit, variable.description, held.value, None, "held", held.note)
         unsure = self._why_unsure(name)
-        if unsure:
-            std = self.std[name] if self.std[name] <= HOPELESS * abs(value) else None
-            return Estimate(name, unit, variable.description, value, std, "unidentifiable", unsure)
-        if name in self.solution.at_edge:
+        if not unsure and name in self.solution.at_edge:
             return Estimate(name, unit, variable.description, value, None, "at_edge", self._why_at_edge(name))
-        return Estimate(name, unit, variable.description, value, self.std[name])
+        status = "unidentifiable" if unsure else "identified"
+        std, robust = (
+            one[name] if not unsure or one[name] <= HOPELESS * abs(value) else None
+            for one in (self.std, self.robust_std)
+        )
+        return Estimate(name, unit, variable.description, value, std, status, unsure, robust)
 
     def _why_unsure(self, name: str) -> str:
         """Return why a parameter cannot be identified, or nothing where it can."""
-        value, std = self.values[name], self.robust_std[name]
-        if too_fast_to_see(*self._context(name)):
+        value, std = self.values[name], max(self.std[name], self.robust_std[name])
+        if out_of_sight(*self._context(name)):
             return self._why(name)
         if name in self.solution.at_edge:
             return self._why(name) if name == "M" else ""
+        if self._lacks_its_force(name):
+            return self._why(name)
+        if self._is("force", name) and value > BEYOND * self.scales.peak:
+            peak = with_unit(self.scales.peak, self.variables[name].unit(self.kind))
+            return f"the best value is far beyond the largest effort of the log, {peak}"
         if std <= UNSURE * abs(value) or self._known_to_be_small(name, std):
             return ""
         return self._why(name) + self._how_unsure(value, std)
+
+    def _lacks_its_force(self, name: str) -> bool:
+        """Return whether a velocity tells how a force falls, and no such force is known."""
+        if not self._is("length/time", name):
+            return False
+        forces = [one for one in self.solution.values if self._is("force", one)]
+        return bool(forces) and all(one in self.solution.at_edge or self._why_unsure(one) for one in forces)
+
+    def _is(self, quantity: str, name: str) -> bool:
+        """Return whether a parameter of the Stribeck curve is of this quantity."""
+        return (self.variables[name].excitation, self.variables[name].quantity) == ("stribeck", quantity)
 
     @staticmethod
     def _how_unsure(value: float, std: float) -> str:
@@ -120,15 +149,13 @@ class _Findings:
 
     def _why_at_edge(self, name: str) -> str:
         edge, variable = self.solution.at_edge[name], self.variables[name]
-        told = with_unit(self.values[name], variable.quantity, self.kind)
-        if variable.excitation == "stribeck" and variable.quantity == "force":
+        told = with_unit(self.values[name], variable.unit(self.kind))
+        if edge == "smallest" and variable.excitation == "stribeck" and variable.quantity == "force":
             return (
                 f"the best value is the smallest that is allowed, {told}: in this log friction does not fall with speed"
             )
         bound = variable.min if edge == "smallest" else variable.max
-        if math.isclose(
-            self.values[name], bound, rel_tol=1e-2, abs_tol=1e-9 * abs(self.scales.magnitude(variable.quantity))
-        ):
+        if math.isclose(self.values[name], bound, rel_tol=1e-2, abs_tol=1e-9 * abs(self.scales.magnitude(variable))):
             return f"the best value is the {edge} that is allowed, {told}; {self._why(name)}"
         return f"the search ran to the {edge} value that this log could show, {told}: {self._why(name)}"
 
@@ -149,49 +176,23 @@ def _warnings(estimates: tuple[Estimate, ...], uncertainty: Uncertainty, names: 
     return tuple(found)
 
 
-def _broken_relations(friction: Model) -> tuple[str, ...]:
-    return tuple(
-        f"the fit does not keep {relation.condition}. {relation.mend}"
-        for relation in friction.component.relations
-        if not relation.holds(friction.parameters)
-    )
-
-
-def _about_noise(problem: Problem) -> tuple[str, ...]:
-    regression = problem.regression
-    share = regression.acceleration_noise_share
-    if "M" not in problem.unknowns.free or share < NOISY:
-        return ()
-    enough = regression.bandwidth * (0.1 * NOISY / share) ** 0.2
-    return (
-        f"M is too small by about {100.0 * share:.2g} %: so much of the acceleration is noise of the position; lower "
-        f"the cut-off to {enough:.0f} Hz",
-    )
-
-
-def _about_error(percent: float) -> tuple[str, ...]:
-    if percent < POOR_PERCENT:
-        return ()
-    return (
-        f"the model leaves {percent:.0f} % of the effort unexplained: check units, signs, the delay between the "
-        "channels and the mass in the axis file",
-    )
-
-
 def _assumptions(problem: Problem) -> tuple[str, ...]:
     regression, variables = problem.regression, variables_with_plant(problem.unknowns.component)
     found = [
-        f"{name} is held at {with_unit(held.value, variables[name].quantity, regression.kind)}: {held.note}"
+        f"{name} is held at {with_unit(held.value, variables[name].unit(regression.kind))}: {held.note}"
         for name, held in problem.unknowns.held.items()
     ]
     found.append(
-        f"position filtered at {regression.cutoff:g} Hz without phase, {regression.dropped} samples dropped at each "
-        f"edge, one row for {regression.decimation} samples"
+        f"position, effort and friction filtered at {regression.cutoff:g} Hz without phase, {regression.dropped} "
+        f"samples dropped at each edge, one row for {regression.decimation} samples"
     )
     if regression.rest_share > 0.0:
         found.append(
             f"{100.0 * regression.rest_share:.3g} % of the samples are at rest and left out: there friction balances "
             "whatever effort there is"
         )
-    found.append("standard errors take the residuals for independent")
+    found.append(
+        "standard errors take the residuals for independent; intervals rest on those that hold for residuals "
+        "correlated over time, where these are larger"
+    )
     return tuple(found)

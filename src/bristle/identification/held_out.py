@@ -11,16 +11,11 @@ from bristle.core.errors import InputError
 from bristle.identification.problem import Problem
 from bristle.identification.result import HeldOut
 from bristle.identification.solution import Solution
+from bristle.simulation.result import relative_error_percent
 
-__all__ = ["held_out_error", "relative_error_percent"]
+__all__ = ["held_out_error"]
 
 ROWS_PER_BLOCK = 20
-
-
-def relative_error_percent(measured: np.ndarray, predicted: np.ndarray) -> float:
-    """Return 100 ||measured - predicted|| / ||measured|| [%]."""
-    whole = float(np.linalg.norm(measured))
-    return 100.0 * float(np.linalg.norm(measured - predicted)) / whole if whole > 0.0 else float("nan")
 
 
 def held_out_error(
@@ -42,7 +37,7 @@ def held_out_error(
 
     Notes
     -----
-    Rows next to a block share samples with it through the filter; they are fitted by neither side.
+    Rows next to a block share samples with it through the filters; they are fitted by neither side.
 
     Raises
     ------

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from os import PathLike
 from typing import Any
 
 import numpy as np
@@ -20,8 +21,10 @@ from bristle.core.errors import InputError
 from bristle.friction import find
 from bristle.identification.asked import Known, known_of, models_of, refuse_reversed_effort, unknowns_of
 from bristle.identification.findings import fit_of
+from bristle.identification.given import log_and_axis, treatment_of, whole_number
 from bristle.identification.held_out import held_out_error
 from bristle.identification.problem import Problem
+from bristle.identification.ranking import ranked
 from bristle.identification.regression import Regression
 from bristle.identification.result import Fit, Identification
 from bristle.identification.search import Search
@@ -36,30 +39,32 @@ Progress = Callable[[float, str], None]
 
 
 def identify(
-    log: Log, model: Any = "coulomb_viscous", *, axis: Axis | None = None, cutoff: float | None = None,
-    decimation: int | None = None, blocks: int = 5, offset: float | str | None = None, mass: float | None = None,
+    log: Log | str | PathLike[str], model: Any = "coulomb_viscous", *, axis: Axis | str | PathLike[str] | None = None,
+    cutoff: float | str | None = None, decimation: int | None = None, blocks: int = 5,
+    offset: float | str | None = None, mass: float | str | None = None,
     progress: Progress | None = None,
 ) -> Identification:  # fmt: skip
     """Identify one friction model or several from a log, with the inertia, and rank them.
 
     Parameters
     ----------
-    log : Log
-        Position and effort.
+    log : Log or path-like
+        Position and effort, or the file that holds them.
     model : str, FrictionModel, or list of either
         ``"lugre"``, ``"coulomb_viscous,stribeck+asymmetry"``, a model of your own.
-    axis : Axis, optional
-        What is known: mass, offset, encoder resolution, cut-off and decimation.
-    cutoff : float, optional
-        Cut-off of the zero-phase filter [Hz]; a tenth of the sampling frequency by default.
+    axis : Axis or path-like, optional
+        What is known, or the file that says it: mass, offset, encoder resolution, cut-off and decimation.
+    cutoff : float or str, optional
+        Cut-off of the zero-phase filter [Hz], or text such as ``"100 Hz"``; a tenth of the sampling frequency by
+        default.
     decimation : int, optional
         Of how many samples one row is kept; 10 by default.
     blocks : int
         Contiguous time blocks, each held out in turn, by whose error models are ranked; 0 for none.
-    offset : float or "identify", optional
-        Constant part of the force [N or N*m] if known; the axis decides where it is not given.
-    mass : float, optional
-        Moving mass [kg] or inertia [kg*m^2] if known; the axis decides where it is not given.
+    offset : float, str or "identify", optional
+        Constant part of the force [N or N*m] if known, or text with a unit; the axis decides where it is not given.
+    mass : float or str, optional
+        Moving mass [kg] or inertia [kg*m^2] if known, or text with a unit; the axis decides where it is not given.
     progress : callable, optional
         Called with the share of the work done and what is being done.
 
@@ -78,22 +83,23 @@ def identify(
     .. [1] A. Janot, P.-O. Vandanjon, M. Gautier, "A generic instrumental variable approach for industrial robot
        identification", IEEE Transactions on Control Systems Technology 22(1), 2014. doi:10.1109/TCST.2013.2246163
     """
+    log, axis = log_and_axis(log, axis)
     components = models_of(model)
-    if blocks != int(blocks) or blocks < 0 or blocks == 1:
-        raise InputError("must be a whole number", path="blocks", value=blocks, allowed="0, or 2 and more")
+    blocks = whole_number(blocks, "blocks", "0, or 2 and more")
+    if blocks < 0 or blocks == 1:
+        raise InputError("out of range", path="blocks", value=blocks, allowed="0, or 2 and more")
     if log.effort is None:
         raise InputError("has no effort, which inverse dynamics needs", path="log",
                          mend="Name the column of force, torque or current in the axis file")  # fmt: skip
-    known = known_of(axis, mass, offset)
-    regression = treat(log, axis, cutoff, decimation)
+    known = known_of(axis, mass, offset, log.kind)
+    regression = treat(log, axis, *treatment_of(cutoff, decimation, log.kind))
     workbench = _Workbench.of(regression, known)
     fits = []
     for number, component in enumerate(components):
         report = _share(progress, number, len(components), component.name)
-        fits.append(workbench.fit(component, int(blocks), report))
-    fits.sort(key=_order)
+        fits.append(workbench.fit(component, blocks, report))
     return Identification(
-        fits=tuple(replace(fit, rank=rank) for rank, fit in enumerate(fits, 1)),
+        fits=tuple(replace(fit, rank=rank) for rank, fit in enumerate(ranked(fits), 1)),
         log=log,
         treatment={
             "cutoff": regression.cutoff,
@@ -101,14 +107,9 @@ def identify(
             "dropped": float(regression.dropped),
             "rows": float(regression.effort.size),
             "rest_percent": 100.0 * regression.rest_share,
+            "velocity_max": float(np.max(np.abs(regression.velocity))),
         },
     )
-
-
-def _order(fit: Fit) -> tuple[float, int]:
-    """Order by error in three digits: of two models that are no different, the simpler one is better."""
-    error = fit.held_out.mean_percent if fit.held_out else fit.force_error_percent
-    return float(f"{error:.3g}"), len(fit.correlation_names)
 
 
 def _share(progress: Progress | None, number: int, count: int, name: str) -> Callable[[float], None]:
@@ -117,6 +118,14 @@ def _share(progress: Progress | None, number: int, count: int, name: str) -> Cal
             progress((number + share) / count, f"fitting {name}")
 
     return report
+
+
+def _unbounded(regression: Regression, known: Known) -> dict[str, float]:
+    """Return the parameters of Coulomb and viscous friction without their bounds."""
+    unknowns = unknowns_of(find("coulomb_viscous"), known, regression)
+    problem = Problem(regression, unknowns)
+    free = np.linalg.lstsq(problem.columns, regression.effort - problem.held_effort, rcond=None)[0]
+    return unknowns.complete(dict(zip(unknowns.free, free.tolist(), strict=True)))
 
 
 @dataclass(frozen=True)
@@ -131,22 +140,20 @@ class _Workbench:
     @classmethod
     def of(cls, regression: Regression, known: Known) -> _Workbench:
         """Fit Coulomb and viscous friction first: it checks the sign of the effort and sets the scale of all else."""
-        unknowns = unknowns_of(find("coulomb_viscous"), known, regression)
-        problem = Problem(regression, unknowns)
-        free = np.linalg.lstsq(problem.columns, regression.effort - problem.held_effort, rcond=None)[0]
-        sliding = unknowns.complete(dict(zip(unknowns.free, free.tolist(), strict=True)))
-        refuse_reversed_effort(regression, sliding)
         effort = float(np.sqrt(np.mean(regression.effort**2)))
         if effort == 0.0:
             raise InputError("is zero throughout", path="log.effort", mend="Check which column holds the effort")
-        bounded = unknowns.complete(solve_linear(problem).values)
+        # A mass that is known must not hide that the effort pushes the other way.
+        refuse_reversed_effort(regression, _unbounded(regression, Known(None, None)))
+        unknowns = unknowns_of(find("coulomb_viscous"), known, regression)
+        bounded = unknowns.complete(solve_linear(Problem(regression, unknowns)).values)
         return cls(regression, known, bounded, scales_of(regression, max(bounded["F_C"], 0.01 * effort)))
 
     def fit(self, component: FrictionModel, blocks: int, report: Callable[[float], None]) -> Fit:
         """Fit one model."""
         report(0.0)
         problem = Problem(self.regression, unknowns_of(component, self.known, self.regression))
-        if component.linear:
+        if component.linear and not component.relations:
             solution = solve_linear(problem)
 
             def on_rows(rows: np.ndarray):

@@ -15,7 +15,7 @@ from bristle.simulation.compensation import compensation_experiment
 __all__ = ["loop_of"]
 
 
-def loop_of(plant: Model, friction: Model, log: Log, axis: Axis) -> Experiment | None:
+def loop_of(plant: Model, friction: Model, log: Log, axis: Axis, *, cutoff: float | None = None) -> Experiment | None:
     """Return the loop of an axis without and with compensation, on the reference that a log holds.
 
     What the model does not explain of the log is replayed as a disturbance, so that the compensator is not
@@ -29,6 +29,8 @@ def loop_of(plant: Model, friction: Model, log: Log, axis: Axis) -> Experiment |
         Its reference is followed, over the longest stretch without a gap.
     axis : Axis
         Controller, encoder, limit and pre-sliding distance.
+    cutoff : float, optional
+        Cut-off of the identification [Hz]; the axis decides where it is not given.
 
     Returns
     -------
@@ -50,6 +52,6 @@ def loop_of(plant: Model, friction: Model, log: Log, axis: Axis) -> Experiment |
         log.sample_time,
         resolution=axis.resolution or 0.0,
         effort_limit=axis.effort_limit or math.inf,
-        disturbance=unexplained_force(plant, friction, log, axis)[longest],
+        disturbance=unexplained_force(plant, friction, log, axis, cutoff=cutoff)[longest],
         name=axis.name,
     )

@@ -3,45 +3,60 @@
 from __future__ import annotations
 
 import math
+from os import PathLike
 from typing import Any
 
 import numpy as np
 
+from bristle.controllers.limits import within_drive
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
+from bristle.core.experiment import substeps_for
 from bristle.core.status import Status
+from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
-from bristle.engine import Trace, force_along, run_closed_loop, run_open_loop, settled
+from bristle.engine import Trace, run_closed_loop, run_open_loop, settled
 from bristle.friction import is_static, with_presliding
+from bristle.identification.doubts import with_doubts
+from bristle.identification.given import checked_model, log_and_axis, treatment_of
+from bristle.identification.regression import Regression
 from bristle.identification.treatment import treat
-from bristle.identification.words import with_unit
 from bristle.logs.log import Log
 from bristle.sensors import encoder
-from bristle.simulation.result import Prediction
+from bristle.simulation.result import Prediction, relative_error_percent
 
 __all__ = ["MODES", "predict", "unexplained_force"]
 
 MODES = ("inverse", "closed-loop", "open-loop")
 START_SAMPLES = 20  # over which the initial velocity is estimated
-LONGEST_STEP = 2.5e-4  # of the integration [s]
 
 
-def predict(plant: Model, friction: Model, log: Log, axis: Axis | None = None, mode: str = "inverse") -> Prediction:
+def predict(
+    plant: Model, friction: Model, log: Log | str | PathLike[str], axis: Axis | str | PathLike[str] | None = None,
+    mode: str = "inverse", *, cutoff: float | str | None = None, decimation: int | None = None,
+    velocity_max: float | None = None,
+) -> Prediction:  # fmt: skip
     """Predict a log with a model.
 
     Parameters
     ----------
     plant, friction : Model
         The inertia and the friction model.
-    log : Log
-        What was measured. Its known inputs are injected in closed loop.
-    axis : Axis, optional
-        The controller that was running (needed in closed loop), encoder resolution, limit of the effort.
+    log : Log or path-like
+        What was measured, or its file. Its known inputs are injected in closed loop.
+    axis : Axis or path-like, optional
+        Gives the controller that was running (needed in closed loop), encoder resolution, limit of the effort.
     mode : {"inverse", "closed-loop", "open-loop"}
         ``inverse``: the effort from the measured motion, filtered and decimated as in the identification.
         ``closed-loop``: effort and motion from the reference. ``open-loop``: the motion from the measured effort; it
         begins at the 20th sample, where the velocity is known from both sides.
+    cutoff, decimation : float or str, int, optional
+        Those of the identification [Hz, or text with a unit], for the inverse mode; the axis decides where they are
+        not given.
+
+    velocity_max : float, optional
+        Largest speed that the model was fitted to [m/s or rad/s]: a log that goes far beyond it is told.
 
     Returns
     -------
@@ -53,6 +68,8 @@ def predict(plant: Model, friction: Model, log: Log, axis: Axis | None = None, m
     InputError
         If the log or the axis lacks what the mode needs.
     """
+    plant, friction = checked_model(plant, "plant", "plant"), checked_model(friction, "friction", "friction")
+    log, axis = log_and_axis(log, axis)
     if mode not in MODES:
         raise InputError("no such mode", path="mode", value=mode, allowed=", ".join(MODES))
     if plant.kind != log.kind:
@@ -66,12 +83,13 @@ def predict(plant: Model, friction: Model, log: Log, axis: Axis | None = None, m
     if log.effort is None:
         raise InputError("has no effort to compare with or to apply", path="log", mend="Name its column in the axis")
     if mode == "inverse":
-        return _inverse(plant, friction, log, axis)
+        regression = treat(log, axis, *treatment_of(cutoff, decimation, log.kind))
+        return with_doubts(_inverse(plant, friction, log, regression), log, velocity_max)
     axis = axis or Axis(kind=log.kind)
     notes = []
     if axis.presliding and is_static(friction):
         friction = with_presliding(friction, axis.presliding)
-        distance = with_unit(axis.presliding, "length", log.kind)
+        distance = with_unit(axis.presliding, unit_of("length", log.kind))
         notes.append(f"friction turns over a pre-sliding distance of {distance} (axis file)")
     run = _closed_loop if mode == "closed-loop" else _open_loop
     segments = log.segments or (slice(0, len(log)),)
@@ -86,17 +104,11 @@ def predict(plant: Model, friction: Model, log: Log, axis: Axis | None = None, m
         used.append(slice(first, first + traces[-1].time.size))
     if not traces:
         raise InputError("no stretch of the log is long enough", path="log", allowed=f"> {2 * START_SAMPLES} samples")
-    return _compare(mode, log, traces, used, tuple(notes))
+    return with_doubts(_compare(mode, log, traces, used, tuple(notes)), log, velocity_max)
 
 
-def _inverse(plant: Model, friction: Model, log: Log, axis: Axis | None) -> Prediction:
-    regression = treat(log, axis)
-    mass = plant.values["M"]
-    parts = [
-        mass * one.acceleration + force_along(friction, one.velocity, regression.sample_time, one.position)
-        for one in regression.stretches
-    ]
-    predicted = regression.rows_of(parts)
+def _inverse(plant: Model, friction: Model, log: Log, regression: Regression) -> Prediction:
+    predicted = regression.rows_of(regression.explained(plant, friction))
     return Prediction(
         mode="inverse",
         time=regression.time,
@@ -105,7 +117,10 @@ def _inverse(plant: Model, friction: Model, log: Log, axis: Axis | None) -> Pred
         position=regression.rows_of([one.position for one in regression.stretches]),
         position_predicted=None,
         metrics=_metrics(log, regression.effort, predicted, None, None),
-        notes=("effort and motion are filtered and decimated as in the identification",),
+        notes=(
+            f"effort and motion are filtered at {regression.cutoff:g} Hz, and one row is kept for "
+            f"{regression.decimation} samples",
+        ),
     )
 
 
@@ -126,10 +141,12 @@ def _closed_loop(plant: Model, friction: Model, log: Log, axis: Axis, part: slic
     desired[1] = np.gradient(reference, log.sample_time)
     desired[2] = np.gradient(desired[1], log.sample_time)
     start, acceleration = _start(log, friction, part.start, axis.resolution)
+    limit = axis.effort_limit or math.inf
     return run_closed_loop(
-        plant, friction, axis.controller, encoder(kind=log.kind, resolution=axis.resolution or 0.0), desired,
-        log.sample_time, steps=_substeps(log.sample_time), injected=log.injected_effort[part],
-        limit=axis.effort_limit or math.inf, acceleration=acceleration, **start,
+        plant, friction, within_drive(axis.controller, limit),
+        encoder(kind=log.kind, resolution=axis.resolution or 0.0), desired, log.sample_time,
+        steps=substeps_for(log.sample_time), injected=log.injected_effort[part], limit=limit, acceleration=acceleration,
+        **start,
     )  # fmt: skip
 
 
@@ -137,12 +154,8 @@ def _open_loop(plant: Model, friction: Model, log: Log, axis: Axis, part: slice)
     assert log.effort is not None
     start, _ = _start(log, friction, part.start, axis.resolution)
     return run_open_loop(
-        plant, friction, log.effort.values[part], log.sample_time, steps=_substeps(log.sample_time), **start
+        plant, friction, log.effort.values[part], log.sample_time, steps=substeps_for(log.sample_time), **start
     )
-
-
-def _substeps(sample_time: float) -> int:
-    return max(4, math.ceil(sample_time / LONGEST_STEP))
 
 
 def _start(log: Log, friction: Model, first: int, resolution: float | None) -> tuple[dict[str, Any], float]:
@@ -199,21 +212,20 @@ def _metrics(
     if position_hat is not None and not failed:
         rmse = float(np.sqrt(np.mean((position - position_hat) ** 2)))
     return {
-        "force_error_percent": None if failed else _relative_percent(effort, effort_hat),
-        "position_error_percent": None if failed else _relative_percent(position, position_hat),
+        "force_error_percent": None if failed else _error_percent(effort, effort_hat),
+        "position_error_percent": None if failed else _error_percent(position, position_hat),
         "position_rmse": rmse,
         "position_unit": unit_of("length", log.kind),
     }
 
 
-def _relative_percent(signal: Any, predicted: Any) -> float | None:
-    if predicted is None:
-        return None
-    size = float(np.linalg.norm(signal))
-    return 100.0 * float(np.linalg.norm(signal - predicted)) / size if size > 0.0 else None
+def _error_percent(signal: Any, predicted: Any) -> float | None:
+    return None if predicted is None else relative_error_percent(signal, predicted)
 
 
-def unexplained_force(plant: Model, friction: Model, log: Log, axis: Axis | None = None) -> np.ndarray:
+def unexplained_force(
+    plant: Model, friction: Model, log: Log, axis: Axis | None = None, *, cutoff: float | None = None
+) -> np.ndarray:
     """Return the force that a model does not explain, at the rate of the log.
 
     It is what remains of the effort after inertia and friction, behind the filter of the identification; zero at
@@ -228,21 +240,18 @@ def unexplained_force(plant: Model, friction: Model, log: Log, axis: Axis | None
         The log.
     axis : Axis, optional
         Its cut-off and encoder resolution are used.
+    cutoff : float, optional
+        Cut-off of the identification [Hz]; the axis decides where it is not given.
 
     Returns
     -------
     ndarray, shape (sample,)
         Force [N or N*m].
     """
-    from scipy.signal import butter, sosfiltfilt
-
-    regression = treat(log, axis)
-    low_pass = butter(4, regression.cutoff, fs=1.0 / log.sample_time, output="sos")
+    regression = treat(log, axis, cutoff)
     force = np.zeros(len(log))
-    for one in regression.stretches:
-        explained = plant.values["M"] * one.acceleration
-        explained += force_along(friction, one.velocity, regression.sample_time, one.position)
-        residual = np.where(one.velocity == 0.0, 0.0, sosfiltfilt(low_pass, one.effort - explained))
+    for one, explained in zip(regression.stretches, regression.explained(plant, friction), strict=True):
+        residual = np.where(one.velocity == 0.0, 0.0, one.effort - explained)
         residual[: regression.dropped] = residual[residual.size - regression.dropped :] = 0.0
         first = int(np.searchsorted(log.time.values, one.time[0]))
         force[first : first + residual.size] = residual

@@ -9,7 +9,6 @@ from functools import cached_property
 import numpy as np
 
 from bristle.core.contracts import Model
-from bristle.engine import force_along
 from bristle.identification.regression import Regression
 from bristle.identification.unknowns import Unknowns
 
@@ -33,16 +32,13 @@ class Problem:
 
     def friction(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the friction force of each row [N or N*m], of the model run along the recorded motion."""
-        component, dt = self.unknowns.component, self.regression.sample_time
+        return self.regression.rows_of(self.regression.friction_along(self.model(values)))
+
+    def model(self, values: Mapping[str, float]) -> Model:
+        """Return the friction model with these values, whether or not it allows them."""
+        component = self.unknowns.component
         parameters = component.assemble({name: values[name] for name in component.variables})
-        model = Model(component, parameters, self.regression.kind)
-        # The velocity at a sample is the mean over the step around it, which ends half a step later.
-        return self.regression.rows_of(
-            [
-                force_along(model, stretch.velocity, dt, stretch.position + 0.5 * dt * stretch.velocity)
-                for stretch in self.regression.stretches
-            ]
-        )
+        return Model(component, parameters, self.regression.kind)
 
     def predicted(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the effort of each row [N or N*m] from all parameters, held ones included."""

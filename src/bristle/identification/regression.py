@@ -2,18 +2,29 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from bristle.core.contracts import Model
 from bristle.core.variable import Kind
+from bristle.engine import force_along
 
-__all__ = ["Regression", "Stretch"]
+__all__ = ["Regression", "Stretch", "low_passed"]
 
 REST_IN_ROW = 0.01  # weight of samples at rest that a row may contain
 REACH = 10  # rows on either side that the decimating filter takes in
+REACH_PERIODS = 2  # of the cut-off, over which the zero-phase filter mixes samples
+
+
+def low_passed(signal: np.ndarray, cutoff: float, sample_time: float) -> np.ndarray:
+    """Return a signal behind the zero-phase Butterworth filter of fourth order, cut-off in Hz, shape (sample,)."""
+    from scipy.signal import butter, sosfiltfilt
+
+    return sosfiltfilt(butter(4, cutoff, fs=1.0 / sample_time, output="sos"), signal)
 
 
 @dataclass(frozen=True)
@@ -21,6 +32,7 @@ class Stretch:
     """A stretch of the log without gaps, at the rate of the log, filtered.
 
     Each array has shape (sample,): time [s], position [m or rad], velocity, acceleration, effort [N or N*m].
+    Position and effort have passed one and the same filter.
     A velocity of +0.0 or -0.0 stands for rest after a motion forward or backward. The edges are still there: a model
     with a memory runs in over them.
     """
@@ -49,11 +61,13 @@ class Regression:
     noise : float
         Standard deviation of the noise of the position [m or rad].
     cutoff : float
-        Of the filter of the position [Hz].
+        Of the zero-phase filter [Hz].
     decimation : int
         One row for so many samples.
     dropped : int
         Samples dropped at each edge of each stretch.
+    held : bool or None
+        Whether the recorded effort acts until the next sample; None where nobody said so.
     """
 
     stretches: tuple[Stretch, ...]
@@ -64,10 +78,31 @@ class Regression:
     cutoff: float
     decimation: int
     dropped: int
+    held: bool | None = None
 
     def rows_of(self, parts: Sequence[np.ndarray]) -> np.ndarray:
         """Return the rows of a signal, which is given along each whole stretch, shape (row,)."""
         return self._thinned(parts)[self._in_motion]
+
+    def explained(self, plant: Model, friction: Model) -> list[np.ndarray]:
+        """Return the effort that inertia and friction take along each stretch [N or N*m]."""
+        mass = plant.values["M"]
+        return [
+            mass * stretch.acceleration + force
+            for stretch, force in zip(self.stretches, self.friction_along(friction), strict=True)
+        ]
+
+    def friction_along(self, friction: Model) -> list[np.ndarray]:
+        """Return the friction force along each stretch [N or N*m], filtered as the effort is."""
+        dt = self.sample_time
+        # The velocity at a sample is the mean over the step around it, which ends half a step later.
+        return [
+            self._filtered(force_along(friction, one.velocity, dt, one.position + 0.5 * dt * one.velocity))
+            for one in self.stretches
+        ]
+
+    def _filtered(self, part: np.ndarray) -> np.ndarray:
+        return low_passed(part, self.cutoff, self.sample_time)
 
     def without_edges(self, part: np.ndarray) -> np.ndarray:
         """Return a signal along a stretch without the transients of the filter at its edges."""
@@ -85,25 +120,40 @@ class Regression:
 
     @cached_property
     def _in_motion(self) -> np.ndarray:
-        rests = [(stretch.velocity == 0.0).astype(float) for stretch in self.stretches]
+        rests = [self._filtered((stretch.velocity == 0.0).astype(float)) for stretch in self.stretches]
         return np.abs(self._thinned(rests)) < REST_IN_ROW
 
     @cached_property
     def _taps(self) -> np.ndarray:
         from scipy.signal import firwin
 
-        return np.asarray(firwin(2 * self.reach * self.decimation + 1, 1.0 / self.decimation, window="hamming"))
+        return np.asarray(firwin(2 * REACH * self.decimation + 1, 1.0 / self.decimation, window="hamming"))
 
     @property
     def reach(self) -> int:
-        """By how many rows the decimating filter reaches to either side."""
-        return REACH if self.decimation > 1 else 0
+        """By how many rows the filters reach to either side."""
+        periods = math.ceil(REACH_PERIODS / (self.cutoff * self.sample_time * self.decimation))
+        return periods + (REACH if self.decimation > 1 else 0)
 
     @cached_property
     def time(self) -> np.ndarray:
         """Time of each row [s]."""
-        parts = [self.without_edges(stretch.time)[:: self.decimation] for stretch in self.stretches]
-        return np.concatenate(parts)[self._in_motion]
+        return self._sampled([stretch.time for stretch in self.stretches])
+
+    def _sampled(self, parts: Sequence[np.ndarray]) -> np.ndarray:
+        """Return the values of a signal at the rows, not mixed with those between."""
+        return np.concatenate([self.without_edges(part)[:: self.decimation] for part in parts])[self._in_motion]
+
+    @cached_property
+    def samples_from_reversal(self) -> np.ndarray:
+        """Samples between each row and the nearest reversal of its stretch; infinite where there is none."""
+        found = []
+        for number, stretch in enumerate(self.stretches):
+            turns = np.array([-math.inf, *(k for one, k in self.reversals if one == number), math.inf])
+            sample = np.arange(stretch.velocity.size)
+            after = np.searchsorted(turns, sample)
+            found.append(np.minimum(sample - turns[after - 1], turns[after] - sample))
+        return self._sampled(found)
 
     @cached_property
     def velocity(self) -> np.ndarray:

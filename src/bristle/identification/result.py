@@ -7,11 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bristle.simulation.result import relative_error_percent
+
 if TYPE_CHECKING:
     from bristle.core import Model
     from bristle.logs.log import Log
 
 __all__ = ["Estimate", "Fit", "HeldOut", "Identification", "Traces"]
+
+NORMAL_95 = 1.96
 
 
 @dataclass(frozen=True)
@@ -25,12 +29,15 @@ class Estimate:
     value : float
         The value in `unit`.
     std : float or None
-        Standard error in `unit`; None for a parameter that was held, lies on an edge, or is not determined at all.
+        Standard error in `unit`, of least squares with independent residuals; None for a parameter that was held,
+        lies on an edge, or is not determined at all.
     status : {"identified", "held", "at_edge", "unidentifiable"}
         ``held`` at a given value; ``at_edge`` where the best value lies on the edge of what is allowed or sought;
         ``unidentifiable`` where the log does not determine it.
     note : str
         Why it is held, at an edge or unidentifiable, in words; empty otherwise.
+    robust_std : float or None
+        Standard error in `unit` that holds for residuals correlated over time.
     """
 
     name: str
@@ -40,6 +47,7 @@ class Estimate:
     std: float | None
     status: str = "identified"
     note: str = ""
+    robust_std: float | None = None
 
     @property
     def relative_std_percent(self) -> float | None:
@@ -47,6 +55,18 @@ class Estimate:
         if self.std is None or self.value == 0.0:
             return None
         return 100.0 * abs(self.std / self.value)
+
+    @property
+    def larger_std(self) -> float | None:
+        """The larger of both standard errors in `unit`; None where there is none."""
+        return max((one for one in (self.std, self.robust_std) if one is not None), default=None)
+
+    @property
+    def interval_percent(self) -> float | None:
+        """Half-width of the 95 % interval, from the larger standard error, as a percentage of the value."""
+        if self.larger_std is None or self.value == 0.0:
+            return None
+        return NORMAL_95 * 100.0 * self.larger_std / abs(self.value)
 
 
 @dataclass(frozen=True)
@@ -124,9 +144,19 @@ class Fit:
         return {estimate.name: estimate for estimate in self.estimates}
 
     @property
+    def friction_error_percent(self) -> float:
+        """What is left over, as a percentage of the effort less that of the inertia: 100 ||residual|| / ||u - M a||."""
+        friction = self.traces.measured - self.plant.values["M"] * self.traces.acceleration
+        return relative_error_percent(friction, friction - self.traces.residual)
+
+    @property
     def metrics(self) -> dict[str, float]:
         """Numbers that say how good the fit is."""
-        found = {"force_error_percent": self.force_error_percent, "condition_number": self.condition_number}
+        found = {
+            "force_error_percent": self.force_error_percent,
+            "friction_error_percent": self.friction_error_percent,
+            "condition_number": self.condition_number,
+        }
         if self.held_out is not None:
             found["held_out_error_percent"] = self.held_out.mean_percent
             found["held_out_error_std_percent"] = self.held_out.std_percent
@@ -140,13 +170,13 @@ class Identification:
     Parameters
     ----------
     fits : tuple of Fit
-        Ranked by the error on held-out time blocks; of two with the same error in three digits, the one with fewer
-        parameters comes first.
+        Ranked by the error on held-out time blocks; of those that the blocks do not tell apart, the simplest one
+        comes first.
     log : Log
         The log as it was used.
     treatment : dict
-        ``cutoff`` [Hz], ``decimation``, samples ``dropped`` at each edge, ``rows`` used, and ``rest_percent``, the
-        share of the samples at rest [%].
+        ``cutoff`` [Hz], ``decimation``, samples ``dropped`` at each edge, ``rows`` used, ``rest_percent``, the
+        share of the samples at rest [%], and ``velocity_max``, the largest speed fitted to [m/s or rad/s].
     """
 
     fits: tuple[Fit, ...]
@@ -155,5 +185,5 @@ class Identification:
 
     @property
     def best(self) -> Fit:
-        """The model with the smallest error on what was not fitted."""
+        """The model of the first rank."""
         return self.fits[0]

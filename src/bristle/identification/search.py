@@ -113,4 +113,4 @@ class Search:
             return self.guess["F_v"]
         if coordinate.form == "log":
             return math.exp(rng.uniform(coordinate.low, coordinate.high))
-        return self.scales.magnitude(variable.quantity) * 10.0 ** rng.uniform(-2.0, 1.0)
+        return self.scales.magnitude(variable) * 10.0 ** rng.uniform(-2.0, 1.0)

@@ -1,10 +1,16 @@
 r"""From a log to regression rows: the standard treatment of inverse dynamics, and nothing else.
 
-The position is filtered by a zero-phase Butterworth filter of fourth order and differentiated twice by central
-differences; what lies within five periods of the cut-off from an edge is dropped. Whatever enters the regression (the
-effort, the acceleration, each column of the friction model, its sign included) then passes one and the same
-zero-phase low-pass filter and is decimated. Filtering all sides alike leaves the parameters unbiased; taking the sign
-of a decimated velocity would not. Rows at rest are left out: there friction balances whatever effort there is.
+The position passes a zero-phase Butterworth filter of fourth order and is differentiated twice by central differences.
+The effort and each column of the friction model, its sign included, pass the same filter: what one side of the
+equation loses at high frequency, the other loses too. What lies within five periods of the cut-off from an edge is
+dropped; all that is left is decimated alike. Rows at rest are left out: there friction balances whatever effort
+there is.
+
+An effort that a controller holds until its next sample leads the position by half a sample: the mean of two values
+that follow each other acts at the sample between them.
+
+Both sides alike is exact for what is linear in the motion. The columns of friction are computed from a motion that is
+filtered already: a reversal that the filter displaces, or a shape shorter than its period, stays an error.
 
 References
 ----------
@@ -20,8 +26,9 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.errors import InputError
-from bristle.identification.regression import Regression, Stretch
-from bristle.identification.words import with_unit
+from bristle.core.typography import with_unit
+from bristle.core.variable import unit_of
+from bristle.identification.regression import Regression, Stretch, low_passed
 
 __all__ = ["treat"]
 
@@ -41,7 +48,8 @@ def treat(log: Any, axis: Axis | None, cutoff: float | None = None, decimation: 
     log : Log
         Position and effort over time, in SI.
     axis : Axis or None
-        Its cut-off, decimation and encoder resolution hold where no argument overrides them.
+        Its cut-off, decimation and encoder resolution hold where no argument overrides them; whether the effort is
+        held until the next sample.
     cutoff : float, optional
         Cut-off of the zero-phase filter [Hz]; a tenth of the sampling frequency where nothing is given.
     decimation : int, optional
@@ -58,6 +66,7 @@ def treat(log: Any, axis: Axis | None, cutoff: float | None = None, decimation: 
     position = np.asarray(log.position.values, dtype=float)
     _refuse_non_finite(log)
     given = axis.resolution if axis is not None else None
+    held = axis.held if axis is not None else None
     resolution = _smallest_step(position) if given is None else given
     dropped = max(round(EDGE_PERIODS / (cutoff * dt)), 1)
     shortest = 2 * dropped + ROWS_MIN * decimation
@@ -70,14 +79,14 @@ def treat(log: Any, axis: Axis | None, cutoff: float | None = None, decimation: 
             allowed=f"at least {shortest}",
             mend="Record a longer motion, raise the cut-off or lower the decimation",
         )  # fmt: skip
-    treated = [_stretch(log, part, dt, cutoff, resolution) for part in kept]
+    treated = [_stretch(log, part, dt, cutoff, resolution, held=bool(held)) for part in kept]
     moving = tuple(stretch for stretch, _ in treated if np.any(stretch.velocity != 0.0))
     noise = float(np.mean([one for _, one in treated]))
-    regression = Regression(moving, log.kind, dt, resolution, noise, cutoff, decimation, dropped)
+    regression = Regression(moving, log.kind, dt, resolution, noise, cutoff, decimation, dropped, held)
     if not moving or regression.time.size < ROWS_MIN:
         raise InputError(
             "the axis hardly moves", path="log.position",
-            value=f"a range of {with_unit(float(np.ptp(position)), 'length', log.kind)}",
+            value=f"a range of {with_unit(float(np.ptp(position)), unit_of('length', log.kind))}",
             mend="Record a motion in both directions, over the speeds at which the axis works",
         )  # fmt: skip
     return regression
@@ -117,27 +126,33 @@ def _smallest_step(position: np.ndarray) -> float:
     return float(steps.min()) if steps.size else 0.0
 
 
-def _stretch(log: Any, part: slice, dt: float, cutoff: float, resolution: float) -> tuple[Stretch, float]:
+def _stretch(
+    log: Any, part: slice, dt: float, cutoff: float, resolution: float, *, held: bool
+) -> tuple[Stretch, float]:  # fmt: skip
     """Return a stretch of the log and the standard deviation of the noise of its position [m or rad]."""
-    from scipy.signal import butter, sosfiltfilt
-
     raw = np.asarray(log.position.values[part], dtype=float)
     # The offset of a long stroke would cost digits in the second difference.
     origin = raw[0]
-    smooth = sosfiltfilt(butter(4, cutoff, fs=1.0 / dt, output="sos"), raw - origin)
+    smooth = low_passed(raw - origin, cutoff, dt)
     noise = GAUSSIAN * float(np.median(np.abs(raw - origin - smooth)))
     velocity = np.gradient(smooth, dt)
     acceleration = np.gradient(velocity, dt)
     window = max(round(REST_PERIODS / (cutoff * dt)), 1)
+    effort = np.asarray(log.effort.values[part], dtype=float)
     rest = _rests(smooth, window, max(1.5 * resolution, 4.0 * noise))
     stretch = Stretch(
         time=np.asarray(log.time.values[part], dtype=float),
         position=smooth + origin,
         velocity=_with_sides(velocity, rest),
         acceleration=acceleration,
-        effort=np.asarray(log.effort.values[part], dtype=float),
+        effort=low_passed(_at_samples(effort) if held else effort, cutoff, dt),
     )
     return stretch, noise
+
+
+def _at_samples(held: np.ndarray) -> np.ndarray:
+    """Return the effort that acts around each sample, of values that act from theirs until the next one."""
+    return 0.5 * (held + np.concatenate([held[:1], held[:-1]]))
 
 
 def _rests(position: np.ndarray, window: int, step: float) -> np.ndarray:

@@ -1,8 +1,8 @@
 r"""How sure a fit is of its parameters, and whether the log determines them at all.
 
 The standard errors are those of least squares, :math:`s^2 (J^T J)^{-1}`, which take the residuals for independent.
-They are not where the model misses something, so whether a parameter counts as identified is decided by the
-errors that hold for residuals correlated over time as well (clustered by block [1]_).
+They are not where the model misses something. Intervals, and whether a parameter counts as identified, therefore rest
+on the larger of these and the errors that hold for residuals correlated over time (clustered by block [1]_).
 
 References
 ----------
@@ -33,7 +33,7 @@ class Uncertainty:
     std : ndarray, shape (free,)
         Standard error [SI]; infinite where the log does not determine the parameter, NaN on an edge of its range.
     robust_std : ndarray, shape (free,)
-        The same for residuals that are correlated over time.
+        The same for residuals that are correlated over time, up to the length of a block.
     correlation : ndarray, shape (free, free)
         Correlation of the estimates; NaN where there is no standard error.
     condition_number : float
@@ -58,9 +58,8 @@ def uncertainty_of(solution: Solution, residual: np.ndarray) -> Uncertainty:
     _, singular, directions = np.linalg.svd(columns, full_matrices=False)
     inverse = _inverse(singular, directions)
     variance = float(residual @ residual) / max(residual.size - len(names), 1)
-    scores = _by_cluster(columns * residual[:, None])
     plain = variance * inverse
-    robust = inverse @ (scores.T @ scores) @ inverse
+    robust = inverse @ _scatter(columns * residual[:, None], len(names)) @ inverse
     blind = _undetermined(singular, directions)
     index = np.flatnonzero(inner)[seen]
     back = solution.derivative[:, index] / scale[seen]
@@ -75,7 +74,7 @@ def uncertainty_of(solution: Solution, residual: np.ndarray) -> Uncertainty:
     correlation = np.full((len(names), len(names)), np.nan)
     correlation[np.ix_(usable, usable)] = covariance[np.ix_(usable, usable)] / np.outer(std[usable], std[usable])
     condition = float(singular[0] / max(singular[-1], np.finfo(float).tiny)) if singular.size else 1.0
-    return Uncertainty(std, np.maximum(std, robust_std), correlation, condition)
+    return Uncertainty(std, robust_std, correlation, condition)
 
 
 def _inverse(singular: np.ndarray, directions: np.ndarray) -> np.ndarray:
@@ -89,8 +88,14 @@ def _undetermined(singular: np.ndarray, directions: np.ndarray) -> np.ndarray:
     return np.any(np.abs(null) > 1e-3, axis=0)
 
 
-def _by_cluster(scores: np.ndarray) -> np.ndarray:
-    """Return the scores summed over blocks of consecutive rows, shape (block, column)."""
-    count = min(CLUSTERS, scores.shape[0])
-    starts = np.linspace(0, scores.shape[0], count, endpoint=False).astype(int)
-    return np.add.reduceat(scores, starts, axis=0)
+def _scatter(scores: np.ndarray, fitted: int) -> np.ndarray:
+    """Return the scatter of the scores summed over blocks of consecutive rows, shape (column, column).
+
+    Its factor makes up for the freedom that the fit took from the residuals.
+    """
+    rows = scores.shape[0]
+    count = min(CLUSTERS, rows)
+    starts = np.linspace(0, rows, count, endpoint=False).astype(int)
+    sums = np.add.reduceat(scores, starts, axis=0)
+    factor = count / max(count - 1, 1) * (rows - 1) / max(rows - fitted, 1)
+    return factor * (sums.T @ sums)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -24,6 +24,7 @@ __all__ = ["Coordinate", "Held", "Scales", "Unknowns", "coordinates_of", "scales
 
 AT_LEAST = re.compile(r"(\w+) >= (\w+)")
 SLOWEST_SHARE = 0.01  # of the samples are slower than the smallest Stribeck velocity sought
+BREAK_AWAY_MOST = 2.0  # times the largest effort of the log
 STRIBECK_SHARE = 1.0 / 3.0  # of the greatest speed: beyond, the log would not show the level that friction falls to
 
 
@@ -66,6 +67,7 @@ class Scales(NamedTuple):
     """Typical magnitudes of a log, in SI."""
 
     force: float
+    peak: float
     speed: float
     slowest: float
     acceleration: float
@@ -74,31 +76,28 @@ class Scales(NamedTuple):
     duration: float
     sample_time: float
 
-    def magnitude(self, quantity: str) -> float:
-        """Return a typical value of a generalised quantity [SI]."""
+    def magnitude(self, variable: Variable) -> float:
+        """Return a typical value of a parameter [SI]."""
         return {
             "force": self.force,
             "length": math.sqrt(self.stroke * self.shortest),
             "length/time": math.sqrt(self.slowest * self.speed),
-            "length/time^2": self.acceleration,
             "force/length": self.force / math.sqrt(self.stroke * self.shortest),
             "force*time/length": self.force / self.speed,
-            "force/time": self.force / self.duration,
             "mass": self.force / self.acceleration,
             "time": math.sqrt(self.sample_time * self.duration),
             "1/time": 1.0 / math.sqrt(self.sample_time * self.duration),
-            "frequency": 1.0 / math.sqrt(self.sample_time * self.duration),
-        }.get(quantity, 1.0)
+        }.get(variable.quantity, variable.nominal)
 
-    def range(self, quantity: str) -> tuple[float, float]:
-        """Return between which values a positive quantity of unknown magnitude is sought [SI]."""
+    def range(self, variable: Variable) -> tuple[float, float]:
+        """Return between which values a positive parameter of unknown magnitude is sought [SI]."""
         return {
             "length": (self.shortest, self.stroke),
             "length/time": (self.slowest, max(STRIBECK_SHARE * self.speed, 2.0 * self.slowest)),
             "force/length": (self.force / self.stroke, self.force / self.shortest),
             "time": (self.sample_time, self.duration),
             "1/time": (1.0 / self.duration, 1.0 / self.sample_time),
-        }.get(quantity, (1e-3 * self.magnitude(quantity), 1e2 * self.magnitude(quantity)))
+        }.get(variable.quantity, (1e-3 * self.magnitude(variable), 1e2 * self.magnitude(variable)))
 
 
 def scales_of(regression: Regression, force: float) -> Scales:
@@ -110,6 +109,7 @@ def scales_of(regression: Regression, force: float) -> Scales:
     stroke = max(float(np.ptp(stretch.position)) for stretch in regression.stretches)
     return Scales(
         force=force,
+        peak=float(np.max(np.abs(regression.effort))),
         speed=speed,
         slowest=slowest,
         acceleration=max(float(np.sqrt(np.mean(regression.acceleration**2))), 1e-9 * speed / regression.sample_time),
@@ -121,20 +121,25 @@ def scales_of(regression: Regression, force: float) -> Scales:
 
 
 class Coordinate(NamedTuple):
-    """One free parameter as the solver sees it: ``plain``, ``log`` or ``excess`` over the parameter `above`."""
+    """One free parameter as the solver sees it: ``plain``, ``log`` or ``excess`` over the parameter `above`.
+
+    `low` and `high` bound the coordinate, `least` and `most` the parameter.
+    """
 
     name: str
     form: str
     scale: float
     low: float
     high: float
+    least: float
+    most: float
     above: str = ""
 
     def value(self, phi: float, values: Mapping[str, float]) -> float:
         """Return the parameter [SI] at this coordinate, given those found before it."""
-        if self.form == "log":
-            return math.exp(phi)
-        return self.scale * phi + (values[self.above] if self.above else 0.0)
+        found = math.exp(phi) if self.form == "log" else self.scale * phi
+        # Rounding must not lead out of what the model allows.
+        return min(max(found + (values[self.above] if self.above else 0.0), self.least), self.most)
 
     def phi(self, value: float, values: Mapping[str, float]) -> float:
         """Return the coordinate of a parameter, put inside its range."""
@@ -146,26 +151,39 @@ class Coordinate(NamedTuple):
 
 
 def coordinates_of(unknowns: Unknowns, scales: Scales) -> tuple[Coordinate, ...]:
-    """Return the coordinates of the free parameters, in their order.
+    """Return the coordinates of the free parameters: one that may not fall below another comes after it.
 
-    A parameter that must stay above another one comes after it in every model here; where it does not, the relation
-    is left to the check of the finished model.
+    What other relations say is left to the check of the finished model.
     """
     variables = variables_with_plant(unknowns.component)
     floors = _floors(unknowns)
     found = []
-    for name in unknowns.free:
+    for name in _in_turn(unknowns.free, floors):
         variable = variables[name]
-        scale = scales.magnitude(variable.quantity)
+        scale = scales.magnitude(variable)
+        allowed = (variable.min, variable.max)
         if name in floors:
-            found.append(Coordinate(name, "excess", scale, 0.0, math.inf, floors[name]))
+            # A log shows no force that its effort never came near.
+            most = BREAK_AWAY_MOST * scales.peak / scale if variable.quantity == "force" else math.inf
+            found.append(Coordinate(name, "excess", scale, 0.0, most, *allowed, floors[name]))
         elif variable.min > 0.0 and variable.quantity != "mass":
-            low, high = scales.range(variable.quantity)
+            low, high = scales.range(variable)
             low, high = max(low, variable.min), min(high, variable.max)
-            found.append(Coordinate(name, "log", 1.0, math.log(low), math.log(high)))
+            found.append(Coordinate(name, "log", 1.0, math.log(low), math.log(high), *allowed))
         else:
-            found.append(Coordinate(name, "plain", scale, variable.min / scale, variable.max / scale))
+            found.append(Coordinate(name, "plain", scale, variable.min / scale, variable.max / scale, *allowed))
     return tuple(found)
+
+
+def _in_turn(names: Sequence[str], floors: Mapping[str, str]) -> list[str]:
+    """Return names in their order, but each after its floor."""
+    placed: list[str] = []
+    for name in names:
+        above = [name]
+        while above[-1] in floors and floors[above[-1]] in names:
+            above.append(floors[above[-1]])
+        placed += [one for one in reversed(above) if one not in placed]
+    return placed
 
 
 def _floors(unknowns: Unknowns) -> dict[str, str]:
@@ -179,9 +197,16 @@ def _floors(unknowns: Unknowns) -> dict[str, str]:
         for side in ("", "_pos", "_neg"):
             upper, lower = match[1] + side, match[2] + side
             lower = lower if lower in known else match[2]
-            if upper in unknowns.free and lower in known and known.index(lower) < known.index(upper):
+            if upper in unknowns.free and lower in known and not _stands_on(lower, upper, found):
                 found[upper] = lower
     return found
+
+
+def _stands_on(name: str, other: str, floors: Mapping[str, str]) -> bool:
+    """Return whether `other` is the floor of `name`, or the floor of its floor."""
+    while name != other and name in floors:
+        name = floors[name]
+    return name == other
 
 
 def natural_derivative(coordinates: tuple[Coordinate, ...], values: Mapping[str, Any]) -> np.ndarray:

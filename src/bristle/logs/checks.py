@@ -11,8 +11,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from bristle.core.axis import Axis
+from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.logs.gather import Gathered
+from bristle.logs.log import Channel
+from bristle.logs.spikes import far_outside, spikes
 
 __all__ = ["FEWEST_SAMPLES", "longest_run", "problems_of", "quantisation"]
 
@@ -37,12 +40,13 @@ def problems_of(found: Gathered, axis: Axis, source: str) -> Iterator[InputError
                 allowed=f"at least {FEWEST_SAMPLES} samples", mend="Record for longer, or copy it again",
             )  # fmt: skip
             return
-    finite = True
+    usable = True
     for _, channel in channels:
-        for problem in _not_finite(found, channel.values, f"{source}: column {channel.column!r}"):
-            finite = False
+        place = f"{source}: column {channel.column!r}"
+        for problem in (*_not_finite(found, channel.values, place), *_no_measurement(found, channel, place)):
+            usable = False
             yield problem
-    if not finite:
+    if not usable:
         return
     for name, channel in found.channels.items():
         if name != "time" and np.ptp(channel.values) == 0:
@@ -56,6 +60,7 @@ def problems_of(found: Gathered, axis: Axis, source: str) -> Iterator[InputError
         elif name == "position":
             yield from _beyond_stroke(found, axis, f"{source}: column {channel.column!r}")
             yield from _saturated_position(found, f"{source}: column {channel.column!r}")
+            yield from _lost_readings(found, f"{source}: column {channel.column!r}")
 
 
 def quantisation(values: np.ndarray) -> float:
@@ -87,6 +92,32 @@ def _not_finite(found: Gathered, values: np.ndarray, place: str) -> Iterator[Inp
         )
 
 
+def _no_measurement(found: Gathered, channel: Channel, place: str) -> Iterator[InputError]:
+    if not np.all(np.isfinite(channel.values)):
+        return
+    far = far_outside(channel.values)
+    if far.size:
+        at = int(far[np.argmax(np.abs(channel.values[far]))])
+        yield InputError(
+            f"has {channel.values[at]:.6g} {channel.unit} at {_moment(found, at)}, which is no measurement; "
+            f"{far.size} such in all",
+            path=place, mend="Repair these samples or delete their rows: a gap in time is understood",
+        )  # fmt: skip
+
+
+def _lost_readings(found: Gathered, place: str) -> Iterator[InputError]:
+    channel = found.channels["position"]
+    lost = spikes(channel.values, quantisation(channel.values))
+    if lost:
+        worst = max(lost, key=lambda one: abs(one.size))
+        yield InputError(
+            f"jumps by {worst.size:.6g} {channel.unit} and returns after {worst.length} "
+            f"{'sample' if worst.length == 1 else 'samples'} at {_moment(found, worst.start)}, "
+            f"{len(lost)} such {'place' if len(lost) == 1 else 'places'} in all: readings were lost",
+            path=place, mend="Repair these samples or delete their rows: a gap in time is understood",
+        )  # fmt: skip
+
+
 def _moment(found: Gathered, at: int) -> str:
     time = found.channels.get("time")
     known = time is not None and at < time.values.size and np.isfinite(time.values[at])
@@ -94,31 +125,53 @@ def _moment(found: Gathered, at: int) -> str:
 
 
 def _saturated_effort(found: Gathered, axis: Axis, place: str) -> Iterator[InputError]:
+    """Refuse an effort beyond a limit, or clipped at one.
+
+    The drive bounds the whole effort, the controller its own part of it: known inputs are added behind its limit.
+    """
     channel = found.channels["effort"]
-    mend = "Lower the acceleration or the amplitude of the motion, or widen the range of the channel"
     own = channel.values
     if all(known.values.size == own.size for known in found.injected):
         own = own - sum((known.values for known in found.injected), np.zeros(own.size))
-    if axis.effort_limit is not None and np.max(np.abs(own)) > (1 + LIMIT_TOLERANCE) * axis.effort_limit:
-        at = int(np.argmax(np.abs(own)))
-        yield InputError(
-            f"exceeds the limit of the effort at {_moment(found, at)}", path=place, value=float(f"{own[at]:.6g}"),
-            allowed=f"up to {axis.effort_limit:.6g} {channel.unit}",
-            mend="Mend the unit or the constant of the effort, or its limit, in the axis file",
-        )  # fmt: skip
-        return
-    rounding = ROUNDING * float(np.ptp(own))
-    for extreme in (own.max(), own.min()):
-        at_extreme = np.abs(own - extreme) <= rounding
-        if axis.effort_limit is not None and abs(extreme) >= (1 - 1e-6) * axis.effort_limit:
-            at_extreme = np.sign(extreme) * own >= (1 - 1e-6) * axis.effort_limit
-        start, length = longest_run(at_extreme)
-        if length >= LONG_RUN and extreme != 0 and _clipped(own, at_extreme, length, rounding):
-            yield InputError(
-                f"is saturated: {length} samples in a row at {extreme:.6g} {channel.unit} from "
-                f"{_moment(found, start)}, {at_extreme.sum()} in all", path=place, mend=mend,
-            )  # fmt: skip
+    law = axis.controller.values if isinstance(axis.controller, Model) else {}
+    by_controller = "" if own is channel.values else ", without the known inputs,"
+    for values, limit, what, key in (
+        (own, law.get("limit"), f"exceeds{by_controller} the limit of the controller", "limit under [controller]"),
+        (channel.values, axis.effort_limit, "exceeds the limit of the drive", "limit under [effort]"),
+    ):
+        problem = _beyond_limit(found, values, limit, place, what, key) or _at_limit(found, values, limit, place)
+        if problem is not None:
+            yield problem
             return
+
+
+def _beyond_limit(
+    found: Gathered, values: np.ndarray, limit: float | None, place: str, what: str, key: str
+) -> InputError | None:
+    if limit is None or np.max(np.abs(values)) <= (1 + LIMIT_TOLERANCE) * limit:
+        return None
+    at = int(np.argmax(np.abs(values)))
+    return InputError(
+        f"{what} at {_moment(found, at)}", path=place, value=float(f"{values[at]:.6g}"),
+        allowed=f"up to {limit:.6g} {found.channels['effort'].unit}",
+        mend=f"Mend the unit or the constant of the effort, the gain of known inputs, or {key}, in the axis file",
+    )  # fmt: skip
+
+
+def _at_limit(found: Gathered, values: np.ndarray, limit: float | None, place: str) -> InputError | None:
+    rounding = ROUNDING * float(np.ptp(values))
+    for extreme in (values.max(), values.min()):
+        at_extreme = np.abs(values - extreme) <= rounding
+        if limit is not None and abs(extreme) >= (1 - 1e-6) * limit:
+            at_extreme = np.sign(extreme) * values >= (1 - 1e-6) * limit
+        start, length = longest_run(at_extreme)
+        if length >= LONG_RUN and extreme != 0 and _clipped(values, at_extreme, length, rounding):
+            return InputError(
+                f"is saturated: {length} samples in a row at {extreme:.6g} {found.channels['effort'].unit} from "
+                f"{_moment(found, start)}, {at_extreme.sum()} in all", path=place,
+                mend="Lower the acceleration or the amplitude of the motion, or widen the range of the channel",
+            )  # fmt: skip
+    return None
 
 
 def _clipped(values: np.ndarray, at_extreme: np.ndarray, length: int, rounding: float) -> bool:

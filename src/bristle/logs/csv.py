@@ -10,7 +10,16 @@ from pathlib import Path
 import numpy as np
 
 from bristle.core.errors import InputError
-from bristle.logs.layout import COMMENT, PREAMBLE_LINES, SAMPLE_ROWS, Layout, cells_of, is_number, layout_of
+from bristle.logs.layout import (
+    COMMENT,
+    PREAMBLE_LINES,
+    SAMPLE_ROWS,
+    Layout,
+    cells_of,
+    is_number,
+    layout_of,
+    why_no_number,
+)
 from bristle.logs.table import Table
 
 __all__ = ["read_csv"]
@@ -39,9 +48,17 @@ def read_csv(data: bytes, source: Path) -> Table:
     left_out = [name for name, numeric in zip(layout.names, layout.numeric, strict=True) if not numeric]
     if left_out:
         notes.append(f"text was left out: {', '.join(left_out)}")
+    texts = {name: _text_in(name, lines, layout, source) for name in left_out}
     columns = {layout.names[index]: np.ascontiguousarray(column) for index, column in zip(kept, values.T, strict=True)}
     units = {layout.names[index]: layout.units[index] for index in kept if layout.units[index]}
-    return Table(columns, units, notes=tuple(notes), format="text")
+    return Table(columns, units, texts=texts, notes=tuple(notes), format="text")
+
+
+def _text_in(name: str, lines: Sequence[str], layout: Layout, source: Path) -> InputError:
+    """Return why a column was left out, for those who ask for it."""
+    cell = cells_of(lines[layout.first], layout.delimiter)[layout.names.index(name)]
+    said, mend = why_no_number(cell)
+    return InputError(said, path=f"{source}: line {layout.first + 1}, column {name!r}", value=cell, mend=mend)
 
 
 def _decoded(data: bytes, source: Path) -> str:
@@ -118,10 +135,11 @@ def _bad_row(rows: Sequence[str], layout: Layout, source: Path) -> InputError | 
             )
         for column, cell in enumerate(cells):
             if layout.numeric[column] and not is_number(cell, layout.decimal_comma):
+                said, mend = why_no_number(cell)
                 return InputError(
-                    "is not a number" if cell else "is empty",
+                    said,
                     path=f"{place}, column {layout.names[column]!r}",
                     value=cell,
-                    mend="Repair the sample or delete its row: a gap in time is understood",
+                    mend=mend or "Repair the sample or delete its row: a gap in time is understood",
                 )
     return None

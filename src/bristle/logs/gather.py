@@ -12,7 +12,7 @@ from bristle.core.axis import Axis, Column
 from bristle.core.errors import InputError
 from bristle.core.variable import KINDS, Kind, unit_of
 from bristle.logs.log import CHANNELS, Channel
-from bristle.logs.table import Table
+from bristle.logs.table import Table, split_unit
 
 __all__ = ["Gathered", "axis_of", "gather"]
 
@@ -72,6 +72,9 @@ def axis_of(table: Table) -> Axis:
         for channel, usual in USUAL_NAMES.items()
     }
     if names["position"] is None:
+        text = next((name for name in table.texts if split_unit(name)[0].lower() in USUAL_NAMES["position"]), None)
+        if text is not None:
+            raise table.missing(text, "position")
         raise InputError(
             "does not say which column is the position",
             path=str(table.source),
@@ -98,7 +101,9 @@ def _channel(table: Table, column: Column, key: str, kind: Kind, found: Gathered
         found.problems.append(error)
         return None
     quantity = CHANNELS.get(key, CHANNELS["effort"])
-    return Channel(table.columns[name] * scale, unit_of(quantity, kind), name)
+    with np.errstate(over="ignore"):  # what is too large is refused with its sample
+        values = table.columns[name] * scale
+    return Channel(values, unit_of(quantity, kind), name)
 
 
 def _factor(table: Table, name: str, column: Column, found: Gathered) -> float:

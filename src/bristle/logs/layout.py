@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ from bristle.core import units
 from bristle.core.errors import InputError
 from bristle.logs.table import split_unit
 
-__all__ = ["COMMENT", "Layout", "cells_of", "is_number", "layout_of"]
+__all__ = ["COMMENT", "Layout", "cells_of", "is_number", "layout_of", "why_no_number"]
 
 COMMENT = "#"
 # Tried in this order; None is any run of blanks. A comma is last but one: it may be a decimal comma.
@@ -19,6 +20,9 @@ DELIMITERS = ("\t", ";", ",", None)
 # Units that a line below the names may consist of, besides the decimal ones.
 USUAL_UNITS = frozenset({"deg", "deg/s", "rev", "rev/s", "rpm", "1/min", "min", "lbf", "inch"})
 PREAMBLE_LINES, SAMPLE_ROWS = 400, 20
+_CLOCK = re.compile(r"(\d{4}-\d\d-\d\d[T ])?\d{1,2}:\d\d(:\d\d([.,]\d+)?)?")
+_THOUSANDS = re.compile(r"[+-]?\d{1,3}(([.' ]\d{3})+(,\d+)?|([,' ]\d{3})+(\.\d+)?)")
+_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
 _NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?|nan|inf|infinity|1\.#\w+)", re.IGNORECASE)
 
 
@@ -49,7 +53,9 @@ class Layout:
 
 
 def cells_of(line: str, delimiter: str | None) -> list[str]:
-    """Return the cells of a line, stripped of blanks and quotes."""
+    """Return the cells of a line, stripped of blanks and quotes; within quotes nothing separates."""
+    if '"' in line and delimiter is not None:
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])]
     return [cell.strip().strip('"').strip() for cell in line.split(delimiter)]
 
 
@@ -58,6 +64,26 @@ def is_number(cell: str, decimal_comma: bool) -> bool:
     if decimal_comma and "." not in cell:
         cell = cell.replace(",", ".", 1)
     return bool(_NUMBER.fullmatch(cell))
+
+
+def why_no_number(cell: str) -> tuple[str, str]:
+    """Return what a cell is that is no number, and what to do about it.
+
+    Examples
+    --------
+    >>> why_no_number("1.234,5")[0], why_no_number("00:00:01.250")[0]
+    ('is a number with thousands separators', 'is a time of day')
+    """
+    if _CLOCK.fullmatch(cell):
+        return "is a time of day", (
+            "Export the time in seconds from the start, or leave the column of time out of the axis file and write "
+            "sample_time in [timing]"
+        )
+    if _THOUSANDS.fullmatch(cell):
+        return "is a number with thousands separators", "Export numbers without them"
+    if _DECIMAL_COMMA.fullmatch(cell):
+        return "is a number with a decimal comma", "Export with decimal points, or with semicolons between the cells"
+    return "is not a number" if cell else "is empty", ""
 
 
 def layout_of(lines: Sequence[str], source: Path) -> Layout:
@@ -128,9 +154,14 @@ def _refuse_bad_first_rows(lines: Sequence[str], layout: Layout, source: Path) -
     kinds = [is_number(cell, layout.decimal_comma) for cell in cells]
     if under_a_row and any(kinds):
         odd = [column for column, it in enumerate(layout.numeric) if it != kinds[column]]
-        said = "is a number, and below it stands text" if kinds[odd[0]] else "is not a number"
-        said = said if cells[odd[0]] else "is empty"
-        raise InputError(said, path=f"{place}, column {odd[0] + 1}", value=cells[odd[0]])
+        said = "is a number, and below it stands text"
+        mend = ""
+        if not kinds[odd[0]]:
+            said, mend = why_no_number(cells[odd[0]])
+        heads = next((other for _, other in above if len(other) == count), cells)
+        named = not any(is_number(cell, layout.decimal_comma) for cell in heads) and heads[odd[0]]
+        column = repr(split_unit(heads[odd[0]])[0]) if named else odd[0] + 1
+        raise InputError(said, path=f"{place}, column {column}", value=cells[odd[0]], mend=mend)
 
 
 def _header(lines: Sequence[str], layout: Layout) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bristle.core.variable import Kind, unit_of
+from bristle.core.variable import Kind
 
 __all__ = ["CHANNELS", "Channel", "Log"]
 
@@ -108,7 +108,3 @@ class Log:
                 yield name, channel
         for channel in self.injected:
             yield f"injected.{channel.column}", channel
-
-    def unit(self, name: str) -> str:
-        """Return the SI unit that the channel `name` has on this kind of axis."""
-        return unit_of(CHANNELS[name], self.kind)

@@ -16,6 +16,7 @@ from bristle.logs.log import Channel, Log
 from bristle.logs.readers import read_table
 from bristle.logs.sign import sign_of_effort
 from bristle.logs.table import Table
+from bristle.logs.velocity import doubts_about_velocity
 
 __all__ = ["assembled", "clock_for", "read_log"]
 
@@ -104,5 +105,6 @@ def assembled(table: Table, axis: Axis, found: Gathered, clock: Clock) -> Log:
         notes=tuple(notes),
         kind=axis.kind,
     )
-    warning = sign_of_effort(log)
-    return log if warning is None else replace(log, notes=(*log.notes, warning))
+    reversed_effort = sign_of_effort(log)
+    doubts = [*doubts_about_velocity(log, axis), *([reversed_effort] if reversed_effort else [])]
+    return replace(log, notes=(*log.notes, *doubts))

@@ -10,7 +10,7 @@ __all__ = ["REVERSED", "dissipated_share", "sign_of_effort"]
 
 REVERSED = (
     "the sign of effort seems reversed: over the log, friction would put energy in; "
-    "write sign = -1 for the effort in the axis file"
+    "turn its sign in the axis file (sign = -1 where it has none or 1, else 1)"
 )
 STRIDE = 10  # samples over which velocity and effort are averaged, against quantisation
 DOUBT = 0.1  # share of the work below which the log says nothing

@@ -27,6 +27,8 @@ class Table:
         Unit of a column, where the file says it.
     constants : mapping of str to float
         Named single numbers.
+    texts : mapping of str to InputError
+        Columns left out because they hold no numbers, and why.
     sample_time : float or None
         Sample time, where the file knows it [s].
     notes : tuple of str
@@ -42,6 +44,7 @@ class Table:
     columns: Mapping[str, np.ndarray]
     units: Mapping[str, str] = field(default_factory=dict)
     constants: Mapping[str, float] = field(default_factory=dict)
+    texts: Mapping[str, InputError] = field(default_factory=dict)
     sample_time: float | None = None
     notes: tuple[str, ...] = ()
     format: str = ""
@@ -57,6 +60,12 @@ class Table:
 
     def missing(self, name: str, key: str) -> InputError:
         """Return the error that says which columns there are instead of `name`, asked for under `key`."""
+        text = next((one for one in self.texts if name in (one, split_unit(one)[0])), None)
+        if text is not None:
+            why = self.texts[text]
+            mend = why.mend or f"Name a column of numbers as the {key} in the axis file"
+            said = f"{why.message}, and the column is to be the {key}"
+            return InputError(said, path=why.path, value=why.value, mend=mend)
         close = close_matches(name, self.columns)
         constant = f"{name!r} is a single number there. " if name in self.constants else ""
         return InputError(

@@ -1,14 +1,9 @@
-r"""A single inertia (equation (18) of the source paper): the mass of a table, or the inertia of a screw.
+r"""A single inertia: the mass of a table, or the inertia of a screw.
 
 .. math:: M \ddot x = u - F
 
 Over a step of length `h` with constant effort and friction the mean velocity is
 :math:`v_0 + \frac{h}{2M}(u - F)`, affine in the friction force.
-
-References
-----------
-.. [1] "Pre-sliding friction control using the sliding mode controller with hysteresis friction compensator",
-   equation (18).
 """
 
 from typing import Annotated, NamedTuple

@@ -53,11 +53,17 @@ class Gain(NamedTuple):
         The kind of axis.
     caveat : str
         What the simulation leaves out.
+    alone : bool
+        Whether the last two steps differ in the friction fed forward and in nothing else.
+    velocity_fed : bool
+        Whether the control law feeds the velocity of the reference forward.
     """
 
     steps: tuple[Errors, ...]
     kind: Kind
     caveat: str
+    alone: bool = True
+    velocity_fed: bool = False
 
     @property
     def names(self) -> str:
@@ -79,6 +85,12 @@ class Gain(NamedTuple):
     def _about_friction(self) -> str:
         before, after = (one.peak_to_peak for one in self.steps[-2:])
         old, new = self._words(before), self._words(after)
+        if not self.alone:
+            return (
+                f"In simulation, the following error goes from {old} ({self.steps[-2].name}) to {new} "
+                f"({self.steps[-1].name}) peak to peak. The two differ in more than the friction fed forward: add a "
+                "variant that differs in that alone to see what it gains."
+            )
         if after > (1.0 + NO_CHANGE) * before:
             return (
                 f"In simulation, feeding the friction forward raises the following error from {old} to {new} "
@@ -107,9 +119,17 @@ class Gain(NamedTuple):
         scale = scale_of(unit_of("length", self.kind), before.beyond_lag)
         old, new = (number(one.beyond_lag * scale.factor, digits=3) for one in (before, compensated))
         share, lag = 100.0 * compensated.lag_share, with_unit(compensated.lag, "s")
+        # Which of the two it is cannot be told from the error: either rises with the velocity.
+        cause = (
+            "viscous friction that is not fed forward, or the rest of the lag of the position loop. Velocity is fed "
+            "forward already: look at the viscous friction of the compensator, F_v"
+            if self.velocity_fed
+            else "the lag of the position loop, which velocity fed forward removes, or viscous friction that is not "
+            "fed forward"
+        )
         return [
-            f"{share:.3g} % of the mean square of what is left is in proportion to the velocity, a lag of {lag}: that "
-            "is not friction but the position loop, and velocity fed forward removes it. Beyond this lag the error "
+            f"{share:.3g} % of the mean square of what is left is in proportion to the velocity, a lag of {lag}: "
+            f"{cause}. Beyond this lag the error "
             f"goes from {old} to {new} {scale.unit} peak to peak."
         ]
 
@@ -147,7 +167,10 @@ def gain_of(simulation: SimulationResult) -> Gain | None:
     results = [simulation.variants[one.name] for one in chosen]
     diverged = any(one.status is Status.NOT_FINITE for one in results)
     steps = () if diverged else tuple(_errors(*both) for both in zip(chosen, results, strict=True))
-    return Gain(steps, experiment.kind, _caveat(pair[1]))
+    before, after = pair
+    alone = before.feedforward.mass == after.feedforward.mass and before.controller == after.controller
+    velocity_fed = after.controller.values.get("k_ff", 0.0) > 0.0
+    return Gain(steps, experiment.kind, _caveat(after), alone, velocity_fed)
 
 
 def _errors(variant: Variant, result: VariantResult) -> Errors:

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from bristle.identification.drive_table import drive_table
+from bristle.core.typography import with_unit
+from bristle.core.variable import unit_of
+from bristle.identification.drive_table import largest_deviation, steady_curve
 from bristle.report.advice import next_measurements
 from bristle.report.compensation import gain_of
 from bristle.report.log_facts import log_facts, treatment_facts
@@ -18,12 +20,10 @@ from bristle.report.simulation import following_picture
 from bristle.report.verdict import figures_of_merit, sentences
 
 if TYPE_CHECKING:
-    from bristle.identification.result import Identification
+    from bristle.identification.result import Fit, Identification
     from bristle.simulation.result import Prediction, SimulationResult
 
 __all__ = ["identification_report"]
-
-CURVE_ENTRIES = 200
 
 
 def identification_report(
@@ -53,7 +53,7 @@ def identification_report(
         What a reader must know before anything else.
     """
     fit, kind = identification.best, identification.best.plant.kind
-    curve = drive_table(fit, CURVE_ENTRIES)
+    curve = steady_curve(fit)
     pictures = identification_pictures(identification, table or (), curve)
     if simulation is not None:
         pictures |= following_picture(simulation)
@@ -72,11 +72,17 @@ def identification_report(
         warnings=fit.warnings,
         next_measurements=next_measurements(fit),
         drive=None if not table else drive_rows(table, kind),
+        deviation=with_unit(largest_deviation(fit, table or ()), unit_of("force", kind)) if table else None,
         drive_csv=None if not table else as_csv(table, kind),
         variants=None if simulation is None else variant_table(simulation),
         comparison=comparison_table(identification),
         pictures=pictures,
-        assumptions=fit.assumptions,
-        log=log_facts(identification.log) + treatment_facts(identification.treatment),
+        assumptions=_assumed(fit, prediction),
+        log=log_facts(identification.log) + treatment_facts(identification.treatment, kind),
         notes=identification.log.notes,
     )
+
+
+def _assumed(fit: Fit, prediction: Prediction | None) -> list[str]:
+    told = [] if prediction is None else [f"{prediction.mode} prediction: {one}" for one in prediction.notes]
+    return [*fit.assumptions, *told]

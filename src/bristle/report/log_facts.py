@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bristle.core.typography import number, with_unit
+from bristle.core.variable import Kind, unit_of
 from bristle.report.table import Quantity
 
 if TYPE_CHECKING:
@@ -45,7 +46,9 @@ def log_facts(log: Log) -> list[tuple[str, str]]:
     return facts
 
 
-def treatment_facts(treatment: Mapping[str, float]) -> list[tuple[str, str]]:
+def treatment_facts(treatment: Mapping[str, float], kind: Kind) -> list[tuple[str, str]]:
     """Return how a log was treated before the identification."""
-    known = [(TREATMENT.get(key, (key, "{:g}")), value) for key, value in treatment.items()]
-    return [(word, pattern.format(value)) for (word, pattern), value in known]
+    facts = [(word, pattern.format(treatment[key])) for key, (word, pattern) in TREATMENT.items() if key in treatment]
+    if "velocity_max" in treatment:
+        facts.append(("Largest speed of the rows", with_unit(treatment["velocity_max"], unit_of("length/time", kind))))
+    return facts

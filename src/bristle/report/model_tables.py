@@ -25,7 +25,8 @@ STATUS_WORDS = {
 
 def parameter_table(fit: Fit) -> Table:
     """Return the parameters of a fit with their uncertainty."""
-    heads = ("Parameter", "Meaning", "Value", "Standard error", "Unit", "Standard error [%]", "Remark")
+    heads = ("Parameter", "Meaning", "Value", "Standard error", "Unit", "Standard error [%]", "95 % interval [%]",
+             "Remark")  # fmt: skip
     return Table(
         f"Parameters of {fit.name}", heads, [_parameter_row(one) for one in fit.estimates]
     ).without_empty_columns()
@@ -35,16 +36,21 @@ def _parameter_row(estimate: Estimate) -> tuple[str, ...]:
     std = estimate.std if estimate.std is not None and math.isfinite(estimate.std) else None
     scale = scale_of(estimate.unit, estimate.value or std or 0.0)
     scaled = None if std is None else std * scale.factor
-    percent = estimate.relative_std_percent
+    half = _percent(estimate.interval_percent)
     return (
         estimate.name,
         estimate.description,
         number(estimate.value * scale.factor, scaled),
         "–" if scaled is None else f"± {number(scaled, scaled)}",
         scale.unit or "–",
-        "–" if percent is None or not math.isfinite(percent) else number(percent, digits=2),
+        _percent(estimate.relative_std_percent),
+        "–" if half == "–" else f"± {half}",
         STATUS_WORDS.get(estimate.status, estimate.status),
     )
+
+
+def _percent(value: float | None) -> str:
+    return "–" if value is None or not math.isfinite(value) else number(value, digits=2)
 
 
 def comparison_table(identification: Identification) -> Table:

@@ -31,6 +31,9 @@ def write_identification(
 ) -> None:  # fmt: skip
     """Write an identification into a folder of results: ``model.toml``, ``drive_table.csv``, report and numbers."""
     best = identification.best
-    write_model(folder / "model.toml", best.plant, best.friction, estimates=best.estimates, provenance=provenance)
+    write_model(
+        folder / "model.toml", best.plant, best.friction, estimates=best.estimates, provenance=provenance,
+        treatment=identification.treatment,
+    )  # fmt: skip
     (folder / "drive_table.csv").write_text(as_csv(table, best.friction.kind) + "\n", encoding="utf-8")
     write_report(folder, report, summary)

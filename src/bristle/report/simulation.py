@@ -64,7 +64,7 @@ def following_picture(result: SimulationResult) -> dict[str, Picture]:
             "Following error and effort of each variant over time",
             "Reference less encoder reading: over time, as a distribution, and close up at a reversal (shaded above). "
             "What jumps where the reference reverses is friction; what follows the velocity is the lag of the "
-            "position loop. Below, the effort that it takes.",
+            "position loop, or viscous friction that is not fed forward. Below, the effort that it takes.",
         )
     }  # fmt: skip
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from bristle.core.status import Status
 from bristle.core.variable import unit_of
+from bristle.identification.drive_table import largest_deviation
 
 if TYPE_CHECKING:
     from bristle.core.contracts import Model
@@ -39,6 +40,7 @@ def identification_summary(
         "drive_table": {
             "velocity_unit": unit_of("length/time", kind), "effort_unit": unit_of("force", kind),
             "velocity": [velocity for velocity, _ in table], "effort": [effort for _, effort in table],
+            "largest_deviation": largest_deviation(best, table) if table else None,
         },
         "compensation": None if simulation is None else _variants(simulation),
         "prediction": None if prediction is None else _prediction(prediction),
@@ -77,6 +79,8 @@ def _parameters(fit: Fit) -> dict[str, Any]:
             "unit": one.unit,
             "std": one.std,
             "relative_std_percent": one.relative_std_percent,
+            "robust_std": one.robust_std,
+            "interval_percent": one.interval_percent,
             "status": one.status,
             "note": one.note,
             "description": one.description,

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
 
 __all__ = ["figures_of_merit", "sentences"]
 
-NORMAL_95 = 1.96
 WIDER_OUTSIDE = 1.25  # ratio of held-out to fitted error from which the reader is told
 
 
@@ -62,11 +61,27 @@ def _model(identification: Identification, axis_name: str) -> str:
     fit, others = identification.best, identification.fits[1:]
     where = "held-out time blocks" if fit.held_out is not None else "the log they were fitted to"
     compared = f", the best of {len(others) + 1} models by their error on {where}" if others else ""
-    return f"The friction of {axis_name} is described by {fit.name} ({fit.friction.component.description}){compared}."
+    text = f"The friction of {axis_name} is described by {fit.name} ({fit.friction.component.description}){compared}."
+    closer = [one for one in others if _held_out(one) < float(f"{_held_out(fit):.3g}")]
+    if not closer:
+        return text
+    closest = min(closer, key=_held_out)
+    return (
+        f"{text} {closest.name} comes to {_percent(_held_out(closest))} there instead of {_percent(_held_out(fit))}, "
+        "which is no reason to prefer it: the blocks do not tell the two apart, or this log leaves half of its "
+        "parameters open."
+    )
+
+
+def _held_out(fit: Fit) -> float:
+    return fit.held_out.mean_percent if fit.held_out is not None else math.inf
 
 
 def _error(fit: Fit) -> str:
-    text = f"It reproduces the effort of the log to {_percent(fit.force_error_percent)} of its root mean square"
+    text = (
+        f"It reproduces the effort of the log to {_percent(fit.force_error_percent)} of its root mean square "
+        f"({_percent(fit.friction_error_percent)} of what friction takes of it)"
+    )
     if fit.held_out is None:
         return f"{text}; nothing was held out, so how it does on another log is open."
     text += f", and to {_percent(fit.held_out.mean_percent)} on time blocks that it was not fitted to."
@@ -81,15 +96,16 @@ def _certainty(fit: Fit) -> str:
     unknown = [one.name for one in asked if one.status != "identified"]
     if unknown:
         return f"{len(unknown)} of {len(asked)} parameters could not be identified from this log: {', '.join(unknown)}."
-    known = [(one.relative_std_percent, one.name) for one in asked]
-    percents = [(percent, name) for percent, name in known if percent is not None and math.isfinite(percent)]
-    if not percents:
+    if not asked:
         return "No parameter was asked of this log: all were held."
-    widest, name = max(percents)
-    return (
-        f"All {len(asked)} parameters are identified; the least certain, {name}, to ± {_percent(NORMAL_95 * widest)} "
-        "(95 % interval)."
-    )
+    known = [(one.interval_percent, one.name) for one in asked]
+    percents = [(percent, name) for percent, name in known if percent is not None and percent < 100.0]
+    zero = [name for percent, name in known if percent is None or percent >= 100.0]
+    text = f"All {len(asked)} parameters are identified"
+    if percents:
+        widest, name = max(percents)
+        text += f"; the least certain, {name}, to ± {_percent(widest)} (95 % interval)"
+    return f"{text}; {' and '.join(zero)} cannot be told from zero." if zero else f"{text}."
 
 
 def _prediction(prediction: Prediction) -> list[str]:

@@ -1,5 +1,6 @@
 """Simulation of experiments: open loop, closed loop, and what came out."""
 
+from bristle.core.experiment import substeps_for
 from bristle.simulation.compensation import compensation_experiment
 from bristle.simulation.result import Prediction, SimulationResult, Statistics, VariantResult, statistics_of
 from bristle.simulation.run import feedforward_effort, friction_along, simulate
@@ -14,4 +15,5 @@ __all__ = [
     "friction_along",
     "simulate",
     "statistics_of",
+    "substeps_for",
 ]

@@ -15,7 +15,6 @@ from bristle.sensors import encoder
 __all__ = ["AS_RECORDED", "COMPENSATED", "FEEDFORWARD", "compensation_experiment"]
 
 AS_RECORDED, FEEDFORWARD, COMPENSATED = "as_recorded", "feedforward", "compensated"
-LONGEST_STEP = 2.5e-4  # of the integration [s]
 SETTLE_SHARE, SETTLE_MAX = 0.05, 0.5  # of the duration, and in seconds
 
 
@@ -67,7 +66,6 @@ def compensation_experiment(
         run=Run(
             duration=duration,
             sample_time=sample_time,
-            substeps=max(4, math.ceil(sample_time / LONGEST_STEP)),
             effort_limit=effort_limit,
             settle=min(SETTLE_SHARE * duration, SETTLE_MAX),
         ),

@@ -10,7 +10,7 @@ import numpy as np
 from bristle.core.experiment import Experiment
 from bristle.core.status import Status
 
-__all__ = ["Prediction", "SimulationResult", "Statistics", "VariantResult", "statistics_of"]
+__all__ = ["Prediction", "SimulationResult", "Statistics", "VariantResult", "relative_error_percent", "statistics_of"]
 
 
 @dataclass(frozen=True)
@@ -40,6 +40,12 @@ def statistics_of(signal: np.ndarray) -> Statistics:
     )
 
 
+def relative_error_percent(signal: np.ndarray, predicted: np.ndarray) -> float:
+    """Return 100 ||signal - predicted|| / ||signal|| [%]; NaN for a signal of zeros."""
+    whole = float(np.linalg.norm(signal))
+    return 100.0 * float(np.linalg.norm(signal - predicted)) / whole if whole > 0.0 else float("nan")
+
+
 @dataclass(frozen=True)
 class VariantResult:
     """One variant of an experiment, simulated; arrays of shape (sample,), in SI of the axis.
@@ -55,7 +61,7 @@ class VariantResult:
     effort_rms, effort_peak : float
         Of the effort applied [N or N*m].
     time, reference, measured, position, velocity, effort, feedforward, friction : ndarray
-        The whole run, settling time included.
+        The whole run, settling time included; `feedforward` [k] is what the controller receives at sample k.
     status : Status
         How it ended.
     """

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from os import PathLike
 
 import numpy as np
 
+from bristle.controllers.limits import within_drive
 from bristle.core.contracts import Model
+from bristle.core.errors import InputError
 from bristle.core.experiment import Experiment, Feedforward, Variant
 from bristle.engine import force_along, run_closed_loop
 from bristle.simulation.result import SimulationResult, VariantResult, statistics_of
@@ -16,13 +19,14 @@ __all__ = ["feedforward_effort", "friction_along", "simulate"]
 Progress = Callable[[float, str], None]
 
 
-def simulate(experiment: Experiment, progress: Progress | None = None) -> SimulationResult:
+def simulate(experiment: Experiment | str | PathLike[str], progress: Progress | None = None) -> SimulationResult:
     """Simulate every variant of an experiment.
 
     Parameters
     ----------
-    experiment : Experiment
-        What to simulate.
+    experiment : Experiment or path-like
+        What to simulate, or the file that describes it. A controller with a ``limit`` knows that of the drive, and
+        what is fed forward is handed to it ahead by the delay of the loop.
     progress : callable, optional
         Called with the share done and the name of what comes next.
 
@@ -31,6 +35,12 @@ def simulate(experiment: Experiment, progress: Progress | None = None) -> Simula
     SimulationResult
         Each variant with its errors and efforts; a loop that diverged is cut short and says so in its status.
     """
+    if isinstance(experiment, (str, PathLike)):
+        from bristle.files.experiment import read_experiment
+
+        experiment = read_experiment(experiment)
+    if not isinstance(experiment, Experiment):
+        raise InputError("must be an experiment or its file", path="experiment", value=experiment)
     results = {}
     for index, variant in enumerate(experiment.variants):
         if progress is not None:
@@ -94,13 +104,16 @@ def feedforward_effort(
 def _simulate_variant(variant: Variant) -> VariantResult:
     run = variant.run
     dt = run.sample_time
-    t = dt * np.arange(round(run.duration / dt))
-    position, velocity, acceleration = variant.reference.component.sample(t, variant.reference.parameters)
-    effort = feedforward_effort(variant.feedforward, position, acceleration, dt)
+    count = round(run.duration / dt)
+    # What is fed forward acts `delay` samples after the controller receives it: it is taken that much ahead.
+    t = dt * np.arange(count + run.delay)
+    ahead, velocity, acceleration = variant.reference.component.sample(t, variant.reference.parameters)
+    effort = feedforward_effort(variant.feedforward, ahead, acceleration, dt)[run.delay :]
+    position, velocity, acceleration = ahead[:count], velocity[:count], acceleration[:count]
     trace = run_closed_loop(
         variant.plant,
         variant.friction,
-        variant.controller,
+        within_drive(variant.controller, run.effort_limit),
         variant.sensor,
         np.stack((position, velocity, acceleration, effort)),
         dt,

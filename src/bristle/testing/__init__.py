@@ -1,6 +1,7 @@
 """Public tests: the contract suite that every friction model must pass, ours or a user's."""
 
+from bristle.testing.admission import admit
 from bristle.testing.contract import CHECKS, Check, check_model, example_of
 from bristle.testing.kernel_subset import violations_of
 
-__all__ = ["CHECKS", "Check", "check_model", "example_of", "violations_of"]
+__all__ = ["CHECKS", "Check", "admit", "check_model", "example_of", "violations_of"]

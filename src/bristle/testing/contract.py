@@ -5,8 +5,8 @@ Each check runs the model itself; the first sentence of its docstring says what 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -16,41 +16,80 @@ from bristle.core.contracts import FrictionModel, Model, Motion, make_model
 from bristle.core.errors import InputError
 from bristle.core.kernel import kernels
 from bristle.core.status import Status
-from bristle.core.variable import variables_of
+from bristle.core.variable import unit_of, variables_of
 from bristle.engine import force_along, interpreted, run_open_loop, settled
+from bristle.friction import find
 from bristle.plants import inertia
 from bristle.testing.kernel_subset import reachable_kernels, violations_of
 
 __all__ = ["CHECKS", "Check", "check_model", "example_of"]
 
 SEED = 20260
+Demand = Callable[[Model], Any]
 
 
 @dataclass(frozen=True)
 class Check:
-    """One demand of the contract: whether the model meets it, what was seen, and what to do."""
+    """One demand of the contract: whether the model meets it, what was seen, and what to do.
+
+    Parameters
+    ----------
+    name : str
+        The demand.
+    passed : bool
+        Whether it is met; a demand that does not apply is.
+    detail : str
+        What was seen, in words.
+    advice : str
+        What to change where it is not met.
+    applies : bool
+        Whether the model has what the demand is about.
+    value : float or None
+        What was measured; None where nothing was, or where the check stopped before.
+    unit : str
+        Unit of value and threshold; ``"1"`` is a ratio or a count.
+    threshold : float or None
+        What the value is compared with.
+    """
 
     name: str
     passed: bool
     detail: str = ""
     advice: str = ""
+    applies: bool = True
+    value: float | None = None
+    unit: str | None = None
+    threshold: float | None = None
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """What a check saw: in words, as a number, and what that number must keep to."""
+
+    detail: str = ""
+    value: float | None = None
+    unit: str | None = None
+    threshold: float | None = None
+    applies: bool = True
 
 
 class _UnmetError(Exception):
     """A demand is not met; carries what was seen and the advice."""
 
-    def __init__(self, detail: str, advice: str = "") -> None:
-        super().__init__(detail)
-        self.detail, self.advice = detail, advice
+    def __init__(self, seen: _Seen | str, advice: str = "") -> None:
+        self.seen, self.advice = seen if isinstance(seen, _Seen) else _Seen(seen), advice
+        super().__init__(self.seen.detail)
 
 
-def check_model(model: FrictionModel | Model) -> list[Check]:
+def check_model(model: FrictionModel | Model | str, *, checks: Sequence[Demand] | None = None) -> list[Check]:
     """Run the contract suite on a friction model.
 
     Parameters
     ----------
-    model : FrictionModel or Model
-        A descriptor, checked with its example parameters, or a model with parameters of its own.
+    model : FrictionModel, Model or str
+        A descriptor or its name, checked with its example parameters, or a model with parameters of its own.
+    checks : sequence of callable, optional
+        Some of `CHECKS`; all of them by default.
 
     Returns
     -------
@@ -58,27 +97,31 @@ def check_model(model: FrictionModel | Model) -> list[Check]:
         One for each demand, in order; after a demand of the form is not met, those of the physics are not tried.
     """
     results: list[Check] = []
+    asked = find(model, "model") if isinstance(model, str) else model
+    if not isinstance(getattr(asked, "component", asked), FrictionModel):
+        raise InputError(
+            "is no friction model", path="model", value=model, mend="Give a model, its descriptor or its name"
+        )
     try:
-        bound = model if isinstance(model, Model) else example_of(model)
+        bound = asked if isinstance(asked, Model) else example_of(asked)
     except (InputError, TypeError) as error:
         return [Check("example", False, str(error), "Give the descriptor example={...} with typical values")]
-    for check in CHECKS:
+    for check in CHECKS if checks is None else checks:
         results.append(_run(check, bound))
         if not results[-1].passed and check in FORM:
             break
     return results
 
 
-def _run(check: Callable[[Model], str | None], model: Model) -> Check:
-    name = check.__name__.removeprefix("_").replace("_", " ")
+def _run(check: Demand, model: Model) -> Check:
+    name = check.__name__.replace("_", " ")
     try:
-        detail = check(model) or ""
+        return Check(name, True, **asdict(check(model)))
     except _UnmetError as failure:
-        return Check(name, False, failure.detail, failure.advice)
+        return Check(name, False, advice=failure.advice, **asdict(failure.seen))
     except Exception as error:  # noqa: BLE001  (a user's code may raise anything: that is the finding)
         message = str(error).strip().splitlines()[0] if str(error).strip() else ""
         return Check(name, False, f"stops with {type(error).__name__}: {message}", "Kernels never raise")
-    return Check(name, True, detail)
 
 
 def example_of(component: FrictionModel) -> Model:
@@ -94,7 +137,7 @@ def example_of(component: FrictionModel) -> Model:
 # --- the form ---------------------------------------------------------------------------------------------------
 
 
-def described_variables(model: Model) -> str:
+def described_variables(model: Model) -> _Seen:
     """Every parameter and every state variable carries a Variable; states are scalars with a default."""
     component = model.component
     if not component.variables and component.Parameters._fields:
@@ -107,10 +150,10 @@ def described_variables(model: Model) -> str:
     for name, value in state._asdict().items():
         if not isinstance(value, (int, float)):
             raise _UnmetError(f"State.{name} is not a scalar", "Arrays belong into memory, not into the state")
-    return f"{len(component.variables)} parameters, {len(state)} states"
+    return _Seen(f"{len(component.variables)} parameters, {len(state)} states")
 
 
-def exportable_kernels(model: Model) -> str:
+def exportable_kernels(model: Model) -> _Seen:
     """Keep the functions in the subset of Python that can be compiled and exported."""
     component = model.component
     functions = [component.trial, component.commit] + ([component.rate] if component.rate else [])
@@ -120,11 +163,11 @@ def exportable_kernels(model: Model) -> str:
     reached = reachable_kernels(*functions)
     found = [one for function in reached for one in violations_of(function)]
     if found:
-        raise _UnmetError("; ".join(sorted(found)[:3]))
-    return f"{len(reached)} kernels"
+        raise _UnmetError(_Seen("; ".join(sorted(found)[:3]), len(found), "1", 0.0))
+    return _Seen(f"{len(reached)} kernels", 0.0, "1", 0.0)
 
 
-def scalar_results(model: Model) -> None:
+def scalar_results(model: Model) -> _Seen:
     """Return a finite force and a NamedTuple of scalars from a trial, a state from a commit."""
     state, memory = _virgin(model)
     force, move = model.component.trial(state, memory, Motion(1e-3, 1e-6), 1e-3, model.parameters)
@@ -135,12 +178,13 @@ def scalar_results(model: Model) -> None:
     after = model.component.commit(state, memory, move, model.parameters)
     if type(after) is not type(state):
         raise _UnmetError(f"commit returned a {type(after).__name__}", "commit returns a State")
+    return _Seen(value=float(force), unit=unit_of("force", model.kind))
 
 
 # --- what a trial may do ----------------------------------------------------------------------------------------
 
 
-def pure_trial(model: Model) -> str:
+def pure_trial(model: Model) -> _Seen:
     """Change nothing in a trial: the same call gives the same bits, 1000 random trials leave the memory alone."""
     state, memory = _used(model)
     before = _bytes_of(memory)
@@ -153,45 +197,52 @@ def pure_trial(model: Model) -> str:
     again = trial(state, memory, Motion(1e-3, 0.0), 1e-3, p)
     if first != again:
         raise _UnmetError("the same trial gave another result later", "Keep no state outside State and memory")
-    return "1000 trials"
+    return _Seen("1000 trials")
 
 
-def finite_everywhere(model: Model) -> None:
+def finite_everywhere(model: Model) -> _Seen:
     """Give a finite force for every velocity and step: zero of both signs, tiny, huge, and a step of length 0."""
     state, memory = _used(model)
-    for v in (0.0, -0.0, 1e-300, -1e-300, 1e-12, 1e-3, -1e-3, 1.0, -1e3, 1e6):
-        for dt in (0.0, 1e-9, 1e-3, 1.0):
-            force, _ = model.component.trial(state, memory, Motion(v, 0.0), dt, model.parameters)
-            if not np.isfinite(force):
-                raise _UnmetError(f"the force is {force} at v = {v:g}, dt = {dt:g}", "Guard divisions and exponents")
+    speeds = (0.0, -0.0, 1e-300, -1e-300, 1e-12, 1e-3, -1e-3, 1.0, -1e3, 1e6)
+    tried = [(v, dt) for v in speeds for dt in (0.0, 1e-9, 1e-3, 1.0)]
+    forces = [model.component.trial(state, memory, Motion(v, 0.0), dt, model.parameters)[0] for v, dt in tried]
+    bad = [
+        f"the force is {force} at v = {v:g}, dt = {dt:g}"
+        for force, (v, dt) in zip(forces, tried, strict=True)
+        if not np.isfinite(force)
+    ]
+    if bad:
+        raise _UnmetError(_Seen(bad[0], len(bad), "1", 0.0), "Guard divisions and exponents")
+    return _Seen(f"{len(tried)} pairs of velocity and step", 0.0, "1", 0.0)
 
 
 # --- what friction does -----------------------------------------------------------------------------------------
 
 
-def one_sided_limits(model: Model) -> None:
+def one_sided_limits(model: Model) -> _Seen:
     """At rest the limit from forward motion is not below the one from backward motion: friction opposes both."""
     state, memory = _used(model)
     forward, _ = model.component.trial(state, memory, Motion(0.0, 0.0), 1e-3, model.parameters)
     backward, _ = model.component.trial(state, memory, Motion(-0.0, 0.0), 1e-3, model.parameters)
-    if forward < backward - 1e-12 * abs(backward):
-        raise _UnmetError(
-            f"F(+0) = {forward:g} is below F(-0) = {backward:g}",
-            "Use direction(v), which tells +0 from -0, in place of a comparison with zero",
-        )
+    least = -1e-12 * abs(backward)
+    seen = _Seen(f"F(+0) = {forward:g}, F(-0) = {backward:g}", forward - backward, unit_of("force", model.kind), least)
+    if forward - backward < least:
+        raise _UnmetError(seen, "Use direction(v), which tells +0 from -0, in place of a comparison with zero")
+    return seen
 
 
-def opposes_sliding(model: Model) -> None:
+def opposes_sliding(model: Model) -> _Seen:
     """In steady sliding the force, less its mean over both directions, opposes the motion."""
-    for speed in (1e-4, 1e-3, 1e-2, 1e-1):
-        forward, backward = _steady(model, speed), _steady(model, -speed)
-        if forward < backward:
-            raise _UnmetError(
-                f"at {speed:g} it pulls forward with {forward:g} against {backward:g} backward", "Check signs"
-            )
+    steady = [(_steady(model, speed), _steady(model, -speed), speed) for speed in (1e-4, 1e-3, 1e-2, 1e-1)]
+    forward, backward, speed = min(steady, key=lambda one: one[0] - one[1])
+    detail = f"least at {speed:g} {unit_of('length/time', model.kind)}: {forward:g} forward, {backward:g} backward"
+    seen = _Seen(detail, forward - backward, unit_of("force", model.kind), 0.0)
+    if forward < backward:
+        raise _UnmetError(seen, "Check signs")
+    return seen
 
 
-def dissipates(model: Model) -> str:
+def dissipates(model: Model) -> _Seen:
     """Over closed cycles of random amplitude the force takes energy out, after the first cycle."""
     generator = np.random.default_rng(SEED)
     least = np.inf
@@ -204,11 +255,12 @@ def dissipates(model: Model) -> str:
         scale = float(np.sum(np.abs(force * step))) or 1.0
         least = min(least, float(np.sum(force * step)) / scale)
     if least < -1e-9:
-        raise _UnmetError(f"a closed cycle returned {-100 * least:.2g} % of the work", "Friction cannot produce energy")
-    return f"least share taken out {least:.3f}"
+        detail = f"a closed cycle returned {-100 * least:.2g} % of the work"
+        raise _UnmetError(_Seen(detail, least, "1", -1e-9), "Friction cannot produce energy")
+    return _Seen(f"least share taken out {least:.3f}", least, "1", -1e-9)
 
 
-def refines(model: Model) -> str:
+def refines(model: Model) -> _Seen:
     """Halving the step changes the mean force less and less: the step has an order."""
     errors = []
     for division in (1, 2, 4, 8):
@@ -221,18 +273,18 @@ def refines(model: Model) -> str:
         errors.append(force.reshape(200, division).mean(axis=1))
     scale = float(np.max(np.abs(errors[-1]))) or 1.0
     steps = [float(np.sqrt(np.mean((a - b) ** 2))) / scale for a, b in pairwise(errors)]
-    if steps[-1] > 0.8 * steps[0] + 1e-9:
-        raise _UnmetError(
-            f"relative changes {', '.join(f'{one:.2g}' for one in steps)}", "The force must be the mean over the step"
-        )
-    return f"relative changes {', '.join(f'{one:.1e}' for one in steps)}"
+    most = 0.8 * steps[0] + 1e-9
+    seen = _Seen(f"relative changes {', '.join(f'{one:.1e}' for one in steps)}", steps[-1], "1", most)
+    if steps[-1] > most:
+        raise _UnmetError(seen, "The force must be the mean over the step")
+    return seen
 
 
-def rate_agrees(model: Model) -> str:
+def rate_agrees(model: Model) -> _Seen:
     """Where a rate is given, small steps of trial and commit follow it."""
     component, p = model.component, model.parameters
     if component.rate is None:
-        return "no rate"
+        return _Seen("no rate", applies=False)
     dt, worst = 1e-7, 0.0
     for v in (1e-3, -2e-3, 5e-3):
         state, memory = _used(model)
@@ -245,36 +297,38 @@ def rate_agrees(model: Model) -> str:
             error = np.max(np.abs(np.array(after) - expected)) / (np.max(np.abs(expected)) + 1e-300)
             worst = max(worst, float(error), abs(mean - force) / (abs(force) + 1e-9))
             state = after
+    seen = _Seen(f"largest relative difference {worst:.1e}", worst, "1", 1e-3)
     if worst > 1e-3:
-        raise _UnmetError(f"they differ by {worst:.2g}", "rate and trial are the same equations")
-    return f"largest relative difference {worst:.1e}"
+        raise _UnmetError(seen, "rate and trial are the same equations")
+    return seen
 
 
 # --- how it runs ------------------------------------------------------------------------------------------------
 
 
-def same_bits_compiled(model: Model) -> str:
+def same_bits_compiled(model: Model) -> _Seen:
     """Plain Python and compiled code agree to the bit."""
     x = np.cumsum(np.random.default_rng(SEED).standard_normal(400)) * 1e-6
     v = np.diff(x) / 1e-3
     fast = force_along(model, v, 1e-3, x[1:])
     with interpreted():
         slow = force_along(model, v, 1e-3, x[1:])
+    worst = float(np.max(np.abs(fast - slow)))
+    seen = _Seen(f"largest difference {worst:.3g} in {v.size} steps", worst, unit_of("force", model.kind), 0.0)
     if not np.array_equal(fast, slow):
-        raise _UnmetError(
-            f"they differ by up to {np.max(np.abs(fast - slow)):.3g}", "Use bristle.core.mathematics, not math or **"
-        )
-    return f"{v.size} steps"
+        raise _UnmetError(seen, "Use bristle.core.mathematics, not math or **")
+    return seen
 
 
-def drives_a_mass(model: Model) -> str:
+def drives_a_mass(model: Model) -> _Seen:
     """Let a mass driven by a sine move and stay finite, every implicit step converging."""
     t = np.arange(2000) * 1e-3
     level = max(abs(_steady(model, 1e-3)), abs(_steady(model, -1e-3)), 1e-6)
     trace = run_open_loop(inertia(M=1.0), model, 2.0 * level * np.sin(8.0 * t), 1e-3, steps=4)
     if trace.status != Status.OK:
-        raise _UnmetError(f"the simulation {trace.status.sentence}")
-    return f"travel {np.ptp(trace.position):.3g} m"
+        raise _UnmetError(trace.status.sentence)
+    travel, unit = float(np.ptp(trace.position)), unit_of("length", model.kind)
+    return _Seen(f"travel {travel:.3g} {unit}", travel, unit)
 
 
 FORM = (described_variables, exportable_kernels, scalar_results)

@@ -1,0 +1,249 @@
+"""Write the pages under docs/reference that derive from the code: ``python docs/generate.py``.
+
+A test compares the pages with what this file returns, so none of them can fall behind.
+"""
+
+from __future__ import annotations
+
+import inspect
+import math
+import re
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import typer
+
+import bristle
+from bristle.cli.application import app
+from bristle.core.contracts import Component
+from bristle.core.variable import KINDS, unit_of
+from bristle.files.components import key_of
+from bristle.friction.slots import OFFSET
+
+REFERENCE = Path(__file__).parent / "reference"
+NOTE = "<!-- Written by docs/generate.py: change the code, then run it again. -->"
+
+
+def main() -> None:
+    """Write every page."""
+    for name, page in PAGES.items():
+        (REFERENCE / name).write_text(page(), encoding="utf-8")
+
+
+def families() -> dict[str, Mapping[str, Component]]:
+    """Return every component, by family and name."""
+    from bristle import controllers, friction, hysteresis, plants, references, sensors
+
+    return {
+        "Friction": friction.MODELS,
+        "Hysteresis operators": hysteresis.OPERATORS,
+        "Plants": plants.PLANTS,
+        "Controllers": controllers.CONTROLLERS,
+        "Sensors": sensors.SENSORS,
+        "References": references.REFERENCES,
+    }
+
+
+def table(heads: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """Return a table in Markdown."""
+    lines = [list(heads)]
+    lines += [["---"] * len(lines[0]), *(list(row) for row in rows)]
+    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
+
+
+def page(title: str, *parts: str) -> str:
+    """Return a page in Markdown."""
+    return "\n\n".join((f"# {title}", NOTE, *(part for part in parts if part))) + "\n"
+
+
+# --- models -----------------------------------------------------------------------------------------------------
+
+
+def models() -> str:
+    """Return the page of all models: what `bristle models` tells, in one place."""
+    parts = [
+        "What `bristle models` and `bristle models NAME` tell. Every friction model also takes an `offset`, and "
+        "`+asymmetry` behind its name: the parameters marked *by direction* then have one value forward (`_pos`) and "
+        "one backward (`_neg`). Which one to take: [how to choose a model](../how-to/choose-a-model.md)."
+    ]
+    for family, members in families().items():
+        parts.append(f"## {family}")
+        parts.append(
+            table(
+                ("Name", "What it is"), [(f"[`{one.name}`](#{one.name})", one.description) for one in members.values()]
+            )
+        )
+        for one in members.values():
+            parts += [f"### {one.name}", f"{one.description[0].upper()}{one.description[1:]}.", _parameters(one)]
+            parts += [f"Needs `{relation.condition}`." for relation in one.relations]
+            parts += [f"Source: {_linked(one.reference)}" if one.reference else ""]
+    return page("Models and their parameters", *parts)
+
+
+def _parameters(one: Component) -> str:
+    rows = []
+    for name, variable in one.variables.items():
+        low, high = (
+            ("−∞" if math.isinf(variable.min) else f"{variable.min:g}"),
+            ("∞" if math.isinf(variable.max) else f"{variable.max:g}"),
+        )
+        allowed = ", ".join(f"`{one}`" for one in variable.choices) or f"{low} … {high}"
+        default = one.defaults.get(name)
+        rows.append(
+            (
+                f"`{key_of(name)}`",
+                variable.description + (" (a list)" if one.is_array(name) else ""),
+                _units(variable.quantity),
+                allowed,
+                _default(default),
+                "by direction" if variable.directional else "",
+            )
+        )
+    return table(("Parameter", "Meaning", "Unit", "Range", "Default", "With `+asymmetry`"), rows)
+
+
+def _default(default: Any) -> str:
+    if default is None or isinstance(default, str):
+        return default or ""
+    return "∞" if math.isinf(default) else f"{default:g}"
+
+
+def _units(quantity: str) -> str:
+    both = [unit_of(quantity, kind) for kind in KINDS]
+    return both[0] if both[0] == both[1] else f"{both[0]} or {both[1]}"
+
+
+def _linked(reference: str) -> str:
+    doi = reference.removeprefix("doi:")
+    return f"[doi:{doi}](https://doi.org/{doi})" if doi != reference else reference
+
+
+# --- symbols ----------------------------------------------------------------------------------------------------
+
+
+def symbols() -> str:
+    """Return the page of all symbols: each with its meaning, its unit and where it is used."""
+    found: dict[tuple[str, str, str], list[str]] = {}
+    for members in families().values():
+        for one in members.values():
+            for name, variable in one.variables.items():
+                entry = (key_of(name), variable.description, _units(variable.quantity))
+                found.setdefault(entry, []).append(one.name)
+    offset = ("offset", OFFSET.description, _units(OFFSET.quantity))
+    found[offset] = list(families()["Friction"])
+    rows = [
+        (f"`{symbol}`", meaning, unit, ", ".join(f"[{name}](models.md#{name})" for name in names))
+        for (symbol, meaning, unit), names in sorted(found.items(), key=lambda one: (one[0][0].lower(), one[0]))
+    ]
+    return page(
+        "Symbols",
+        "Names are those of the literature. A symbol has one meaning inside a model; where two models use it for "
+        "different things it has a line for each. Units are those of a translational axis, then of a rotational one.",
+        table(("Symbol", "Meaning", "Unit", "Used in"), rows),
+        "## In formulas",
+        table(
+            ("Symbol", "Meaning", "Unit"),
+            (
+                ("x, v", "position and velocity of the axis", "m, m/s or rad, rad/s"),
+                ("F", "friction force, positive when it opposes v > 0", "N or N*m"),
+                ("u", "effort: force or torque of the drive on the axis", "N or N*m"),
+                ("r", "reference, the desired position", "m or rad"),
+                ("q", "position as the encoder reads it", "m or rad"),
+                ("e", "following error, r − q; the true error is r − x", "m or rad"),
+                ("z", "deflection of the bristles", "m or rad"),
+                ("G(v)", "Stribeck curve: the level of friction in sliding, a force", "N or N*m"),
+                ("ζ", "deflection over its value in sliding, −1 to 1", "1"),
+                ("h, dt", "length of an integration step", "s"),
+                ("T_s", "sample time of the controller", "s"),
+            ),
+        ),
+    )
+
+
+# --- command line -----------------------------------------------------------------------------------------------
+
+
+def command_line() -> str:
+    """Return the page of all commands, from the same declarations that `--help` is made from."""
+    group: Any = typer.main.get_command(app)
+    rows = [(f"[`{name}`](#bristle-{name})", _paragraphs(command.help)[0]) for name, command in group.commands.items()]
+    parts = [*_paragraphs(group.help), table(("Command", "What it does"), rows)]
+    for name, command in group.commands.items():
+        parts += [f"## bristle {name}", *_paragraphs(command.help), _options(command)]
+        parts += ["```sh\n" + inspect.cleandoc(command.epilog.replace("\b", "").replace("Example:", "")) + "\n```"]
+    return page("Command line", *parts)
+
+
+def _paragraphs(text: str) -> list[str]:
+    return [" ".join(one.split()) for one in re.split(r"\n\s*\n", inspect.cleandoc(text))]
+
+
+def _options(command: Any) -> str:
+    rows = []
+    for one in command.params:
+        argument = one.param_type_name == "argument"
+        words = one.metavar or one.name.upper()
+        # A flag takes no value.
+        spelt = words if argument else one.opts[0] + ("" if getattr(one, "is_flag", False) else f" {words}")
+        default = "" if one.default is None or isinstance(one.default, bool) else f" Default: `{one.default}`."
+        need = " Required." if one.required else ""
+        rows.append((f"`{spelt}`", f"{one.help}{need}{default}"))
+    return table(("Argument or option", "Meaning"), rows)
+
+
+# --- Python -----------------------------------------------------------------------------------------------------
+
+
+def python() -> str:
+    """Return the page of the public names, from their docstrings."""
+    functions, modules = [], []
+    for name in sorted(bristle.__all__):
+        value = getattr(bristle, name)
+        if inspect.ismodule(value):
+            modules.append((f"`bristle.{name}`", _first_line(value), _names(value)))
+        elif callable(value):
+            functions += [f"### {name}", f"```text\nbristle.{name}{_signature(value)}\n```", _first_line(value)]
+    return page(
+        "Python",
+        "`import bristle as br` loads nothing heavy: what is needed is imported when it is used. Quantities are "
+        'numbers in SI of the axis (m, N, kg or rad, N*m, kg*m^2) or text with a unit (`"40 mN*m"`). '
+        "`help(br.identify)` tells parameters, units, shapes and errors in full.",
+        "## Functions",
+        *functions,
+        "## Modules",
+        table(("Module", "What it holds", "Public names"), modules),
+    )
+
+
+def _first_line(value: Any) -> str:
+    return _paragraphs(inspect.getdoc(value) or "")[0]
+
+
+def _signature(function: Callable[..., Any]) -> str:
+    def plain(one: inspect.Parameter) -> str:
+        star = "**" if one.kind is one.VAR_KEYWORD else ""
+        return star + one.name + ("" if one.default is one.empty else f"={one.default!r}")
+
+    parts, keyword_only = [], False
+    for one in inspect.signature(function).parameters.values():
+        if one.kind is one.KEYWORD_ONLY and not keyword_only:
+            parts.append("*")
+            keyword_only = True
+        parts.append(plain(one))
+    return f"({', '.join(parts)})"
+
+
+def _names(module: Any) -> str:
+    return ", ".join(f"`{one}`" for one in module.__all__ if not one.isupper())
+
+
+PAGES: dict[str, Callable[[], str]] = {
+    "models.md": models,
+    "symbols.md": symbols,
+    "command-line.md": command_line,
+    "python.md": python,
+}
+
+if __name__ == "__main__":
+    main()

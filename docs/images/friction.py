@@ -1,0 +1,14 @@
+"""Draw the picture of the README, a figure of the report of ``bristle demo``: ``python docs/images/friction.py``."""
+
+import tempfile
+from pathlib import Path
+
+from bristle import figures
+from bristle.demo import run
+from bristle.identification import drive_table
+
+with tempfile.TemporaryDirectory() as folder:
+    best = run(Path(folder), command="bristle demo").identification.best
+
+picture = figures.friction_over_velocity(best, drive_table(best, 200))
+picture.savefig(Path(__file__).with_suffix(".png"), dpi=120, facecolor="white")

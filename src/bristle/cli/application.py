@@ -1,0 +1,58 @@
+"""The command ``bristle``: its commands, and how one is run."""
+
+from __future__ import annotations
+
+import shlex
+from typing import Annotated, cast
+
+import typer
+
+from bristle.cli import check, demo, identify, log, models, predict
+from bristle.cli import run as run_command
+from bristle.cli.failure import BAD_INPUT, INTERRUPTED
+from bristle.cli.terminal import complain
+
+__all__ = ["app", "run"]
+
+# Newer releases of typer carry their own copy of click: its errors are found through what typer makes public.
+UsageError = cast("type[typer.BadParameter]", typer.BadParameter.__mro__[1])
+
+app = typer.Typer(rich_markup_mode=None, pretty_exceptions_enable=False, add_completion=False)
+for module in (demo, identify, predict, run_command, check, models, log):
+    name = module.__name__.rpartition(".")[2]
+    app.command(name, epilog=f"\b\n{module.EXAMPLE}")(getattr(module, name))
+
+
+@app.callback(invoke_without_command=True)
+def bristle(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Print the version and stop.")] = False,
+) -> None:
+    """From the log of a motion axis to a friction model, a compensated loop, and numbers for the drive.
+
+    Exit codes: 0 done, 1 the answer is no, 2 bad input, 130 interrupted, 70 a fault of bristle.
+    """
+    if version:
+        from importlib.metadata import version as installed
+
+        typer.echo(f"bristle {installed('bristle')}")
+        raise typer.Exit
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help())
+
+
+def run(arguments: list[str]) -> int:
+    """Run one command and return its exit code; a mistyped command line is told as one line."""
+    command = typer.main.get_command(app)
+    try:
+        with command.make_context("bristle", arguments, obj=shlex.join(["bristle", *arguments])) as context:
+            return command.invoke(context) or 0
+    except typer.Exit as ended:
+        return ended.exit_code
+    except typer.Abort:
+        return INTERRUPTED
+    except UsageError as error:
+        place = error.ctx.command_path if error.ctx is not None else "bristle"
+        text = error.format_message()
+        complain(f"{text}{'' if text.endswith(('.', '?')) else '.'} Try: {place} --help")
+        return BAD_INPUT

@@ -1,0 +1,27 @@
+"""The limit of a drive, as its controller knows it."""
+
+from __future__ import annotations
+
+from bristle.core.contracts import Model
+
+__all__ = ["within_drive"]
+
+
+def within_drive(controller: Model, limit: float) -> Model:
+    """Return a controller that does not ask a drive for more than it gives, so that its integral does not wind up.
+
+    Parameters
+    ----------
+    controller : Model
+        The control law; one without a parameter ``limit`` is returned as it is.
+    limit : float
+        Largest effort of the drive [N or N*m].
+
+    Returns
+    -------
+    Model
+        The same law, its ``limit`` lowered to that of the drive.
+    """
+    if "limit" not in controller.component.variables or controller.values["limit"] <= limit:
+        return controller
+    return controller.with_values(limit=limit)

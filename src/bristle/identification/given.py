@@ -1,0 +1,97 @@
+"""What a person hands to `identify` and `predict`: objects or the files that describe them, numbers or text."""
+
+from __future__ import annotations
+
+import math
+import numbers
+import os
+from typing import Any
+
+from bristle.core.axis import Axis
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError
+from bristle.core.units import quantity
+from bristle.core.variable import Kind, Variable
+from bristle.logs.log import Log
+
+__all__ = ["checked_model", "log_and_axis", "number_or_text", "treatment_of", "whole_number"]
+
+CUTOFF = Variable("frequency", "cut-off of the zero-phase filter")
+
+
+def log_and_axis(log: Any, axis: Any) -> tuple[Log, Axis | None]:
+    """Return a log and what is known of its axis; a path of either is read.
+
+    Raises
+    ------
+    InputError
+        If one is neither, or its file cannot be used.
+    """
+    from bristle.files.axis import read_axis
+    from bristle.files.log import read_log
+
+    if isinstance(axis, (str, os.PathLike)):
+        axis = read_axis(axis)
+    if axis is not None and not isinstance(axis, Axis):
+        raise InputError("must be an axis or its file", path="axis", value=axis, mend='Write axis="axis.toml"')
+    if isinstance(log, (str, os.PathLike)):
+        log = read_log(log, axis)
+    if not isinstance(log, Log):
+        raise InputError("must be a log or its file", path="log", value=log, mend='Write read_log("axis.csv", axis)')
+    return log, axis
+
+
+def number_or_text(value: Any, variable: Variable, kind: Kind, path: str) -> float | None:
+    """Return a number in SI from a number or text with a unit; None stays None.
+
+    Raises
+    ------
+    InputError
+        If it is neither, or the unit does not fit.
+    """
+    return None if value is None else quantity(value, variable, kind, path=path)
+
+
+def treatment_of(cutoff: Any, decimation: Any, kind: Kind) -> tuple[float | None, int | None]:
+    """Return the cut-off [Hz] and the decimation that are asked for, None where none is.
+
+    Raises
+    ------
+    InputError
+        If one is no number, or has the wrong unit.
+    """
+    rows = None if decimation is None else whole_number(decimation, "decimation", "1 to 10000")
+    return number_or_text(cutoff, CUTOFF, kind, "cutoff"), rows
+
+
+def whole_number(value: Any, path: str, allowed: str) -> int:
+    """Return a whole number.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    number = float(value) if isinstance(value, numbers.Real) and not isinstance(value, bool) else math.nan
+    if not number.is_integer():
+        raise InputError("must be a whole number", path=path, value=value, allowed=allowed)
+    return int(number)
+
+
+def checked_model(model: Any, family: str, path: str) -> Model:
+    """Return a model with parameters, of the family that is wanted there.
+
+    Raises
+    ------
+    InputError
+        If it is something else.
+    """
+    if not isinstance(model, Model):
+        raise InputError(f"must be a {family} model with parameters", path=path, value=model)
+    found = model.component.family
+    if found != family:
+        raise InputError(
+            f"must be a {family} model, and is a {found} model", path=path, value=model,
+            mend="The order is plant, friction, log",
+        )  # fmt: skip
+    return model

@@ -1,0 +1,71 @@
+"""Which of several fits comes first: by the error on held-out blocks, and by what that error tells apart."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bristle.identification.result import Fit
+
+__all__ = ["ranked"]
+
+SAME = 1e-3  # relative difference of errors that is none
+DOUBTFUL = 0.5  # share of parameters that could not be identified
+
+
+def ranked(fits: Sequence[Fit]) -> list[Fit]:
+    """Return fits to the same log, best first.
+
+    The smallest held-out error leads. Before it comes the simplest model whose error exceeds it by no more than
+    the standard error of their difference, block by block. A leader of which half the parameters or more could not be
+    identified has no claim: it gives way to any simpler model that could be, within the spread of its own error
+    over the blocks.
+
+    Parameters
+    ----------
+    fits : sequence of Fit
+        Each with the errors of the same blocks, or none of them with any.
+    """
+    left, found = list(fits), []
+    while left:
+        found.append(_first(left))
+        left.remove(found[-1])
+    return found
+
+
+def _first(fits: list[Fit]) -> Fit:
+    leader = min(fits, key=_error)
+    if _doubtful(leader):
+        spread = leader.held_out.std_percent if leader.held_out else 0.0
+        sound = [
+            fit
+            for fit in fits
+            if not _doubtful(fit) and _size(fit) < _size(leader) and _error(fit) <= _error(leader) + spread
+        ]
+        leader = min(sound, key=_error, default=leader)
+    return min((fit for fit in fits if _no_worse(fit, leader)), key=lambda fit: (_size(fit), _error(fit)))
+
+
+def _no_worse(fit: Fit, leader: Fit) -> bool:
+    """Return whether the blocks do not tell a fit from the leader, or it is better."""
+    if _doubtful(fit) and not _doubtful(leader):
+        return False
+    margin = SAME * _error(leader)
+    if fit.held_out is not None and leader.held_out is not None:
+        apart = np.subtract(fit.held_out.block_errors_percent, leader.held_out.block_errors_percent)
+        margin = max(margin, float(np.std(apart, ddof=1)) / apart.size**0.5)
+    return _error(fit) <= _error(leader) + margin
+
+
+def _error(fit: Fit) -> float:
+    return fit.held_out.mean_percent if fit.held_out is not None else fit.force_error_percent
+
+
+def _size(fit: Fit) -> int:
+    return len(fit.correlation_names)
+
+
+def _doubtful(fit: Fit) -> bool:
+    asked = [one for one in fit.estimates if one.status != "held"]
+    return bool(asked) and sum(one.status != "identified" for one in asked) >= DOUBTFUL * len(asked)

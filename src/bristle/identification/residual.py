@@ -1,0 +1,99 @@
+"""What noise and what the model leaves over do to a fit, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from bristle.core.typography import with_unit
+from bristle.friction import is_static
+from bristle.identification.problem import Problem
+from bristle.identification.result import Estimate
+from bristle.identification.unknowns import variables_with_plant
+
+__all__ = ["about_held_effort", "about_noise", "about_residual"]
+
+NOISY = 0.01  # share of noise in the mean square of the acceleration
+HALF_SAMPLE = 0.1  # share of a damping from which half a sample of the stiffness matters
+SMALL_PERCENT, COLOURED_PERCENT, POOR_PERCENT = 5.0, 15.0, 40.0  # force error
+COLOURED = 0.8  # correlation of the residual from row to row
+NEAR_PERIODS = 3.0  # of the cut-off, around a reversal
+AT_REVERSALS = 0.25  # share of the residual there that is much,
+TIMES_THE_ROWS = 3.0  # if it is so many times the share of the rows
+LAGGING = 0.1  # of the friction force, by which friction is still behind there
+
+
+def about_held_effort(problem: Problem, estimates: Sequence[Estimate]) -> tuple[str, ...]:
+    """Return a warning where half a sample between effort and position decides on the damping of the bristles."""
+    regression, variables = problem.regression, variables_with_plant(problem.unknowns.component)
+    shown = [one for one in estimates if one.status == "identified" and variables[one.name].excitation == "presliding"]
+    stiffness = max((one.value for one in shown if variables[one.name].quantity == "force/length"), default=0.0)
+    shift = 0.5 * regression.sample_time * stiffness
+    touched = [
+        one
+        for one in shown
+        if variables[one.name].quantity == "force*time/length" and shift > HALF_SAMPLE * abs(one.value)
+    ]
+    if regression.held is not None or not touched:
+        return ()
+    return (
+        f"{', '.join(one.name for one in touched)} may be too large by {with_unit(shift, touched[0].unit)} and more: "
+        "an effort that the controller holds until its next sample leads the position by half a sample. Write "
+        "`held = true` under [effort] of the axis file if it does so, `held = false` if not",
+    )
+
+
+def about_noise(problem: Problem) -> tuple[str, ...]:
+    """Return a warning where noise of the position makes the inertia too small."""
+    regression = problem.regression
+    share = regression.acceleration_noise_share
+    if "M" not in problem.unknowns.free or share < NOISY:
+        return ()
+    enough = regression.bandwidth * (0.1 * NOISY / share) ** 0.2
+    return (
+        f"M is too small by about {100.0 * share:.2g} %: so much of the acceleration is noise of the position; lower "
+        f"the cut-off to {enough:.0f} Hz",
+    )
+
+
+def about_residual(problem: Problem, values: Mapping[str, float], percent: float) -> tuple[str, ...]:
+    """Return a warning where the model leaves much of the effort [%] over, and where it lacks pre-sliding."""
+    residual = problem.regression.effort - problem.predicted(values)
+    if percent >= SMALL_PERCENT and _lacks_presliding(problem, values, residual):
+        return (
+            f"the model leaves {percent:.0f} % of the effort unexplained, much of it around reversals, where friction "
+            "builds up over a distance that this model does not have: its parameters may be biased beyond "
+            "their intervals. Add `lugre` or `dahl` to the comparison, or leave slow and short reversals out",
+        )
+    if percent >= POOR_PERCENT:
+        return (
+            f"the model leaves {percent:.0f} % of the effort unexplained: check units, signs, the delay between the "
+            "channels and the mass in the axis file",
+        )
+    if percent >= COLOURED_PERCENT and _from_row_to_row(residual) > COLOURED:
+        return (
+            f"the model leaves {percent:.0f} % of the effort unexplained, and that is no noise but lasts from row to "
+            "row: compare it with models that know more, and take the intervals for too narrow",
+        )
+    return ()
+
+
+def _from_row_to_row(residual: np.ndarray) -> float:
+    whole = float(residual @ residual)
+    return float(residual[1:] @ residual[:-1]) / whole if whole > 0.0 else 0.0
+
+
+def _lacks_presliding(problem: Problem, values: Mapping[str, float], residual: np.ndarray) -> bool:
+    """Return whether a static model errs mostly around reversals, and there by friction that lags behind it."""
+    whole = float(residual @ residual)
+    if not is_static(problem.model(values)) or not problem.regression.reversals or whole == 0.0:
+        return False
+    regression = problem.regression
+    near = regression.samples_from_reversal < NEAR_PERIODS / (regression.cutoff * regression.sample_time)
+    if not near.any():
+        return False
+    share = float(residual[near] @ residual[near]) / whole
+    friction = np.abs(problem.friction(values))
+    behind = -float(np.mean(residual[near] * np.sign(regression.velocity[near]))) / float(np.mean(friction))
+    return share > max(AT_REVERSALS, TIMES_THE_ROWS * float(np.mean(near))) and behind > LAGGING

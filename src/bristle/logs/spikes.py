@@ -1,0 +1,102 @@
+"""Samples that no motion explains: a reading that leaves for a few samples and comes back."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+__all__ = ["HUGE", "Spike", "far_outside", "spikes"]
+
+LONGEST = 5  # samples
+AROUND = 10  # samples on each side that tell what the motion allows
+STEP_FACTOR = 3.0  # over the largest step nearby
+BEND_FACTOR = 10.0  # over the largest change of step nearby
+USUAL_BEND_FACTOR = 20.0  # over the change of step that one sample in twenty exceeds
+QUANTA = 10.0  # resolution steps
+HUGE = 1e150  # squares of what is larger are no numbers
+FAR = 1e6  # over the range that holds 98 % of the samples
+
+
+class Spike(NamedTuple):
+    """A run of samples that leaves and returns: its first sample, its length, and by how much it is off."""
+
+    start: int
+    length: int
+    size: float
+
+
+def spikes(values: np.ndarray, resolution: float) -> list[Spike]:
+    """Return the places where a position leaves for a few samples and comes back, in order.
+
+    Both steps, there and back, must be far larger than the steps and the changes of step around them: stick-slip, a
+    hard stop, noise and flickering counts have neighbours of their own kind, a lost reading has not.
+
+    Parameters
+    ----------
+    values : ndarray, shape (sample,)
+        A position.
+    resolution : float
+        Its smallest step.
+    """
+    steps = np.diff(values)
+    bends = np.abs(np.diff(steps))
+    if bends.size < 2 * AROUND:
+        return []
+    least = max(USUAL_BEND_FACTOR * float(np.quantile(bends, 0.95)), QUANTA * resolution)
+    found: list[Spike] = []
+    taken = np.zeros(values.size, dtype=bool)
+    for length in range(1, LONGEST + 1):
+        there, back = steps[:-length], steps[length:]
+        suspect = (there * back < 0.0) & (np.minimum(np.abs(there), np.abs(back)) > least)
+        for start in (np.flatnonzero(suspect) + 1).tolist():
+            if not taken[start - 1 : start + length + 1].any() and _stands_out(values, start, length):
+                taken[start : start + length] = True
+                found.append(Spike(start, length, float(_deviation(values, start, length)[0])))
+    return sorted(found)
+
+
+def _deviation(values: np.ndarray, start: int, length: int) -> np.ndarray:
+    """Return by how much the samples of a run are off the straight line between their neighbours."""
+    line = np.linspace(values[start - 1], values[start + length], length + 2)
+    return values[start : start + length] - line[1:-1]
+
+
+def _stands_out(values: np.ndarray, start: int, length: int) -> bool:
+    before = np.diff(values[max(start - AROUND, 0) : start])
+    after = np.diff(values[start + length : start + length + AROUND])
+    step = max(np.abs(before).max(initial=0.0), np.abs(after).max(initial=0.0))
+    bend = max(np.abs(np.diff(before)).max(initial=0.0), np.abs(np.diff(after)).max(initial=0.0))
+    off = _deviation(values, start, length)
+    edges = np.abs([values[start] - values[start - 1], values[start + length] - values[start + length - 1]])
+    return bool(
+        before.size + after.size >= AROUND
+        and (np.all(off > 0.0) or np.all(off < 0.0))
+        and np.abs(off).min() > BEND_FACTOR * bend
+        and edges.min() > STEP_FACTOR * step
+    )
+
+
+def far_outside(values: np.ndarray) -> np.ndarray:
+    """Return the samples that are no measurement: beyond what can be squared, or far off for a few samples.
+
+    Parameters
+    ----------
+    values : ndarray, shape (sample,)
+        A channel, finite throughout.
+
+    Returns
+    -------
+    ndarray of int
+        Indices; empty where every sample is plausible.
+    """
+    huge = np.flatnonzero(np.abs(values) > HUGE)
+    if huge.size:
+        return huge
+    low, middle, high = np.quantile(values, (0.01, 0.5, 0.99))
+    if high == low:
+        return huge
+    far = np.flatnonzero(np.abs(values - middle) > FAR * (high - low))
+    # A channel that rests for most of the log and then moves is legitimate; it moves for more than a few samples.
+    runs = np.split(far, np.flatnonzero(np.diff(far) > 1) + 1)
+    return far if all(run.size <= LONGEST for run in runs) else huge

@@ -1,0 +1,102 @@
+"""What the engine refuses before compiled code would run out of bounds with it."""
+
+import numpy as np
+import pytest
+
+from bristle import controllers, friction, response, sensors
+from bristle.core import InputError
+from bristle.engine import force_along, run_closed_loop, run_open_loop, settled
+from bristle.plants import inertia
+
+MAXWELL = friction.maxwell_slip(F_C=1.0, k_i=[4e5, 1e5], nu_i=[0.5, 0.5])
+LOOP = (inertia(M=1.0), friction.coulomb(F_C=1.0), controllers.cascade(k_p=1.0, k_v=1.0), sensors.encoder())
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: force_along(MAXWELL, np.ones(3), 1e-3, memory=np.zeros(1)), "memory.*size"),
+        (lambda: force_along(MAXWELL, np.ones(3), 1e-3, np.ones(2)), "x: .*length"),
+        (lambda: force_along(MAXWELL, np.ones(3), 0.0), "dt: must be positive"),
+        (lambda: force_along(MAXWELL, [1.0, np.nan], 1e-3), "v: is not finite"),
+        (lambda: response(MAXWELL, [0.0, np.inf], 1e-3), "x: is not finite"),
+        (lambda: response(MAXWELL, [[0.0, 1.0]], 1e-3), "1-D"),
+        (lambda: response(MAXWELL, [0.0, 1.0], -1.0), "dt"),
+        (lambda: response(MAXWELL, [0.0, 1.0], "1 mm"), "dt: has the wrong unit"),
+        (lambda: response(MAXWELL, [0.0, 1.0], np.ones(2)), "dt: must be a number"),
+        (lambda: response(MAXWELL, [0.0, 1j], 1e-3), "x: must hold real numbers"),
+        (lambda: response(MAXWELL, ["1 mm"], 1e-3), "x: must hold real numbers"),
+        (lambda: response(MAXWELL, [[1.0], [1.0, 2.0]], 1e-3), "x: must hold real numbers"),
+        (lambda: response(MAXWELL, np.ma.masked_invalid([0.0, np.nan]), 1e-3), "x: has masked values"),
+        (lambda: response(MAXWELL, [0.0, 1e308, -1e308], 1e-3), "v: is not finite"),
+        (lambda: response(friction.coulomb, [0.0, 1.0], 1e-3), "model: must be a model with parameters"),
+        (lambda: response("coulomb", [0.0, 1.0], 1e-3), "model: must be a model with parameters"),
+        (lambda: friction.with_presliding(friction.coulomb(F_C=1.0), np.nan), "distance: is not a finite"),
+        (lambda: run_open_loop(*LOOP[:2], np.ones(3), 1e-3, steps=0), "steps"),
+        (lambda: run_open_loop(*LOOP[:2], np.ones(3), 1e-3, steps=1.5), "steps"),
+        (lambda: run_open_loop(*LOOP[:2], np.ones(3), 1e-3, hold="cubic"), "hold"),
+        (lambda: run_open_loop(*LOOP[:2], [1.0, np.nan], 1e-3), "effort"),
+        (lambda: run_open_loop(*LOOP[:2], np.ones(3), 1e-3, v=np.nan), "v: is not finite"),
+        (lambda: run_open_loop(inertia(M=1.0), MAXWELL, np.ones(3), 1e-3, memory=np.zeros(9)), "memory"),
+        (lambda: run_closed_loop(*LOOP, np.zeros((4, 10)), 1e-3, delay=-1), "delay"),
+        (lambda: run_closed_loop(*LOOP, np.zeros((4, 10)), 1e-3, injected=np.zeros(5)), "injected"),
+        (lambda: run_closed_loop(*LOOP, np.zeros((4, 10)), 1e-3, disturbance=np.zeros(5)), "disturbance"),
+        (lambda: run_closed_loop(*LOOP, np.zeros((3, 10)), 1e-3), "reference"),
+        (lambda: run_closed_loop(*LOOP, np.full((4, 10), np.nan), 1e-3), "reference"),
+    ],
+)
+def test_what_makes_no_sense_is_refused_by_name(call, words):
+    with pytest.raises(InputError, match=words):
+        call()
+
+
+def test_text_for_a_time_step_is_the_number():
+    x = [0.0, 1e-6, 5e-6]
+    np.testing.assert_array_equal(response(MAXWELL, x, "2 ms"), response(MAXWELL, x, 2e-3))
+
+
+@pytest.mark.parametrize("shares", [[0.5], [], [0.5, 0.3, 0.2]])
+def test_values_that_are_not_validated_keep_kernels_within_their_arrays(shares):
+    with pytest.raises(InputError, match="of the same length"):
+        friction.maxwell_slip(F_C=1.0, k_i=[4e5, 1e5], nu_i=shares, validate=False)
+    with pytest.raises(InputError, match="of the same length"):
+        friction.find("maxwell_slip+asymmetry")(F_C_pos=1, F_C_neg=1, k_i=[4e5, 1e5], nu_i=shares, validate=False)
+    assert friction.maxwell_slip(F_C=1.0, k_i=[4e5, 1e5], nu_i=[0.5, 0.9], validate=False).values["nu_i"][1] == 0.9
+
+
+def test_models_are_equal_when_every_number_is():
+    again = friction.maxwell_slip(F_C=1.0, k_i=[4e5, 1e5], nu_i=[0.5, 0.5])
+    other = friction.maxwell_slip(F_C=1.0, k_i=[4e5, 2e5], nu_i=[0.5, 0.5])
+    turning = friction.maxwell_slip(kind="rotational", F_C=1.0, k_i=[4e5, 1e5], nu_i=[0.5, 0.5])
+    assert again == MAXWELL
+    assert hash(again) == hash(MAXWELL)
+    assert len({MAXWELL, again, other, turning}) == 3
+
+
+def test_a_given_memory_is_not_changed():
+    memory = np.array([1e-7, -2e-7])
+    force_along(MAXWELL, np.ones(5), 1e-6, memory=memory)
+    run_open_loop(inertia(M=1.0), MAXWELL, np.ones(5), 1e-3, memory=memory)
+    assert memory.tolist() == [1e-7, -2e-7]
+
+
+@pytest.mark.parametrize("name", ["coulomb_viscous", "stribeck+asymmetry", "coulomb"])
+def test_a_map_with_presliding_is_a_model_like_others(name):
+    component = friction.find(name)
+    model = friction.with_presliding(component(**component.example, offset=0.5), 2e-6)
+    assert model.values["presliding"] == 2e-6
+    assert model.values["offset"] == 0.5
+    assert "presliding=2e-06 m" in repr(model)
+    assert model.with_values(presliding=3e-6).values["presliding"] == 3e-6
+    with pytest.raises(InputError, match="presliding"):
+        model.with_values(presliding=-1.0)
+
+
+@pytest.mark.parametrize("v", [1e-4, -3e-2, 0.5])
+@pytest.mark.parametrize("name", ["coulomb_viscous+asymmetry", "lugre+asymmetry", "dahl", "maxwell_slip"])
+def test_a_settled_model_stays_settled(name, v):
+    component = friction.find(name)
+    model = component(**component.example, offset=0.5)
+    state, memory = settled(model, v)
+    force = force_along(model, np.full(20, v), 1e-3, state=state, memory=memory)
+    assert np.ptp(force) <= 1e-9 * abs(force[0])

@@ -1,0 +1,114 @@
+"""The example of a measured axis, from file to result through the command line: as published, and with known pulses."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.io
+from tests.cli.conftest import bristle, emps  # noqa: F401
+
+from bristle import sensors
+from bristle.engine import run_closed_loop
+from bristle.files import read_axis
+from bristle.friction import find, with_presliding
+from bristle.plants import inertia
+
+AXIS = Path(__file__).parents[2] / "examples" / "emps" / "axis.toml"
+NEWTON_PER_VOLT = 35.15065188
+PULSE_VOLT = 5.0695
+
+
+@pytest.fixture
+def identified(bristle, tmp_path):  # noqa: F811
+    """Identify a log into a folder, and return what is printed as JSON."""
+
+    def run(log, model):
+        found = bristle("identify", log, "--axis", AXIS, "--model", model, "--out", tmp_path / "out", "--json")
+        assert found.code == 0, found.err
+        assert json.loads((tmp_path / "out" / "summary.json").read_text()) == found.data
+        return found.data
+
+    return run
+
+
+@pytest.mark.measured
+def test_symmetric_friction_as_published(bristle, emps, identified, tmp_path):  # noqa: F811
+    found = identified(emps, "coulomb_viscous")
+    published = {
+        "M": (95.1089, 0.114), "F_v": (203.5034, 0.563), "F_C": (20.3935, 0.496), "offset": (-3.1648, 1.402),
+    }  # fmt: skip
+    for name, (value, percent) in published.items():
+        one = found["parameters"][name]
+        assert abs(one["value"] - value) < 0.5 * abs(value) * percent / 100.0, name
+        assert 1.0 / 1.5 < one["relative_std_percent"] / percent < 1.5, name
+        assert one["robust_std"] > one["std"]
+    assert 4.0 < found["metrics"]["force_error_percent"] < 4.2
+    looped = bristle(
+        "predict", tmp_path / "out" / "model.toml", emps, "--axis", AXIS, "--mode", "closed-loop", "--json"
+    )
+    assert looped.data["metrics"]["force_error_percent"] <= 4.5
+    assert looped.data["metrics"]["position_error_percent"] <= 0.0012
+
+
+@pytest.mark.measured
+def test_friction_by_direction_as_published(bristle, emps, identified, tmp_path):  # noqa: F811
+    found = identified(emps, "coulomb_viscous+asymmetry")
+    published = {"M": 95.154, "F_v_pos": 166.71, "F_v_neg": 240.42, "F_C_pos": 20.144, "F_C_neg": 20.628}
+    for name, value in published.items():
+        assert found["parameters"][name]["value"] == pytest.approx(value, rel=0.01), name
+    assert 3.1 < found["metrics"]["force_error_percent"] < 3.25
+    looped = bristle(
+        "predict", tmp_path / "out" / "model.toml", emps, "--axis", AXIS, "--mode", "closed-loop", "--json"
+    )
+    assert looped.data["metrics"]["force_error_percent"] <= 3.6
+    assert looped.data["metrics"]["position_error_percent"] <= 0.0012
+
+
+@pytest.mark.measured
+def test_reversed_effort_is_refused_though_the_mass_is_known(bristle, emps, tmp_path):  # noqa: F811
+    text = AXIS.read_text().replace('column = "vir", unit = "V"', 'column = "vir", unit = "V", sign = -1')
+    (tmp_path / "axis.toml").write_text(text.replace("[plant]\n", '[plant]\nmass = "95 kg"\n'))
+    refused = bristle("identify", emps, "--axis", tmp_path / "axis.toml", "--out", tmp_path / "out")
+    assert refused.code == 2
+    assert "the sign of effort seems reversed" in refused.err
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.fixture(scope="module")
+def pulse_record(tmp_path_factory) -> Path:
+    """A record of the axis, simulated, with pulses behind the controller; columns and units are those measured."""
+    axis, dt = read_axis(AXIS), 1e-3
+    t = dt * np.arange(8000)
+    reference = 0.06 * (1.0 - np.cos(2.0 * np.pi * t / 4.0)) + 0.01 * (1.0 - np.cos(2.0 * np.pi * t / 1.3))
+    on = (t % 1.0 > 0.4) & (t % 1.0 < 0.45)
+    truth = find("coulomb_viscous+asymmetry")(F_C_pos=20.1, F_C_neg=20.6, F_v_pos=167.0, F_v_neg=240.0)
+    turning = with_presliding(truth, axis.presliding)
+    desired = np.zeros((4, t.size))
+    desired[0] = reference
+    trace = run_closed_loop(
+        inertia(M=95.0), turning, axis.controller, sensors.encoder(resolution=axis.resolution), desired, dt, steps=8,
+        injected=NEWTON_PER_VOLT * PULSE_VOLT * on, limit=axis.effort_limit or math.inf,
+    )  # fmt: skip
+    record = {
+        "t": t, "qm": trace.measured, "qg": reference, "vir": trace.command / NEWTON_PER_VOLT, "pulses_N": 5.0 * on,
+    }  # fmt: skip
+    path = tmp_path_factory.mktemp("pulses") / "DATA_EMPS_PULSES.mat"
+    scipy.io.savemat(path, {name: values.reshape(-1, 1) for name, values in record.items()})
+    return path
+
+
+def test_a_record_with_pulses_is_predicted_with_the_same_axis_file(bristle, identified, pulse_record, tmp_path):  # noqa: F811
+    vir = scipy.io.loadmat(pulse_record)["vir"].ravel()
+    assert np.max(np.abs(np.diff(vir))) > 4.9  # the effort column holds the pulses, 5.07 V each
+    model = tmp_path / "out" / "model.toml"
+    assert identified(pulse_record, "coulomb_viscous+asymmetry")["parameters"]["M"]["value"] == pytest.approx(
+        95, rel=0.01
+    )
+    knowing = bristle("predict", model, pulse_record, "--axis", AXIS, "--mode", "closed-loop", "--json").data
+    assert knowing["metrics"]["force_error_percent"] < 2.0
+    ignorant_axis = tmp_path / "ignorant.toml"
+    ignorant_axis.write_text(AXIS.read_text().replace('column = "pulses_N"', 'column = "no_such_column"'))
+    ignorant = bristle("predict", model, pulse_record, "--axis", ignorant_axis, "--mode", "closed-loop", "--json").data
+    assert ignorant["metrics"]["force_error_percent"] > 7.0 * knowing["metrics"]["force_error_percent"]

@@ -1,0 +1,59 @@
+"""A sampled loop holds its effort until the next sample: half a sample lies between effort and position."""
+
+import re
+
+import pytest
+from tests.identification.known_logs import held_log, sliding_log
+
+from bristle import friction
+from bristle.core import Axis
+from bristle.identification import identify, predict
+
+TRUTH = {"F_C": 35.0, "F_S": 44.0, "v_S": 5e-3, "sigma_0": 1e6, "sigma_1": 2e3, "sigma_2": 200.0}
+
+
+@pytest.fixture(scope="module")
+def log():
+    return held_log(friction.lugre(**TRUTH))
+
+
+def fit_with(log, held):
+    return identify(log, "lugre", axis=Axis(held=held, resolution=1e-7), blocks=0).best
+
+
+def test_every_parameter_lies_in_its_interval_where_it_is_stated(log):
+    fit = fit_with(log, True)
+    for name, truth in TRUTH.items():
+        found = fit.parameters[name]
+        assert found.status == "identified", found.note
+        if name != "sigma_1":
+            assert abs(found.value - truth) < 0.015 * found.interval_percent * found.value, name
+    damping = fit.parameters["sigma_1"]
+    # Of the half sample, a few hundredths of a sample are left: friction bends between the samples.
+    left = 0.03 * log.sample_time * TRUTH["sigma_0"]
+    assert abs(damping.value - TRUTH["sigma_1"]) < 0.01 * damping.interval_percent * damping.value + left
+    assert damping.interval_percent < 5.0
+    assert not any("held" in one for one in fit.warnings)
+
+
+def test_where_it_is_not_stated_the_damping_is_doubted(log):
+    fit = fit_with(log, None)
+    # Half a sample of the stiffness is 500 N s/m.
+    assert fit.parameters["sigma_1"].value > 2.4e3
+    warning = next(one for one in fit.warnings if "`held = true`" in one)
+    assert warning.startswith("sigma_1 may be too large by ")
+    assert 450.0 < float(re.findall(r"by ([0-9.]+) N·s/m", warning)[0]) < 550.0
+    assert not any("held" in one for one in fit_with(log, False).warnings)
+
+
+def test_predictions_use_the_effort_in_the_same_way(log):
+    model = friction.lugre(**TRUTH)
+    plant = identify(sliding_log(), mass=28.0, blocks=0).best.plant
+    stated, unstated = (
+        predict(plant, model, log, Axis(held=held)).metrics["force_error_percent"] for held in (True, None)
+    )
+    assert stated < 0.6 * unstated
+
+
+def test_a_static_model_does_not_speak_of_it(log):
+    assert not any("held" in one for one in identify(log, "stribeck", blocks=0).best.warnings)

@@ -1,0 +1,72 @@
+"""Which model comes first where held-out blocks hardly tell models apart."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import pytest
+from tests.identification.known_logs import sliding_log
+
+from bristle.identification import HeldOut, identify
+from bristle.identification.ranking import ranked
+
+BLOCKS = (3.0, 3.4, 2.8, 3.2, 3.1)
+
+
+@pytest.fixture(scope="module")
+def fit():
+    return identify(sliding_log()).best
+
+
+@pytest.fixture
+def made(fit):
+    """Make a fit with so many parameters, so many of them not identified, and these errors on the blocks."""
+
+    def make(name, errors, parameters, unknown=0):
+        estimates = [replace(fit.estimates[0], name=f"p{i}", status="identified") for i in range(parameters)]
+        estimates[:unknown] = [replace(one, status="unidentifiable") for one in estimates[:unknown]]
+        mean = sum(errors) / len(errors)
+        spread = (sum((one - mean) ** 2 for one in errors) / (len(errors) - 1)) ** 0.5
+        return replace(
+            fit, friction=SimpleNamespace(name=name), estimates=tuple(estimates),
+            correlation_names=tuple(one.name for one in estimates), held_out=HeldOut(tuple(errors), mean, spread),
+        )  # fmt: skip
+
+    return make
+
+
+def order(*fits):
+    names = [one.name for one in ranked(fits)]
+    assert [one.name for one in ranked(fits[::-1])] == names
+    return names
+
+
+def test_the_smaller_error_wins_where_every_block_agrees(made):
+    simple = made("simple", [one + 0.1 for one in BLOCKS], 3)
+    assert order(simple, made("rich", BLOCKS, 6)) == ["rich", "simple"]
+
+
+def test_the_simpler_model_wins_where_blocks_disagree(made):
+    mixed = [one + change for one, change in zip(BLOCKS, (0.4, -0.3, 0.5, -0.4, 0.1), strict=True)]
+    # The simple model is worse by 0.06 on average, and by 0.06 +- 0.18 as far as five blocks tell.
+    assert order(made("simple", mixed, 3), made("rich", BLOCKS, 6)) == ["simple", "rich"]
+
+
+def test_a_model_half_unidentified_gives_way_within_the_spread(made):
+    simple = made("simple", [one + 0.1 for one in BLOCKS], 3)
+    assert order(simple, made("rich", BLOCKS, 10, unknown=5)) == ["simple", "rich"]
+    assert order(simple, made("rich", BLOCKS, 10, unknown=4)) == ["rich", "simple"]
+
+
+def test_a_model_half_unidentified_wins_where_it_predicts_far_better(made):
+    simple = made("simple", [one + 2.0 for one in BLOCKS], 3)
+    assert order(simple, made("rich", BLOCKS, 10, unknown=5)) == ["rich", "simple"]
+
+
+def test_errors_that_differ_by_rounding_are_the_same(made):
+    assert order(made("simple", [one + 1e-7 for one in BLOCKS], 3), made("rich", BLOCKS, 4)) == ["simple", "rich"]
+
+
+def test_without_blocks_the_error_of_the_fit_decides(fit):
+    worse = replace(fit, held_out=None, force_error_percent=2.0, friction=SimpleNamespace(name="worse"))
+    better = replace(fit, held_out=None, force_error_percent=1.9, friction=SimpleNamespace(name="better"))
+    assert order(worse, better) == ["better", "worse"]

@@ -1,0 +1,73 @@
+"""A model that is identified is one that can be used: its ranges and relations hold."""
+
+import math
+from typing import Annotated, NamedTuple
+
+import pytest
+from tests.identification.known_logs import sliding_log, slow_log
+
+from bristle import friction
+from bristle.core import FrictionModel, InputError, Relation, Variable
+from bristle.core.mathematics import direction
+from bristle.files import read_model, write_model
+from bristle.identification import identify
+
+
+class Parameters(NamedTuple):
+    F_S: Annotated[float, Variable("force", "level at rest", min=0.0, excitation="sliding")]
+    F_C: Annotated[float, Variable("force", "level in motion", min=0.0, excitation="sliding")]
+
+
+class State(NamedTuple):
+    pass
+
+
+def trial(state, memory, motion, dt, p):
+    share = math.exp(-((motion.v / 4e-3) ** 2))
+    return (p.F_S * share + p.F_C * (1.0 - share)) * direction(motion.v), State()
+
+
+def commit(state, memory, move, p):
+    return state
+
+
+def two_levels(condition, holds, **changes):
+    return FrictionModel(
+        name="two_levels", description="a level at rest and one in motion", Parameters=Parameters, State=State,
+        trial=trial, commit=commit, relations=(Relation(condition, holds, "Lower F_C"),), **changes,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def rising():
+    """A log of friction that rises with speed, against the relation F_S >= F_C."""
+    return slow_log(friction.stribeck(F_C=8.0, F_S=5.0, v_S=4e-3, F_v=0.0, validate=False), duration=10.0)
+
+
+@pytest.mark.parametrize("linear", [False, True])
+def test_a_relation_is_kept_whatever_the_order_of_the_parameters(rising, linear):
+    model = two_levels("F_S >= F_C", lambda p: p.F_S >= p.F_C, linear=linear)
+    fit = identify(rising, model, blocks=0).best
+    values = fit.friction.values
+    assert values["F_S"] >= values["F_C"]
+    assert values["F_S"] == pytest.approx(values["F_C"], rel=1e-3)
+    assert model(**{name: values[name] for name in ("F_S", "F_C")}).values["F_C"] == values["F_C"]
+
+
+def test_a_relation_that_no_search_can_keep_is_refused_where_it_breaks(rising):
+    model = two_levels("F_C within F_S", lambda p: p.F_C <= p.F_S)
+    with pytest.raises(InputError, match="not what the model allows") as caught:
+        identify(rising, model, blocks=0)
+    assert caught.value.path == "model"
+    assert "F_C within F_S" in caught.value.message
+    assert "another model" in caught.value.mend
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["viscous", "coulomb_viscous+asymmetry", "stribeck", "stribeck+asymmetry", "dahl", "lugre", "lugre+asymmetry"],
+)
+def test_what_is_identified_can_be_read_again(tmp_path, name):
+    best = identify(sliding_log(F_v=-2.0), name, blocks=0).best
+    write_model(tmp_path / "model.toml", best.plant, best.friction, estimates=best.estimates)
+    assert read_model(tmp_path / "model.toml").friction.values == best.friction.values

@@ -1,0 +1,75 @@
+"""What noise, coarse steps and a missing mechanism do to a fit is said, and nothing counts as identified wrongly."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.identification.known_logs import held_log, log_of, sines, sliding_effort, slow_log
+
+from bristle import friction
+from bristle.core import Axis
+from bristle.identification import identify
+
+STIFF = friction.lugre(F_C=35.0, F_S=44.0, v_S=5e-3, sigma_0=7e6, sigma_1=5e3, sigma_2=200.0)
+
+
+@pytest.fixture(scope="module")
+def stiff():
+    return held_log(STIFF)
+
+
+def with_position(log, position):
+    return replace(log, position=replace(log.position, values=position))
+
+
+def fit_to(log, model="lugre"):
+    return identify(log, model, axis=Axis(held=True), blocks=0).best
+
+
+def doubted(fit, words):
+    for name in ("sigma_0", "sigma_1"):
+        assert fit.parameters[name].status == "unidentifiable", name
+        assert words in fit.parameters[name].note
+    if fit.parameters["F_S"].value > 1.2 * np.max(np.abs(fit.traces.measured)):
+        assert fit.parameters["F_S"].status != "identified"
+    if fit.parameters["F_S"].status != "identified":
+        assert fit.parameters["v_S"].status == "unidentifiable"
+
+
+@pytest.mark.parametrize("noise", [2e-6, 20e-6])
+def test_noise_of_the_position_is_not_presliding(stiff, noise):
+    scatter = np.random.default_rng(0).normal(0.0, noise, len(stiff))
+    doubted(fit_to(with_position(stiff, stiff.position.values + scatter)), "times the noise of the position")
+
+
+def test_coarse_counts_are_not_presliding(stiff):
+    step = 50e-6
+    doubted(
+        fit_to(with_position(stiff, np.round(stiff.position.values / step) * step)), "steps of the recorded position"
+    )
+
+
+def test_a_fine_encoder_shows_presliding(stiff):
+    assert fit_to(stiff).parameters["sigma_0"].value == pytest.approx(7e6, rel=0.1)
+    assert fit_to(stiff).parameters["sigma_0"].status == "identified"
+
+
+def test_a_static_model_is_told_to_lack_presliding():
+    log = slow_log(friction.lugre(F_C=8.0, F_S=11.0, v_S=4e-3, sigma_0=1e5, sigma_1=100.0, sigma_2=30.0))
+    warning = next(one for one in fit_to(log, "coulomb_viscous").warnings if "around reversals" in one)
+    assert "`lugre`" in warning
+    assert "units" not in warning
+    assert not any("unexplained" in one for one in fit_to(log).warnings)
+
+
+def test_what_is_left_over_in_waves_is_told_and_white_noise_is_not():
+    motion = sines()
+    waves = 4.0 * np.sin(2.0 * np.pi * 2.3 * motion.time)
+    white = np.random.default_rng(2).normal(0.0, 12.0, motion.time.size)
+    in_waves, noisy = (
+        fit_to(log_of(motion, sliding_effort(motion) + one), "coulomb_viscous") for one in (waves, white)
+    )
+    assert in_waves.force_error_percent > 15.0
+    assert noisy.force_error_percent > 15.0
+    assert any("lasts from row to row" in one for one in in_waves.warnings)
+    assert noisy.warnings == ()

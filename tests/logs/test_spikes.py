@@ -1,0 +1,86 @@
+"""Lost readings and numbers that are no measurement are named; stick-slip, counts and hard stops are no such thing."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from bristle.core.axis import Column
+from bristle.core.errors import InputError
+from bristle.engine import run_open_loop
+from bristle.friction import lugre
+from bristle.logs import read_log, summarize
+from bristle.logs.checks import quantisation
+from bristle.logs.spikes import far_outside, spikes
+from bristle.plants import inertia
+
+TIME = np.arange(6000) * 1e-3
+MOTION = 0.1 * np.sin(3.0 * TIME) + 0.02 * np.sin(11.0 * TIME)
+
+
+def found_in(values):
+    return spikes(values, quantisation(values))
+
+
+@pytest.mark.parametrize("length", [1, 2, 5])
+@pytest.mark.parametrize("step", [0.0, 1e-7, 1e-5])
+def test_a_lost_reading_is_found_where_it_is(length, step):
+    values = np.round(MOTION / step) * step if step else MOTION.copy()
+    values[2345 : 2345 + length] = 0.5
+    (one,) = found_in(values)
+    assert (one.start, one.length) == (2345, length)
+    assert one.size == pytest.approx(0.5 - MOTION[2345], abs=2e-3)
+
+
+def stick_slip():
+    """A mass that a slow sine of the effort drags over a contact with a large break-away force."""
+    friction = lugre(F_C=5.0, F_S=9.0, v_S=1e-3, sigma_0=1e6, sigma_1=300.0)
+    return run_open_loop(inertia(M=1.0), friction, 9.5 * np.sin(6.0 * TIME), 1e-3, steps=4).position
+
+
+@pytest.mark.parametrize("step", [0.0, 1e-6, 5e-5])
+@pytest.mark.parametrize(
+    "values",
+    [
+        MOTION,
+        stick_slip(),
+        stick_slip()[::10],
+        np.abs((TIME * 0.4) % 2.0 - 1.0),
+        MOTION + np.random.default_rng(3).normal(0.0, 1e-4, TIME.size),
+        np.where(np.random.default_rng(4).random(TIME.size) < 0.01, 1e-6, 0.0),
+        np.concatenate([np.zeros(9000), np.linspace(0.0, 1e-3, 30), np.full(900, 1e-3)]),
+    ],
+    ids=["smooth", "stick-slip", "stick-slip, slow", "hard turns", "noise", "flicker", "one move"],
+)
+def test_what_an_axis_does_is_no_lost_reading(values, step):
+    recorded = np.round(values / step) * step if step else values
+    assert found_in(recorded) == []
+    assert far_outside(recorded).size == 0
+
+
+def test_far_outside_is_what_no_number_of_samples_explains():
+    values = np.sin(TIME)
+    values[7] = 1e9
+    assert far_outside(values).tolist() == [7]
+    values[7] = -1e308
+    assert far_outside(values).tolist() == [7]
+    assert far_outside(np.where(TIME < 5.99, 0.0, 1.0)).size == 0
+
+
+@pytest.mark.parametrize(
+    ("column", "value", "said"),
+    [("q", 9.0, "q': jumps by .* m and returns after 1 sample at sample 600"), ("u", 1e308, "u': has 1e.308 N at sam")],
+)
+def test_the_log_is_refused_and_the_sample_named(tmp_path, recording, axis, column, value, said):
+    recording[column][600] = value
+    path = tmp_path / "log.csv"
+    np.savetxt(
+        path, np.column_stack(list(recording.values())), delimiter=",", header="t,q,r,u", comments="", fmt="%.9g"
+    )
+    with pytest.raises(InputError, match=said):
+        read_log(path, axis)
+    assert len(summarize(path, axis)["problems"]) == 1
+    in_millis = dataclasses.replace(axis, columns={**axis.columns, "effort": Column("u", "kN", "N")})
+    assert summarize(path, in_millis)["problems"]

@@ -1,0 +1,51 @@
+"""A recorded velocity is compared with the position."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bristle.core.axis import Axis, Column
+from bristle.logs import read_log
+
+W = 2 * np.pi / 0.617
+
+
+@pytest.fixture
+def with_velocity(axis) -> Axis:
+    return replace(axis, columns={**axis.columns, "velocity": Column("v", "m/s", "m/s")})
+
+
+def velocity(recording, seed=3):
+    return 0.25 * W * np.sin(W * recording["t"]) + np.random.default_rng(seed).normal(0.0, 0.02, recording["t"].size)
+
+
+def notes(write, axis, recording, v):
+    return " | ".join(read_log(write(v=v), axis).notes)
+
+
+def test_the_velocity_of_the_position_is_no_news(write, with_velocity, recording):
+    assert notes(write, with_velocity, recording, velocity(recording)) == ""
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda v: 1000.0 * v, "is 1e+03 times that of the position"),
+        (lambda v: 60.0 * v / (2 * np.pi), "is 9.55 times that of the position"),
+        (lambda v: -v, "has the sign opposite to the motion"),
+        (np.gradient, "is not the velocity of the position"),
+    ],
+)
+def test_another_unit_sign_or_signal_is_said(write, with_velocity, recording, change, said):
+    found = notes(write, with_velocity, recording, change(velocity(recording)))
+    assert said in found
+    assert "column v" in found
+
+
+def test_a_speed_beyond_the_limit_is_said(write, axis, recording):
+    # The recording reaches 2.55 m/s.
+    assert not read_log(write(), replace(axis, velocity_limit=2.6)).notes
+    (said,) = read_log(write(), replace(axis, velocity_limit=2.0)).notes
+    assert "up to 2.5" in said
+    assert "limit of 2 m/s" in said

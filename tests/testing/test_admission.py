@@ -1,0 +1,69 @@
+"""A model of a person's own is tried before it is used: refused by form, warned of by physics."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+
+import pytest
+
+from bristle.core import InputError, InputWarning
+from bristle.engine import response
+from bristle.files import load_model_file
+from bristle.friction import MODELS, with_slots
+from bristle.testing import admit
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "quadratic_drag.py"
+RATIO = "ratio = motion.v / p.v_q"
+
+
+def edited(folder: Path, old: str, new: str):
+    text = EXAMPLE.read_text(encoding="utf-8")
+    assert old in text
+    (folder / "own.py").write_text(text.replace(old, new), encoding="utf-8")
+    return load_model_file(folder / "own.py")
+
+
+@pytest.mark.parametrize("model", [*MODELS.values(), load_model_file(EXAMPLE)], ids=lambda one: one.name)
+def test_a_sound_model_is_admitted_without_a_word(model):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        admit(model)
+        admit(with_slots(model, ["asymmetry"]))
+
+
+@pytest.mark.parametrize(
+    ("new", "said"),
+    [
+        ("ratio = undefined_thing / p.v_q", "undefined_thing"),
+        ("ratio = motion.v / p.v_Q", "v_Q"),
+        ("ratio = (motion.v - motion.v) / (motion.v - motion.v)", "ZeroDivisionError"),
+    ],
+)
+def test_a_model_that_cannot_run_is_refused_with_its_file(tmp_path, new, said):
+    with pytest.raises(InputError, match=rf"own\.py: is not fit to be used .*{said}.* Try: bristle check .*own\.py"):
+        admit(edited(tmp_path, RATIO, new))
+
+
+def test_an_example_of_something_else_is_refused(tmp_path):
+    model = edited(tmp_path, '"v_q": 0.4', '"v_Q": 0.4')
+    with pytest.raises(InputError, match=r"own\.py: .*v_Q"):
+        admit(model)
+    with pytest.raises(InputError, match=r"the example gives v_Q.*Did you mean 'v_q'"):
+        with_slots(model, ["asymmetry"])
+
+
+def test_friction_that_drives_is_warned_of(tmp_path):
+    model = edited(tmp_path, "return p.F_C * (", "return -p.F_C * (")
+    with pytest.warns(InputWarning, match=r"does not meet the contract.*opposes sliding, dissipates.*bristle check"):
+        admit(model(F_C=20.0, v_q=0.4))
+
+
+@pytest.mark.parametrize(
+    ("new", "said"),
+    [("ratio = undefined_thing / p.v_q", "name 'undefined_thing' is not"), ("ratio = motion.v / p.v_Q", "'v_Q'")],
+)
+def test_what_does_not_compile_is_a_fault_of_the_file_and_not_of_bristle(tmp_path, new, said):
+    model = edited(tmp_path, RATIO, new)(F_C=20.0, v_q=0.4)
+    with pytest.raises(InputError, match=rf"own\.py.*: cannot be compiled: .*{said}.*Try: bristle check"):
+        response(model, [0.0, 1e-3], 1e-3)
