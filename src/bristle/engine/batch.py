@@ -12,7 +12,7 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
-from bristle.core.packing import LANES, is_scalar
+from bristle.core.packing import LANES, is_scalar, pack, structure_of
 from bristle.core.status import Status
 from bristle.engine import lanes
 from bristle.engine.compilation import compiled, is_interpreted
@@ -187,14 +187,25 @@ def _models(given: Model | Sequence[Model]) -> Sequence[Model]:
 
 def _parameters(models: Sequence[Model], count: int, path: str) -> tuple[Part, np.ndarray]:
     """Return the part that stands for all models, and their parameters, shape (trajectory, number)."""
-    parts = [Part(model) for model in models]
-    for index, part in enumerate(parts):
-        if part.structures != parts[0].structures or part.parameters.size != parts[0].parameters.size:
-            raise InputError(
-                "is of another component, or has lists of another length, than the first",
-                path=f"{path}[{index}]",
-                value=part.model.name,
-                mend="Run one batch for each",
-            )
-    rows = np.stack([part.parameters for part in parts])
-    return parts[0], np.array(np.broadcast_to(rows, (count, rows.shape[1])))
+    first = Part(models[0])
+    kind = type(models[0].parameters)
+    flat = all(part in ("number", "integer") for part in first.structures[0][1])
+    if flat and all(type(model.parameters) is kind for model in models):
+        # One component and nothing but numbers: no need to look into each.
+        rows = np.array([model.parameters for model in models], dtype=float)
+    else:
+        rows = np.stack([_row(first, model, f"{path}[{index}]") for index, model in enumerate(models)])
+    return first, np.array(np.broadcast_to(rows, (count, rows.shape[1])))
+
+
+def _row(first: Part, model: Model, path: str) -> np.ndarray:
+    """Return the parameters of a model as numbers; refuse one that does not fit the first."""
+    row = pack(model.parameters)
+    if structure_of(model.parameters) != first.structures[0] or row.size != first.parameters.size:
+        raise InputError(
+            "is of another component, or has lists of another length, than the first",
+            path=path,
+            value=model.name,
+            mend="Run one batch for each",
+        )
+    return row
