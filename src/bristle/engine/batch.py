@@ -22,6 +22,9 @@ from bristle.engine.part import Part, vector
 
 __all__ = ["BatchTrace", "run_batch"]
 
+# All vectors of a block at a time, where one holds eight numbers.
+INTERLEAVED = 4
+
 
 @dataclass(frozen=True)
 class BatchTrace:
@@ -151,6 +154,7 @@ class _Batch:
             lambda: lanes.make_lanes(*structures, rows, size > 0, infinite),
             "aaiiiaaifiaaai",
             self.plant.functions + self.friction.functions,
+            INTERLEAVED,
         )
         effort, end, columns = self.effort.ravel(), held(self.effort, hold).ravel(), self.effort.shape[1]
         records = [one.ravel() for one in (self.position, self.velocity, self.force)]

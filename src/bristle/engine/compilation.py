@@ -89,7 +89,9 @@ def _forget_old(folder: Path) -> None:
                 file.unlink()
 
 
-def compiled(name: str, make: Callable[[], Callable[..., Any]], signature: str, parts: tuple[Any, ...] = ()) -> Any:
+def compiled(
+    name: str, make: Callable[[], Callable[..., Any]], signature: str, parts: tuple[Any, ...] = (), interleaved: int = 1
+) -> Any:
     """Return an entry, ready to be called: compiled, loaded from the cache, or plain where Python interprets.
 
     Parameters
@@ -103,13 +105,16 @@ def compiled(name: str, make: Callable[[], Callable[..., Any]], signature: str, 
         ``B`` and ``R`` the entries that the factories for control, sensing, bursts and rates return.
     parts : tuple of callable
         The functions of the components in it, which the dispatch finds by type.
+    interleaved : int
+        How many vectors a loop over lanes takes at a time.
     """
     if is_interpreted():
         return make()
     key = (name, parts)
     if key not in _entries:
         function = make()
-        _entries[key] = _compile(name, function, signature, fingerprint(function, *parts, *_MACHINERY), parts)
+        code = fingerprint(function, *parts, *_MACHINERY)
+        _entries[key] = _compile(name, function, signature, code, parts, interleaved)
     return _entries[key]
 
 
@@ -128,18 +133,37 @@ def _types(signature: str) -> tuple[Any, ...]:
 
 
 def _compile(
-    name: str, function: Callable[..., Any], signature: str, code: str, parts: tuple[Any, ...]
+    name: str, function: Callable[..., Any], signature: str, code: str, parts: tuple[Any, ...], interleaved: int
 ) -> Callable[..., Any]:
     import numba
 
     activate()
     returns = numba.types.int64 if "B" in signature else numba.types.float64
     dispatcher: Any = numba.njit(**kernel_options(inline=False))(function)
-    dispatcher._cache = _EntryCache(name, signature, code)
-    with _numbered_from(code), _faults_of(parts):
+    dispatcher._cache = _EntryCache(name, signature, f"{code} {interleaved}")
+    with _numbered_from(code), _faults_of(parts), _interleaving(interleaved):
         dispatcher.compile(returns(*_types(signature)))
     dispatcher.disable_compile()
     return dispatcher
+
+
+@contextlib.contextmanager
+def _interleaving(count: int) -> Iterator[None]:
+    """Let loops over lanes that are compiled inside this block take `count` vectors at a time, operation by operation.
+
+    One trajectory is one long chain of operations that wait for each other. Chain after chain, the processor sees too
+    little of the next to begin it early; interleaved, it works on all of them. The compiler knows this as an option of
+    the whole process only, so it is taken back at the end.
+    """
+    from llvmlite import binding
+
+    if count > 1:
+        binding.set_option("bristle", f"-force-vector-interleave={count}")
+    try:
+        yield
+    finally:
+        if count > 1:
+            binding.set_option("bristle", "-force-vector-interleave=0")
 
 
 @contextlib.contextmanager
@@ -183,7 +207,7 @@ def _numbered_from(code: str) -> Iterator[None]:
 
 
 # What turns kernels into machine code; a change here changes products too.
-_MACHINERY = (_types, kernel_options, dispatch.overload_all, in_bits)
+_MACHINERY = (_types, kernel_options, dispatch.overload_all, in_bits, _interleaving)
 
 
 class _EntryCache:
