@@ -23,15 +23,17 @@ from bristle.identification.asked import Known, known_of, models_of, refuse_reve
 from bristle.identification.findings import fit_of
 from bristle.identification.given import logs_and_axes, treatment_of, whole_number
 from bristle.identification.held_out import held_out_error
+from bristle.identification.output_error import OutputError, held_out_position, one_period, refined
 from bristle.identification.problem import Problem
 from bristle.identification.ranking import ranked
 from bristle.identification.regression import Regression
 from bristle.identification.result import Fit, Identification
 from bristle.identification.search import Search
 from bristle.identification.several import treat_all
-from bristle.identification.solution import solve_linear
+from bristle.identification.solution import Solution, solve_linear
 from bristle.identification.unknowns import Scales, scales_of
 from bristle.logs.log import Log
+from bristle.simulation.result import relative_error_percent
 
 __all__ = ["identify"]
 
@@ -97,8 +99,10 @@ def identify(
                              mend="Name the column of force, torque or current in the axis file")  # fmt: skip
     kind = logs[0].kind
     known = known_of(axes[0], mass, offset, kind)
-    regression = treat_all(logs, axes, *treatment_of(cutoff, decimation, kind))
-    workbench = _Workbench.of(regression, known)
+    by_output = any(axis is not None and axis.method == "output_error" for axis in axes)
+    treated = [one_period(log, axis) for log, axis in zip(logs, axes, strict=True)] if by_output else logs
+    regression = treat_all(treated, axes, *treatment_of(cutoff, decimation, kind))
+    workbench = _Workbench.of(regression, known, tuple(zip(logs, axes, strict=True)) if by_output else ())
     fits = []
     for number, component in enumerate(components):
         report = _share(progress, number, len(components), component.name)
@@ -142,9 +146,12 @@ class _Workbench:
     known: Known
     sliding: dict[str, float]
     scales: Scales
+    simulated: tuple[tuple[Log, Axis | None], ...] = ()
 
     @classmethod
-    def of(cls, regression: Regression, known: Known) -> _Workbench:
+    def of(
+        cls, regression: Regression, known: Known, simulated: tuple[tuple[Log, Axis | None], ...] = ()
+    ) -> _Workbench:
         """Fit Coulomb and viscous friction first: it checks the sign of the effort and sets the scale of all else."""
         effort = float(np.sqrt(np.mean(regression.effort**2)))
         if effort == 0.0:
@@ -153,7 +160,7 @@ class _Workbench:
         refuse_reversed_effort(regression, _unbounded(regression, Known(plant=known.plant)))
         unknowns = unknowns_of(find("coulomb_viscous"), known, regression)
         bounded = unknowns.complete(solve_linear(Problem(regression, unknowns)).values)
-        return cls(regression, known, bounded, scales_of(regression, max(bounded["F_C"], 0.01 * effort)))
+        return cls(regression, known, bounded, scales_of(regression, max(bounded["F_C"], 0.01 * effort)), simulated)
 
     def fit(self, component: FrictionModel, blocks: int, report: Callable[[float], None]) -> Fit:
         """Fit one model."""
@@ -166,14 +173,33 @@ class _Workbench:
                 return solve_linear(problem, rows)
         else:
             search = Search(problem, self.scales, self.sliding)
-            solution = search.solve(lambda share: report(0.6 * share))
+            solution = search.solve(lambda share: report((0.2 if self.simulated else 0.6) * share))
 
             def on_rows(rows: np.ndarray):
                 return search.refit(solution.values, rows)
 
+        if self.simulated:
+            return self._by_output(problem, solution, blocks, report)
         held_out = None
         if blocks:
             held_out = held_out_error(problem, on_rows, blocks, lambda share: report(0.6 + 0.4 * share))
         fit = fit_of(problem, solution, self.scales)
         report(1.0)
         return replace(fit, held_out=held_out)
+
+    def _by_output(self, problem: Problem, start: Solution, blocks: int, report: Callable[[float], None]) -> Fit:
+        """Fit one model to the position, from where inverse dynamics ended."""
+        logs, axes = [log for log, _ in self.simulated], [axis for _, axis in self.simulated]
+        solution, fine, coarse = refined(
+            problem, start, logs, axes, self.scales, self.sliding, lambda share: report(0.2 + 0.6 * share)
+        )
+        assert isinstance(fine.problem, OutputError)
+        measured, residual = fine.problem.measured, fine.problem.residual(solution.values)
+        fit = replace(
+            fit_of(problem, solution, self.scales, residual),
+            position_error_percent=relative_error_percent(measured, measured - residual),
+            position_rmse=float(np.sqrt(np.mean(residual**2))),
+            held_out=held_out_position(coarse, solution.values, blocks) if blocks else None,
+        )
+        report(1.0)
+        return fit
