@@ -207,18 +207,23 @@ class FrictionModel(Component):
     one-sided limits, so that a set-valued model needs no flag. ``commit(state, memory, move, p) -> state`` is
     called once for each accepted step and is the only writer of ``memory``, a 1-D array (or ``()``) of
     ``memory_size(p)`` numbers. ``rate(state, motion, p) -> (force, d_state)`` is optional, for smooth models: the same
-    equations in continuous time.
+    equations in continuous time. ``trial_sided(state, memory, motion, dt, backward, forward)`` is optional too, for
+    models whose parameters depend on the side that the contact leans to rather than on the direction of motion.
+    ``start(place, backward, forward) -> state`` is given by those whose state before a log matters and is not known:
+    the states that it may be, for a place from -1 to 1.
     """
 
     trial: Callable[..., Any]
     commit: Callable[..., Any]
     memory_size: Callable[[Any], int] = field(default=lambda p: 0)
     rate: Callable[..., Any] | None = None
+    trial_sided: Callable[..., Any] | None = None
+    start: Callable[..., Any] | None = None
     linear: bool = False
 
     family: ClassVar[str] = "friction"
     functions: ClassVar[tuple[str, ...]] = ("trial", "commit")
-    optional: ClassVar[tuple[str, ...]] = ("rate",)
+    optional: ClassVar[tuple[str, ...]] = ("rate", "trial_sided")
 
     def new_memory(self, parameters: Any) -> np.ndarray:
         """Return the memory of a virgin model, shape (memory_size,)."""

@@ -17,6 +17,7 @@ from bristle.friction.coulomb import MODEL as coulomb
 from bristle.friction.coulomb_viscous import MODEL as coulomb_viscous
 from bristle.friction.dahl import MODEL as dahl
 from bristle.friction.elastoplastic import MODEL as elastoplastic
+from bristle.friction.gap_slider import MODEL as gap_slider
 from bristle.friction.gms import MODEL as gms
 from bristle.friction.leuven import MODEL as leuven
 from bristle.friction.lugre import MODEL as lugre
@@ -32,7 +33,7 @@ MODELS: dict[str, FrictionModel] = {
     model.name: model
     for model in (
         coulomb, viscous, coulomb_viscous, stribeck, dahl, reformed_dahl, bouc_wen, bouc_wen_classic, lugre,
-        elastoplastic, maxwell_slip, gms, preisach_lugre, leuven,
+        elastoplastic, maxwell_slip, gms, gap_slider, preisach_lugre, leuven,
     )
 }  # fmt: skip
 
@@ -45,6 +46,7 @@ __all__ = [
     "dahl",
     "elastoplastic",
     "find",
+    "gap_slider",
     "gms",
     "is_static",
     "leuven",

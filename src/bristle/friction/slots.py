@@ -18,7 +18,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from bristle.core.contracts import FrictionModel, Relation
-from bristle.core.dispatch import friction_commit, friction_rate, friction_trial
+from bristle.core.dispatch import friction_commit, friction_rate, friction_trial, friction_trial_sided
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import direction
@@ -32,6 +32,14 @@ OFFSET = Variable("force", "constant part of the friction force (gravity, bias)"
 
 class Slotted(NamedTuple):
     """Parameters of a model with slots: one set for each direction, and the offset."""
+
+    forward: Any
+    backward: Any
+    offset: float
+
+
+class Sided(NamedTuple):
+    """The same of a model that depends on the side that the contact leans to."""
 
     forward: Any
     backward: Any
@@ -52,6 +60,13 @@ def trial(state, memory, motion, dt, p):
     q = p.forward if side > 0.0 else p.backward
     force, move = friction_trial(state, memory, motion, dt, q)
     return force + p.offset, SlottedMove(move, side)
+
+
+@kernel
+def trial_sided(state, memory, motion, dt, p):
+    """Return the mean force [N or N*m] of a model that knows both sides, plus the offset."""
+    force, move = friction_trial_sided(state, memory, motion, dt, p.backward, p.forward)
+    return force + p.offset, SlottedMove(move, direction(motion.v))
 
 
 @kernel
@@ -99,13 +114,13 @@ class SlottedModel(FrictionModel):
         """Return whether this parameter is a whole number."""
         return name in self.inner.variables and self.inner.is_integer(name)
 
-    def assemble(self, values: Mapping[str, Any]) -> Slotted:
+    def assemble(self, values: Mapping[str, Any]) -> Any:
         """Return both sides and the offset from the values that a person sets."""
         forward = {name: values[self._keys(name)[0]] for name in self.inner.variables}
         backward = {name: values[self._keys(name)[-1]] for name in self.inner.variables}
-        return Slotted(self.inner.assemble(forward), self.inner.assemble(backward), values["offset"])
+        return self.Parameters(self.inner.assemble(forward), self.inner.assemble(backward), values["offset"])
 
-    def values(self, parameters: Slotted) -> dict[str, Any]:
+    def values(self, parameters: Any) -> dict[str, Any]:
         """Return the values that a person sets from both sides and the offset."""
         forward, backward = self.inner.values(parameters.forward), self.inner.values(parameters.backward)
         found = {}
@@ -128,14 +143,17 @@ _SIDES = {"_pos": ", moving forward", "_neg": ", moving backward"}
 @cache
 def slotted(model: FrictionModel, *, asymmetry: bool) -> SlottedModel:
     """Return `model` with an offset and, where asked for, parameters of its own for each direction."""
+    sided = asymmetry and model.trial_sided is not None
+    first = model.start
     return SlottedModel(
         name=model.name + "+asymmetry" * asymmetry,
         description=model.description + ", by direction" * asymmetry,
-        Parameters=Slotted,
+        Parameters=Sided if sided else Slotted,
         State=model.State,
-        trial=trial,
+        trial=trial_sided if sided else trial,
         commit=commit,
-        rate=rate if model.rate else None,
+        rate=rate if model.rate and not sided else None,
+        start=None if first is None else lambda place, p: first(place, p.backward, p.forward),
         memory_size=lambda p: model.memory_size(p.forward),
         reference=model.reference,
         relations=tuple(_on_both_sides(relation) for relation in model.relations),

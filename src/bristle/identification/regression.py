@@ -12,7 +12,7 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.variable import Kind
-from bristle.engine import force_along
+from bristle.identification.starts import started_force
 
 __all__ = ["Regression", "Stretch", "low_passed", "mechanical"]
 
@@ -99,17 +99,23 @@ class Regression:
         """Return the effort that plant and friction take along each stretch [N or N*m]."""
         return [
             mechanical(plant, stretch.position, stretch.velocity, stretch.acceleration) + force
-            for stretch, force in zip(self.stretches, self.friction_along(friction), strict=True)
+            for stretch, force in zip(self.stretches, self.friction_along(friction, plant), strict=True)
         ]
 
-    def friction_along(self, friction: Model) -> list[np.ndarray]:
-        """Return the friction force along each stretch [N or N*m], filtered as the effort is."""
-        dt = self.sample_time
-        # The velocity at a sample is the mean over the step around it, which ends half a step later.
-        return [
-            self._filtered(force_along(friction, one.velocity, dt, one.position + 0.5 * dt * one.velocity))
-            for one in self.stretches
-        ]
+    def friction_along(self, friction: Model, plant: Model | None = None) -> list[np.ndarray]:
+        """Return the friction force along each stretch [N or N*m], filtered as the effort is.
+
+        Where the state of the contact before the log matters, it is the one that fits the effort best beside `plant`.
+        """
+        dt, found = self.sample_time, []
+        for one in self.stretches:
+            target = None
+            if plant is not None and friction.component.start is not None:
+                target = one.effort - mechanical(plant, one.position, one.velocity, one.acceleration)
+            # The velocity at a sample is the mean over the step around it, which ends half a step later.
+            end = one.position + 0.5 * dt * one.velocity
+            found.append(self._filtered(started_force(friction, one.velocity, dt, end, target)))
+        return found
 
     def _filtered(self, part: np.ndarray) -> np.ndarray:
         return low_passed(part, self.cutoff, self.sample_time)
