@@ -339,8 +339,9 @@ def make_model(
             mend=f"Give {missing[0]}, {variables[missing[0]].description} "
             f"[{variables[missing[0]].unit(kind or 'translational')}]",
         )
-    if kind is not None and kind not in KINDS:
-        raise InputError("unknown kind of axis", path=f"{where}kind", value=kind, allowed=" or ".join(KINDS))
+    kinds = (*KINDS, "magnetic") if component.family == "hysteresis" else KINDS
+    if kind is not None and kind not in kinds:
+        raise InputError("unknown kind of axis", path=f"{where}kind", value=kind, allowed=" or ".join(kinds))
     chosen: Kind = kind or units.kind_of(values, variables)
     numbers: dict[str, Any] = {}
     for name, variable in variables.items():
