@@ -28,7 +28,12 @@ EXAMPLE = """Example:
 
 def identify(
     context: typer.Context,
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="A log: CSV, MAT or TDMS.")],
+    log: Annotated[
+        Path,
+        typer.Argument(
+            metavar="LOG", help="A log: CSV, MAT, TDMS, Parquet, HDF5 or NPZ; FILE::TABLE names a table in it."
+        ),
+    ],
     axis: AxisFile = None,
     model: Annotated[
         str,

@@ -59,6 +59,8 @@ class Axis:
         Channel (``time``, ``position``, ``velocity``, ``effort``, ``reference``) to the column of the log.
     injected : tuple of Injected
         Known inputs of the loop.
+    table : str or None
+        Table, group or array of the log file, where it holds several.
     sample_time : float or None
         Sample time of the log where it has no column of time [s].
     delay : float
@@ -93,6 +95,7 @@ class Axis:
     kind: Kind = "translational"
     columns: Mapping[str, Column] = field(default_factory=dict)
     injected: tuple[Injected, ...] = ()
+    table: str | None = None
     sample_time: float | None = None
     delay: float = 0.0
     mass: float | None = None

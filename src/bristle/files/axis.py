@@ -76,7 +76,8 @@ def axis_from(data: dict[str, Any]) -> Axis:
         kind=file.kind,
         columns=columns,
         injected=tuple(_injected(entry, file, drive, f"injected[{i}]") for i, entry in enumerate(file.injected)),
-        sample_time=_positive(file.timing.sample_time, TIME, file.kind, "timing.sample_time"),
+        table=file.log.table,
+        sample_time=_sample_time(file),
         delay=units.quantity(file.timing.delay, TIME, path="timing.delay"),
         mass=_mass(file),
         offset=_offset(file),
@@ -176,6 +177,13 @@ def _in(given: Any, converted: Callable[[], float]) -> float:
         return converted()
     except InputError as error:
         raise InputError(error.message, path=error.path, value=given, allowed=error.allowed, mend=error.mend) from None
+
+
+def _sample_time(file: AxisFile) -> float | None:
+    rate = _positive(file.timing.sample_rate, FREQUENCY, file.kind, "timing.sample_rate")
+    if rate is not None and file.timing.sample_time is not None:
+        raise InputError("has both a sample_time and a sample_rate", path="timing", mend="Keep one of them")
+    return 1.0 / rate if rate else _positive(file.timing.sample_time, TIME, file.kind, "timing.sample_time")
 
 
 def _mass(file: AxisFile) -> float | None:

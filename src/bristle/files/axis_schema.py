@@ -84,10 +84,17 @@ class EncoderEntry(Strict):
     side: Side | None = None
 
 
+class LogEntry(Strict):
+    """Where in the file the log is."""
+
+    table: Annotated[str, Field(min_length=1)] | None = None
+
+
 class TimingEntry(Strict):
     """Sample time and delay of the channels."""
 
     sample_time: Quantity | None = None
+    sample_rate: Quantity | None = None
     delay: Quantity = 0.0
 
 
@@ -111,6 +118,7 @@ class AxisFile(Strict):
     schema_version: Literal[1] = Field(alias="schema")
     name: str = "axis"
     kind: Kind
+    log: LogEntry = LogEntry()
     columns: Columns
     effort: EffortEntry = EffortEntry()
     injected: list[InjectedEntry] = Field(default_factory=list)

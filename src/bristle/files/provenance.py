@@ -6,6 +6,8 @@ import hashlib
 from importlib.metadata import version
 from pathlib import Path
 
+from bristle.logs.tables import located
+
 __all__ = ["provenance"]
 
 
@@ -22,6 +24,7 @@ def provenance(command: str, **files: Path | None) -> dict[str, str]:
     found = {"bristle": version("bristle")}
     for what, path in files.items():
         if path is not None:
-            found[what] = Path(path).name
-            found[f"{what}_sha256"] = hashlib.sha256(Path(path).read_bytes()).hexdigest()
+            file, table = located(path)
+            found[what] = file.name if table is None else f"{file.name}::{table}"
+            found[f"{what}_sha256"] = hashlib.sha256(file.read_bytes()).hexdigest()
     return found | {"command": command}
