@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 __all__ = ["EXAMPLE", "identify"]
 
+DEFAULT = "coulomb_viscous"
+
 EXAMPLE = """Example:
   bristle identify axis.mat --axis axis.toml \\
     --model coulomb_viscous,stribeck+asymmetry --out results"""
@@ -40,7 +42,7 @@ def identify(
         typer.Option(
             "--model", metavar="NAME[+slot][,NAME...]", help="Models to fit and compare, or a file my_model.py."
         ),
-    ] = "coulomb_viscous",
+    ] = DEFAULT,
     out: Out = None,
     cutoff: Annotated[
         str | None, typer.Option("--cutoff", metavar="FREQUENCY", help="Of the zero-phase filter, such as '100 Hz'.")
@@ -53,10 +55,19 @@ def identify(
 ) -> None:
     """Identify friction models from a log.
 
-    Several models are compared on stretches of the log that they were not fitted to.
+    Several models are compared on stretches of the log that they were not fitted to. Where the axis file names
+    the columns input and output, hysteresis operators are identified.
 
     Writes model.toml, drive_table.csv, summary.json and report.html into DIR.
     """
+    from bristle.files.curves import describes_curves
+
+    if axis and describes_curves(axis):
+        from bristle.cli.operators import identify_operators
+
+        asked = None if model == DEFAULT else model
+        identify_operators(log, axis, asked, out, force=force, as_json=as_json, command=context.obj)
+        return
     from bristle.core import Axis
     from bristle.files.axis import read_axis
     from bristle.files.provenance import provenance

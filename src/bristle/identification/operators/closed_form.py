@@ -1,12 +1,13 @@
 r"""A Preisach operator in closed form from a few loops: stiffness :math:`s`, saturation :math:`f_p`, and the kernel.
 
-Two numbers for each kernel, a third for the exponent of ``dahl_masing``. The kernel ``reformed_dahl_exact`` is the model
-that the source paper fits to its loops. All kernels are tried; the one that fits best is returned.
+Two numbers for each kernel, a third for the exponent of ``dahl_masing``. The kernel ``reformed_dahl_exact`` is the
+model that the source paper fits to its loops. All kernels are tried; the one that fits best is returned.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +23,7 @@ from bristle.logs.curves import Curves
 __all__ = ["ClosedFormFit", "fit_closed_form"]
 
 EVALUATIONS = 60
+CURVES_MOST = 25
 STARTS = (0.3, 3.0, 30.0)  # of s x over f_p at the largest input
 FASTEST, SLOWEST = 1e-3, 1e4  # the same, between which it is sought
 EXPONENTS = (0.5, 4.0)
@@ -54,11 +56,18 @@ def fit_closed_form(recorded: Curves, *, kernel: str | None = None, rows: Rows =
     """
     if kernel is not None and kernel not in KERNELS:
         raise InputError("no such kernel", path="kernel", value=kernel, allowed=", ".join(KERNELS))
+    recorded, rows = _some_curves(recorded, rows)
     extent, spread = max(abs(recorded.low), abs(recorded.high)), float(np.ptp(outputs_of(recorded)))
     if not (extent > 0.0 and spread > 0.0):
         raise InputError("does not move", path="input", value=f"{extent} in, {spread} out")
     found = [_Search(recorded, name, extent, 0.5 * spread, rows).best() for name in ([kernel] if kernel else KERNELS)]
     return min(found, key=lambda one: one.rms)
+
+
+def _some_curves(recorded: Curves, rows: Rows) -> tuple[Curves, Rows]:
+    """Return at most so many curves, evenly chosen: two or three numbers need no more."""
+    step = -(-len(recorded.curves) // CURVES_MOST)
+    return replace(recorded, curves=recorded.curves[::step]), None if rows is None else rows[::step]
 
 
 class _Search:

@@ -1,9 +1,10 @@
 r"""Is a Preisach operator adequate at all? Its minor loops between the same inputs are congruent.
 
 Branches that turned at the same input must change alike from there on, whatever came before. The residual is the root
-mean square by which two of them differ at the same distance from the turning point, over :math:`\sqrt 2`, so that it
-reads as the error of either. Noise of the output is part of it, and so is its error at the turning point. If branches
-are alike wherever they turned, the operator is one of Prandtl and Ishlinskii.
+mean square by which a branch differs, at the same distance from the turning point, from what two others that turned
+just before and behind it say in between; scaled so that it reads as the error of one. Noise of the output is part of
+it, and so is its error at the turning point. If branches are alike wherever they turned, the operator is one of Prandtl
+and Ishlinskii.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from bristle.logs.curves import Curves
 
 __all__ = ["Congruency", "congruency_of"]
 
-SAME = 0.01  # of the range of inputs: turning points that are one
+SAME = 0.02  # of the range of inputs: turning points between which branches change evenly
 SAMPLES_LEAST = 5  # of a branch
 POINTS = 20  # of a branch, at which it is compared
 
@@ -53,13 +54,11 @@ def congruency_of(recorded: Curves) -> Congruency:
     nearness = SAME * (recorded.high - recorded.low)
     for side in (1.0, -1.0):
         branches = _branches(recorded, side)
-        half = len(branches) // 2
-        same += [
-            _difference(one, other)
-            for one, other in zip(branches, branches[1:], strict=False)
-            if other.turn - one.turn <= nearness
-        ]
-        far += [_difference(one, other) for one, other in zip(branches, branches[half:], strict=False) if half]
+        third = len(branches) // 3
+        near = zip(branches, branches[1:], branches[2:], strict=False)
+        same += [_difference(*three) for three in near if three[2].turn - three[0].turn <= nearness]
+        apart = zip(branches, branches[third:], branches[2 * third :], strict=False)
+        far += [_difference(one, last, middle) for one, middle, last in apart if third]
     return Congruency(_level(same), _level(far))
 
 
@@ -77,12 +76,15 @@ def _branches(recorded: Curves, side: float) -> list[Branch]:
     return sorted(found, key=lambda one: one.turn)
 
 
-def _difference(one: Branch, other: Branch) -> np.ndarray:
-    """Return by how much two branches differ at the same distances, over the longest part that both have."""
-    share = np.linspace(0.0, min(one.travel[-1], other.travel[-1]), POINTS + 1)[1:]
-    changes = [np.interp(share, [0.0, *branch.travel], [0.0, *branch.change]) for branch in (one, other)]
-    return changes[0] - changes[1]
+def _difference(before: Branch, branch: Branch, behind: Branch) -> np.ndarray:
+    """Return by how much a branch differs from what two others say in between, over the part that all have."""
+    three = (before, branch, behind)
+    travel = np.linspace(0.0, min(one.travel[-1] for one in three), POINTS + 1)[1:]
+    low, here, high = (np.interp(travel, [0.0, *one.travel], [0.0, *one.change]) for one in three)
+    width = behind.turn - before.turn
+    share = float(np.clip((branch.turn - before.turn) / width, 0.0, 1.0)) if width > 0.0 else 0.5
+    return (here - low - share * (high - low)) / np.sqrt(1.0 + share**2 + (1.0 - share) ** 2)
 
 
 def _level(differences: list[np.ndarray]) -> float | None:
-    return float(np.sqrt(0.5 * np.mean(np.square(differences)))) if differences else None
+    return float(np.sqrt(np.mean(np.square(differences)))) if differences else None

@@ -99,7 +99,7 @@ def identify_operator(
     stops, cells : int
         Number of stops, and of cells along a side of the grid.
     folds : int
-        In how many parts the data are left out in turn: every so manieth curve, where there are at least twice as
+        In how many parts the data are left out in turn: every fifth curve, say, where there are at least twice as
         many, else blocks of samples. The first and the last curve are always fitted. 0 for none.
     progress : callable, optional
         Called with the share of the work done and what is being done.
@@ -157,7 +157,7 @@ def _fit(name: str, recorded: Curves, size: Size, folds: int) -> OperatorFit:
 
 
 def _without_curves(name: str, recorded: Curves, size: Size, folds: int) -> list[float]:
-    """Return the error over full scale [%] on every so manieth curve, fitted to all others."""
+    """Return the error over full scale [%] on every fifth curve, say, fitted to all others."""
     order = sorted(recorded.curves, key=lambda one: float(one.u[0]))
     errors = []
     for fold in range(folds):
@@ -195,4 +195,4 @@ def _adequacy(fit: OperatorFit, congruency: Congruency) -> tuple[str, ...]:
     told = with_unit(limit, unit_of("force", fit.operator.kind))
     share = 100.0 * limit / fit.prediction.full_scale
     where = "wherever they turned" if fit.name == "prandtl_ishlinskii" else "that turned at the same input"
-    return (f"branches {where} differ by {told} ({share:.2g} % of full scale), which this operator cannot have",)
+    return (f"branches {where} differ by {told} ({share:.2g} % of full scale): no such operator errs by less",)
