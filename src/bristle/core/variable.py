@@ -36,6 +36,7 @@ UNITS: dict[str, tuple[str, str]] = {
     "force/time": ("N/s", "N*m/s"),
     "mass": ("kg", "kg*m^2"),
     "temperature": ("K", "K"),
+    "1/temperature": ("1/K", "1/K"),
 }
 MAGNETIC = {"1": "1", "length": "T", "force": "A*m^2", "force/length": "A*m^2/T", "length/force": "T/(A*m^2)"}
 
@@ -82,7 +83,7 @@ class Variable:
         Whether it may differ between the directions of motion (the slot ``+asymmetry``).
     excitation : str
         What a log must contain for the quantity to be identified from it: ``"sliding"``, ``"speed"``,
-        ``"stribeck"``, ``"presliding"``, ``"acceleration"`` or empty.
+        ``"stribeck"``, ``"presliding"``, ``"acceleration"``, ``"place"``, ``"load"``, ``"temperature"`` or empty.
     choices : tuple of str
         Where the quantity is one of several names: what a person writes. Kernels receive its place in this tuple.
     """

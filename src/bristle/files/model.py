@@ -22,7 +22,7 @@ from bristle.files.components import (
     table_at,
 )
 from bristle.files.toml import read_toml
-from bristle.friction import MODELS, find, with_slots
+from bristle.friction import MODELS, base_of, find, with_slots
 from bristle.plants import PLANTS
 
 if TYPE_CHECKING:
@@ -137,7 +137,7 @@ def _table(model: Model, head: Mapping[str, Any]) -> Table:
 def _name_of(friction: Model, folder: Path) -> dict[str, Any]:
     """Return what names the friction model in the file: its name, or a user's file, which is copied there."""
     base, *slots = friction.name.split("+")
-    inner = getattr(friction.component, "inner", friction.component)
+    inner = base_of(friction.component)
     if MODELS.get(base) is inner:
         return {"model": friction.name}
     source = Path(inspect.getfile(inner.trial))

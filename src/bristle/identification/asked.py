@@ -14,7 +14,7 @@ from bristle.core.errors import InputError
 from bristle.core.typography import with_unit
 from bristle.core.units import quantity
 from bristle.core.variable import Kind, Variable, unit_of
-from bristle.friction import MODELS, find
+from bristle.friction import MODELS, base_of, find
 from bristle.friction.slots import OFFSET, SlottedModel, slotted
 from bristle.identification.given import number_or_text
 from bristle.identification.regression import Regression
@@ -71,9 +71,9 @@ def _components_of(one: Any) -> list[SlottedModel]:
     if not isinstance(one, FrictionModel):
         raise InputError("must be a name, a friction model or a list of them", path="model", value=one)
     component = one if isinstance(one, SlottedModel) else slotted(one, asymmetry=False)
-    if MODELS.get(component.inner.name, component.inner) is not component.inner:
-        raise InputError("is the name of a model of bristle, and this is another one", path="model",
-                         value=component.inner.name,
+    base = base_of(component)
+    if MODELS.get(base.name, base) is not base:
+        raise InputError("is the name of a model of bristle, and this is another one", path="model", value=base.name,
                          mend='Give yours a name of its own: FrictionModel(name="...")')  # fmt: skip
     return [component]
 
