@@ -12,9 +12,10 @@ __all__ = ["identify_operators", "predict_operator"]
 
 
 def identify_operators(
-    log: Path, axis: Path, model: str | None, out: Path | None, *, force: bool, as_json: bool, command: str
+    logs: list[Path], axes: list[Path], model: str | None, out: Path | None, *, force: bool, as_json: bool, command: str
 ) -> None:
     """Identify hysteresis operators from recorded curves, and write them where `out` says."""
+    from bristle.core import InputError
     from bristle.files.curves import read_curves
     from bristle.files.operator import write_operator
     from bristle.files.provenance import provenance
@@ -23,6 +24,10 @@ def identify_operators(
     from bristle.identification.operators import FITTED, identify_operator
     from bristle.report.operators import comparison_of_operators, operator_summary
 
+    if len(logs) > 1 or len(axes) > 1:
+        raise InputError("takes one file of curves, and its axis file", path="LOG", value=f"{len(logs)} files",
+                         mend="Put all curves into one file, a column telling them apart")  # fmt: skip
+    log, axis = logs[0], axes[0]
     with results_folder(out, force=force) if out else nullcontext() as folder, progress("identifying") as report:
         recorded = read_curves(log, axis)
         found = identify_operator(recorded, model or tuple(FITTED), progress=report)

@@ -41,6 +41,7 @@ __all__ = [
     "Model",
     "Motion",
     "Plant",
+    "Redundancy",
     "Reference",
     "Relation",
     "Sensor",
@@ -62,6 +63,13 @@ class Relation(NamedTuple):
     structural: bool = False
 
 
+class Redundancy(NamedTuple):
+    """A parameter that only shows as a factor of others: no measurement tells it alone."""
+
+    name: str
+    factor_of: tuple[str, ...]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Component:
     """What every descriptor has: names, the types of its data, where it comes from.
@@ -78,6 +86,8 @@ class Component:
         Source with DOI.
     relations : tuple of Relation
         Conditions between parameters.
+    redundancies : tuple of Redundancy
+        Parameters that are only seen as a factor of others.
     example : mapping
         Typical values of the parameters, in SI of a translational axis: for docs, and for the contract suite.
     """
@@ -88,6 +98,7 @@ class Component:
     State: type
     reference: str = ""
     relations: tuple[Relation, ...] = ()
+    redundancies: tuple[Redundancy, ...] = ()
     example: Mapping[str, Any] = field(default_factory=dict, compare=False)
     module: str = field(default="", compare=False)
 
@@ -222,6 +233,7 @@ class Plant(Component):
     ``step(state, effort, force, dt, p) -> (output, state)`` takes the mean force of the step.
     ``rest(state, effort, dt, p) -> state`` holds the port at a velocity of exactly zero.
     ``rate(state, effort, force, p) -> d_state`` is optional: the same equations in continuous time.
+    ``inverse(x, v, a, p) -> effort`` is what a motion takes without friction, for arrays; linear in the parameters.
     Fields ``x`` and ``v`` of its `State` are the position and velocity at the port.
     """
 
@@ -229,6 +241,7 @@ class Plant(Component):
     step: Callable[..., Any]
     rest: Callable[..., Any]
     rate: Callable[..., Any] | None = None
+    inverse: Callable[..., Any] | None = None
 
     family: ClassVar[str] = "plant"
     functions: ClassVar[tuple[str, ...]] = ("port", "step", "rest")

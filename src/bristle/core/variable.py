@@ -31,6 +31,7 @@ UNITS: dict[str, tuple[str, str]] = {
     "length/time^2": ("m/s^2", "rad/s^2"),
     "force": ("N", "N*m"),
     "force/length": ("N/m", "N*m/rad"),
+    "1/length": ("1/m", "1/rad"),
     "length/force": ("m/N", "rad/(N*m)"),
     "force*time/length": ("N*s/m", "N*m*s/rad"),
     "force/time": ("N/s", "N*m/s"),
@@ -83,7 +84,8 @@ class Variable:
         Whether it may differ between the directions of motion (the slot ``+asymmetry``).
     excitation : str
         What a log must contain for the quantity to be identified from it: ``"sliding"``, ``"speed"``,
-        ``"stribeck"``, ``"presliding"``, ``"acceleration"``, ``"place"``, ``"load"``, ``"temperature"`` or empty.
+        ``"stribeck"``, ``"presliding"``, ``"displacement"``, ``"acceleration"``, ``"place"``, ``"load"``,
+        ``"temperature"`` or empty.
     choices : tuple of str
         Where the quantity is one of several names: what a person writes. Kernels receive its place in this tuple.
     """

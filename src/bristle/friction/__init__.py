@@ -12,6 +12,7 @@ from __future__ import annotations
 from bristle.core.contracts import FrictionModel
 from bristle.core.errors import InputError, did_you_mean
 from bristle.friction.bouc_wen import MODEL as bouc_wen
+from bristle.friction.bouc_wen_classic import MODEL as bouc_wen_classic
 from bristle.friction.coulomb import MODEL as coulomb
 from bristle.friction.coulomb_viscous import MODEL as coulomb_viscous
 from bristle.friction.dahl import MODEL as dahl
@@ -31,8 +32,8 @@ from bristle.friction.viscous import MODEL as viscous
 MODELS: dict[str, FrictionModel] = {
     model.name: model
     for model in (
-        coulomb, viscous, coulomb_viscous, stribeck, dahl, reformed_dahl, bouc_wen, lugre, elastoplastic, maxwell_slip,
-        gms, preisach_lugre, leuven,
+        coulomb, viscous, coulomb_viscous, stribeck, dahl, reformed_dahl, bouc_wen, bouc_wen_classic, lugre,
+        elastoplastic, maxwell_slip, gms, preisach_lugre, leuven,
     )
 }  # fmt: skip
 
@@ -40,6 +41,7 @@ __all__ = [
     "MODELS",
     "base_of",
     "bouc_wen",
+    "bouc_wen_classic",
     "coulomb",
     "coulomb_viscous",
     "dahl",

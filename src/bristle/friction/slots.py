@@ -158,6 +158,7 @@ def slotted(model: FrictionModel, *, asymmetry: bool) -> SlottedModel:
         memory_size=lambda p: model.memory_size(p.forward),
         reference=model.reference,
         relations=tuple(_on_both_sides(relation) for relation in model.relations),
+        redundancies=model.redundancies,
         linear=model.linear,
         module=model.module,
         example=_slotted_example(model, asymmetry),

@@ -10,10 +10,11 @@ from functools import cached_property
 import numpy as np
 
 from bristle.core.contracts import Model
+from bristle.core.errors import InputError
 from bristle.core.variable import Kind
 from bristle.engine import force_along
 
-__all__ = ["Regression", "Stretch", "low_passed"]
+__all__ = ["Regression", "Stretch", "low_passed", "mechanical"]
 
 REST_IN_ROW = 0.01  # weight of samples at rest that a row may contain
 REACH = 10  # rows on either side that the decimating filter takes in
@@ -27,6 +28,15 @@ def low_passed(signal: np.ndarray, cutoff: float, sample_time: float) -> np.ndar
     return sosfiltfilt(butter(4, cutoff, fs=1.0 / sample_time, output="sos"), signal)
 
 
+def mechanical(plant: Model, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+    """Return the effort [N or N*m] that a plant takes along a motion, friction apart, shape (sample,)."""
+    inverse = plant.component.inverse
+    if inverse is None:
+        raise InputError("has no inverse: it cannot be identified from a motion", path="plant", value=plant.name,
+                         allowed="inertia, oscillator")  # fmt: skip
+    return inverse(x, v, a, plant.parameters)
+
+
 @dataclass(frozen=True)
 class Stretch:
     """A stretch of the log without gaps, at the rate of the log, filtered.
@@ -34,7 +44,7 @@ class Stretch:
     Each array has shape (sample,): time [s], position [m or rad], velocity, acceleration, effort [N or N*m].
     Position and effort have passed one and the same filter.
     A velocity of +0.0 or -0.0 stands for rest after a motion forward or backward. The edges are still there: a model
-    with a memory runs in over them.
+    with a memory runs in over them. `log` counts the logs that a regression was made of.
     """
 
     time: np.ndarray
@@ -42,6 +52,7 @@ class Stretch:
     velocity: np.ndarray
     acceleration: np.ndarray
     effort: np.ndarray
+    log: int = 0
 
 
 @dataclass(frozen=True)
@@ -85,10 +96,9 @@ class Regression:
         return self._thinned(parts)[self._in_motion]
 
     def explained(self, plant: Model, friction: Model) -> list[np.ndarray]:
-        """Return the effort that inertia and friction take along each stretch [N or N*m]."""
-        mass = plant.values["M"]
+        """Return the effort that plant and friction take along each stretch [N or N*m]."""
         return [
-            mass * stretch.acceleration + force
+            mechanical(plant, stretch.position, stretch.velocity, stretch.acceleration) + force
             for stretch, force in zip(self.stretches, self.friction_along(friction), strict=True)
         ]
 
@@ -154,6 +164,16 @@ class Regression:
             after = np.searchsorted(turns, sample)
             found.append(np.minimum(sample - turns[after - 1], turns[after] - sample))
         return self._sampled(found)
+
+    @cached_property
+    def log_of_row(self) -> np.ndarray:
+        """Which log each row is from."""
+        return self._sampled([np.full(stretch.time.size, stretch.log) for stretch in self.stretches])
+
+    @cached_property
+    def position(self) -> np.ndarray:
+        """Position of each row [m or rad]."""
+        return self.rows_of([stretch.position for stretch in self.stretches])
 
     @cached_property
     def velocity(self) -> np.ndarray:
