@@ -15,9 +15,10 @@ from bristle.core.errors import InputError
 from bristle.core.typography import with_unit
 from bristle.core.units import quantity
 from bristle.core.variable import Kind, Variable, unit_of
-from bristle.friction import MODELS, base_of, find
+from bristle.friction import MODELS, base_of, find, maxwell_slip
 from bristle.friction.slots import OFFSET, SlottedModel, slotted
 from bristle.identification.given import number_or_text
+from bristle.identification.places import places_of
 from bristle.identification.regression import Regression
 from bristle.identification.unknowns import Held, Unknowns, stroke_of
 from bristle.plants import PLANTS, inertia
@@ -33,12 +34,13 @@ ONE_WAY = 0.01  # share of the samples below which a direction counts as not see
 class Known:
     """What is known of the axis beforehand: the plant, those of its parameters that are known, and the offset.
 
-    An offset of None is to be identified.
+    An offset of None is to be identified; so is the pitch of the screw.
     """
 
     offset: float | None = None
     values: Mapping[str, float] = field(default_factory=dict)
     plant: Plant = inertia
+    pitch: float | None = None
 
 
 def models_of(model: Any) -> tuple[FrictionModel, ...]:
@@ -86,14 +88,20 @@ def _components_of(one: Any) -> list[SlottedModel]:
 
 
 def _refuse_arrays(component: FrictionModel) -> None:
-    arrays = [name for name in component.variables if component.is_array(name)]
+    slips = base_of(component) is maxwell_slip
+    arrays = [name for name in component.variables if component.is_array(name) and not slips]
     choices = [name for name, variable in component.variables.items() if variable.choices]
+    if slips and "F_C" not in component.variables:
+        raise InputError(
+            "is not identified by direction: in pre-sliding that is an offset, once the motion has been to and fro",
+            path="model", value=component.name, mend=f"Write {component.name.replace('+asymmetry', '')}",
+        )  # fmt: skip
     for names, what in ((arrays, "lists of numbers"), (choices, "choices of names")):
         if names:
             raise InputError(
                 f"{component.name} has {what} ({', '.join(names)}), which inverse dynamics does not identify",
                 path="model", value=component.name,
-                mend="Fit dahl or lugre, or write the parameters into a model file yourself",
+                mend="Fit dahl, lugre or maxwell_slip, or write the parameters into a model file yourself",
             )  # fmt: skip
 
 
@@ -115,13 +123,14 @@ def known_of(axis: Axis | None, mass: float | str | None, offset: float | str | 
     values = {} if axis is None else {"c": axis.damping, "k": axis.stiffness}
     values = {name: value for name, value in ({"M": chosen_mass} | values).items() if value is not None}
     plant = PLANTS[axis.plant] if axis is not None else inertia
+    pitch = axis.pitch if axis is not None else None
     chosen = offset if offset is not None else (axis.offset if axis is not None else "identify")
     if chosen == "identify":
-        return Known(None, values, plant)
+        return Known(None, values, plant, pitch)
     value = quantity(chosen, OFFSET, kind, path="offset")
     if not math.isfinite(value):
         raise InputError("must be a number", path="offset", value=chosen, allowed='a force, or "identify"')
-    return Known(value, values, plant)
+    return Known(value, values, plant, pitch)
 
 
 def unknowns_of(component: FrictionModel, known: Known, regression: Regression) -> Unknowns:
@@ -134,6 +143,7 @@ def unknowns_of(component: FrictionModel, known: Known, regression: Regression) 
     """
     held = {name: Held(value, "given as known") for name, value in known.values.items()}
     held |= _redundant(component, stroke_of(regression))
+    held |= places_of(component, regression, known.pitch)
     for name, variable in component.variables.items():
         if name == "offset":
             continue

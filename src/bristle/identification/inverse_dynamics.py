@@ -18,22 +18,27 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel
 from bristle.core.errors import InputError
-from bristle.friction import find
+from bristle.friction import base_of, find, maxwell_slip
 from bristle.identification.asked import Known, known_of, models_of, refuse_reversed_effort, unknowns_of
+from bristle.identification.elements import Elements
 from bristle.identification.findings import fit_of
 from bristle.identification.given import logs_and_axes, treatment_of, whole_number
 from bristle.identification.held_out import held_out_error
+from bristle.identification.places import pitch_in
 from bristle.identification.problem import Problem
 from bristle.identification.ranking import ranked
 from bristle.identification.regression import Regression
 from bristle.identification.result import Fit, Identification
 from bristle.identification.search import Search
+from bristle.identification.shaped import in_lists, shaped
 from bristle.identification.several import treat_all
 from bristle.identification.solution import solve_linear
 from bristle.identification.unknowns import Scales, scales_of
 from bristle.logs.log import Log
 
 __all__ = ["identify"]
+
+LEAST_LEVEL = 0.01  # of the effort: a Coulomb force that says nothing of the magnitude of friction
 
 Progress = Callable[[float, str], None]
 
@@ -153,11 +158,20 @@ class _Workbench:
         refuse_reversed_effort(regression, _unbounded(regression, Known(plant=known.plant)))
         unknowns = unknowns_of(find("coulomb_viscous"), known, regression)
         bounded = unknowns.complete(solve_linear(Problem(regression, unknowns)).values)
+        if bounded["F_C"] <= LEAST_LEVEL * effort:
+            # Pre-sliding over much of the stroke looks viscous: its level is that of all friction.
+            friction = bounded["F_v"] * regression.velocity + bounded["F_C"] * np.sign(regression.velocity)
+            bounded["F_C"] = max(float(np.sqrt(np.mean(friction**2))), bounded["F_C"])
         return cls(regression, known, bounded, scales_of(regression, max(bounded["F_C"], 0.01 * effort)))
 
     def fit(self, component: FrictionModel, blocks: int, report: Callable[[float], None]) -> Fit:
         """Fit one model."""
         report(0.0)
+        if "pitch" in component.variables and self.known.pitch is None:
+            known = replace(self.known, pitch=self._pitch())
+            return replace(self, known=known).fit(component, blocks, report)
+        if base_of(component) is maxwell_slip:
+            return self._fit_elements(component, blocks, report)
         problem = Problem(self.regression, unknowns_of(component, self.known, self.regression))
         if component.linear and not component.relations:
             solution = solve_linear(problem)
@@ -171,9 +185,35 @@ class _Workbench:
             def on_rows(rows: np.ndarray):
                 return search.refit(solution.values, rows)
 
+        def predicted(rows: np.ndarray) -> np.ndarray:
+            return problem.predicted(problem.unknowns.complete(on_rows(rows).values))
+
         held_out = None
         if blocks:
-            held_out = held_out_error(problem, on_rows, blocks, lambda share: report(0.6 + 0.4 * share))
+            held_out = held_out_error(self.regression, predicted, blocks, lambda share: report(0.6 + 0.4 * share))
         fit = fit_of(problem, solution, self.scales)
         report(1.0)
         return replace(fit, held_out=held_out)
+
+    def _fit_elements(self, component: FrictionModel, blocks: int, report: Callable[[float], None]) -> Fit:
+        """Fit elements that slip: their shape comes with the solution."""
+        prototype = shaped(component, np.ones(1), np.ones(1))
+        elements = Elements(self.regression, component, unknowns_of(prototype, self.known, self.regression))
+
+        def predicted(rows: np.ndarray) -> np.ndarray:
+            there, best = elements.solution(rows)
+            return there.predicted(there.unknowns.complete(best.values))
+
+        problem, solution = elements.solution()
+        report(0.5)
+        held_out = None
+        if blocks:
+            held_out = held_out_error(self.regression, predicted, blocks, lambda share: report(0.5 + 0.5 * share))
+        fit = fit_of(problem, solution, self.scales)
+        report(1.0)
+        return replace(fit, friction=in_lists(fit.friction), held_out=held_out)
+
+    def _pitch(self) -> float:
+        """Return the pitch of the screw, found in what Coulomb and viscous friction leave."""
+        problem = Problem(self.regression, unknowns_of(find("coulomb_viscous"), self.known, self.regression))
+        return pitch_in(problem, self.sliding)

@@ -48,9 +48,14 @@ class NormalEquations:
     rows: int
 
     @classmethod
-    def of(cls, columns: np.ndarray, target: np.ndarray) -> NormalEquations:
-        """Return the equations of a regressor, shape (row, weight), and a target, shape (row,)."""
+    def of(cls, columns: np.ndarray, target: np.ndarray, *, constant: bool = True) -> NormalEquations:
+        """Return the equations of a regressor, shape (row, weight), and a target, shape (row,).
+
+        Without a `constant`, the means stay in both and the offset is zero.
+        """
         middle, level = columns.mean(axis=0), float(target.mean())
+        if not constant:
+            middle, level = np.zeros_like(middle), 0.0
         centred = columns - middle
         scale = np.sqrt(np.einsum("ij,ij->j", centred, centred))
         scale[scale <= UNSEEN * max(float(scale.max(initial=0.0)), np.finfo(float).tiny)] = 0.0
@@ -59,17 +64,26 @@ class NormalEquations:
         return cls(centred.T @ centred, centred.T @ rest, scale, middle, level, float(rest @ rest), target.size)
 
     def solve(self, signs: np.ndarray | None = None) -> Weighted:
-        """Return the best weights of which each has its sign (positive where none are given) or is zero."""
+        """Return the best weights of which each has its sign or is zero; those of sign 0 are free.
+
+        Parameters
+        ----------
+        signs : ndarray of +1, 0 and -1, optional
+            Sign of each weight; all positive where not given.
+        """
         from scipy.optimize import nnls
 
+        signs = np.ones(self.scale.size) if signs is None else signs
         seen = np.flatnonzero(self.scale)
-        side = np.ones(seen.size) if signs is None else signs[seen]
+        # A weight of any sign is the difference of two.
+        free = seen[signs[seen] == 0.0]
+        side = np.concatenate([np.where(signs[seen] == 0.0, 1.0, signs[seen]), -np.ones(free.size)])
+        seen = np.concatenate([seen, free])
         gram = self.gram[np.ix_(seen, seen)] * np.outer(side, side)
         root = np.linalg.cholesky(gram + RIDGE * max(seen.size, 1) * np.eye(seen.size))
         target = np.linalg.solve(root, side * self.right[seen])
         unit = nnls(root.T, target, maxiter=30 * max(seen.size, 1))[0]
-        weights = np.zeros(self.scale.size)
-        weights[seen] = side * unit / self.scale[seen]
+        weights = np.bincount(seen, side * unit / self.scale[seen], minlength=self.scale.size)
         left = self.square - 2.0 * float(unit @ (side * self.right[seen])) + float(unit @ gram @ unit)
         rms = float(np.sqrt(max(left, 0.0) / self.rows))
         return Weighted(weights, self.level - float(self.middle @ weights), rms)
