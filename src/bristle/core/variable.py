@@ -14,8 +14,20 @@ from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
 from bristle.core.errors import InputError, did_you_mean
 
-__all__ = ["KINDS", "MAGNETIC", "UNITS", "Kind", "Variable", "is_array", "is_integer", "unit_of", "variables_of"]
+__all__ = [
+    "KINDS",
+    "MAGNETIC",
+    "UNITS",
+    "AxisKind",
+    "Kind",
+    "Variable",
+    "is_array",
+    "is_integer",
+    "unit_of",
+    "variables_of",
+]
 
+AxisKind = Literal["translational", "rotational"]
 Kind = Literal["translational", "rotational", "magnetic"]
 # Kinds of axis; only a hysteresis operator can be magnetic.
 KINDS: tuple[Kind, ...] = ("translational", "rotational")

@@ -34,9 +34,9 @@ class Place(NamedTuple):
 
     x_0: Annotated[float, Variable("length", "middle of the range of positions")] = 0.0
     x_L: Annotated[float, Variable("length", "half of the range of positions", min=1e-12)] = 1.0
-    p_1: Annotated[float, Variable("1", "change of friction from x_0 to x_0 + x_L", nominal=0.1, excitation="place")] = (
-        0.0
-    )
+    p_1: Annotated[
+        float, Variable("1", "change of friction from x_0 to x_0 + x_L", nominal=0.1, excitation="place")
+    ] = 0.0
     p_2: Annotated[
         float, Variable("1", "change of friction, its even part", nominal=0.1, excitation="place")
     ] = 0.0  # fmt: skip

@@ -162,7 +162,7 @@ class Elements:
 
     @cached_property
     def _varying(self) -> np.ndarray:
-        """What the slots multiply, each element and the velocity: plain, then times each cause; (cause, row, column)."""
+        """What the slots multiply, elements and velocity: plain, then times each cause; shape (cause, row, column)."""
         parts = []
         for r in (*self.thresholds.tolist(), None):
             forces = [self._answer(one, r) for one in self.regression.stretches]
@@ -185,10 +185,9 @@ class Elements:
 
     def _cause(self, name: str, one: Stretch) -> np.ndarray:
         """Return what a factor multiplies along a stretch, shape (sample,)."""
-        if name == "k_L":
-            return one.load - NOMINAL_LOAD
-        if name == "k_T":
-            return one.temperature - NOMINAL_TEMPERATURE
+        if name in ("k_L", "k_T"):
+            signal, nominal = ("load", NOMINAL_LOAD) if name == "k_L" else ("temperature", NOMINAL_TEMPERATURE)
+            return one.surroundings[signal] - nominal
         share = self._share(one)
         return share if name == "p_1" else share * share
 

@@ -14,6 +14,7 @@ from bristle.core.typography import with_unit
 from bristle.core.variable import Kind
 from bristle.identification.excitation import out_of_sight, why_unidentifiable
 from bristle.identification.problem import Problem
+from bristle.identification.repetition import about_amplitudes
 from bristle.identification.residual import about_held_effort, about_noise, about_residual
 from bristle.identification.result import Estimate, Fit, Traces
 from bristle.identification.solution import Solution
@@ -60,6 +61,7 @@ def fit_of(problem: Problem, solution: Solution, scales: Scales) -> Fit:
             *about_held_effort(problem, estimates),
             *about_noise(problem),
             *about_residual(problem, values, error),
+            *about_amplitudes(regression, problem.model(values)),
         ),
         assumptions=_assumptions(problem),
     )

@@ -19,7 +19,8 @@ from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel
 from bristle.core.errors import InputError
 from bristle.friction import base_of, find, maxwell_slip
-from bristle.identification.asked import Known, known_of, models_of, refuse_reversed_effort, unknowns_of
+from bristle.friction.slots import SlottedModel
+from bristle.identification.asked import Known, freed, known_of, models_of, refuse_reversed_effort, unknowns_of
 from bristle.identification.elements import Elements
 from bristle.identification.findings import fit_of
 from bristle.identification.given import logs_and_axes, treatment_of, whole_number
@@ -28,10 +29,11 @@ from bristle.identification.places import pitch_in
 from bristle.identification.problem import Problem
 from bristle.identification.ranking import ranked
 from bristle.identification.regression import Regression
-from bristle.identification.result import Fit, Identification
+from bristle.identification.repetition import about_repetition
+from bristle.identification.result import Fit, HeldOut, Identification
 from bristle.identification.search import Search
-from bristle.identification.shaped import in_lists, shaped
 from bristle.identification.several import treat_all
+from bristle.identification.shaped import in_lists, shaped
 from bristle.identification.solution import solve_linear
 from bristle.identification.unknowns import Scales, scales_of
 from bristle.logs.log import Log
@@ -47,7 +49,7 @@ def identify(
     log: Log | str | PathLike[str] | Sequence[Log | str | PathLike[str]], model: Any = "coulomb_viscous", *,
     axis: Axis | str | PathLike[str] | Sequence[Axis | str | PathLike[str]] | None = None,
     cutoff: float | str | None = None, decimation: int | None = None, blocks: int = 5,
-    offset: float | str | None = None, mass: float | str | None = None,
+    offset: float | str | None = None, mass: float | str | None = None, free: str | Sequence[str] = (),
     progress: Progress | None = None,
 ) -> Identification:  # fmt: skip
     """Identify one friction model or several from a log, with the inertia, and rank them.
@@ -72,6 +74,9 @@ def identify(
         Constant part of the force [N or N*m] if known, or text with a unit; the axis decides where it is not given.
     mass : float or str, optional
         Moving mass [kg] or inertia [kg*m^2] if known, or text with a unit; the axis decides where it is not given.
+    free : str or sequence of str
+        Shapes that are identified too, instead of being kept at their default: ``"exponent"`` of the Dahl model;
+        several separated by commas.
     progress : callable, optional
         Called with the share of the work done and what is being done.
 
@@ -101,7 +106,7 @@ def identify(
             raise InputError("has no effort, which inverse dynamics needs", path=f"log {one.source.name}".strip(),
                              mend="Name the column of force, torque or current in the axis file")  # fmt: skip
     kind = logs[0].kind
-    known = known_of(axes[0], mass, offset, kind)
+    known = replace(known_of(axes[0], mass, offset, kind), free=freed(free, components))
     regression = treat_all(logs, axes, *treatment_of(cutoff, decimation, kind))
     workbench = _Workbench.of(regression, known)
     fits = []
@@ -170,7 +175,7 @@ class _Workbench:
         if "pitch" in component.variables and self.known.pitch is None:
             known = replace(self.known, pitch=self._pitch())
             return replace(self, known=known).fit(component, blocks, report)
-        if base_of(component) is maxwell_slip:
+        if isinstance(component, SlottedModel) and base_of(component) is maxwell_slip:
             return self._fit_elements(component, blocks, report)
         problem = Problem(self.regression, unknowns_of(component, self.known, self.regression))
         if component.linear and not component.relations:
@@ -193,9 +198,9 @@ class _Workbench:
             held_out = held_out_error(self.regression, predicted, blocks, lambda share: report(0.6 + 0.4 * share))
         fit = fit_of(problem, solution, self.scales)
         report(1.0)
-        return replace(fit, held_out=held_out)
+        return self._finished(fit, held_out)
 
-    def _fit_elements(self, component: FrictionModel, blocks: int, report: Callable[[float], None]) -> Fit:
+    def _fit_elements(self, component: SlottedModel, blocks: int, report: Callable[[float], None]) -> Fit:
         """Fit elements that slip: their shape comes with the solution."""
         prototype = shaped(component, np.ones(1), np.ones(1))
         elements = Elements(self.regression, component, unknowns_of(prototype, self.known, self.regression))
@@ -211,7 +216,14 @@ class _Workbench:
             held_out = held_out_error(self.regression, predicted, blocks, lambda share: report(0.5 + 0.5 * share))
         fit = fit_of(problem, solution, self.scales)
         report(1.0)
-        return replace(fit, friction=in_lists(fit.friction), held_out=held_out)
+        friction = in_lists(fit.friction)
+        # Level and stiffness count among the parameters.
+        further = max(len(friction.values["k_i"]) - 2, 0)
+        return self._finished(replace(fit, friction=friction, further=further), held_out)
+
+    def _finished(self, fit: Fit, held_out: HeldOut | None) -> Fit:
+        repeated = about_repetition(self.regression) if held_out and held_out.of == "time blocks" else ()
+        return replace(fit, held_out=held_out, warnings=(*fit.warnings, *repeated))
 
     def _pitch(self) -> float:
         """Return the pitch of the screw, found in what Coulomb and viscous friction leave."""

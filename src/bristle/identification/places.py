@@ -1,4 +1,4 @@
-"""What the slots of a model need to know of a log: the range of positions, the pitch of the screw, load, temperature."""
+"""What the slots of a model need to know of a log: range of positions, pitch of the screw, load, temperature."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def places_of(component: FrictionModel, regression: Regression, pitch: float | N
     regression : Regression
         The log.
     pitch : float or None
-        Travel for one turn of the screw [m or rad], where it is known.
+        Travel for one turn of the screw [m or rad].
 
     Raises
     ------
@@ -53,12 +53,12 @@ def places_of(component: FrictionModel, regression: Regression, pitch: float | N
         found["x_0"] = Held(0.5 * (low + high), "the middle of the range of the log")
         found["x_L"] = Held(0.5 * (high - low), "half of the range of the log")
     if "pitch" in component.variables and pitch is not None:
-        found["pitch"] = Held(pitch, "known from the axis file")
+        found["pitch"] = Held(pitch, "the lead of the axis file, or else the period of what simple friction leaves")
     return found
 
 
-def pitch_in(problem: Problem, values: Mapping[str, float]) -> Held:
-    """Return the period over the position of what a model leaves of a log.
+def pitch_in(problem: Problem, values: Mapping[str, float]) -> float:
+    """Return the period over the position of what a model leaves of a log [m or rad].
 
     The wave that takes most of the residual is looked for, evenly in the number of turns over the range, and refined.
 
@@ -87,7 +87,7 @@ def pitch_in(problem: Problem, values: Mapping[str, float]) -> Held:
     best = turns[int(np.argmax([_explained(x, residual, one / stroke) for one in turns.tolist()]))]
     near = np.linspace(best - step, best + step, REFINED)
     best = near[int(np.argmax([_explained(x, residual, one / stroke) for one in near.tolist()]))]
-    return Held(stroke / float(best), "the period over the position of what Coulomb and viscous friction leave")
+    return stroke / float(best)
 
 
 def _explained(x: np.ndarray, residual: np.ndarray, frequency: float) -> float:

@@ -125,10 +125,7 @@ class Regression:
     def friction_along(self, friction: Model) -> list[np.ndarray]:
         """Return the friction force along each stretch [N or N*m], filtered as the effort is."""
         dt = self.sample_time
-        return [
-            self.filtered(one.answer(friction, dt))
-            for one in self.stretches
-        ]
+        return [self.filtered(one.answer(friction, dt)) for one in self.stretches]
 
     def filtered(self, part: np.ndarray) -> np.ndarray:
         """Return a signal along a stretch behind the filter that effort and position have passed."""

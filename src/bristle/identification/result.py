@@ -128,6 +128,8 @@ class Fit:
         What cannot be identified and why; what was taken for granted.
     rank : int
         1 for the best of the models compared.
+    further : int
+        Free numbers besides the parameters: the shape of the elements of ``maxwell_slip``.
     """
 
     plant: Model
@@ -142,6 +144,7 @@ class Fit:
     warnings: tuple[str, ...] = ()
     assumptions: tuple[str, ...] = ()
     rank: int = 1
+    further: int = 0
 
     @property
     def name(self) -> str:
