@@ -23,8 +23,6 @@ import numpy as np
 
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE
 from bristle.core.errors import InputError
-from bristle.core.typography import with_unit
-from bristle.core.variable import unit_of
 from bristle.friction import maxwell_slip
 from bristle.friction.slots import SlottedModel
 from bristle.identification.operators.stops import thresholds_over
@@ -37,7 +35,7 @@ from bristle.identification.unknowns import Unknowns
 
 __all__ = ["Elements"]
 
-COUNT = 30
+COUNT_LEAST, PER_DECADE = 20, 12  # of the thresholds
 STEPS_LEAST, NOISE_LEAST = 2.0, 5.0  # of the encoder, of the noise of the position: the smallest threshold
 DECADES_MOST = 5.0
 COVERED = 0.9  # of the range of a stretch: from there on no element remembers how the log began
@@ -69,14 +67,11 @@ class Elements:
         ``maxwell_slip`` with its slots.
     unknowns : Unknowns
         What is free and what is held, the elements by their level and stiffness.
-    count : int
-        Number of thresholds.
     """
 
     regression: Regression
     component: SlottedModel
     unknowns: Unknowns
-    count: int = COUNT
 
     @cached_property
     def thresholds(self) -> np.ndarray:
@@ -84,13 +79,8 @@ class Elements:
         one = self.regression
         reach = 0.5 * max(float(np.ptp(stretch.position)) for stretch in one.stretches)
         least = max(STEPS_LEAST * one.resolution, NOISE_LEAST * one.noise, reach * 10.0**-DECADES_MOST)
-        if not least < reach:
-            told, step = (with_unit(value, unit_of("length", one.kind)) for value in (2.0 * reach, least))
-            raise InputError(
-                f"moves by {told} only, which the position recorded does not resolve", path="log.position",
-                allowed=f"several times {step}", mend="Fit coulomb_viscous, or record a finer position",
-            )  # fmt: skip
-        return thresholds_over(reach, self.count, least)
+        count = max(COUNT_LEAST, round(PER_DECADE * np.log10(max(reach / least, 1.0))))
+        return thresholds_over(reach, count, least)
 
     def solution(self, rows: np.ndarray | slice = slice(None)) -> tuple[Problem, Solution]:
         """Return the problem with the elements of the best shape, and its solution, from some of the rows."""

@@ -16,7 +16,7 @@ from bristle.identification.unknowns import Held
 
 __all__ = ["pitch_in", "places_of"]
 
-TURNS_LEAST, ROWS_A_TURN = 3.0, 4.0  # in the log, for a pitch to be looked for
+TURNS_LEAST = 3.0  # over the range, for a pitch to be looked for
 STEPS_A_TURN = 8.0  # of the scan, over one more turn in the whole range
 SCAN_MOST = 20_000
 REFINED = 40
@@ -72,12 +72,13 @@ def pitch_in(problem: Problem, values: Mapping[str, float]) -> float:
     Raises
     ------
     InputError
-        If the log goes through less than three turns of any pitch that its rows resolve.
+        If the log goes through less than three turns of any pitch that passes its filter.
     """
     regression = problem.regression
     x, residual = regression.position, regression.effort - problem.predicted(values)
     stroke = float(np.ptp(x))
-    most = stroke / (ROWS_A_TURN * float(np.quantile(np.abs(np.diff(x)), 0.9)))
+    # At half of the speeds the wave passes the filter.
+    most = stroke * regression.cutoff / float(np.median(np.abs(regression.velocity)))
     if most <= TURNS_LEAST:
         raise InputError("does not resolve a pitch", path="log.position",
                          value=f"a range of {with_unit(stroke, unit_of('length', regression.kind))}",
