@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion, Reference
+from bristle.core.contracts import Motion, Reference
 from bristle.core.dispatch import (
     controller_step,
     friction_commit,
@@ -48,11 +48,11 @@ def make_force_along(parameters: Structure, state: Structure) -> Callable[..., A
     """Return the entry that runs one friction model along a prescribed motion."""
     unpack, load, store = unpacker(parameters), unpacker(state), packer(state)
 
-    def force_along(p_vector, state_vector, memory, v, x, dt, force):
+    def force_along(p_vector, state_vector, memory, v, x, loads, temperatures, dt, force):
         p = unpack(p_vector)
         s = load(state_vector)
         for k in range(v.size):
-            force[k], move = friction_trial(s, memory, Motion(v[k], x[k], NOMINAL_LOAD, NOMINAL_TEMPERATURE), dt, p)
+            force[k], move = friction_trial(s, memory, Motion(v[k], x[k], loads[k], temperatures[k]), dt, p)
             s = friction_commit(s, memory, move, p)
         store(s, state_vector)
         return 0.0

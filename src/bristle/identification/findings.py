@@ -227,7 +227,7 @@ def _assumptions(problem: Problem, *, by_output: bool) -> tuple[str, ...]:
         f"position, effort and friction filtered at {regression.cutoff:g} Hz without phase, {regression.dropped} "
         f"samples dropped at each edge, one row for {regression.decimation} samples"
     )
-    if regression.rest_share > 0.0:
+    if regression.rest_share > 0.0 and not regression.keeps_rests:
         found.append(
             f"{100.0 * regression.rest_share:.3g} % of the samples are at rest and left out: there friction balances "
             "whatever effort there is"

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 from bristle.core.contracts import Model
@@ -9,41 +12,41 @@ from bristle.engine import force_along
 
 __all__ = ["place_of", "started_force"]
 
-PLACES = 11  # tried first, from one stop to the other
-FINER = 14  # evaluations between the two neighbours of the best
+Signals = Mapping[str, np.ndarray]
+PLACES = 7  # tried first, from one stop to the other
+FINER = 8  # evaluations between the two neighbours of the best
+FIRST = 4000  # samples that are looked at first
+MARGIN = 100  # samples without a difference that end the look-out
 ALIKE = 1e-9  # of the largest force: two runs that have become the same
 
 
-def started_force(friction: Model, v: np.ndarray, dt: float, x: np.ndarray, target: np.ndarray | None) -> np.ndarray:
-    """Return the friction force along a motion [N or N*m], begun where it fits best.
+def started_force(friction: Model, dt: float, signals: Signals, target: np.ndarray) -> np.ndarray:
+    """Return the force of a friction model along a motion [N or N*m], begun where it fits best.
 
     Parameters
     ----------
     friction : Model
-        A friction model; one without a `start` begins virgin.
-    v, dt, x : ndarray, float, ndarray
-        As `force_along` takes them.
-    target : ndarray, shape (step,), or None
-        The friction that was measured [N or N*m]; None where there is none to begin with.
+        A friction model with a `start`.
+    dt : float
+        Length of a step [s].
+    signals : mapping of str to ndarray, shape (step,)
+        The motion, as `force_along` takes it.
+    target : ndarray, shape (step,)
+        The friction that was measured [N or N*m].
     """
-    if friction.component.start is None or target is None:
-        return force_along(friction, v, dt, x)
-    return force_along(friction, v, dt, x, state=_state(friction, place_of(friction, v, dt, x, target)))
+    return force_along(friction, dt=dt, state=_state(friction, place_of(friction, dt, signals, target)), **signals)
 
 
-def place_of(friction: Model, v: np.ndarray, dt: float, x: np.ndarray, target: np.ndarray) -> float:
+def place_of(friction: Model, dt: float, signals: Signals, target: np.ndarray) -> float:
     """Return where a contact stood at first, from -1, about to slip backward, to 1, about to slip forward."""
-    low, high = (force_along(friction, v, dt, x, state=_state(friction, place)) for place in (-1.0, 1.0))
-    apart = np.flatnonzero(np.abs(high - low) > ALIKE * max(float(np.max(np.abs(high))), 1e-300))
-    if not apart.size:
+    count = _forgotten(friction, dt, signals)
+    if not count:
         return 0.0
-    # Beyond the last sample at which the two extremes differ, no start shows any more.
-    first = slice(0, int(apart[-1]) + 1)
-    wanted, along, at = target[first], v[first], x[first]
+    first = _cut(signals, count)
 
     def cost(place: float) -> float:
-        force = force_along(friction, along, dt, at, state=_state(friction, place))
-        return float(np.sum((wanted - force) ** 2))
+        force = force_along(friction, dt=dt, state=_state(friction, place), **first)
+        return float(np.sum((target[:count] - force) ** 2))
 
     from scipy.optimize import minimize_scalar
 
@@ -54,5 +57,22 @@ def place_of(friction: Model, v: np.ndarray, dt: float, x: np.ndarray, target: n
     return float(found.x)
 
 
-def _state(friction: Model, place: float):
+def _forgotten(friction: Model, dt: float, signals: Signals) -> int:
+    """Return after how many samples no start shows any more: the two extremes have become the same."""
+    count, whole = 0, signals["v"].size
+    for size in (*(FIRST * 4**k for k in range(12) if FIRST * 4**k < whole), whole):
+        part = _cut(signals, size)
+        low, high = (force_along(friction, dt=dt, state=_state(friction, at), **part) for at in (-1.0, 1.0))
+        apart = np.flatnonzero(np.abs(high - low) > ALIKE * max(float(np.max(np.abs(high))), 1e-300))
+        count = int(apart[-1]) + 1 if apart.size else 0
+        if count < size - MARGIN:
+            return count
+    return count
+
+
+def _cut(signals: Signals, count: int) -> dict[str, np.ndarray]:
+    return {name: values[:count] for name, values in signals.items()}
+
+
+def _state(friction: Model, place: float) -> Any:
     return friction.component.start(place, friction.parameters)
