@@ -196,7 +196,7 @@ def _varied(model: FrictionModel, slots: tuple[str, ...]) -> VariedModel:
 _CAUSES = {"position": "position", "periodic": "the angle of the screw", "load": "load", "temperature": "temperature"}
 _EXAMPLE = {
     "x_0": 0.1, "x_L": 0.1, "p_1": 0.05, "p_2": -0.08, "a_1": 0.6, "a_2": 0.4, "pitch": 5e-3, "c_1": 0.7, "s_1": -0.3,
-    "k_L": 0.8, "k_T": -0.01,
+    "c_2": 0.3, "s_2": 0.2, "k_L": 0.8, "k_T": -0.01,
 }  # fmt: skip
 
 
