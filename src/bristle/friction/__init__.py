@@ -34,8 +34,8 @@ from bristle.friction.viscous import MODEL as viscous
 MODELS: dict[str, FrictionModel] = {
     model.name: model
     for model in (
-        coulomb, viscous, coulomb_viscous, stribeck, stribeck_free, dahl, reformed_dahl, bouc_wen, bouc_wen_classic, lugre,
-        elastoplastic, maxwell_slip, gms, gap_slider, preisach_lugre, leuven,
+        coulomb, viscous, coulomb_viscous, stribeck, stribeck_free, dahl, reformed_dahl, bouc_wen, bouc_wen_classic,
+        lugre, elastoplastic, maxwell_slip, gms, gap_slider, preisach_lugre, leuven,
     )
 }  # fmt: skip
 

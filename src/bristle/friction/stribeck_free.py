@@ -1,10 +1,10 @@
-r"""Static friction that falls or rises with speed before it levels off: the Stribeck curve with an amplitude of any sign.
+r"""Static friction that falls or rises with speed before it levels off: a Stribeck curve of either sign.
 
 .. math::
     F = G(v) \operatorname{sgn} v + F_v\,v, \qquad G(v) = F_C + (F_0 - F_C)\,e^{-|v/v_S|^{\delta_S}}
 
-For :math:`F_0 > F_C` this is the Stribeck effect, as in ``stribeck``. For :math:`F_0 < F_C` friction rises over the first
-few :math:`v_S`, as it does where grease or seals are sheared, or preloaded balls roll: then there is no
+For :math:`F_0 > F_C` this is the Stribeck effect, as in ``stribeck``. For :math:`F_0 < F_C` friction rises over the
+first few :math:`v_S`, as it does where grease or seals are sheared, or preloaded balls roll: then there is no
 break-away peak, and no stick-slip from it. At rest :math:`F \in [-F_0, F_0]`.
 
 References

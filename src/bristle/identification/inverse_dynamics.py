@@ -128,7 +128,8 @@ def identify(
             "rows": float(regression.effort.size),
             "rest_percent": 100.0 * regression.rest_share,
             "velocity_max": float(np.max(np.abs(regression.velocity))),
-        },
+        }
+        | ({"delay": regression.delay} if regression.delay else {}),
     )
 
 

@@ -102,6 +102,8 @@ class Regression:
         Samples dropped at each edge of each stretch.
     held : bool or None
         Whether the recorded effort acts until the next sample; None where nobody said so.
+    delay : float
+        By which the effort lagged the position before it was moved back [s].
     keeps_rests : bool
         Whether rows at rest are kept.
     """
@@ -116,6 +118,7 @@ class Regression:
     dropped: int
     held: bool | None = None
     keeps_rests: bool = False
+    delay: float = 0.0
 
     def rows_of(self, parts: Sequence[np.ndarray]) -> np.ndarray:
         """Return the rows of a signal, which is given along each whole stretch, shape (row,)."""

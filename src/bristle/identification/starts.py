@@ -53,7 +53,7 @@ def place_of(friction: Model, dt: float, signals: Signals, target: np.ndarray) -
     places = np.linspace(-1.0, 1.0, PLACES)
     best = int(np.argmin([cost(place) for place in places.tolist()]))
     ends = float(places[max(best - 1, 0)]), float(places[min(best + 1, PLACES - 1)])
-    found = minimize_scalar(cost, bounds=ends, method="bounded", options={"maxiter": FINER, "xatol": 1e-4})
+    found: Any = minimize_scalar(cost, bounds=ends, method="bounded", options={"maxiter": FINER, "xatol": 1e-4})
     return float(found.x)
 
 
