@@ -25,10 +25,11 @@ from bristle.identification.elements import Elements
 from bristle.identification.findings import fit_of
 from bristle.identification.given import logs_and_axes, treatment_of, whole_number
 from bristle.identification.held_out import held_out_error
+from bristle.identification.interruption import UNFINISHED, asks_for_what_there_is
 from bristle.identification.output_error import OutputError, held_out_position, one_period, refined
 from bristle.identification.places import pitch_in
 from bristle.identification.problem import Problem
-from bristle.identification.ranking import ranked
+from bristle.identification.ranking import in_order
 from bristle.identification.regression import Regression
 from bristle.identification.repetition import about_repetition
 from bristle.identification.result import Fit, HeldOut, Identification
@@ -113,12 +114,20 @@ def identify(
     treated = [one_period(log, axis) for log, axis in zip(logs, axes, strict=True)] if by_output else logs
     regression = treat_all(treated, axes, *treatment_of(cutoff, decimation, kind))
     workbench = _Workbench.of(regression, known, tuple(zip(logs, axes, strict=True)) if by_output else ())
-    fits = []
+    fits: list[Fit] = []
     for number, component in enumerate(components):
         report = _share(progress, number, len(components), component.name)
-        fits.append(workbench.fit(component, blocks, report))
+        try:
+            fits.append(workbench.fit(component, blocks, report))
+        except KeyboardInterrupt as error:
+            if not fits or not asks_for_what_there_is(error):
+                raise
+            break
+        if fits[-1].unfinished:
+            break
     return Identification(
-        fits=tuple(replace(fit, rank=rank) for rank, fit in enumerate(ranked(fits), 1)),
+        fits=tuple(replace(fit, rank=rank) for rank, fit in enumerate(in_order(fits), 1)),
+        unfinished=_unfinished(fits, [one.name for one in components]),
         log=logs[0],
         further_logs=tuple(logs[1:]),
         treatment={
@@ -131,6 +140,14 @@ def identify(
         }
         | ({"delay": regression.delay} if regression.delay else {}),
     )
+
+
+def _unfinished(fits: Sequence[Fit], asked: Sequence[str]) -> str:
+    """Return what was interrupted, in words; nothing where all was done."""
+    missing = asked[len(fits) :]
+    said = [f"{fit.name} is the best found until then" for fit in fits if fit.unfinished]
+    said += [f"{', '.join(missing)} {'was' if len(missing) == 1 else 'were'} not fitted"] if missing else []
+    return f"interrupted: {'; '.join(said)}" if said else ""
 
 
 def _share(progress: Progress | None, number: int, count: int, name: str) -> Callable[[float], None]:
@@ -198,16 +215,21 @@ class _Workbench:
             def on_rows(rows: np.ndarray):
                 return search.refit(solution.values, rows)
 
-        if self.simulated:
+        if self.simulated and not solution.unfinished:
             return self._by_output(problem, solution, blocks, report)
 
         def predicted(rows: np.ndarray) -> np.ndarray:
             return problem.predicted(problem.unknowns.complete(on_rows(rows).values))
 
-        held_out = None
-        if blocks:
-            held_out = held_out_error(self.regression, predicted, blocks, lambda share: report(0.6 + 0.4 * share))
         fit = fit_of(problem, solution, self.scales)
+        if not blocks or solution.unfinished:
+            return self._finished(fit, None, unfinished=solution.unfinished)
+        try:
+            held_out = held_out_error(self.regression, predicted, blocks, lambda share: report(0.6 + 0.4 * share))
+        except KeyboardInterrupt as error:
+            if not asks_for_what_there_is(error):
+                raise
+            return self._finished(fit, None, unfinished=True)
         report(1.0)
         return self._finished(fit, held_out)
 
@@ -223,10 +245,10 @@ class _Workbench:
             fit_of(problem, solution, self.scales, residual),
             position_error_percent=relative_error_percent(measured, measured - residual),
             position_rmse=float(np.sqrt(np.mean(residual**2))),
-            held_out=held_out_position(coarse, solution.values, blocks) if blocks else None,
+            held_out=held_out_position(coarse, solution.values, blocks) if blocks and not solution.unfinished else None,
         )
         report(1.0)
-        return fit
+        return self._finished(fit, fit.held_out, unfinished=solution.unfinished)
 
     def _fit_elements(self, component: SlottedModel, blocks: int, report: Callable[[float], None]) -> Fit:
         """Fit elements that slip: their shape comes with the solution."""
@@ -249,9 +271,11 @@ class _Workbench:
         further = max(len(friction.values["k_i"]) - 2, 0)
         return self._finished(replace(fit, friction=friction, further=further), held_out)
 
-    def _finished(self, fit: Fit, held_out: HeldOut | None) -> Fit:
-        repeated = about_repetition(self.regression) if held_out and held_out.of == "time blocks" else ()
-        return replace(fit, held_out=held_out, warnings=(*fit.warnings, *repeated))
+    def _finished(self, fit: Fit, held_out: HeldOut | None, *, unfinished: bool = False) -> Fit:
+        by_blocks = held_out is not None and held_out.of == "time blocks" and not self.simulated
+        repeated = about_repetition(self.regression) if by_blocks else ()
+        said = (UNFINISHED,) if unfinished else ()
+        return replace(fit, held_out=held_out, unfinished=unfinished, warnings=(*said, *fit.warnings, *repeated))
 
     def _pitch(self) -> float:
         """Return the pitch of the screw, found in what Coulomb and viscous friction leave."""

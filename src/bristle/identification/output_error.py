@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bristle.core.axis import Axis
+from bristle.identification.interruption import asks_for_what_there_is
 from bristle.identification.open_loop import FINE, OpenLoop, open_loop_of
 from bristle.identification.problem import Problem
 from bristle.identification.result import HeldOut
@@ -112,15 +113,22 @@ def refined(
     coarse = OutputError.of(inverse, logs, axes, COARSE)
     search = Search(coarse, scales, guess, coarse.magnitude)
     rng = np.random.default_rng(SEED)
-    best = search.refit(start.values, limit=COARSE_EVALUATIONS)
-    for number in range(FURTHER_STARTS):
-        report((number + 1.0) / (FURTHER_STARTS + 2.0))
-        away = {name: value * float(np.exp(rng.normal(0.0, AWAY))) for name, value in best.values.items()}
-        found = search.refit(away, limit=AWAY_EVALUATIONS)
-        best = min((best, found), key=lambda one: one.cost)
+    best, interrupted = start, False
+    try:
+        best = search.refit(start.values, limit=COARSE_EVALUATIONS)
+        for number in range(FURTHER_STARTS):
+            report((number + 1.0) / (FURTHER_STARTS + 2.0))
+            away = {name: value * float(np.exp(rng.normal(0.0, AWAY))) for name, value in best.values.items()}
+            found = search.refit(away, limit=AWAY_EVALUATIONS)
+            best = min((best, found), key=lambda one: one.cost)
+    except KeyboardInterrupt as error:
+        if best is start or not asks_for_what_there_is(error):
+            raise
+        interrupted = True
     report((FURTHER_STARTS + 1.0) / (FURTHER_STARTS + 2.0))
     fine = Search(OutputError.of(inverse, logs, axes, FINE), scales, guess, coarse.magnitude)
-    return fine.refit(best.values, limit=FINE_EVALUATIONS), fine, search
+    last = fine.refit(best.values, limit=1 if interrupted else FINE_EVALUATIONS)
+    return replace(last, unfinished=interrupted), fine, search
 
 
 def held_out_position(search: Search, start: Mapping[str, float], blocks: int) -> HeldOut:

@@ -132,6 +132,8 @@ class Fit:
         Of the position that the effort makes of the model [%, and m or rad], where that is what was made small.
     combinations : tuple of Estimate
         Products that the log tells where it does not tell one of their factors.
+    unfinished : bool
+        Whether a person interrupted the search, or the work on what was held out.
     further : int
         Free numbers besides the parameters: the shape of the elements of ``maxwell_slip``.
     """
@@ -151,6 +153,7 @@ class Fit:
     position_error_percent: float | None = None
     position_rmse: float | None = None
     combinations: tuple[Estimate, ...] = ()
+    unfinished: bool = False
     further: int = 0
 
     @property
@@ -204,6 +207,8 @@ class Identification:
     treatment : dict
         ``cutoff`` [Hz], ``decimation``, samples ``dropped`` at each edge, ``rows`` used, ``rest_percent``, the
         share of the samples at rest [%], and ``velocity_max``, the largest speed fitted to [m/s or rad/s].
+    unfinished : str
+        What was interrupted, in words; empty where all was done.
     further_logs : tuple of Log
         Those that were fitted beside it.
     """
@@ -212,6 +217,7 @@ class Identification:
     log: Log
     treatment: dict[str, float] = field(default_factory=dict)
     further_logs: tuple[Log, ...] = ()
+    unfinished: str = ""
 
     @property
     def best(self) -> Fit:
