@@ -66,6 +66,15 @@ def test_before_anything_was_tried_there_is_nothing_to_return(log, interrupted_a
         identify(log, "lugre", blocks=0)
 
 
+def test_progress_tells_the_best_so_far(log):
+    told = []
+    identify(log, "lugre", blocks=0, progress=lambda share, text: told.append((share, text)))
+    assert [share for share, _ in told] == sorted(share for share, _ in told)
+    best = [float(text.split("best so far ")[1].split(" %")[0]) for _, text in told if "best so far" in text]
+    assert len(best) == 2
+    assert best == sorted(best, reverse=True)
+
+
 def test_who_asks_the_program_to_end_is_obeyed(log, interrupted_after):
     interrupted_after(60, SignalledError(15))
     with pytest.raises(SignalledError):

@@ -33,7 +33,7 @@ from bristle.identification.ranking import in_order
 from bristle.identification.regression import Regression
 from bristle.identification.repetition import about_repetition
 from bristle.identification.result import Fit, HeldOut, Identification
-from bristle.identification.search import Search
+from bristle.identification.search import Report, Search
 from bristle.identification.several import treat_all
 from bristle.identification.shaped import in_lists, shaped
 from bristle.identification.solution import Solution, solve_linear
@@ -150,10 +150,10 @@ def _unfinished(fits: Sequence[Fit], asked: Sequence[str]) -> str:
     return f"interrupted: {'; '.join(said)}" if said else ""
 
 
-def _share(progress: Progress | None, number: int, count: int, name: str) -> Callable[[float], None]:
-    def report(share: float) -> None:
+def _share(progress: Progress | None, number: int, count: int, name: str) -> Report:
+    def report(share: float, remark: str = "") -> None:
         if progress is not None:
-            progress((number + share) / count, f"fitting {name}")
+            progress((number + share) / count, f"fitting {name}{remark and f', {remark}'}")
 
     return report
 
@@ -194,7 +194,7 @@ class _Workbench:
             bounded["F_C"] = max(float(np.sqrt(np.mean(friction**2))), bounded["F_C"])
         return cls(regression, known, bounded, scales_of(regression, max(bounded["F_C"], 0.01 * effort)), simulated)
 
-    def fit(self, component: FrictionModel, blocks: int, report: Callable[[float], None]) -> Fit:
+    def fit(self, component: FrictionModel, blocks: int, report: Report) -> Fit:
         """Fit one model."""
         report(0.0)
         if "pitch" in component.variables and self.known.pitch is None:
@@ -210,7 +210,7 @@ class _Workbench:
                 return solve_linear(problem, rows)
         else:
             search = Search(problem, self.scales, self.sliding)
-            solution = search.solve(lambda share: report((0.2 if self.simulated else 0.6) * share))
+            solution = search.solve(lambda share, remark="": report((0.2 if self.simulated else 0.6) * share, remark))
 
             def on_rows(rows: np.ndarray):
                 return search.refit(solution.values, rows)
@@ -233,11 +233,17 @@ class _Workbench:
         report(1.0)
         return self._finished(fit, held_out)
 
-    def _by_output(self, problem: Problem, start: Solution, blocks: int, report: Callable[[float], None]) -> Fit:
+    def _by_output(self, problem: Problem, start: Solution, blocks: int, report: Report) -> Fit:
         """Fit one model to the position, from where inverse dynamics ended."""
         logs, axes = [log for log, _ in self.simulated], [axis for _, axis in self.simulated]
         solution, fine, coarse = refined(
-            problem, start, logs, axes, self.scales, self.sliding, lambda share: report(0.2 + 0.6 * share)
+            problem,
+            start,
+            logs,
+            axes,
+            self.scales,
+            self.sliding,
+            lambda share, remark="": report(0.2 + 0.6 * share, remark),
         )
         assert isinstance(fine.problem, OutputError)
         measured, residual = fine.problem.measured, fine.problem.residual(solution.values)
@@ -250,7 +256,7 @@ class _Workbench:
         report(1.0)
         return self._finished(fit, fit.held_out, unfinished=solution.unfinished)
 
-    def _fit_elements(self, component: SlottedModel, blocks: int, report: Callable[[float], None]) -> Fit:
+    def _fit_elements(self, component: SlottedModel, blocks: int, report: Report) -> Fit:
         """Fit elements that slip: their shape comes with the solution."""
         prototype = shaped(component, np.ones(1), np.ones(1))
         elements = Elements(self.regression, component, unknowns_of(prototype, self.known, self.regression))

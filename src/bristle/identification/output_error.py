@@ -8,7 +8,7 @@ sum has many minima. Inverse dynamics finds the start, coarse steps the way from
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +18,7 @@ from bristle.identification.interruption import asks_for_what_there_is
 from bristle.identification.open_loop import FINE, OpenLoop, open_loop_of
 from bristle.identification.problem import Problem
 from bristle.identification.result import HeldOut
-from bristle.identification.search import Search
+from bristle.identification.search import Report, Search, silent
 from bristle.identification.solution import Solution
 from bristle.identification.unknowns import Scales, Unknowns
 from bristle.logs.log import Log
@@ -82,6 +82,11 @@ class OutputError:
         return np.repeat(np.arange(len(self.loops)), [loop.count for loop in self.loops])
 
     @property
+    def norm(self) -> float:
+        """Root of the sum of squares of the position [m or rad]."""
+        return float(np.linalg.norm(self.measured))
+
+    @property
     def magnitude(self) -> float:
         """Typical magnitude of the position [m or rad]."""
         return float(np.std(self.measured))
@@ -95,7 +100,7 @@ class OutputError:
 
 def refined(
     inverse: Problem, start: Solution, logs: Sequence[Log], axes: Sequence[Axis | None], scales: Scales,
-    guess: Mapping[str, float], report: Callable[[float], None] = lambda share: None,
+    guess: Mapping[str, float], report: Report = silent,
 ) -> tuple[Solution, Search, Search]:  # fmt: skip
     """Return the solution of least output error, the search that found it, and a coarser one.
 
@@ -117,7 +122,7 @@ def refined(
     try:
         best = search.refit(start.values, limit=COARSE_EVALUATIONS)
         for number in range(FURTHER_STARTS):
-            report((number + 1.0) / (FURTHER_STARTS + 2.0))
+            report((number + 1.0) / (FURTHER_STARTS + 2.0), f"best so far {search.percent(best.cost):.3g} %")
             away = {name: value * float(np.exp(rng.normal(0.0, AWAY))) for name, value in best.values.items()}
             found = search.refit(away, limit=AWAY_EVALUATIONS)
             best = min((best, found), key=lambda one: one.cost)
@@ -125,7 +130,7 @@ def refined(
         if best is start or not asks_for_what_there_is(error):
             raise
         interrupted = True
-    report((FURTHER_STARTS + 1.0) / (FURTHER_STARTS + 2.0))
+    report((FURTHER_STARTS + 1.0) / (FURTHER_STARTS + 2.0), f"best so far {search.percent(best.cost):.3g} %")
     fine = Search(OutputError.of(inverse, logs, axes, FINE), scales, guess, coarse.magnitude)
     last = fine.refit(best.values, limit=1 if interrupted else FINE_EVALUATIONS)
     return replace(last, unfinished=interrupted), fine, search

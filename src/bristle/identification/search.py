@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -14,7 +14,7 @@ from bristle.identification.interruption import BestSoFar, asks_for_what_there_i
 from bristle.identification.solution import Solution
 from bristle.identification.unknowns import Coordinate, Scales, Unknowns, coordinates_of, natural_derivative
 
-__all__ = ["Search"]
+__all__ = ["Report", "Search", "silent"]
 
 CANDIDATES = 24
 STARTS = 3
@@ -32,9 +32,26 @@ class Residual(Protocol):
         """What is free and what is held."""
         ...
 
+    @property
+    def norm(self) -> float:
+        """Root of the sum of squares of what was measured."""
+        ...
+
     def residual(self, free: Mapping[str, float]) -> np.ndarray:
         """Return what is left over, shape (row,)."""
         ...
+
+
+class Report(Protocol):
+    """What a search tells of its progress: the share of the work done, and a remark."""
+
+    def __call__(self, share: float, remark: str = "") -> None:
+        """Take note."""
+        ...
+
+
+def silent(share: float, remark: str = "") -> None:
+    """Tell nobody."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +76,7 @@ class Search:
     guess: Mapping[str, float]
     unit: float = 0.0
 
-    def solve(self, report: Callable[[float], None] = lambda share: None) -> Solution:
+    def solve(self, report: Report = silent) -> Solution:
         """Return the best solution from several starts; `report` is told the share of the work done.
 
         One that a person interrupts is the best found until then, and says so.
@@ -75,14 +92,18 @@ class Search:
                 best.result = self._descend(coordinates, best.at, slice(None), 1)
         return replace(self._solution(coordinates, best.result), unfinished=not best.whole)
 
-    def _solve(self, coordinates: tuple[Coordinate, ...], best: BestSoFar, report: Callable[[float], None]) -> None:
+    def _solve(self, coordinates: tuple[Coordinate, ...], best: BestSoFar, report: Report) -> None:
         rng = np.random.default_rng(SEED)
         candidates = [self._start(coordinates, rng) for _ in range(CANDIDATES)]
         costs = [float(np.sum(self._residual(coordinates, phi) ** 2)) for phi in candidates]
         for number, index in enumerate(np.argsort(costs)[:STARTS]):
-            report((number + 0.3) / (STARTS + 0.3))
+            report((number + 0.3) / (STARTS + 0.3), f"best so far {self.percent(best.cost):.3g} %" if number else "")
             best.take(self._descend(coordinates, candidates[index], slice(None), EVALUATIONS, best))
         best.whole = True
+
+    def percent(self, cost: float) -> float:
+        """Return what half a sum of squares is of the measured signal [%]."""
+        return 100.0 * math.sqrt(2.0 * cost) * self._unit / max(self.problem.norm, np.finfo(float).tiny)
 
     def refit(
         self, start: Mapping[str, float], rows: np.ndarray | slice = slice(None), limit: int = EVALUATIONS // 3
