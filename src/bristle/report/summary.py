@@ -67,7 +67,8 @@ def simulation_summary(result: SimulationResult, *, provenance: Mapping[str, str
         "error_unit": unit_of("length", kind),
         "effort_unit": unit_of("force", kind),
         "runs": 1,
-        "variants": _variants(result),
+        "variants": _variants(result)
+        | {name: {"status": reason, "completed": False, "runs": 0} for name, reason in result.refused.items()},
         "provenance": provenance,
     }
 

@@ -95,10 +95,14 @@ class VariantResult:
 
 @dataclass(frozen=True)
 class SimulationResult:
-    """An experiment, simulated: its variants by name, in order."""
+    """An experiment, simulated: its variants by name, in order.
+
+    `refused` are variants that were not simulated, by name with the reason, in words.
+    """
 
     experiment: Experiment
     variants: Mapping[str, VariantResult]
+    refused: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
