@@ -13,9 +13,11 @@ from functools import cached_property
 import numpy as np
 
 from bristle.core.experiment import Variant
+from bristle.core.variable import Kind
 from bristle.stability.linear_friction import NO_FRICTION, LinearFriction, slope_in_sliding, stiffness_at_rest
 from bristle.stability.linear_system import LARGE, SMALL, LinearSystem, linear_law, linear_plant
 from bristle.stability.margins import Margins, margins_of
+from bristle.stability.measured_feedforward import Stiffness, feedback_of
 from bristle.stability.sampled_loop import SampledLoop
 
 __all__ = ["Assessment", "Friction", "Motions", "Verdict", "WorkingPoint", "assess"]
@@ -70,15 +72,21 @@ class Assessment:
     ----------
     name : str
         Of the variant.
+    kind : {"translational", "rotational"}
+        The kind of axis.
     points : tuple of WorkingPoint
         The linear loops.
     switches : bool
         Whether the law has no slope at rest: it switches, and for small motions there is no linear loop.
+    stiffness : Stiffness or None
+        What holds a stuck axis, where friction is fed forward along the measured motion.
     """
 
     name: str
+    kind: Kind
     points: tuple[WorkingPoint, ...]
     switches: bool = False
+    stiffness: Stiffness | None = None
 
     @cached_property
     def verdict(self) -> Verdict:
@@ -117,15 +125,23 @@ def assess(variant: Variant) -> Assessment:
     """
     run = variant.run
     laws, switches = _laws(variant)
-    points = []
+    feedback = feedback_of(variant.feedforward, run.sample_time)
+    points, stiffness = [], None
     for motions, law in laws.items():
         amplitude = SMALL if motions is Motions.SMALL else LARGE
         for name, friction in _frictions(variant, motions).items():
-            plant = linear_plant(
-                variant.plant, friction, run.sample_time, run.substeps, amplitude, lag=run.current_lag
-            )  # fmt: skip
-            points.append(WorkingPoint(motions, name, SampledLoop(plant, law, run.delay, run.sample_time)))
-    return Assessment(variant.name, tuple(points), switches)
+            plant = linear_plant(variant.plant, friction, run.sample_time, run.substeps, amplitude, run.current_lag)
+            whole = law
+            if name is Friction.STUCK and feedback is not None:
+                fed, taken = feedback
+                stiffness = Stiffness.of(min(laws.values(), key=_stiffness), friction.k, taken)
+                whole = law.beside(fed)
+            points.append(WorkingPoint(motions, name, SampledLoop(plant, whole, run.delay, run.sample_time)))
+    return Assessment(variant.name, variant.plant.kind, tuple(points), switches, stiffness)
+
+
+def _stiffness(law: LinearSystem) -> float:
+    return Stiffness.of(law, 0.0, 0.0).law
 
 
 def _laws(variant: Variant) -> tuple[dict[Motions, LinearSystem], bool]:

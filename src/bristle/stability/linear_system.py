@@ -38,6 +38,12 @@ class LinearSystem(NamedTuple):
         """Return whether each number of both is the same to a relative tolerance."""
         return all(np.allclose(a, b, rtol=tolerance, atol=0.0) for a, b in zip(self, other, strict=True))
 
+    def beside(self, other: LinearSystem) -> LinearSystem:
+        """Return both systems side by side: one input, the sum of their outputs."""
+        n, m = self.B.size, other.B.size
+        A = np.block([[self.A, np.zeros((n, m))], [np.zeros((m, n)), other.A]])
+        return LinearSystem(A, np.append(self.B, other.B), np.append(self.C, other.C), self.D + other.D)
+
     def response(self, z: np.ndarray) -> np.ndarray:
         """Return the transfer function at points `z` of the complex plane, shape (point,)."""
         if not self.B.size:

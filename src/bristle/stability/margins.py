@@ -24,7 +24,7 @@ __all__ = ["Margins", "margins_of"]
 
 Quantity = Callable[[np.ndarray], np.ndarray]
 
-POINTS = 4000
+POINTS = 2000
 LOWEST = 1e-6  # of the Nyquist frequency
 HALVINGS = 50
 
@@ -35,7 +35,7 @@ class Margins(NamedTuple):
     Parameters
     ----------
     phase : float or None
-        Phase margin, the smallest where there are several crossovers; below 0 the loop is unstable [deg].
+        Phase margin, the smallest where there are several crossovers; negative for an unstable loop [deg].
     gain : float or None
         Factor on the gain that makes the loop unstable, or that makes an unstable one stable.
     crossover : float or None
@@ -63,17 +63,25 @@ def margins_of(loop: SampledLoop) -> Margins:
     nyquist = math.pi / loop.sample_time
     omega = np.geomspace(LOWEST * nyquist, nyquist, POINTS)
     response = loop.response(omega)
-    phases = [(_phase_margin(loop, w), w) for w in _crossings(loop, omega, response, _excess)]
-    phase, crossover = min(phases, default=(None, None))
+    unstable = loop.is_unstable
+    crossovers = [(_phase_margin(loop, w), w) for w in _crossings(loop, omega, response, _excess)]
+    # A spring makes the loop cross over twice; a stable one is as near to -180 degrees from either side.
+    phase, crossover = min(crossovers, key=lambda one: one[0] if unstable else abs(one[0]), default=(None, None))
     turns = [float(loop.response(np.array([w]))[0].real) for w in _crossings(loop, omega, response, _imaginary)]
     gains = [-1.0 / real for real in (*turns, float(response[-1].real)) if real < 0.0]
     return Margins(
-        phase=phase,
-        gain=_nearest(gains, loop.is_unstable),
+        phase=phase if phase is None or unstable else abs(phase),
+        gain=_nearest(gains, unstable),
         crossover=crossover,
-        delay=None if phase is None or crossover is None else math.radians(phase) / (crossover * loop.sample_time),
+        delay=_delay_margin(crossovers, loop.sample_time, unstable),
         sensitivity=float(np.max(1.0 / np.abs(1.0 + response))),
     )
+
+
+def _delay_margin(crossovers: list[tuple[float, float]], sample_time: float, unstable: bool) -> float | None:
+    """Return the delay [samples] that brings a crossover to -180 degrees, from above it in a stable loop."""
+    delays = [math.radians(phase if unstable else phase % 360.0) / (omega * sample_time) for phase, omega in crossovers]
+    return min(delays, default=None)
 
 
 def _nearest(gains: list[float], unstable: bool) -> float | None:

@@ -5,12 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 
 from bristle.core.experiment import Experiment
-from bristle.core.typography import number
+from bristle.core.typography import number, with_unit
+from bristle.core.variable import unit_of
 from bristle.stability.assessment import Assessment, Friction, Motions, Verdict, WorkingPoint, assess
+from bristle.stability.measured_feedforward import Stiffness
 
 __all__ = ["remarks", "runnable", "sentence"]
 
 PHASE_ENOUGH, GAIN_ENOUGH = 30.0, 2.0  # [deg], and a factor: what is usual as the least of both
+MOSTLY = 0.5  # share of the stiffness below which what is left is little
 FINER = 0.98  # from one gain that is tried to the next
 GAINS = 400
 WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
@@ -50,6 +53,9 @@ def remarks(assessment: Assessment) -> list[str]:
             "the law has no slope at rest: it switches at every crossing of zero, once a sample, and the effort "
             "chatters. A boundary layer, phi, ends that"
         )
+    held = assessment.stiffness
+    if held is not None and held.left < MOSTLY * (held.law + held.friction):
+        found.append(_taken(held, unit_of("force/length", assessment.kind)))
     bare = [one for one in assessment.bare if not one.loop.is_unstable and one.margins.phase is not None]
     least = min(bare, key=lambda one: one.margins.phase or 0.0, default=None)
     if least is None or least.margins.phase is None:
@@ -62,6 +68,15 @@ def remarks(assessment: Assessment) -> list[str]:
             f"usual){room}: what excites the loop near its crossover rings"
         )
     return found
+
+
+def _taken(held: Stiffness, unit: str) -> str:
+    taken, whole, law = (with_unit(one, unit) for one in (held.taken, held.law + held.friction, held.law))
+    return (
+        f"friction is fed forward along the measured motion, and takes {taken} of the {whole} that hold the axis, of "
+        f"which the law itself has no more than {law}: at gains this low it raises the error. Feed it forward along "
+        "the desired motion"
+    )
 
 
 def _largest(point: WorkingPoint) -> str:
@@ -78,6 +93,9 @@ def _cause(assessment: Assessment) -> str:
     worst = assessment.worst
     if worst.friction is Friction.SLIDING:
         return "friction falls with velocity at the speed of the reference, and the axis sticks and slips"
+    held = assessment.stiffness
+    if worst.friction is Friction.STUCK and held is not None and held.left <= 0.0:
+        return "friction fed forward along the measured motion takes away more stiffness than the axis has"
     if worst.friction is Friction.STUCK:
         return "stuck, the axis is held by the friction as well, and the gain of both is too high for the delay"
     if _longest_delay(assessment) is not None:
@@ -89,6 +107,9 @@ def _cause(assessment: Assessment) -> str:
 def _mend(assessment: Assessment) -> str:
     if assessment.worst.friction is Friction.SLIDING:
         return "Raise the gains or feed the friction forward"
+    held = assessment.stiffness
+    if held is not None and held.left <= 0.0:
+        return "Feed it forward along the desired motion"
     delay, gain = _longest_delay(assessment), _largest_gain(assessment)
     ways = []
     if delay is not None:
