@@ -4,8 +4,11 @@ from bristle.core.contracts import Trajectory
 from bristle.references.circle import MODEL as circle
 from bristle.references.recorded import MODEL as recorded
 from bristle.references.sine import MODEL as sine
+from bristle.references.triangles import MODEL as triangles
 from bristle.references.varied_sine import MODEL as varied_sine
 
-REFERENCES: dict[str, Trajectory] = {reference.name: reference for reference in (circle, recorded, sine, varied_sine)}
+REFERENCES: dict[str, Trajectory] = {
+    reference.name: reference for reference in (circle, recorded, sine, triangles, varied_sine)
+}
 
-__all__ = ["REFERENCES", "circle", "recorded", "sine", "varied_sine"]
+__all__ = ["REFERENCES", "circle", "recorded", "sine", "triangles", "varied_sine"]

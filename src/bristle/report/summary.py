@@ -66,7 +66,7 @@ def simulation_summary(result: SimulationResult, *, provenance: Mapping[str, str
         "kind": kind,
         "error_unit": unit_of("length", kind),
         "effort_unit": unit_of("force", kind),
-        "runs": 1,
+        "runs": max((one.runs for one in result.variants.values()), default=0),
         "variants": _variants(result)
         | {name: {"status": reason, "completed": False, "runs": 0} for name, reason in result.refused.items()},
         "provenance": provenance,
@@ -92,7 +92,7 @@ def _parameters(fit: Fit) -> dict[str, Any]:
 
 def _variants(result: SimulationResult) -> dict[str, Any]:
     return {
-        name: one.as_dict() | {"completed": one.status is not Status.NOT_FINITE, "runs": 1}
+        name: one.as_dict() | {"completed": one.status is not Status.NOT_FINITE}
         for name, one in result.variants.items()
     }
 
