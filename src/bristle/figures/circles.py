@@ -34,7 +34,7 @@ def circles(found: Sequence[Circle], kind: Kind) -> Figure:
     kind : {"translational", "rotational"}
         The kind of axis.
     """
-    scale = scale_for("length", kind, *(one.deviation for one in found))
+    scale = scale_for("length", kind, np.array([1e-6]), *(one.deviation for one in found))
     lowest, highest = (scale.factor * pick([pick(one.deviation) for one in found]) for pick in (np.min, np.max))
     low, high = min(float(lowest), 0.0), max(float(highest), 0.0)
     span = max(high - low, 1e-12)

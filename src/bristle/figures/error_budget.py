@@ -34,7 +34,7 @@ def error_budget(budget: Budget, kind: Kind) -> Figure:
     alone = np.array([one.alone.peak_to_peak for one in entries])
     without = np.array([one.without.peak_to_peak for one in entries])
     whole = budget.everything.peak_to_peak
-    scale = scale_for("length", kind, alone, without, np.array([whole]))
+    scale = scale_for("length", kind, alone, without, np.array([whole, 1e-6]))
     left = max(0.4 + style.room_for([one.cause for one in entries]), 1.0)
     figure, ((axes,),) = style.panels(0.95 + 0.42 * len(entries), left=left)
     rows = np.arange(len(entries))

@@ -68,8 +68,8 @@ def design_sentences(design: Design) -> list[str]:
     if design.budget is not None and design.budget.entries:
         first, length = design.budget.entries[0], unit_of("length", design.experiment.kind)
         found.append(
-            f"It errs by {with_unit(design.budget.everything.peak_to_peak, length)} peak to peak. Most of that is due "
-            f"to {first.cause}: without it, it would be {with_unit(first.without.peak_to_peak, length)}."
+            f"It errs by {with_unit(design.budget.everything.peak_to_peak, length)} peak to peak. No cause weighs more "
+            f"than this one, {first.cause}: without it, that is {with_unit(first.without.peak_to_peak, length)}."
         )
     return found + _advice(design)
 

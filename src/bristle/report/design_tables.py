@@ -9,9 +9,12 @@ from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
 from bristle.files.components import key_of
 from bristle.report.table import Quantity, Table
+from bristle.stability import stiffness_text
 
 if TYPE_CHECKING:
     from bristle.loop_design import Budget, Circle, Delays, Design
+
+MICROMETRE = 1e-6  # a servo's errors are told in no smaller unit
 
 __all__ = ["budget_table", "circle_table", "delay_table", "gain_table", "margin_table", "proposal_table"]
 
@@ -55,10 +58,16 @@ def delay_table(delays: Delays) -> Table:
     return Table("Delay of the loop", ("Part", "[ms]"), [*rows, ("all", number(1e3 * delays.total, 1e-2))])
 
 
+def _lengths(design: Design, values: list[float]) -> Quantity:
+    return Quantity.of(unit_of("length", design.experiment.kind), [*values, MICROMETRE], digits=4)
+
+
 def budget_table(budget: Budget, design: Design) -> Table:
     """Return the error budget."""
     kept = [one for entry in budget.entries for one in (entry.alone.peak_to_peak, entry.without.peak_to_peak)]
-    length = Quantity.of(unit_of("length", design.experiment.kind), [budget.everything.peak_to_peak, *kept])
+    length = Quantity.of(
+        unit_of("length", design.experiment.kind), [budget.everything.peak_to_peak, *kept, MICROMETRE], digits=4
+    )
     heads = (
         "Cause", length.head("This cause alone"), length.head("All but this cause"), "What it is",
     )  # fmt: skip
@@ -77,7 +86,7 @@ def proposal_table(design: Design) -> Table:
     """Return the loop as it is and as proposed: margins, stiffness, what a count does, simulated error."""
     kind, proposals = design.experiment.kind, design.proposals
     simulated = [one.following_error.peak_to_peak for one in proposals if one.following_error]
-    length = Quantity.of(unit_of("length", kind), simulated)
+    length = _lengths(design, simulated)
     effort = Quantity.of(unit_of("force", kind), [one.effort_rms for one in proposals if one.effort_rms])
     count = Quantity.of(unit_of("force", kind), [one.count_effort for one in proposals])
     heads = (
@@ -91,7 +100,7 @@ def proposal_table(design: Design) -> Table:
         hertz = None if least is None or least.crossover is None else least.crossover / (2.0 * math.pi)
         rows.append((
             one.name, one.variant.controller.name, _cell(None if least is None else least.phase), _cell(hertz),
-            "∞" if math.isinf(one.stiffness) else with_unit(one.stiffness, unit_of("force/length", kind)),
+            "∞" if math.isinf(one.stiffness) else stiffness_text(one.stiffness, kind),
             count.cell(one.count_effort),
             "–" if one.following_error is None else length.cell(one.following_error.peak_to_peak),
             "–" if one.effort_rms is None else effort.cell(one.effort_rms),
@@ -113,7 +122,9 @@ def gain_table(design: Design) -> Table:
 
 def circle_table(circles: tuple[Circle, ...], design: Design) -> Table:
     """Return how round the circles are."""
-    length = Quantity.of(unit_of("length", design.experiment.kind), [one.peak_to_peak for one in circles])
+    length = Quantity.of(
+        unit_of("length", design.experiment.kind), [MICROMETRE, *(one.peak_to_peak for one in circles)], digits=4
+    )
     reversals = [length.head(f"Glitch at {angle}°") for angle in (0, 90, 180, 270)]
     heads = ("Loop", length.head("Deviation, peak to peak"), *reversals)
     rows = [

@@ -4,7 +4,7 @@ from bristle.stability.assessment import Assessment, Friction, Motions, Verdict,
 from bristle.stability.linear_friction import NO_FRICTION
 from bristle.stability.margins import Margins, margins_of
 from bristle.stability.sampled_loop import SampledLoop
-from bristle.stability.verdict import remarks, runnable, sentence
+from bristle.stability.verdict import remarks, runnable, sentence, stiffness_text
 
 __all__ = [
     "NO_FRICTION",
@@ -20,4 +20,5 @@ __all__ = [
     "remarks",
     "runnable",
     "sentence",
+    "stiffness_text",
 ]

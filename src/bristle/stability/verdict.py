@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 from bristle.core.experiment import Experiment
-from bristle.core.typography import number, with_unit
-from bristle.core.variable import unit_of
+from bristle.core.typography import number
+from bristle.core.variable import Kind
 from bristle.stability.assessment import Assessment, Friction, Motions, Verdict, WorkingPoint, assess
 from bristle.stability.measured_feedforward import Stiffness
 
-__all__ = ["remarks", "runnable", "sentence"]
+__all__ = ["remarks", "runnable", "sentence", "stiffness_text"]
 
 PHASE_ENOUGH, GAIN_ENOUGH = 30.0, 2.0  # [deg], and a factor: what is usual as the least of both
 MOSTLY = 0.5  # share of the stiffness below which what is left is little
@@ -55,7 +55,7 @@ def remarks(assessment: Assessment) -> list[str]:
         )
     held = assessment.stiffness
     if held is not None and held.left < MOSTLY * (held.law + held.friction):
-        found.append(_taken(held, unit_of("force/length", assessment.kind)))
+        found.append(_taken(held, assessment.kind))
     bare = [one for one in assessment.bare if not one.loop.is_unstable and one.margins.phase is not None]
     least = min(bare, key=lambda one: one.margins.phase or 0.0, default=None)
     if least is None or least.margins.phase is None:
@@ -70,8 +70,20 @@ def remarks(assessment: Assessment) -> list[str]:
     return found
 
 
-def _taken(held: Stiffness, unit: str) -> str:
-    taken, whole, law = (with_unit(one, unit) for one in (held.taken, held.law + held.friction, held.law))
+def stiffness_text(stiffness: float, kind: Kind) -> str:
+    """Return a stiffness [N/m or N*m/rad] as it is told of an axis: in N/µm or N·m/rad.
+
+    Examples
+    --------
+    >>> stiffness_text(23.08e6, "translational"), stiffness_text(36.0, "rotational")
+    ('23.1 N/µm', '36.0 N·m/rad')
+    """
+    factor, unit = (1e-6, "N/µm") if kind == "translational" else (1.0, "N·m/rad")
+    return f"{number(factor * stiffness, digits=3)} {unit}"
+
+
+def _taken(held: Stiffness, kind: Kind) -> str:
+    taken, whole, law = (stiffness_text(one, kind) for one in (held.taken, held.law + held.friction, held.law))
     return (
         f"friction is fed forward along the measured motion, and takes {taken} of the {whole} that hold the axis, of "
         f"which the law itself has no more than {law}: at gains this low it raises the error. Feed it forward along "
