@@ -1,10 +1,12 @@
 """The loop of Set A designed: what its margins are, what is refused, what limits it, and what goes past it."""
 
+import re
 from dataclasses import replace
 from functools import cache
 from importlib.resources import files
 
 import pytest
+from tests.docs.conftest import ROOT
 
 from bristle.files import read_experiment
 from bristle.loop_design import error_budget, proposals_for
@@ -32,6 +34,16 @@ def test_margins_of_set_a_by_its_file(delay, outside, inside, radius):
     assert large.margins.phase == pytest.approx(outside, abs=1.0)
     assert small.margins.phase == pytest.approx(inside, abs=1.0)
     assert small.loop.spectral_radius == pytest.approx(radius, abs=1e-3)
+
+
+def test_the_page_on_design_tells_these_margins():
+    page = (ROOT / "docs" / "how-to" / "design-a-loop.md").read_text().replace("−", "-")
+    rows = re.findall(r"^\| (\d) \| (-?[\d.]+)° \| (-?[\d.]+)° \| ([\d.]+) \|", page, re.MULTILINE)
+    assert len(rows) == 4
+    for delay, *told in rows:
+        small, large = assess(delayed(int(delay))).bare
+        found = (large.margins.phase, small.margins.phase, small.loop.spectral_radius)
+        assert [round(found[0], 1), round(found[1], 1), round(found[2], 3)] == [float(one) for one in told]
 
 
 def test_two_samples_are_flagged_inside_the_layer_and_three_are_refused():

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["circles"]
 
 HEIGHT = 4.6
+LABELS = 0.25 * np.pi  # where the numbers of the radius stand
 ROOM = 1.0  # from the centre of the picture to the smallest deviation, in spans of the deviation
 
 
@@ -51,9 +52,12 @@ def circles(found: Sequence[Circle], kind: Kind) -> Figure:
     round_.set_ylim(low - ROOM * span, high + 0.05 * span)
     step = float(f"{0.4 * span:.1g}")
     ticks = [-step, 0.0] if -low > high else [0.0, step]
-    round_.set_yticks(ticks, [number(tick, digits=1) for tick in ticks])
+    round_.set_yticks(ticks, [""] * len(ticks))
+    for tick in ticks:
+        # Above the lines, where the ticks of the axis itself would lie below them.
+        box = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.9}
+        round_.text(LABELS, tick, number(tick, digits=1), ha="center", va="center", fontsize=8, bbox=box, zorder=5)
     round_.set_thetagrids((0.0, 90.0, 180.0, 270.0))
-    round_.set_rlabel_position(45.0)
     round_.spines["polar"].set_visible(False)
     round_.set_title(scale.label("Deviation from the circle"), loc="left", pad=12.0)
     unrolled.set_xticks([0.0, 90.0, 180.0, 270.0, 360.0])
