@@ -62,6 +62,17 @@ def test_a_law_without_a_boundary_layer_switches():
     assert {one.motions for one in found.points} == {Motions.LARGE}
 
 
+def test_what_fades_with_the_size_of_a_motion_is_no_part_of_large_ones():
+    proportional = {"kind": "rotational", "J": 4e-4, "lambda_": 300.0, "K_1": 200.0, "cutoff": 400.0}
+    twisting = controllers.super_twisting(k_1=1e-3, k_2=0.2, **proportional)
+    plain = controllers.sliding_mode(**proportional)
+    found, expected = (assess(replace(rig(1), controller=one)) for one in (twisting, plain))
+    assert found.switches
+    assert not expected.switches
+    bare, linear = found.bare[0].loop, expected.bare[0].loop
+    assert bare.spectral_radius == pytest.approx(linear.spectral_radius, rel=1e-6)
+
+
 def test_a_law_that_is_one_law_has_one_loop():
     found = assess(rig(0, switching=0.0))
     assert {one.motions for one in found.points} == {Motions.ALL}

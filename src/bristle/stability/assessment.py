@@ -146,7 +146,9 @@ def _stiffness(law: LinearSystem) -> float:
 
 def _laws(variant: Variant) -> tuple[dict[Motions, LinearSystem], bool]:
     dt = variant.run.sample_time
-    smallest, small, large = (linear_law(variant.controller, dt, one) for one in (0.1 * SMALL, SMALL, LARGE))
+    smallest, small = (linear_law(variant.controller, dt, one) for one in (0.1 * SMALL, SMALL))
+    large, larger = (linear_law(variant.controller, dt, one) for one in (LARGE, 10.0 * LARGE))
+    large = large.without_what_fades(larger)
     if small.is_like(large, SAME):
         return {Motions.ALL: large}, False
     if not small.is_like(smallest, SWITCHING):

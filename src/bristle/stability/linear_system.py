@@ -38,6 +38,12 @@ class LinearSystem(NamedTuple):
         """Return whether each number of both is the same to a relative tolerance."""
         return all(np.allclose(a, b, rtol=tolerance, atol=0.0) for a, b in zip(self, other, strict=True))
 
+    def without_what_fades(self, larger: LinearSystem) -> LinearSystem:
+        """Return the system without the numbers that are less than half as large at ten times the amplitude."""
+        pairs = zip(self, larger, strict=True)
+        A, B, C, D = (np.where(np.abs(there) < 0.5 * np.abs(here), 0.0, here) for here, there in pairs)
+        return LinearSystem(A, B, C, float(D))
+
     def beside(self, other: LinearSystem) -> LinearSystem:
         """Return both systems side by side: one input, the sum of their outputs."""
         n, m = self.B.size, other.B.size

@@ -50,8 +50,8 @@ def remarks(assessment: Assessment) -> list[str]:
     found = []
     if assessment.switches:
         found.append(
-            "the law has no slope at rest: it switches at every crossing of zero, once a sample, and the effort "
-            "chatters. A boundary layer, phi, ends that"
+            "the law has no slope at rest: it answers however small a motion with a jump of the effort, and chatters "
+            "around rest. A boundary layer ends that"
         )
     held = assessment.stiffness
     if held is not None and held.left < MOSTLY * (held.law + held.friction):
