@@ -319,9 +319,13 @@ class Model:
 
 
 def make_model(
-    component: Component, values: Mapping[str, Any], *, kind: Kind | None, validate: bool, path: str = ""
-) -> Model:
-    """Return `component` with validated parameters; `path` goes before the names in error messages."""
+    component: Component, values: Mapping[str, Any], *, kind: Kind | None, validate: bool, related: bool = True,
+    path: str = "",
+) -> Model:  # fmt: skip
+    """Return `component` with validated parameters; `path` goes before the names in error messages.
+
+    With ``related=False`` every value is held to its range, but relations between them are not asked for.
+    """
     from bristle.core import units
 
     where = f"{path}." if path else ""
@@ -349,7 +353,7 @@ def make_model(
         if validate:
             _validate(component, name, variable, numbers[name], chosen, f"{where}{name}")
     parameters = component.assemble(numbers)
-    check_relations(component, parameters, path or component.name, structural_only=not validate)
+    check_relations(component, parameters, path or component.name, structural_only=not (validate and related))
     return Model(component, parameters, chosen)
 
 
