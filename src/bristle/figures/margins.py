@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter
 
 from bristle.figures import style
 
@@ -51,6 +52,9 @@ def margins(assessment: Assessment) -> Figure:
     gain.set_ylabel("Open loop, gain")
     phase.set_ylabel("Phase [°]")
     phase.set_xlabel("Frequency [Hz]")
+    # The powers of ten that matplotlib writes are mathematics, which a page shows as it stands.
+    for axis in (gain.yaxis, phase.xaxis):
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     gain.tick_params(labelbottom=False)
     gain.set_ylim(bottom=FLOOR)
     phase.set_ylim(-360.0, -60.0)

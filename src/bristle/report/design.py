@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
 from bristle.report.design_tables import (
+    MICROMETRE,
     budget_table,
     circle_table,
+    controller_text,
     delay_table,
-    gain_table,
     margin_table,
     proposal_table,
 )
@@ -49,7 +50,7 @@ def design_report(design: Design, *, command: str, provenance: Mapping[str, str]
         delays=delay_table(design.delays),
         budget=None if design.budget is None else budget_table(design.budget, design),
         proposals=proposal_table(design),
-        gains=gain_table(design),
+        laws=[(one.name, controller_text(one.variant.controller)) for one in design.proposals[1:]],
         circles=circle_table(design.circles, design) if design.circles else None,
         circle=_circle_words(design),
         pictures=_pictures(design),
@@ -68,8 +69,8 @@ def design_sentences(design: Design) -> list[str]:
     if design.budget is not None and design.budget.entries:
         first, length = design.budget.entries[0], unit_of("length", design.experiment.kind)
         found.append(
-            f"It errs by {with_unit(design.budget.everything.peak_to_peak, length)} peak to peak. No cause weighs more "
-            f"than this one, {first.cause}: without it, that is {with_unit(first.without.peak_to_peak, length)}."
+            f"It errs by {_told(design.budget.everything.peak_to_peak, length)} peak to peak. No cause weighs more "
+            f"than this one, {first.cause}: without it, that is {_told(first.without.peak_to_peak, length)}."
         )
     return found + _advice(design)
 
@@ -87,10 +88,15 @@ def _advice(design: Design) -> list[str]:
             "weigh that against the error."
         ]
     return [
-        f"The loop {best.name} ({best.variant.controller.name}, gains below) errs by {with_unit(_peak(best), length)} "
+        f"The loop {best.name} ({best.variant.controller.name}, gains below) errs by {_told(_peak(best), length)} "
         "in the simulation, with margins kept. Friction fed forward along the desired motion and an observer for what "
         "the model leaves are a good start for any axis."
     ]
+
+
+def _told(length: float, unit: str) -> str:
+    """Return a length in no smaller unit than the micrometre, in which the errors of servos are told."""
+    return with_unit(length, unit) if length >= MICROMETRE else f"{number(length / MICROMETRE, digits=3)} µ{unit}"
 
 
 def _peak(proposal: Proposal) -> float:

@@ -5,18 +5,19 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from bristle.core.typography import number, with_unit
+from bristle.core.typography import number
 from bristle.core.variable import unit_of
 from bristle.files.components import key_of
 from bristle.report.table import Quantity, Table
 from bristle.stability import stiffness_text
 
 if TYPE_CHECKING:
+    from bristle.core.contracts import Model
     from bristle.loop_design import Budget, Circle, Delays, Design
 
-MICROMETRE = 1e-6  # a servo's errors are told in no smaller unit
+MICROMETRE = 1e-6  # the errors of servos are told in no smaller unit
 
-__all__ = ["budget_table", "circle_table", "delay_table", "gain_table", "margin_table", "proposal_table"]
+__all__ = ["budget_table", "circle_table", "controller_text", "delay_table", "margin_table", "proposal_table"]
 
 
 def margin_table(design: Design) -> Table:
@@ -100,7 +101,7 @@ def proposal_table(design: Design) -> Table:
         hertz = None if least is None or least.crossover is None else least.crossover / (2.0 * math.pi)
         rows.append((
             one.name, one.variant.controller.name, _cell(None if least is None else least.phase), _cell(hertz),
-            "∞" if math.isinf(one.stiffness) else stiffness_text(one.stiffness, kind),
+            "∞" if math.isinf(one.stiffness) else stiffness_text(one.stiffness, kind).replace(" ", "\u00a0"),
             count.cell(one.count_effort),
             "–" if one.following_error is None else length.cell(one.following_error.peak_to_peak),
             "–" if one.effort_rms is None else effort.cell(one.effort_rms),
@@ -108,16 +109,18 @@ def proposal_table(design: Design) -> Table:
     return Table("The loop as it is, and what is proposed", heads, rows)
 
 
-def gain_table(design: Design) -> Table:
-    """Return the gains of each proposal, as they are written into the experiment file."""
-    rows = []
-    for one in design.proposals:
-        controller = one.variant.controller
-        for name, value in controller.values.items():
-            if isinstance(value, float) and math.isfinite(value):
-                unit = controller.component.variables[name].unit(controller.kind)
-                rows.append((one.name, key_of(name), with_unit(value, unit, 4)))
-    return Table("Gains", ("Loop", "Parameter", "Value"), rows)
+def controller_text(controller: Model) -> str:
+    """Return a control law as the table of an experiment file that describes it."""
+    lines = ["[controller]", f'model = "{controller.name}"']
+    for name, value in controller.values.items():
+        unit = controller.component.variables[name].unit(controller.kind)
+        if isinstance(value, str):
+            lines.append(f'{key_of(name)} = "{value}"')
+        elif isinstance(value, int) or unit == "1":
+            lines.append(f"{key_of(name)} = {value}")
+        elif math.isfinite(value):
+            lines.append(f'{key_of(name)} = "{value:.6g} {unit}"')
+    return "\n".join(lines)
 
 
 def circle_table(circles: tuple[Circle, ...], design: Design) -> Table:
