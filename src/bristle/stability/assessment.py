@@ -20,7 +20,7 @@ from bristle.stability.margins import Margins, margins_of
 from bristle.stability.measured_feedforward import Stiffness, feedback_of
 from bristle.stability.sampled_loop import SampledLoop
 
-__all__ = ["Assessment", "Friction", "Motions", "Verdict", "WorkingPoint", "assess"]
+__all__ = ["Assessment", "Friction", "Motions", "Verdict", "WorkingPoint", "assess", "top_speed"]
 
 SAME = 1e-6  # relative difference of laws that are one law
 SWITCHING = 1e-3  # relative change, over a decade of amplitude, of a law that has no slope at rest
@@ -161,13 +161,13 @@ def _frictions(variant: Variant, motions: Motions) -> dict[Friction, LinearFrict
     stuck = stiffness_at_rest(variant.friction, variant.run.sample_time)
     if stuck is not None and stuck.k > 0.0 and motions is not Motions.LARGE:
         found[Friction.STUCK] = stuck
-    speed = _top_speed(variant)
+    speed = top_speed(variant)
     if speed > 0.0:
         found[Friction.SLIDING] = slope_in_sliding(variant.friction, speed)
     return found
 
 
-def _top_speed(variant: Variant) -> float:
+def top_speed(variant: Variant) -> float:
     """Return the largest velocity that the reference asks for [m/s or rad/s]."""
     run = variant.run
     t = run.sample_time * np.arange(round(run.duration / run.sample_time))
