@@ -109,11 +109,33 @@ class Feedforward:
 
 
 @dataclass(frozen=True)
+class Learning:
+    """How a motion that is repeated is learned.
+
+    Parameters
+    ----------
+    trials : int
+        Trials, of which the last one is reported.
+    k_e : float
+        Effort learned from the following error [N/m or N*m/rad].
+    k_d : float
+        Effort learned from its derivative [N*s/m or N*m*s/rad].
+    cutoff : float
+        Cut-off of the zero-phase low-pass on what is learned [Hz].
+    """
+
+    trials: int
+    k_e: float
+    k_d: float
+    cutoff: float
+
+
+@dataclass(frozen=True)
 class Variant:
     """One loop: the mechanism, what controls it, what it is asked to follow.
 
     `disturbance` is a force against the motion that no model explains, such as the residual of an identification,
-    shape (sample,) [N or N*m].
+    shape (sample,) [N or N*m]. With `learning` the motion is repeated.
     """
 
     name: str
@@ -125,6 +147,7 @@ class Variant:
     feedforward: Feedforward
     run: Run
     disturbance: np.ndarray | None = None
+    learning: Learning | None = None
 
 
 @dataclass(frozen=True)
