@@ -118,6 +118,7 @@ def _axis(variant: Variant, radius: float, feed: float, axis: str) -> Variant:
         friction=_seeded(variant.friction, other),
         sensor=_seeded(variant.sensor, other),
         disturbance=None,
+        learning=None,
         run=replace(variant.run, duration=duration, settle=0.5 * duration, seeds=1),
     )
 

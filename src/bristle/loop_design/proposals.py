@@ -98,7 +98,7 @@ def proposals_for(
 def _loops(variant: Variant, bandwidth: float | None) -> tuple[list[Variant], dict[str, float]]:
     """Return the loop as it is and those proposed, and the bandwidth of each of these by name."""
     loops, bandwidths = [replace(variant, name=AS_IT_IS)], {}
-    desired = replace(variant, feedforward=replace(variant.feedforward, along="desired"))
+    desired = replace(variant, feedforward=replace(variant.feedforward, along="desired"), learning=None)
     if variant.feedforward.along != "desired":
         loops.append(replace(desired, name=ALONG_DESIRED))
     laws = {TUNED: variant.controller.name, OBSERVER: "disturbance_observer"}
