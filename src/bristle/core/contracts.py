@@ -16,8 +16,6 @@ parameters.
 
 from __future__ import annotations
 
-import math
-import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple
@@ -25,10 +23,12 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from bristle.core import dispatch
-from bristle.core.errors import InputError, InputWarning
+from bristle.core.errors import InputError
 from bristle.core.motion import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion, Reference
 from bristle.core.packing import pack
+from bristle.core.transmission import Screw
 from bristle.core.typography import typed
+from bristle.core.values import check_relations, check_value, coerced
 from bristle.core.variable import KINDS, Kind, Variable, is_array, is_integer, variables_of
 
 __all__ = [
@@ -223,12 +223,14 @@ class Plant(Component):
     ``rest(state, effort, dt, p) -> state`` holds the port at a velocity of exactly zero.
     ``rate(state, effort, force, p) -> d_state`` is optional: the same equations in continuous time.
     Fields ``x`` and ``v`` of its `State` are the position and velocity at the port.
+    ``screw(p)`` is given by one with a second port: what lies between the first one and the friction of its table.
     """
 
     port: Callable[..., Any]
     step: Callable[..., Any]
     rest: Callable[..., Any]
     rate: Callable[..., Any] | None = None
+    screw: Callable[[Any], Screw] | None = None
 
     family: ClassVar[str] = "plant"
     functions: ClassVar[tuple[str, ...]] = ("port", "step", "rest")
@@ -349,51 +351,9 @@ def make_model(
     numbers: dict[str, Any] = {}
     for name, variable in variables.items():
         given = values.get(name, component.defaults.get(name))
-        numbers[name] = _coerce(component, name, variable, given, chosen, f"{where}{name}")
+        numbers[name] = coerced(component, name, variable, given, chosen, f"{where}{name}")
         if validate:
-            _validate(component, name, variable, numbers[name], chosen, f"{where}{name}")
+            check_value(component, name, variable, numbers[name], chosen, f"{where}{name}")
     parameters = component.assemble(numbers)
     check_relations(component, parameters, path or component.name, structural_only=not (validate and related))
     return Model(component, parameters, chosen)
-
-
-def check_relations(component: Component, parameters: Any, path: str, *, structural_only: bool = False) -> None:
-    """Refuse parameters that break a relation of the component; warn of those that break an advisory one."""
-    for relation in component.relations:
-        if (structural_only and not relation.structural) or relation.holds(parameters):
-            continue
-        names = [name for name in component.variables if name.split("_pos")[0].split("_neg")[0] in relation.condition]
-        values = component.values(parameters)
-        found = ", ".join(f"{name} = {typed(values[name])}" for name in names) or "it does not hold"
-        if relation.advisory:
-            message = f"{path}: should have {relation.condition}, but {found}. {relation.mend}"
-            warnings.warn(message, InputWarning, stacklevel=4)
-        else:
-            raise InputError(f"needs {relation.condition}, but {found}", path=path, mend=relation.mend)
-
-
-def _coerce(component: Component, name: str, variable: Variable, given: Any, kind: Kind, path: str) -> Any:
-    from bristle.core import units
-
-    if variable.choices:
-        return variable.code(given, path)
-    if component.is_integer(name):
-        number = units.quantity(given, variable, kind, path=path)
-        if not number.is_integer():
-            raise InputError("must be a whole number", path=path, value=given, allowed=variable.allowed(kind))
-        return int(number)
-    if component.is_array(name):
-        if isinstance(given, (str, bytes)) or not hasattr(given, "__len__"):
-            raise InputError("must be a list of numbers", path=path, value=given)
-        return np.array([units.quantity(one, variable, kind, path=path) for one in given], dtype=float)
-    return units.quantity(given, variable, kind, path=path)
-
-
-def _validate(component: Component, name: str, variable: Variable, value: Any, kind: Kind, path: str) -> None:
-    default = component.defaults.get(name)
-    may_be_infinite = isinstance(default, float) and math.isinf(default)
-    if not np.all(np.isfinite(value)) and not (may_be_infinite and value == default):
-        raise InputError(
-            "is not a finite number", path=path, value=float(np.max(value)), allowed=variable.allowed(kind)
-        )
-    variable.validate(value, path, kind)

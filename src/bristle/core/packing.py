@@ -141,9 +141,17 @@ def _unpack_expression(
 
 @cache
 def packer(structure: Structure) -> Callable[[Any, Any], None]:
-    """Return the kernel ``store(value, vector)`` that writes a NamedTuple of scalars into a vector."""
-    lines = [f"vector[{i}] = value[{i}]" for i, _ in enumerate(structure[1])]
+    """Return the kernel ``store(value, vector)`` that writes a NamedTuple of scalars, nested or not, into a vector."""
+    lines = [f"vector[{i}] = value{place}" for i, place in enumerate(_places(structure))]
     return _define("store(value, vector)", lines or ["return"], {})
+
+
+def _places(structure: Structure) -> list[str]:
+    """Return how each number of a NamedTuple is reached, such as ``[1][0]``, in the order of the layout."""
+    found: list[str] = []
+    for i, part in enumerate(structure[1]):
+        found += [f"[{i}]{inner}" for inner in _places(part)] if isinstance(part, tuple) else [f"[{i}]"]
+    return found
 
 
 @cache

@@ -34,6 +34,11 @@ UNITS: dict[str, tuple[str, str]] = {
     "force*time/length": ("N*s/m", "N*m*s/rad"),
     "force/time": ("N/s", "N*m/s"),
     "mass": ("kg", "kg*m^2"),
+    # What moves straight, whatever the kind of axis: the table of a ball screw.
+    "travel": ("m", "m"),
+    "mass of travel": ("kg", "kg"),
+    "force of travel/travel": ("N/m", "N/m"),
+    "force of travel*time/travel": ("N*s/m", "N*s/m"),
     "temperature": ("K", "K"),
 }
 

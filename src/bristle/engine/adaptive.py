@@ -18,6 +18,7 @@ from bristle.engine.loop import Trace, burst_entry, held
 from bristle.engine.motion import presliding_distance
 from bristle.engine.part import Part, vector
 from bristle.engine.rosenbrock import PADDING, STAGES, make_rate, rosenbrock
+from bristle.engine.screwed import refuse_screw
 from bristle.engine.step_doubling import doubling, make_rest_time
 from bristle.engine.step_length import GIVE_UP, ROUNDING
 
@@ -114,6 +115,7 @@ def _run(
     max_step: float, x: float, v: float, state: Any, memory: Any,
 ) -> AdaptiveTrace:  # fmt: skip
     """Return one run, its local errors bounded for this tolerance."""
+    refuse_screw(plant, "run_adaptive")
     u = vector(effort)
     body, contact = Part(plant), Part(friction)
     body.state[0], body.state[1] = x, v
@@ -170,7 +172,8 @@ class _Record:
             status = code if happened else status
         return AdaptiveTrace(
             time=self.times[cut], position=self.position[cut], velocity=self.velocity[cut], effort=u[cut],
-            friction=np.diff(self.impulse)[cut] / dt, measured=self.position[cut], command=u[cut], status=status,
+            friction=np.diff(self.impulse)[cut] / dt, measured=self.position[cut], command=u[cut],
+            motor_position=self.position[cut], motor_velocity=self.velocity[cut], status=status,
             steps=int(accepted), rejected=int(rejected),
         )  # fmt: skip
 

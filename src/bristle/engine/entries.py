@@ -20,6 +20,7 @@ from bristle.core.dispatch import (
     operator_trial,
     sensor_step,
 )
+from bristle.core.kernel import kernel
 from bristle.core.packing import Structure, packer, unpacker
 from bristle.engine import semi_implicit
 from bristle.engine.efim import Start, advance
@@ -29,7 +30,8 @@ from bristle.engine.efim import Start, advance
 # that failed so far; and what it is told: the error of the mean velocity that a solve may leave [m/s or rad/s].
 FORCE, FAILED, SLOPE, FAILED_SO_FAR, ACCELERATION, SLACK, OUT_SIZE = 0, 1, 2, 3, 4, 5, 6
 # Rows of the flat history of a closed loop.
-POSITION, VELOCITY, MEASURED, COMMAND, EFFORT, FRICTION, ROWS = 0, 1, 2, 3, 4, 5, 6
+POSITION, VELOCITY, MEASURED, COMMAND, EFFORT, FRICTION = 0, 1, 2, 3, 4, 5
+MOTOR_POSITION, MOTOR_VELOCITY, ROWS = 6, 7, 8
 # Beyond this magnitude of position plus velocity a simulation has left the numbers worth following.
 BOUND = 1e100
 
@@ -166,40 +168,52 @@ def make_sense(parameters: Structure, state: Structure) -> Callable[..., Any]:
     return sense
 
 
-def open_loop(burst, q, plant, p, state, memory, effort, effort_end, dt, steps, x, v, force, out):
+def open_loop(burst, q, plant, p, state, memory, load, effort, effort_end, dt, steps, history, out):
     """Drive a plant by a recorded effort; return the number of samples that stayed finite.
 
-    ``x``, ``v`` [k] are those at the instant of sample k, ``force`` [k] is the mean friction force until the next.
+    `load` begins with position and velocity of what the axis moves: `plant` itself, where that is one mass. `history`
+    is as in `closed_loop`, without what a controller measures and commands.
     """
-    for k in range(effort.size):
-        x[k], v[k] = plant[0], plant[1]
+    count = effort.size
+    for k in range(count):
+        record(history, count, k, load, plant)
+        history[EFFORT * count + k] = effort[k]
         burst(q, plant, p, state, memory, effort[k], effort_end[k], dt, steps, out)
-        force[k] = out[FORCE]
+        history[FRICTION * count + k] = out[FORCE]
         out[FAILED_SO_FAR] += out[FAILED]
         if not abs(plant[0]) + abs(plant[1]) < BOUND:
             return k + 1
-    return effort.size
+    return count
+
+
+@kernel
+def record(history, count, k, load, plant):
+    """Write where load and motor are at sample `k`."""
+    history[POSITION * count + k], history[VELOCITY * count + k] = load[0], load[1]
+    history[MOTOR_POSITION * count + k], history[MOTOR_VELOCITY * count + k] = plant[0], plant[1]
 
 
 def closed_loop(
-    control, c, control_state, sense, m, sense_state, burst, q, plant, p, state, memory,
+    control, c, control_state, sense, m, sense_state, burst, q, plant, p, state, memory, load, seen,
     reference, injected, disturbance, limit, delay, effort_before, dt, steps, history, out,
 ):  # fmt: skip
     """Run a sampled loop; return the number of samples that stayed finite.
 
     `reference` is flat, [position | velocity | acceleration | effort] of all samples; `history` is flat, and receives
-    [x | v | measured | commanded effort | applied effort | mean friction force until the next sample]. The effort
-    computed at sample k acts from sample ``k + delay`` on, held until the next one; before, `effort_before` acts.
+    [x | v | measured | commanded effort | applied effort | mean friction force until the next sample | x | v of the
+    motor]. `load` begins with position and velocity of what the axis moves, `seen` with the position that the sensor
+    reads. The effort computed at sample k acts from sample ``k + delay`` on, held until the next one; before,
+    `effort_before` acts.
     """
     count = injected.size
     for k in range(count):
-        measured = sense(m, sense_state, plant[0], dt)
+        measured = sense(m, sense_state, seen[0], dt)
         u = control(
             c, control_state, reference[k], reference[count + k], reference[2 * count + k],
             reference[3 * count + k], measured, dt,
         )  # fmt: skip
         command = max(-limit, min(limit, u + injected[k]))
-        history[POSITION * count + k], history[VELOCITY * count + k] = plant[0], plant[1]
+        record(history, count, k, load, plant)
         history[MEASURED * count + k], history[COMMAND * count + k] = measured, command
         applied = history[COMMAND * count + k - delay] if k >= delay else effort_before
         history[EFFORT * count + k] = applied
