@@ -90,7 +90,7 @@ def test_backlash_agrees_with_a_solver_of_differential_equations():
 
 def test_backlash_without_damping_makes_no_energy():
     h, effort = 2e-5, np.zeros(10_000)
-    effort[0] = 0.5
+    effort[0] = 5.0
     trace = run_open_loop(screw(backlash=2e-5), FREE, effort, h)
     kinetic = 0.5 * (J * trace.motor_velocity**2 + M * (ARM * trace.velocity) ** 2)
     assert np.max(kinetic[1:]) <= kinetic[1] * (1.0 + 1e-9)

@@ -36,7 +36,7 @@ REFINEMENTS = 4
 SHORTEST_STEP, FIRST_STEP = 1e-13, 1e-6
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class AdaptiveTrace(Trace):
     """What an adaptive run leaves behind: a `Trace`, and how many steps were accepted and rejected."""
 

@@ -22,13 +22,14 @@ HOLDS = ("zero", "linear")
 SIDES = ("load", "motor")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Trace:
     """What a run leaves behind, each of shape (sample,), in SI of the axis.
 
     ``position`` and ``velocity`` are those of what the axis moves at the instant of a sample; ``friction`` is the mean
     force on the port until the next sample. Of a `ball_screw` they are those of the table, counted at the motor, and
-    ``friction`` is all that the motor feels; ``motor_position`` and ``motor_velocity`` differ from them.
+    ``friction`` is all that the motor feels; ``motor_position`` and ``motor_velocity`` differ from them. ``state`` and
+    ``memory`` are those of the friction model at the end of a run with fixed steps: another one goes on from them.
     """
 
     time: np.ndarray
@@ -41,6 +42,8 @@ class Trace:
     motor_position: np.ndarray
     motor_velocity: np.ndarray
     status: Status
+    state: Any = None
+    memory: np.ndarray | None = None
 
 
 class _Mechanism:
@@ -78,6 +81,7 @@ class _Mechanism:
         return Trace(
             time=dt * np.arange(done), position=x, velocity=v, effort=effort, friction=friction, measured=measured,
             command=command, motor_position=motor_x, motor_velocity=motor_v, status=self.status(done, rows.shape[1]),
+            state=self.friction.state_now, memory=self.memory,
         )  # fmt: skip
 
     def status(self, done: int, count: int) -> Status:
@@ -158,8 +162,9 @@ def run_open_loop(
 def run_closed_loop(
     plant: Model, friction: Model, controller: Model, sensor: Model, reference: np.ndarray, dt: float, *,
     table: Model | None = None, sensor_at: str = "load", steps: int = 1, injected: Any = None,
-    disturbance: Any = None, limit: float = np.inf, delay: int = 0, effort_before: float = 0.0,
-    x: float = 0.0, v: float = 0.0, acceleration: float = 0.0, state: Any = None, memory: Any = None,
+    disturbance: Any = None, limit: float = np.inf, delay: int = 0, lag: float = 0.0,
+    effort_before: float = 0.0, x: float = 0.0, v: float = 0.0, acceleration: float = 0.0, state: Any = None,
+    memory: Any = None,
 ) -> Trace:  # fmt: skip
     """Run a sampled control loop on a plant with friction.
 
@@ -185,6 +190,8 @@ def run_closed_loop(
         Largest effort of the drive [N or N*m].
     delay : int
         Samples from a measurement to the effort computed from it.
+    lag : float
+        Time constant with which the effort of the drive follows its command [s].
     effort_before : float
         Effort that acts until the first computed one arrives [N or N*m].
     x, v : float
@@ -215,6 +222,7 @@ def run_closed_loop(
     extra = np.zeros(count) if injected is None else vector(injected)
     unseen = np.zeros(count) if disturbance is None else vector(disturbance)
     check_run(dt, steps, count=count, injected=extra, disturbance=unseen)
+    mechanism.out[entries.DRIVE_LAG], mechanism.out[entries.DRIVE_EFFORT] = lag, effort_before
     history = np.zeros(entries.ROWS * count)
     driver = compiled("closed_loop", lambda: entries.closed_loop, "CaaSaaBaaaaaaaaaafiffiaa")
     done = int(

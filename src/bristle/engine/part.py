@@ -13,7 +13,7 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.core.dispatch import functions_of
 from bristle.core.errors import InputError, InputWarning
-from bristle.core.packing import pack, structure_of
+from bristle.core.packing import pack, structure_of, unpacker
 
 __all__ = ["Part", "check_run", "memory_of", "vector", "warn_of_lost"]
 
@@ -69,6 +69,11 @@ class Part:
     def lost(self) -> int:
         """How many pairs of turning points its memory had no room for; 0 for one that forgets nothing."""
         return int(sum(self.state[place] for place in _places_of("lost", self.structures[1])))
+
+    @property
+    def state_now(self) -> Any:
+        """The state, as the component has it."""
+        return unpacker(self.structures[1])(self.state)
 
     @property
     def functions(self) -> tuple[Any, ...]:
