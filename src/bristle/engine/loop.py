@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from bristle.controllers.feedforward import Shape
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.packing import pack
@@ -16,7 +17,7 @@ from bristle.engine.compilation import SIGNATURES, compiled
 from bristle.engine.part import Part, check_run, memory_of, vector
 from bristle.engine.screwed import TABLE, through_screw
 
-__all__ = ["Trace", "run_closed_loop", "run_open_loop"]
+__all__ = ["Compensator", "LoopTrace", "Trace", "run_closed_loop", "run_open_loop"]
 
 HOLDS = ("zero", "linear")
 SIDES = ("load", "motor")
@@ -42,6 +43,22 @@ class Trace:
     motor_position: np.ndarray
     motor_velocity: np.ndarray
     status: Status
+    state: Any = None
+    memory: np.ndarray | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoopTrace(Trace):
+    """What a closed loop leaves behind: a `Trace`, and the effort fed forward along the measured motion."""
+
+    compensation: np.ndarray
+
+
+class Compensator(NamedTuple):
+    """A friction model that is fed forward along the measured motion, and what was before the first sample."""
+
+    friction: Model
+    shape: Shape
     state: Any = None
     memory: np.ndarray | None = None
 
@@ -75,14 +92,14 @@ class _Mechanism:
             self.load,
         )  # fmt: skip
 
-    def trace(self, rows: np.ndarray, done: int, dt: float) -> Trace:
-        """Return the history of a run that lasted `done` samples."""
-        x, v, measured, command, effort, friction, motor_x, motor_v = (row[:done] for row in rows)
-        return Trace(
-            time=dt * np.arange(done), position=x, velocity=v, effort=effort, friction=friction, measured=measured,
-            command=command, motor_position=motor_x, motor_velocity=motor_v, status=self.status(done, rows.shape[1]),
-            state=self.friction.state_now, memory=self.memory,
-        )  # fmt: skip
+    def signals(self, rows: np.ndarray, done: int, dt: float) -> dict[str, Any]:
+        """Return what a `Trace` holds, from the history of a run that lasted `done` samples."""
+        x, v, measured, command, effort, friction, motor_x, motor_v, _ = (row[:done] for row in rows)
+        return {
+            "time": dt * np.arange(done), "position": x, "velocity": v, "effort": effort, "friction": friction,
+            "measured": measured, "command": command, "motor_position": motor_x, "motor_velocity": motor_v,
+            "status": self.status(done, rows.shape[1]), "state": self.friction.state_now, "memory": self.memory,
+        }  # fmt: skip
 
     def status(self, done: int, count: int) -> Status:
         if done < count or not np.all(np.isfinite(self.plant.state)):
@@ -156,16 +173,16 @@ def run_open_loop(
     done = int(driver(mechanism.entry, *mechanism.vectors, u, u_end, float(dt), int(steps), history, mechanism.out))
     rows = history.reshape(entries.ROWS, u.size)
     rows[entries.MEASURED], rows[entries.COMMAND] = rows[entries.POSITION], u
-    return mechanism.trace(rows, done, dt)
+    return Trace(**mechanism.signals(rows, done, dt))
 
 
 def run_closed_loop(
     plant: Model, friction: Model, controller: Model, sensor: Model, reference: np.ndarray, dt: float, *,
-    table: Model | None = None, sensor_at: str = "load", steps: int = 1, injected: Any = None,
-    disturbance: Any = None, limit: float = np.inf, delay: int = 0, lag: float = 0.0,
+    table: Model | None = None, sensor_at: str = "load", steps: int = 1, compensator: Compensator | None = None,
+    injected: Any = None, disturbance: Any = None, limit: float = np.inf, delay: int = 0, lag: float = 0.0,
     effort_before: float = 0.0, x: float = 0.0, v: float = 0.0, acceleration: float = 0.0, state: Any = None,
     memory: Any = None,
-) -> Trace:  # fmt: skip
+) -> LoopTrace:  # fmt: skip
     """Run a sampled control loop on a plant with friction.
 
     Parameters
@@ -182,6 +199,8 @@ def run_closed_loop(
         Whether the sensor reads the position of the table of a `ball_screw` or that of its motor.
     steps : int
         Integration steps in a sample.
+    compensator : Compensator, optional
+        Friction that is fed forward along the measured motion, beside what `reference` holds.
     injected : array_like, shape (sample,), optional
         Known effort added to the output of the controller [N or N*m].
     disturbance : array_like, shape (sample,), optional
@@ -203,7 +222,7 @@ def run_closed_loop(
 
     Returns
     -------
-    Trace
+    LoopTrace
         What happened at each sample; cut short, with a status, where the loop left the finite numbers.
     """
     if reference.ndim != 2 or reference.shape[0] != 4:
@@ -224,17 +243,33 @@ def run_closed_loop(
     check_run(dt, steps, count=count, injected=extra, disturbance=unseen)
     mechanism.out[entries.DRIVE_LAG], mechanism.out[entries.DRIVE_EFFORT] = lag, effort_before
     history = np.zeros(entries.ROWS * count)
-    driver = compiled("closed_loop", lambda: entries.closed_loop, "CaaSaaBaaaaaaaaaafiffiaa")
+    driver = compiled("closed_loop", lambda: entries.closed_loop, "CaaFaaaaSaaBaaaaaaaaaafiffiaa")
     done = int(
         driver(
             _entry("control", control, "C", entries.make_control), control.parameters, control.state,
+            *_compensation(compensator, started),
             _entry("sense", sense, "S", entries.make_sense), sense.parameters, sense.state,
             mechanism.entry, *mechanism.vectors, mechanism.load if sensor_at == "load" else mechanism.plant.state,
             vector(reference).ravel(), extra, unseen,
             float(limit), int(delay), float(effort_before), float(dt), int(steps), history, mechanism.out,
         )
     )  # fmt: skip
-    return mechanism.trace(history.reshape(entries.ROWS, count), done, dt)
+    rows = history.reshape(entries.ROWS, count)
+    return LoopTrace(**mechanism.signals(rows, done, dt), compensation=rows[entries.FED, :done])
+
+
+def _compensation(compensator: Compensator | None, measured: float) -> tuple[Any, ...]:
+    """Return the entry of the compensator and its vectors; `measured` is the position at the first sample."""
+    if compensator is None:
+        nothing = np.zeros(0)
+        entry = compiled("compensate_nothing", lambda: entries.compensate_nothing, SIGNATURES["F"])
+        return entry, nothing, nothing, nothing, nothing
+    part = Part(compensator.friction)
+    if compensator.state is not None:
+        part.state = pack(compensator.state)
+    entry = _entry("compensate", part, "F", entries.make_compensate)
+    memory = memory_of(compensator.friction, compensator.memory)
+    return entry, part.parameters, part.state, memory, np.array((*compensator.shape, measured, 0.0))
 
 
 def _entry(name: str, part: Part, shape: str, make: Any) -> Any:
