@@ -195,19 +195,27 @@ class FrictionModel(Component):
     ``motion.v``, positive when it opposes ``v > 0``, and what `commit` needs. ``v = +0.0`` and ``-0.0`` give the two
     one-sided limits, so that a set-valued model needs no flag. ``commit(state, memory, move, p) -> state`` is
     called once for each accepted step and is the only writer of ``memory``, a 1-D array (or ``()``) of
-    ``memory_size(p)`` numbers. ``rate(state, motion, p) -> (force, d_state)`` is optional, for smooth models: the same
-    equations in continuous time.
+    ``memory_size(p)`` numbers.
+
+    The same equations in continuous time are optional: ``rate(state, motion, p) -> (force, d_state)`` for a smooth
+    model. For one that is smooth from event to event ``piece(state, memory, motion, p) -> (contact, piece)`` are the
+    numbers that vary and those that hold until the next event, the direction of motion, ``side``, among them;
+    ``flow(contact, piece, motion, p) -> (force, d_contact, margin)`` is smooth, past the event too, which is where
+    the margin falls below zero; ``arrival(state, memory, contact, p) -> move`` is what to commit there.
     """
 
     trial: Callable[..., Any]
     commit: Callable[..., Any]
     memory_size: Callable[[Any], int] = field(default=lambda p: 0)
     rate: Callable[..., Any] | None = None
+    piece: Callable[..., Any] | None = None
+    flow: Callable[..., Any] | None = None
+    arrival: Callable[..., Any] | None = None
     linear: bool = False
 
     family: ClassVar[str] = "friction"
     functions: ClassVar[tuple[str, ...]] = ("trial", "commit")
-    optional: ClassVar[tuple[str, ...]] = ("rate",)
+    optional: ClassVar[tuple[str, ...]] = ("rate", "piece", "flow", "arrival")
 
     def new_memory(self, parameters: Any) -> np.ndarray:
         """Return the memory of a virgin model, shape (memory_size,)."""

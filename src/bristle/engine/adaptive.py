@@ -9,7 +9,8 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
-from bristle.core.packing import pack
+from bristle.core.motion import Motion
+from bristle.core.packing import pack, structure_of, unpacker
 from bristle.core.status import Status
 from bristle.engine import rodas5p
 from bristle.engine.compilation import SIGNATURES, compiled
@@ -17,7 +18,8 @@ from bristle.engine.entries import OUT_SIZE
 from bristle.engine.loop import Trace, burst_entry, held
 from bristle.engine.motion import presliding_distance
 from bristle.engine.part import Part, vector
-from bristle.engine.rosenbrock import PADDING, STAGES, make_rate, rosenbrock
+from bristle.engine.pieces import Layout, make_rates, make_turn, never_turn
+from bristle.engine.rosenbrock import STAGES, make_step, rosenbrock
 from bristle.engine.step_doubling import doubling, make_rest_time
 from bristle.engine.step_length import GIVE_UP, ROUNDING
 
@@ -135,11 +137,11 @@ def _run(
     knots[-1] = duration * (1.0 + 1e-12)
     record = _Record(times)
     inputs = (knots, starts, ends, settings)
+    fresh = contact.component.new_memory(friction.parameters)
+    used = fresh if memory is None else np.array(memory, dtype=float)
     if chosen == "rosenbrock":
-        reached = _by_rosenbrock(body, contact, inputs, record)
+        reached = _by_rosenbrock(body, contact, used, inputs, record)
     else:
-        fresh = contact.component.new_memory(friction.parameters)
-        used = fresh if memory is None else np.array(memory, dtype=float)
         reached = _by_doubling(body, contact, used, inputs, record)
     return record.trace(u, dt, tolerance, reached, contact)
 
@@ -179,7 +181,8 @@ def _method(plant: Model, friction: Model, method: str) -> str:
     """Return the method to be used; refuse one that does not fit."""
     if method not in METHODS:
         raise InputError("no such method", path="method", value=method, allowed=", ".join(METHODS))
-    lacking = [model.name for model in (plant, friction) if model.component.rate is None]
+    smooth = plant.component.rate, friction.component.rate or friction.component.flow
+    lacking = [model.name for model, rate in zip((plant, friction), smooth, strict=True) if rate is None]
     if method == "rosenbrock" and lacking:
         raise InputError(
             f"{' and '.join(lacking)} has no rate, which the Rosenbrock method integrates", path="method", value=method,
@@ -206,22 +209,31 @@ def _by_doubling(body: Part, contact: Part, memory: np.ndarray, inputs: tuple[An
     )  # fmt: skip
 
 
-def _by_rosenbrock(body: Part, contact: Part, inputs: tuple[Any, ...], record: _Record) -> int:
-    rate = compiled(
-        f"rate-{body.key}-{contact.key}",
-        lambda: make_rate(*body.structures, *contact.structures),
-        SIGNATURES["R"],
-        body.functions + contact.functions,
-    )
-    driver = compiled("rosenbrock", lambda: rosenbrock, "Raaai" + "a" * 21)
-    n = body.state.size + contact.state.size + 1
-    width = PADDING * -(-n // PADDING)
-    y = np.concatenate((body.state, contact.state, np.zeros(width - n + 1)))
-    work = [np.zeros(size) for size in (n * n, n * n, STAGES * width, width, width, width, width, 9)]
+def _by_rosenbrock(body: Part, contact: Part, memory: np.ndarray, inputs: tuple[Any, ...], record: _Record) -> int:
+    component, key, functions = contact.component, f"{body.key}-{contact.key}", body.functions + contact.functions
+    p, s = contact.structures
+    varying, piece, kind = contact.state, np.zeros(0), None
+    if component.flow is not None:
+        motion = Motion(body.state[1], body.state[0])
+        varies, holds = component.piece(unpacker(s)(contact.state), memory, motion, contact.model.parameters)
+        varying, piece, kind, s_varying = pack(varies), pack(holds), structure_of(holds), structure_of(varies)
+    else:
+        s_varying = s
+    layout = Layout(*body.structures, p, s, s_varying, kind)
+    rates = compiled(f"rates-{key}", lambda: make_rates(layout), SIGNATURES["R"], functions)
+    step = compiled(f"step-{key}", lambda: make_step(layout), SIGNATURES["K"], functions)
+    if kind is None:
+        turn = compiled("never_turn", lambda: never_turn, SIGNATURES["T"])
+    else:
+        turn = compiled(f"turn-{key}", lambda: make_turn(layout), SIGNATURES["T"], functions)
+    driver = compiled("rosenbrock", lambda: rosenbrock, "KRTaaaaaai" + "a" * 22)
+    n = layout.size
+    y = np.concatenate((body.state, varying, np.zeros(1)))
+    work = [np.zeros(size) for size in (n * n, n * n, STAGES * n, n, n, n, n, 9, n)]
     return int(
         driver(
-            rate, body.parameters, contact.parameters, y, n, *inputs, rodas5p.TABLEAU, rodas5p.ADVANCES,
-            rodas5p.COUPLINGS, rodas5p.DENSE, *record.samples, *work, record.report,
+            step, rates, turn, body.parameters, contact.parameters, piece, contact.state, memory, y, n, *inputs,
+            rodas5p.TABLEAU, rodas5p.ADVANCES, rodas5p.COUPLINGS, rodas5p.DENSE, *record.samples, *work, record.report,
         )
     )  # fmt: skip
 
