@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -85,6 +86,7 @@ def settled(model: Model, v: float) -> tuple[Any, np.ndarray]:
     return unpacker(part.structures[1])(part.state), memory
 
 
+@lru_cache(maxsize=256)
 def presliding_distance(model: Model) -> float:
     """Return the distance [m or rad] over which a virgin contact, moved slowly, reaches half of its largest force.
 

@@ -24,7 +24,7 @@ from bristle.core.mathematics import Bracket, bracket_guess, bracket_update
 from bristle.engine.entries import BOUND
 from bristle.engine.pieces import Layout, rates_of
 from bristle.engine.step_doubling import copy
-from bristle.engine.step_length import GIVE_UP, ROUNDING, length_factor
+from bristle.engine.step_length import GIVE_UP, ROUNDING, length_factor, next_length
 
 __all__ = ["STAGES", "make_step", "rosenbrock"]
 
@@ -137,10 +137,9 @@ def interpolated(bends, at, part, before, after):
 @kernel
 def sampled(k, t, h, t_next, y, y_next, last, dense, stages, bends, times, x, v, impulse):
     """Write the samples from number `k` on up to the time `t_next` [s] of a step; return the number of the next."""
-    if k < times.size and times[k] <= t_next:
-        bend(dense, stages, 0, bends, 0)
-        bend(dense, stages, 1, bends, 3)
-        bend(dense, stages, last, bends, 6)
+    bend(dense, stages, 0, bends, 0)
+    bend(dense, stages, 1, bends, 3)
+    bend(dense, stages, last, bends, 6)
     while k < times.size and times[k] <= t_next:
         part = (times[k] - t) / h
         x[k] = interpolated(bends, 0, part, y[0], y_next[0])
@@ -183,7 +182,7 @@ def rosenbrock(
     motion left the finite numbers or too many steps missed the tolerance.
     """
     per_time, per_step, h_max, h_min, wish = settings[0], settings[1], settings[2], settings[3], settings[4]
-    error_last, k = 1.0, 0
+    error_last, h_last, tries, k = 1.0, 0.0, 1, 0
     for segment in range(starts.size):
         t, t_end, u = knots[segment], knots[segment + 1], starts[segment]
         rise, is_new = (ends[segment] - u) / (t_end - t), True
@@ -206,7 +205,8 @@ def rosenbrock(
             is_new = error <= 1.0 or h <= h_min
             if not is_new:
                 report[1] += 1.0
-                wish = max(h_min, h * length_factor(error, 1.0, 4.0))
+                tries += 1
+                wish = max(h_min, h * length_factor(error, 4.0))
                 continue
             margins = margin, rates(q, p, piece, y_next, u_end, slope_0)
             if margins[1] < 0.0 <= margin and h > h_min:
@@ -214,7 +214,8 @@ def rosenbrock(
                     rates, q, p, piece, y, y_next, n, u, u_end, margins, dense, stages, bends, slope, there
                 )  # fmt: skip
             t_next = t_end if is_last and part == 1.0 else t + part * h
-            k = sampled(k, t, h, t_next, y, y_next, n - 1, dense, stages, bends, times, x, v, impulse)
+            if k < times.size and times[k] <= t_next:
+                k = sampled(k, t, h, t_next, y, y_next, n - 1, dense, stages, bends, times, x, v, impulse)
             copy(y_next, y)
             if part < 1.0:
                 copy(there, y)
@@ -225,8 +226,8 @@ def rosenbrock(
                 margin = rates(q, p, piece, y, u, slope_0)
             if not abs(y[0]) + abs(y[1]) < BOUND or report[2] > GIVE_UP:
                 return float(k)
-            wish = max(wish if is_cut else h_min, h * length_factor(error, error_last, 4.0))
-            error_last = error
+            wish = max(wish if is_cut else h_min, next_length(h, error, h_last, error_last, tries, 4.0))
+            error_last, h_last, tries = error, h, 1
             report[0] += 1.0
             report[2] += 1.0 if not error <= 1.0 else 0.0
     return float(k)
