@@ -24,7 +24,7 @@ from bristle.core.mathematics import Bracket, bracket_guess, bracket_update
 from bristle.engine.entries import BOUND
 from bristle.engine.pieces import Layout, rates_of
 from bristle.engine.step_doubling import copy
-from bristle.engine.step_length import GIVE_UP, ROUNDING, length_factor, next_length
+from bristle.engine.step_length import GIVE_UP, ROUNDING, next_length, own_factor
 
 __all__ = ["STAGES", "make_step", "rosenbrock"]
 
@@ -206,7 +206,7 @@ def rosenbrock(
             if not is_new:
                 report[1] += 1.0
                 tries += 1
-                wish = max(h_min, h * length_factor(error, 4.0))
+                wish = max(h_min, h * own_factor(error, 4.0))
                 continue
             margins = margin, rates(q, p, piece, y_next, u_end, slope_0)
             if margins[1] < 0.0 <= margin and h > h_min:

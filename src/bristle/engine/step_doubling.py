@@ -24,7 +24,7 @@ from bristle.core.mathematics import Bracket, bracket_guess, bracket_update
 from bristle.core.packing import Structure, unpacker
 from bristle.engine.efim import INFINITY, evaluate
 from bristle.engine.entries import ACCELERATION, BOUND, FAILED, FORCE, SLACK, SLOPE
-from bristle.engine.step_length import GIVE_UP, ROUNDING, length_factor, next_length
+from bristle.engine.step_length import GIVE_UP, ROUNDING, length_factor
 
 __all__ = ["doubling", "make_rest_time"]
 
@@ -150,7 +150,7 @@ def doubling(
     """
     per_time, per_step, h_max, h_min, wish = settings[0], settings[1], settings[2], settings[3], settings[4]
     far = settings[5]
-    error_last, tries, total, k, h_last, acceleration, bend = 1.0, 1, 0.0, 0, 0.0, 0.0, 0.0
+    error_last, total, k, h_last, acceleration, bend = 1.0, 0.0, 0, 0.0, 0.0, 0.0
     for segment in range(starts.size):
         t, t_end, u, rests_until = knots[segment], knots[segment + 1], starts[segment], INFINITY
         rise = (ends[segment] - u) / (t_end - t)
@@ -193,11 +193,10 @@ def doubling(
                 copy(state_0, state)
                 copy(memory_0, memory)
                 report[1] += 1.0
-                tries += 1
                 if rest < h and body_0[1] == 0.0 and rest > h_min:
                     rests_until = t + rest
                 else:
-                    wish = max(h_min, min(rest, h * length_factor(error, 2.0)))
+                    wish = max(h_min, min(rest, h * length_factor(error, 1.0, 2.0)))
                 continue
             k = sampled(
                 k, t, h, 0.0, body_0[0], body_0[1], x_middle, v_middle, force_1, out[FORCE], total, times, x, v, impulse
@@ -210,8 +209,8 @@ def doubling(
             total += 0.5 * h * (force_1 + out[FORCE])
             if not abs(body[0]) + abs(body[1]) < BOUND or report[2] > GIVE_UP:
                 return k
-            wish = max(wish if is_cut else h_min, next_length(h, error, h_last, error_last, tries, 2.0))
-            u, error_last, tries, rests_until = u_end, error, 1, INFINITY
+            wish = max(wish if is_cut else h_min, h * length_factor(error, error_last, 2.0))
+            u, error_last, rests_until = u_end, error, INFINITY
             h_last, acceleration, bend = h, out[ACCELERATION], 2.0 * (out[ACCELERATION] - early) / h
             report[0] += 1.0
             report[2] += 1.0 if not error <= 1.0 else 0.0

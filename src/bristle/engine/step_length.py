@@ -1,4 +1,7 @@
-"""How long the next step is: the error of this one, and how it has grown since the last.
+"""How long the next step is.
+
+Where the error of steps jumps, as at kinks, proportional and integral control damps what it does to their length. Where
+it changes smoothly, the length follows its trend.
 
 References
 ----------
@@ -11,17 +14,29 @@ from bristle.core.mathematics import power
 
 SAFETY = 0.9
 SMALLEST_FACTOR, LARGEST_FACTOR = 0.2, 4.0
+PROPORTIONAL, INTEGRAL = 0.7, 0.4
 SMALLEST_ERROR = 1e-4
 ROUNDING = 1e-15  # share of the position below which its error means nothing
 GIVE_UP = 1000.0  # steps of the shortest length, and still not exact enough
 
 
 @kernel
-def length_factor(error, order):
-    """Return by how much the step length changes after an error, a share of what is allowed.
+def length_factor(error, error_last, order):
+    """Return by how much the step length changes after an error.
 
-    The error goes with the power `order` of the step length.
+    Both errors are shares of what is allowed, that of this step and that of the last one; the error goes with the
+    power `order` of the step length.
     """
+    if not error <= 1e300:
+        return SMALLEST_FACTOR
+    now, last = max(error, SMALLEST_ERROR), max(error_last, SMALLEST_ERROR)
+    factor = SAFETY * power(now, -PROPORTIONAL / order) * power(last, INTEGRAL / order)
+    return max(SMALLEST_FACTOR, min(LARGEST_FACTOR, factor))
+
+
+@kernel
+def own_factor(error, order):
+    """Return by how much the step length changes by its own error alone."""
     if not error <= 1e300:
         return SMALLEST_FACTOR
     factor = SAFETY * power(max(error, SMALLEST_ERROR), -1.0 / order)
@@ -37,5 +52,5 @@ def next_length(h, error, h_last, error_last, tries, order):
     """
     now, last = max(error, SMALLEST_ERROR), max(error_last, SMALLEST_ERROR)
     trend = h / h_last * power(last / now, 1.0 / order) if h_last > 0.0 else 1.0
-    factor = length_factor(now, order) * min(1.0, trend)
+    factor = own_factor(now, order) * min(1.0, trend)
     return h * max(SMALLEST_FACTOR, factor if tries == 1 else min(1.0, factor))
