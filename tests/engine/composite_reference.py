@@ -74,8 +74,9 @@ class Composite:
         position = np.zeros(times.size)
         ends = np.append([bend for bend in bends if bend < times[-1]], times[-1])
         while t < times[-1]:
+            end = ends[np.searchsorted(ends, t, side="right")]
             part = solve_ivp(
-                self.slope, (t, ends[np.searchsorted(ends, t, side="right")]), y, method="DOP853", rtol=1e-12, atol=1e-13, events=self.events(),
+                self.slope, (t, end), y, method="DOP853", rtol=1e-12, atol=1e-13, events=self.events(),
                 dense_output=True, max_step=1e-3,
             )  # fmt: skip
             within = (times >= t) & (times <= part.t[-1])

@@ -66,8 +66,8 @@ def run_adaptive(
     hold : {"linear", "zero"}
         Between samples the effort runs straight to the next one, or is held.
     method : {"auto", "efim", "rosenbrock"}
-        EFIM by step doubling serves every model. The Rosenbrock method, of order 5, serves models and plants
-        with a ``rate``, where ``"auto"`` takes it.
+        EFIM by step doubling serves every model. The Rosenbrock method, of order 5, serves plants and models with
+        a ``rate``, and models with a ``flow`` from event to event; there ``"auto"`` takes it.
     max_step : float
         Longest step [s].
     verify : bool
@@ -210,19 +210,11 @@ def _by_doubling(body: Part, contact: Part, memory: np.ndarray, inputs: tuple[An
 
 
 def _by_rosenbrock(body: Part, contact: Part, memory: np.ndarray, inputs: tuple[Any, ...], record: _Record) -> int:
-    component, key, functions = contact.component, f"{body.key}-{contact.key}", body.functions + contact.functions
-    p, s = contact.structures
-    varying, piece, kind = contact.state, np.zeros(0), None
-    if component.flow is not None:
-        motion = Motion(body.state[1], body.state[0])
-        varies, holds = component.piece(unpacker(s)(contact.state), memory, motion, contact.model.parameters)
-        varying, piece, kind, s_varying = pack(varies), pack(holds), structure_of(holds), structure_of(varies)
-    else:
-        s_varying = s
-    layout = Layout(*body.structures, p, s, s_varying, kind)
-    rates = compiled(f"rates-{key}", lambda: make_rates(layout), SIGNATURES["R"], functions)
+    layout, varying, piece = _first_piece(body, contact, memory)
+    key, functions = f"{body.key}-{contact.key}", body.functions + contact.functions
     step = compiled(f"step-{key}", lambda: make_step(layout), SIGNATURES["K"], functions)
-    if kind is None:
+    rates = compiled(f"rates-{key}", lambda: make_rates(layout), SIGNATURES["R"], functions)
+    if layout.piece is None:
         turn = compiled("never_turn", lambda: never_turn, SIGNATURES["T"])
     else:
         turn = compiled(f"turn-{key}", lambda: make_turn(layout), SIGNATURES["T"], functions)
@@ -236,6 +228,17 @@ def _by_rosenbrock(body: Part, contact: Part, memory: np.ndarray, inputs: tuple[
             rodas5p.TABLEAU, rodas5p.ADVANCES, rodas5p.COUPLINGS, rodas5p.DENSE, *record.samples, *work, record.report,
         )
     )  # fmt: skip
+
+
+def _first_piece(body: Part, contact: Part, memory: np.ndarray) -> tuple[Layout, np.ndarray, np.ndarray]:
+    """Return the layout of a continuous run, the numbers of the contact that vary, and those that hold at first."""
+    component, (p, s) = contact.component, contact.structures
+    if component.flow is None:
+        return Layout(*body.structures, p, s, s, None), contact.state, np.zeros(0)
+    motion = Motion(body.state[1], body.state[0])
+    varies, holds = component.piece(unpacker(s)(contact.state), memory, motion, contact.model.parameters)
+    layout = Layout(*body.structures, p, s, structure_of(varies), structure_of(holds))
+    return layout, pack(varies), pack(holds)
 
 
 def _stretches(start: np.ndarray, end: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

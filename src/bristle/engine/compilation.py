@@ -101,8 +101,8 @@ def compiled(
     make : callable
         Returns the plain function.
     signature : str
-        Types of the arguments, one letter each: ``a`` a vector, ``f`` a number, ``i`` an integer; ``C``, ``S``,
-        ``B``, ``R`` and ``T`` the entries that the factories for control, sensing, bursts, rates and turns return.
+        Types of the arguments, one letter each: ``a`` a vector, ``f`` a number, ``i`` an integer; ``C``, ``S``, ``B``,
+        ``K``, ``R``, ``T`` the entries that the factories for control, sensing, bursts, steps, rates, turns return.
     parts : tuple of callable
         The functions of the components in it, which the dispatch finds by type.
     interleaved : int
@@ -118,7 +118,7 @@ def compiled(
     return _entries[key]
 
 
-SIGNATURES = {"C": "aaffffff", "S": "aaff", "B": "aaaaafffia", "R": "aaaafa", "T": "aaaaa", "K": "aaaafff" + "i" + "a" * 10}
+SIGNATURES = {"C": "aaffffff", "S": "aaff", "B": "aaaaafffia", "R": "aaaafa", "T": "aaaaa", "K": "aaaafffiaaaaaaaaaa"}
 
 
 def _types(signature: str) -> tuple[Any, ...]:

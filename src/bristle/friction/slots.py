@@ -84,7 +84,7 @@ def piece(state, memory, motion, p):
 
 @kernel
 def flow(contact, piece, motion, p):
-    """Return force [N or N*m], rate and margin with the parameters of the side that the piece is on, plus the offset."""
+    """Return force [N or N*m], rate and margin with the parameters of the side of the piece, plus the offset."""
     force, d_contact, margin = friction_flow(contact, piece, motion, p.forward if piece.side > 0.0 else p.backward)
     return force + p.offset, d_contact, margin
 
