@@ -221,7 +221,7 @@ def _by_rosenbrock(body: Part, contact: Part, memory: np.ndarray, inputs: tuple[
     driver = compiled("rosenbrock", lambda: rosenbrock, "KRTaaaaaai" + "a" * 22)
     n = layout.size
     y = np.concatenate((body.state, varying, np.zeros(1)))
-    work = [np.zeros(size) for size in (n * n, n * n, STAGES * n, n, n, n, n, 9, n)]
+    work = [np.zeros(size) for size in (n * n, n * n, STAGES * n, n, n + 1, n, n, 9, n)]
     return int(
         driver(
             step, rates, turn, body.parameters, contact.parameters, piece, contact.state, memory, y, n, *inputs,

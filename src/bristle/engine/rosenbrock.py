@@ -21,6 +21,7 @@ from typing import Any
 
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import Bracket, bracket_guess, bracket_update
+from bristle.engine.efim import INFINITY
 from bristle.engine.entries import BOUND
 from bristle.engine.pieces import Layout, rates_of
 from bristle.engine.step_doubling import copy
@@ -30,8 +31,9 @@ __all__ = ["STAGES", "make_step", "rosenbrock"]
 
 STAGES = 8
 DIFFERENCE = 1.5e-8
-# Of the search for an event: how often to look, and how narrow an interval is enough, as a share of the step.
-LOCATIONS, NARROW = 60, 1e-12
+# Of the search for an event: in how many parts of the step to look for two that hide each other, how often to halve
+# or better, and how narrow an interval is enough, as a share of the step.
+LOOKS, LOCATIONS, NARROW = 4, 60, 1e-12
 
 
 @kernel
@@ -81,7 +83,8 @@ def multiply(matrix, n, b, target, stage):
 def make_step(layout: Layout) -> Callable[..., Any]:
     """Return the entry that tries one step of `h` [s]: increments into `stages`, the result into `y_next`.
 
-    The rates at its beginning are `slope_0`. It returns the error of the position [m or rad].
+    The rates at its beginning are `slope_0`. It returns the error of the position [m or rad]; the last number of
+    `slope` receives the lowest margin that a stage has seen.
     """
     n = layout.size
     load, rates = rates_of(layout)
@@ -103,15 +106,16 @@ def make_step(layout: Layout) -> Callable[..., Any]:
                 for i in range(n):
                     jacobian[i * n + j] = (slope[i] - slope_0[i]) * inverse
         invert(jacobian, n, 1.0 / (tableau[0] * h), matrix)
-        inverse_step = 1.0 / h
+        inverse_step, margin = 1.0 / h, INFINITY
         for stage in range(STAGES):
             for j in range(n):
                 y_next[j] = y[j] + weighted(advances, stage, stage, stages, j)
-            rates(mechanism, y_next, u + tableau[1 + stage] * h * rise, slope)
+            margin = min(margin, rates(mechanism, y_next, u + tableau[1 + stage] * h * rise, slope))
             for j in range(n):
                 slope[j] += h * tableau[1 + STAGES + stage] * drift[j]
                 slope[j] += inverse_step * weighted(couplings, stage, stage, stages, j)
             multiply(matrix, n, slope, stages, stage)
+        slope[n] = margin
         # The last stage is the error of the embedded result, of order 4.
         for j in range(n):
             y_next[j] += stages[j * STAGES + STAGES - 1]
@@ -149,24 +153,39 @@ def sampled(k, t, h, t_next, y, y_next, last, dense, stages, bends, times, x, v,
     return k
 
 
+@kernel
+def margin_at(part, rates, q, p, piece, y, y_next, n, u, u_end, dense, stages, bends, slope, there):
+    """Return the margin at this part of a step; the state goes into `there`."""
+    for j in range(n):
+        bend(dense, stages, j, bends, 0)
+        there[j] = interpolated(bends, 0, part, y[j], y_next[j])
+    return rates(q, p, piece, there, u + part * (u_end - u), slope)
+
+
 @kernel(inline=False)
 def event_in(rates, q, p, piece, y, y_next, n, u, u_end, margins, dense, stages, bends, slope, there):
-    """Return after what part of a step the margin falls below zero; the state just past that goes into `there`.
+    """Return after what part of a step the margin first falls below zero, 1 where it does not.
 
-    ``margins`` are those at the beginning and at the end.
+    ``margins`` are those at the beginning and at the end. The state just past the event goes into `there`.
     """
-    bracket = Bracket(0.0, -margins[0], 1.0, -margins[1], 0.0)
+    low, high, above, below = 0.0, 0.0, margins[0], margins[0]
+    for look in range(1, LOOKS + 1):
+        low, high, above, below = high, look / LOOKS, below, margins[1]
+        if look < LOOKS:
+            below = margin_at(high, rates, q, p, piece, y, y_next, n, u, u_end, dense, stages, bends, slope, there)
+        if below < 0.0:
+            break
+    if not below < 0.0:
+        return 1.0
+    bracket = Bracket(low, -above, high, -below, 0.0)
     for _ in range(LOCATIONS):
         is_found = bracket.high - bracket.low <= NARROW
         part = bracket.high if is_found else bracket_guess(bracket)
-        for j in range(n):
-            bend(dense, stages, j, bends, 0)
-            there[j] = interpolated(bends, 0, part, y[j], y_next[j])
+        found = margin_at(part, rates, q, p, piece, y, y_next, n, u, u_end, dense, stages, bends, slope, there)
         if is_found:
-            break
-        found = rates(q, p, piece, there, u + part * (u_end - u), slope)
+            return part
         bracket = bracket_update(bracket, part, -found)
-    return bracket.high
+    return part
 
 
 def rosenbrock(
@@ -209,7 +228,7 @@ def rosenbrock(
                 wish = max(h_min, h * own_factor(error, 4.0))
                 continue
             margins = margin, rates(q, p, piece, y_next, u_end, slope_0)
-            if margins[1] < 0.0 <= margin and h > h_min:
+            if min(margins[1], slope[n]) < 0.0 <= margin and h > h_min:
                 part = event_in(
                     rates, q, p, piece, y, y_next, n, u, u_end, margins, dense, stages, bends, slope, there
                 )  # fmt: skip
@@ -221,7 +240,7 @@ def rosenbrock(
                 copy(there, y)
             t, u = t_next, u + part * h * rise
             margin = margins[1]
-            if margin < 0.0:
+            if margin < 0.0 or part < 1.0:
                 turn(p, state, memory, piece, y)
                 margin = rates(q, p, piece, y, u, slope_0)
             if not abs(y[0]) + abs(y[1]) < BOUND or report[2] > GIVE_UP:
