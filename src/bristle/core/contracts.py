@@ -98,8 +98,9 @@ class Component:
     def __post_init__(self) -> None:
         object.__setattr__(self, "module", self.module or self.Parameters.__module__)
         functions = {name: getattr(self, name) for name in (*self.functions, *self.optional)}
-        given = {name: function for name, function in functions.items() if function is not None}
-        dispatch.register(self.family, self.Parameters, given)
+        dispatch.register(
+            self.family, self.Parameters, {name: one for name, one in functions.items() if one is not None}
+        )
 
     @property
     def variables(self) -> dict[str, Variable]:
@@ -195,19 +196,25 @@ class FrictionModel(Component):
     ``motion.v``, positive when it opposes ``v > 0``, and what `commit` needs. ``v = +0.0`` and ``-0.0`` give the two
     one-sided limits, so that a set-valued model needs no flag. ``commit(state, memory, move, p) -> state`` is
     called once for each accepted step and is the only writer of ``memory``, a 1-D array (or ``()``) of
-    ``memory_size(p)`` numbers. ``rate(state, motion, p) -> (force, d_state)`` is optional, for smooth models: the same
-    equations in continuous time.
+    ``memory_size(p)`` numbers. The same equations in continuous time are optional: ``rate(state, motion, p) -> (force,
+    d_state)`` for a smooth model. For one that is smooth from event to event ``piece(state, memory, motion, p) ->
+    (contact, piece)`` are what varies and what holds, the ``side`` of the motion included; ``flow(contact, piece,
+    motion, p) -> (force, d_contact, margin)`` is smooth past the event too, at which the margin falls below zero; and
+    ``arrival(state, memory, contact, p) -> move`` is what to commit there.
     """
 
     trial: Callable[..., Any]
     commit: Callable[..., Any]
     memory_size: Callable[[Any], int] = field(default=lambda p: 0)
     rate: Callable[..., Any] | None = None
+    piece: Callable[..., Any] | None = None
+    flow: Callable[..., Any] | None = None
+    arrival: Callable[..., Any] | None = None
     linear: bool = False
 
     family: ClassVar[str] = "friction"
     functions: ClassVar[tuple[str, ...]] = ("trial", "commit")
-    optional: ClassVar[tuple[str, ...]] = ("rate",)
+    optional: ClassVar[tuple[str, ...]] = ("rate", "piece", "flow", "arrival")
 
     def new_memory(self, parameters: Any) -> np.ndarray:
         """Return the memory of a virgin model, shape (memory_size,)."""
@@ -334,9 +341,7 @@ def make_model(
     variables = component.variables
     for name in values:
         if name not in variables:
-            raise InputError(
-                f"{component.name} has no such parameter", path=f"{where}{name}", allowed=", ".join(variables)
-            )
+            raise InputError(f"{component.name} has no such parameter", path=where + name, allowed=", ".join(variables))
     missing = [name for name in variables if name not in values and name not in component.defaults]
     if missing:
         raise InputError(
