@@ -3,14 +3,17 @@
 Every figure is readable in grey: lines differ in lightness and dashes and markers in shape, besides their colour.
 """
 
+from bristle.figures.circles import circles
 from bristle.figures.closure import closure
 from bristle.figures.correlation import correlation
 from bristle.figures.drift import drift
 from bristle.figures.drive_table import drive_table
 from bristle.figures.effort_over_time import effort_over_time
+from bristle.figures.error_budget import error_budget
 from bristle.figures.everett_surface import everett_surface
 from bristle.figures.following_error import following_error, has_completed
 from bristle.figures.friction_over_velocity import friction_over_velocity
+from bristle.figures.margins import margins
 from bristle.figures.minor_loops import minor_loops
 from bristle.figures.model_comparison import model_comparison
 from bristle.figures.parameters import parameters
@@ -21,16 +24,19 @@ from bristle.figures.svg import inline_svg
 from bristle.figures.transition_curves import transition_curves
 
 __all__ = [
+    "circles",
     "closure",
     "correlation",
     "drift",
     "drive_table",
     "effort_over_time",
+    "error_budget",
     "everett_surface",
     "following_error",
     "friction_over_velocity",
     "has_completed",
     "inline_svg",
+    "margins",
     "minor_loops",
     "model_comparison",
     "parameters",

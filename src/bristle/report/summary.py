@@ -66,8 +66,9 @@ def simulation_summary(result: SimulationResult, *, provenance: Mapping[str, str
         "kind": kind,
         "error_unit": unit_of("length", kind),
         "effort_unit": unit_of("force", kind),
-        "runs": max(one.runs for one in result.variants.values()),
-        "variants": _variants(result),
+        "runs": max((one.runs for one in result.variants.values()), default=0),
+        "variants": _variants(result)
+        | {name: {"status": reason, "completed": False, "runs": 0} for name, reason in result.refused.items()},
         "provenance": provenance,
     }
 
