@@ -24,7 +24,8 @@ LAST: style.Look = {"color": "#0b3c6f", "linewidth": 0.9, "linestyle": "-"}
 
 
 def force_over_position(
-    traces: Traces, titles: Mapping[str, str], kind: Kind
+    traces: Traces, titles: Mapping[str, str], kind: Kind, effort: Kind | None = None, columns: int = COLUMNS,
+    top: float = 0.32,
 ) -> tuple[Figure, Iterator[tuple[str, Axes, np.ndarray, np.ndarray]], Scale]:
     """Return a figure with one panel for each trace, the panels with what to draw in them, and the scale of positions.
 
@@ -36,6 +37,12 @@ def force_over_position(
         What stands above each panel.
     kind : {"translational", "rotational"}
         The kind of axis.
+    effort : {"translational", "rotational"}, optional
+        Where a torque is shown over a travel: the kind that the forces are of.
+    columns : int
+        Panels in a row.
+    top : float
+        Room above the first row [inch].
 
     Returns
     -------
@@ -47,9 +54,9 @@ def force_over_position(
         The unit of the positions.
     """
     length = scale_for("length", kind, *(x for x, _ in traces.values()))
-    force, word = effort_scale(kind, *(f for _, f in traces.values()))
-    rows = -(-len(traces) // COLUMNS)
-    figure, grid = style.panels(0.35 + ROW * rows, rows, COLUMNS, between=0.2, gap=0.72)
+    force, word = effort_scale(effort or kind, *(f for _, f in traces.values()))
+    rows = -(-len(traces) // columns)
+    figure, grid = style.panels(0.03 + top + ROW * rows, rows, columns, between=0.2, gap=0.72, top=top)
     places = [axes for row in grid for axes in row]
     low = min(float(np.min(f)) for _, f in traces.values()) * force.factor
     high = max(float(np.max(f)) for _, f in traces.values()) * force.factor
@@ -60,7 +67,7 @@ def force_over_position(
         axes.set_title(titles[name])
         axes.set_ylim(low - room, high + room)
         axes.set_xlabel(length.label(position_word(kind)))
-        if index % COLUMNS:
+        if index % columns:
             axes.tick_params(labelleft=False)
         else:
             axes.set_ylabel(force.label(f"Friction {word.lower()}"))

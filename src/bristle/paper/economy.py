@@ -1,0 +1,220 @@
+"""How many loops have to be measured: error on motions that were not measured, for three ways to a model.
+
+The paper replaces the many experiments that a Preisach plane asks for by the two numbers of the reformed Dahl model.
+Here the contact is measured along a growing number of transition branches (first-order reversal curves), and from the
+same records come
+
+* the operator with the loops of the reformed Dahl model, stiffness and saturation by least squares;
+* a Prandtl-Ishlinskii operator, its weights by non-negative least squares;
+* an Everett function tabulated from the branches.
+
+Each has an offset, and is judged on random pre-sliding motions of the same contact. A contact that scatters from
+reversal to reversal does not repeat itself either: how far it is from a second run of its own is the floor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from bristle import hysteresis
+from bristle.core.contracts import Model
+from bristle.engine import response
+from bristle.paper.measurement import Record, measured
+from bristle.paper.setting import Setting
+
+__all__ = ["WAYS", "Economy", "Fitted", "economy", "fitted_reformed_dahl", "fitted_stops", "fitted_table", "seeded"]
+
+STOPS = 25
+UNSEEN = 6  # random motions
+TURNS = 24  # of each
+
+
+class Fitted(NamedTuple):
+    """An operator and the offset beside it [N*m]."""
+
+    operator: Model
+    offset: float
+
+    def torque(self, angle: np.ndarray) -> np.ndarray:
+        """Return the friction torque [N*m] along an angle of the screw [rad] that begins at the end of the run-in."""
+        return self.offset + response(self.operator, angle, history=[angle[0]])
+
+
+class Economy(NamedTuple):
+    """Errors in percent of the largest torque.
+
+    Parameters
+    ----------
+    counts : list of int
+        Branches measured.
+    errors : dict of str to ndarray, shape (count, seed)
+        By the way to the model; NaN where it cannot be made from so few branches.
+    floor : float
+        Distance between two runs of the contact itself.
+    duration : float
+        Time that one branch takes, at the mean [s].
+    """
+
+    counts: list[int]
+    errors: dict[str, np.ndarray]
+    floor: float
+    duration: float
+
+
+def seeded(friction: Model, seed: int) -> Model:
+    """Return a contact with another seed of its scatter; one that repeats itself exactly as it is."""
+    return friction.with_values(seed=seed) if "seed" in friction.values else friction
+
+
+def economy(setting: Setting, friction: Model, progress: Callable[[float], None] | None = None) -> Economy:
+    """Return the errors of models made from few and many measured branches of a contact.
+
+    Parameters
+    ----------
+    setting : Setting
+        The experiment: extent and number of branches, speed, resolution, noise, seeds.
+    friction : Model
+        The contact.
+    progress : callable, optional
+        Called with the share done.
+    """
+    counts = [round(one) for one in setting["measurement", "branches"]]
+    seeds = round(setting["measurement", "seeds"])
+    extent, speed = setting["measurement", "extent"], setting["measurement", "speed"]
+    unseen = [_unseen(setting, friction, index) for index in range(UNSEEN)]
+    errors = {name: np.full((len(counts), seeds), np.nan) for name in WAYS}
+    for row, count in enumerate(counts):
+        for seed in range(seeds):
+            if progress is not None:
+                progress((row * seeds + seed) / (len(counts) * seeds))
+            record = _branches(setting, seeded(friction, seed), extent, count, np.random.default_rng(seed))
+            for name, fit in WAYS.items():
+                found = fit(record, setting.arm)
+                if found is not None:
+                    errors[name][row, seed] = _error(found, unseen, setting.arm)
+    floor = np.mean([_percent(first.torque - again.torque, again.torque) for first, again in unseen])
+    return Economy(counts, errors, float(floor), 2.0 * extent / speed)
+
+
+def _branches(
+    setting: Setting, friction: Model, extent: float, count: int, generator: np.random.Generator
+) -> Record:
+    """Return the record of a contact run in at its lower end, and of this many branches from there."""
+    tops = extent * (1.0 - 2.0 * np.arange(count) / count)
+    turns = [-extent, extent, -extent]
+    for top in tops.tolist():
+        turns += [top, -extent]
+    return measured(setting, friction, turns, generator).since(2)
+
+
+def _unseen(setting: Setting, friction: Model, index: int) -> tuple[Record, Record]:
+    """Return two runs of the contact along one random motion, with other scatter and noise."""
+    generator = np.random.default_rng(1000 + index)
+    extent = setting["measurement", "extent"]
+    turns = [-extent, extent, -extent, *(0.9 * extent * generator.uniform(-1.0, 1.0, TURNS))]
+    first, second = (
+        measured(setting, seeded(friction, seed), turns, generator).since(2) for seed in (100 + index, 200 + index)
+    )
+    return first, second
+
+
+def _error(found: Fitted, unseen: list[tuple[Record, Record]], arm: float) -> float:
+    return float(np.mean([_percent(one.torque - found.torque(one.x / arm), one.torque) for one, _ in unseen]))
+
+
+def _percent(difference: np.ndarray, torque: np.ndarray) -> float:
+    return 100.0 * float(np.sqrt(np.mean(difference**2))) / float(np.max(np.abs(torque)))
+
+
+def fitted_reformed_dahl(record: Record, arm: float) -> Fitted:
+    """Return the operator with the loops of (16) and (17): s and f_p by least squares.
+
+    Parameters
+    ----------
+    record : Record
+        Any motion that begins in saturation or has run in.
+    arm : float
+        Travel of the table for a radian of the screw [m/rad].
+    """
+    from scipy.optimize import least_squares
+
+    angle = _decimated(record.x) / arm
+    torque = _decimated(record.torque)
+    reach, height = float(np.ptp(angle)), float(np.ptp(torque))
+
+    def operator(p: np.ndarray) -> Model:
+        s, f_p = np.exp(p) * (height / reach, height)
+        return hysteresis.preisach(kind="rotational", kernel="reformed_dahl_exact", s=s, f_p=f_p)
+
+    def residual(p: np.ndarray) -> np.ndarray:
+        left = torque - response(operator(p), angle, history=[angle[0]])
+        return (left - left.mean()) / height
+
+    best = operator(least_squares(residual, np.log([5.0, 1.0]), method="lm").x)
+    return Fitted(best, float(np.mean(torque - response(best, angle, history=[angle[0]]))))
+
+
+def fitted_stops(record: Record, arm: float) -> Fitted:
+    """Return the Prandtl-Ishlinskii operator by non-negative least squares, thresholds spaced geometrically.
+
+    Parameters
+    ----------
+    record : Record
+        Any motion that begins in saturation or has run in.
+    arm : float
+        Travel of the table for a radian of the screw [m/rad].
+    """
+    from scipy.optimize import nnls
+
+    angle, torque = _decimated(record.x) / arm, _decimated(record.torque)
+    reach = float(np.ptp(angle))
+    thresholds = reach * np.append(np.geomspace(5e-3, 0.5, STOPS - 1), 10.0)  # the last one never slips: a spring
+    columns = [response(hysteresis.stop(r=r), angle, history=[angle[0]]) for r in thresholds.tolist()]
+    # What the constant leaves over has the same sign both ways, so that weights stay non-negative.
+    design = np.column_stack([*columns, np.ones(angle.size), -np.ones(angle.size)])
+    size = np.linalg.norm(design, axis=0)
+    weights = nnls(design / size, torque)[0] / size
+    operator = hysteresis.prandtl_ishlinskii(
+        kind="rotational", thresholds=thresholds, weights=weights[:-2], spring=0.0
+    )
+    return Fitted(operator, float(weights[-2] - weights[-1]))
+
+
+def fitted_table(record: Record, arm: float) -> Fitted | None:
+    """Return the operator with an Everett function tabulated from descending branches; None from fewer than two.
+
+    Parameters
+    ----------
+    record : Record
+        Branches, each a rise from the lower end and the descent to it.
+    arm : float
+        Travel of the table for a radian of the screw [m/rad].
+    """
+    turns = record.turns
+    if turns.size < 5:
+        return None
+    curves = [_curve(record, int(a), int(b), arm) for a, b in zip(turns[1::2], turns[2::2], strict=True)]
+    operator = hysteresis.from_reversal_curves(curves, kind="rotational")
+    angle, torque = _decimated(record.x) / arm, _decimated(record.torque)
+    return Fitted(operator, float(np.mean(torque - response(operator, angle, history=[angle[0]]))))
+
+
+def _curve(record: Record, top: int, bottom: int, arm: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return a descending branch with one point for each count of the encoder, the mean of what was read there."""
+    x, torque = record.x[top : bottom + 1], record.torque[top : bottom + 1]
+    counts, place = np.unique(-x, return_inverse=True)
+    return -counts / arm, np.bincount(place, torque) / np.bincount(place)
+
+
+def _decimated(signal: np.ndarray, points: int = 4000) -> np.ndarray:
+    return signal[:: max(signal.size // points, 1)]
+
+
+WAYS: dict[str, Callable[[Record, float], Fitted | None]] = {
+    "reformed Dahl": fitted_reformed_dahl,
+    "Prandtl-Ishlinskii": fitted_stops,
+    "tabulated surface": fitted_table,
+}
