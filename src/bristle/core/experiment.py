@@ -53,6 +53,10 @@ class Run:
         Largest effort of the drive [N or N*m].
     settle : float
         Time at the start that the statistics leave out [s].
+    current_lag : float
+        Time constant of the current control of the drive [s]: the effort follows its command with it.
+    seeds : int
+        Runs, each with other noise: run `i` adds `i` to the seeds of sensor and friction.
     """
 
     duration: float
@@ -61,6 +65,8 @@ class Run:
     delay: int = 0
     effort_limit: float = float("inf")
     settle: float = 0.0
+    current_lag: float = 0.0
+    seeds: int = 1
 
     def __post_init__(self) -> None:
         if self.substeps == 0:

@@ -20,14 +20,17 @@ from bristle.core.dispatch import (
     operator_trial,
     sensor_step,
 )
+from bristle.core.kernel import kernel
+from bristle.core.mathematics import expm1, relaxation
 from bristle.core.packing import Structure, packer, unpacker
 from bristle.engine import semi_implicit
 from bristle.engine.efim import Start, advance
 
 # Where a burst leaves what it found, in the vector `out`: mean friction force [N or N*m], solves that failed in this
 # burst, slope of the last solve per step [1/s] and mean acceleration (both read again by the next burst), solves
-# that failed so far; and what it is told: the error of the mean velocity that a solve may leave [m/s or rad/s].
-FORCE, FAILED, SLOPE, FAILED_SO_FAR, ACCELERATION, SLACK, OUT_SIZE = 0, 1, 2, 3, 4, 5, 6
+# that failed so far, effort of the drive [N or N*m] (read again); and what it is told: the error of the mean velocity
+# that a solve may leave [m/s or rad/s], the time constant of the drive [s].
+FORCE, FAILED, SLOPE, FAILED_SO_FAR, ACCELERATION, SLACK, DRIVE_EFFORT, DRIVE_LAG, OUT_SIZE = 0, 1, 2, 3, 4, 5, 6, 7, 8
 # Rows of the flat history of a closed loop.
 POSITION, VELOCITY, MEASURED, COMMAND, EFFORT, FRICTION, ROWS = 0, 1, 2, 3, 4, 5, 6
 # Beyond this magnitude of position plus velocity a simulation has left the numbers worth following.
@@ -76,6 +79,20 @@ def make_output_along(parameters: Structure, state: Structure) -> Callable[..., 
     return output_along
 
 
+@kernel
+def driven(command, h, out):
+    """Return the mean effort [N or N*m] of a drive over a step, and let it follow what is commanded.
+
+    It is exact for a command that is held; a drive without lag gives what is commanded.
+    """
+    if out[DRIVE_LAG] <= 0.0:
+        return command
+    rate = h / out[DRIVE_LAG]
+    before = out[DRIVE_EFFORT]
+    out[DRIVE_EFFORT] = before - (command - before) * expm1(-rate)
+    return command + (before - command) * relaxation(rate)
+
+
 def make_burst(plant: Structure, plant_state: Structure, friction: Structure, friction_state: Structure) -> Any:
     """Return the entry that advances one plant with one friction model by a number of equal steps.
 
@@ -98,7 +115,7 @@ def make_burst(plant: Structure, plant_state: Structure, friction: Structure, fr
         slope, acceleration, slack = 1.0 + out[SLOPE] * h, out[ACCELERATION], out[SLACK]
         total, failures = 0.0, 0.0
         for i in range(steps):
-            u = effort + (effort_end - effort) * ((i + 0.5) / steps)
+            u = driven(effort + (effort_end - effort) * ((i + 0.5) / steps), h, out)
             guess = 0.0 if body.v == 0.0 else body.v + 0.5 * h * acceleration
             done = advance(body, s, memory, u, h, q, p, Start(guess, slope, slack))
             body, s, slope = done.plant_state, done.friction_state, done.slope
@@ -128,7 +145,7 @@ def make_semi_implicit_burst(
         h = dt / steps
         total = 0.0
         for i in range(steps):
-            u = effort + (effort_end - effort) * ((i + 0.5) / steps)
+            u = driven(effort + (effort_end - effort) * ((i + 0.5) / steps), h, out)
             done = semi_implicit.advance(body, s, memory, u, h, q, p)
             body, s = done.plant_state, done.friction_state
             total += done.force

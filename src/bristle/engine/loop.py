@@ -142,7 +142,7 @@ def run_open_loop(
 def run_closed_loop(
     plant: Model, friction: Model, controller: Model, sensor: Model, reference: np.ndarray, dt: float, *,
     steps: int = 1, injected: Any = None, disturbance: Any = None, limit: float = np.inf, delay: int = 0,
-    effort_before: float = 0.0, x: float = 0.0, v: float = 0.0, acceleration: float = 0.0,
+    lag: float = 0.0, effort_before: float = 0.0, x: float = 0.0, v: float = 0.0, acceleration: float = 0.0,
     state: Any = None, memory: Any = None,
 ) -> Trace:  # fmt: skip
     """Run a sampled control loop on a plant with friction.
@@ -165,6 +165,8 @@ def run_closed_loop(
         Largest effort of the drive [N or N*m].
     delay : int
         Samples from a measurement to the effort computed from it.
+    lag : float
+        Time constant with which the effort of the drive follows its command [s].
     effort_before : float
         Effort that acts until the first computed one arrives [N or N*m].
     x, v : float
@@ -193,6 +195,7 @@ def run_closed_loop(
     extra = np.zeros(count) if injected is None else vector(injected)
     unseen = np.zeros(count) if disturbance is None else vector(disturbance)
     check_run(dt, steps, count=count, injected=extra, disturbance=unseen)
+    mechanism.out[entries.DRIVE_LAG], mechanism.out[entries.DRIVE_EFFORT] = lag, effort_before
     history = np.zeros(entries.ROWS * count)
     driver = compiled("closed_loop", lambda: entries.closed_loop, "CaaSaaBaaaaaaaafiffiaa")
     done = int(

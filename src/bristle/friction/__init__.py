@@ -20,6 +20,8 @@ from bristle.friction.gms import MODEL as gms
 from bristle.friction.leuven import MODEL as leuven
 from bristle.friction.lugre import MODEL as lugre
 from bristle.friction.maxwell_slip import MODEL as maxwell_slip
+from bristle.friction.maxwell_stribeck import MODEL as maxwell_stribeck
+from bristle.friction.preisach import MODEL as preisach
 from bristle.friction.preisach_lugre import MODEL as preisach_lugre
 from bristle.friction.presliding import is_static, with_presliding
 from bristle.friction.reformed_dahl import MODEL as reformed_dahl
@@ -31,7 +33,7 @@ MODELS: dict[str, FrictionModel] = {
     model.name: model
     for model in (
         coulomb, viscous, coulomb_viscous, stribeck, dahl, reformed_dahl, bouc_wen, lugre, elastoplastic, maxwell_slip,
-        gms, preisach_lugre, leuven,
+        maxwell_stribeck, gms, preisach, preisach_lugre, leuven,
     )
 }  # fmt: skip
 
@@ -48,6 +50,8 @@ __all__ = [
     "leuven",
     "lugre",
     "maxwell_slip",
+    "maxwell_stribeck",
+    "preisach",
     "preisach_lugre",
     "reformed_dahl",
     "slotted",

@@ -3,7 +3,8 @@
 from bristle.core.contracts import Trajectory
 from bristle.references.recorded import MODEL as recorded
 from bristle.references.sine import MODEL as sine
+from bristle.references.varied_sine import MODEL as varied_sine
 
-REFERENCES: dict[str, Trajectory] = {reference.name: reference for reference in (recorded, sine)}
+REFERENCES: dict[str, Trajectory] = {reference.name: reference for reference in (recorded, sine, varied_sine)}
 
-__all__ = ["REFERENCES", "recorded", "sine"]
+__all__ = ["REFERENCES", "recorded", "sine", "varied_sine"]

@@ -121,6 +121,7 @@ def _simulate_variant(variant: Variant) -> VariantResult:
         disturbance=variant.disturbance,
         limit=run.effort_limit,
         delay=run.delay,
+        lag=run.current_lag,
         x=float(position[0]),
         v=float(velocity[0]),
         acceleration=float(acceleration[0]),
