@@ -17,7 +17,7 @@ __all__ = ["error_over_count"]
 def error_over_count(
     counts: Sequence[int], errors: Mapping[str, np.ndarray], floor: float, count_name: str, error_name: str
 ) -> Figure:
-    """Return errors over the number of loops that were measured, both axes logarithmic.
+    """Return errors over the number of loops that were measured.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ def error_over_count(
     errors : mapping of str to ndarray, shape (count, repetition)
         Errors [%] by the way to the model; NaN where it cannot be made from so few.
     floor : float
-        Below it no model can come, because the contact does not repeat itself any better [%].
+        What a model of the mean would leave, because the contact does not repeat itself any better [%].
     count_name, error_name : str
         What stands at the axes.
     """
@@ -36,15 +36,11 @@ def error_over_count(
         at, rows = np.asarray(counts)[known], found[known]
         axes.plot(at, rows.mean(axis=1), label=name, markersize=4.0, **look)
         axes.vlines(at, rows.min(axis=1), rows.max(axis=1), color=look["color"], linewidth=0.8)
-    axes.axhline(floor, color=style.GREY, linewidth=1.0, linestyle=(0, (1, 2)), label="repeatability")
+    axes.axhline(floor, color=style.GREY, linewidth=1.0, linestyle=(0, (1, 2)), label="scatter of the rig")
     axes.set_xscale("log")
-    axes.set_yscale("log")
     axes.set_xticks(list(counts), [str(one) for one in counts])
     axes.xaxis.set_minor_formatter(NullFormatter())
-    low, high = axes.get_ylim()
-    ticks = [tick for tick in (0.5, 1, 2, 5, 10, 20, 50, 100) if low <= tick <= high]
-    axes.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
-    axes.yaxis.set_minor_formatter(NullFormatter())
+    axes.set_ylim(0.0, None)
     axes.margins(x=0.06)
     axes.set_xlabel(count_name)
     axes.set_ylabel(error_name)

@@ -42,7 +42,7 @@ def ripple(
     """
     scale, word = effort_scale(effort or kind, driving)
     length = scale_for("length", kind, *(x for x, _ in traces.values()))
-    figure, grid = style.panels(4.6, rows=2, columns=len(traces), heights=(0.75, 1.0), between=0.45)
+    figure, grid = style.panels(4.7, rows=2, columns=len(traces), heights=(0.75, 1.0), between=0.45, top=0.4)
     (above, *others), below = grid
     style.widen(above, until=others[-1] if others else above)
     span = time_scale(time)
@@ -63,5 +63,6 @@ def ripple(
             axes.tick_params(labelleft=False)
         else:
             axes.set_ylabel(scale.label(f"Friction {word.lower()}"))
-    style.legend(below[0], 2)
+    handles = below[0].get_legend_handles_labels()
+    figure.legend(*handles, loc="upper left", ncols=2, frameon=False, handlelength=2.2, columnspacing=1.4)
     return figure

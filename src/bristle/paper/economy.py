@@ -9,11 +9,13 @@ same records come
 * an Everett function tabulated from the branches.
 
 Each has an offset, and is judged on random pre-sliding motions of the same contact. A contact that scatters from
-reversal to reversal does not repeat itself either: how far it is from a second run of its own is the floor.
+reversal to reversal does not repeat itself either: two runs of its own along the same path tell what a model that
+knew its mean would still leave.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -53,7 +55,7 @@ class Economy(NamedTuple):
     errors : dict of str to ndarray, shape (count, seed)
         By the way to the model; NaN where it cannot be made from so few branches.
     floor : float
-        Distance between two runs of the contact itself.
+        What a model of the mean of the contact would leave: how far apart two runs of it are, over the root of two.
     duration : float
         Time that one branch takes, at the mean [s].
     """
@@ -96,7 +98,7 @@ def economy(setting: Setting, friction: Model, progress: Callable[[float], None]
                 if found is not None:
                     errors[name][row, seed] = _error(found, unseen, setting.arm)
     floor = np.mean([_percent(first.torque - again.torque, again.torque) for first, again in unseen])
-    return Economy(counts, errors, float(floor), 2.0 * extent / speed)
+    return Economy(counts, errors, float(floor) / math.sqrt(2.0), 2.0 * extent / speed)
 
 
 def _branches(

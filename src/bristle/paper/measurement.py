@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +13,8 @@ from bristle.paper.setting import Setting
 from bristle.paper.walk import walk
 
 __all__ = ["Record", "measured", "measured_loop"]
+
+SWEEP = 6  # rounds of falling amplitude
 
 
 class Record(NamedTuple):
@@ -62,12 +65,14 @@ def measured(
 def measured_loop(
     setting: Setting, friction: Model, amplitude: float, rounds: int, generator: np.random.Generator
 ) -> list[Record]:
-    """Return the last rounds of a symmetric loop, after one that runs it in.
+    """Return the last rounds of a symmetric loop, after a sweep from the largest one down to it.
+
+    The sweep is what puts loops of every amplitude around one middle, where both directions are not alike.
 
     Parameters
     ----------
     setting : Setting
-        The experiment: speed, resolution and noise.
+        The experiment: amplitudes, speed, resolution and noise.
     friction : Model
         The contact, virgin.
     amplitude : float
@@ -77,9 +82,11 @@ def measured_loop(
     generator : numpy.random.Generator
         Where the noise comes from.
     """
-    record = measured(setting, friction, [-amplitude] + [amplitude, -amplitude] * (rounds + 1), generator)
-    starts = record.turns[2::2]
+    largest = float(np.max(setting["measurement", "amplitudes"]))
+    falling = np.linspace(largest, amplitude, SWEEP).repeat(2)
+    sweep = falling * np.tile([1.0, -1.0], SWEEP)
+    record = measured(setting, friction, [*sweep, *([amplitude, -amplitude] * rounds)], generator)
+    starts = record.turns[sweep.size - 1 :: 2]
     return [
-        Record(record.x[a : b + 1], record.torque[a : b + 1], np.array([b - a]))
-        for a, b in zip(starts[:-1], starts[1:], strict=True)
+        Record(record.x[a : b + 1], record.torque[a : b + 1], np.array([b - a])) for a, b in pairwise(starts.tolist())
     ]
