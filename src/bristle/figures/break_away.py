@@ -26,7 +26,7 @@ def break_away(
     traces : mapping of str to (x, force)
         Positions [m or rad] and forces [N or N*m], by the name of the contact.
     reached : mapping of str to float
-        Where it is [m or rad], by name.
+        Where it is [m or rad], by name; NaN where it is not reached.
     said : float
         Where it is said to be [m or rad].
     kind, effort : {"translational", "rotational"}
@@ -40,6 +40,8 @@ def break_away(
         line = {key: value for key, value in look.items() if key != "marker"}
         axes.plot(x * length.factor, f * force.factor, label=name, **line)
         at = reached[name]
+        if np.isnan(at):
+            continue
         axes.plot(
             at * length.factor, float(np.interp(at, x, f)) * force.factor, look["marker"], color=look["color"],
             markersize=5.0, label="_reached",

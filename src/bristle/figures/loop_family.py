@@ -14,7 +14,8 @@ from bristle.figures.labels import effort_scale, position_word, scale_for
 __all__ = ["Loops", "loop_family"]
 
 Loops = Sequence[tuple[np.ndarray, np.ndarray]]
-LOOKS = (style.MEASURED | {"linewidth": 1.8}, style.PREDICTED)
+MEASURED: style.Look = style.MEASURED | {"linewidth": 1.8}
+LOOKS: tuple[style.Look, ...] = (MEASURED, style.PREDICTED)
 
 
 @style.styled

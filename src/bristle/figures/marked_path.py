@@ -1,4 +1,4 @@
-"""Force over position along one path, for several models: turning points with letters, the return beside the departure."""
+"""Force over position along one path, for several models, with letters where it turned."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def marked_path(
 
 
 def _write_letters(axes: style.Axes, x: np.ndarray, force: np.ndarray, letters: str) -> None:
-    """Write a letter beside each point, away from the middle of the panel; the same letter twice only where they part."""
+    """Write a letter beside each point, away from the middle; the same one twice only where the points part."""
     middle = 0.5 * (float(x.min()) + float(x.max()))
     low, high = axes.get_ylim()
     written: list[tuple[str, float, float]] = []

@@ -27,7 +27,9 @@ from bristle.engine import response
 from bristle.paper.measurement import Record, measured
 from bristle.paper.setting import Setting
 
-__all__ = ["WAYS", "Economy", "Fitted", "economy", "fitted_reformed_dahl", "fitted_stops", "fitted_table", "seeded"]
+__all__ = [
+    "WAYS", "Economy", "Fitted", "economy", "fitted_reformed_dahl", "fitted_stops", "fitted_table", "quiet", "seeded",
+]  # fmt: skip
 
 STOPS = 25
 UNSEEN = 6  # random motions
@@ -71,20 +73,26 @@ def seeded(friction: Model, seed: int) -> Model:
     return friction.with_values(seed=seed) if "seed" in friction.values else friction
 
 
-def economy(setting: Setting, friction: Model, progress: Callable[[float], None] | None = None) -> Economy:
+def quiet(friction: Model) -> Model:
+    """Return a contact that repeats itself exactly."""
+    return friction.with_values(scatter=0.0) if "scatter" in friction.values else friction
+
+
+def economy(setting: Setting, friction: Model, seeds: int, progress: Callable[[float], None] | None = None) -> Economy:
     """Return the errors of models made from few and many measured branches of a contact.
 
     Parameters
     ----------
     setting : Setting
-        The experiment: extent and number of branches, speed, resolution, noise, seeds.
+        The experiment: extent and number of branches, speed, resolution, noise.
     friction : Model
         The contact.
+    seeds : int
+        How many times everything is measured.
     progress : callable, optional
         Called with the share done.
     """
     counts = [round(one) for one in setting["measurement", "branches"]]
-    seeds = round(setting["measurement", "seeds"])
     extent, speed = setting["measurement", "extent"], setting["measurement", "speed"]
     unseen = [_unseen(setting, friction, index) for index in range(UNSEEN)]
     errors = {name: np.full((len(counts), seeds), np.nan) for name in WAYS}
@@ -101,9 +109,7 @@ def economy(setting: Setting, friction: Model, progress: Callable[[float], None]
     return Economy(counts, errors, float(floor) / math.sqrt(2.0), 2.0 * extent / speed)
 
 
-def _branches(
-    setting: Setting, friction: Model, extent: float, count: int, generator: np.random.Generator
-) -> Record:
+def _branches(setting: Setting, friction: Model, extent: float, count: int, generator: np.random.Generator) -> Record:
     """Return the record of a contact run in at its lower end, and of this many branches from there."""
     tops = extent * (1.0 - 2.0 * np.arange(count) / count)
     turns = [-extent, extent, -extent]
@@ -179,9 +185,7 @@ def fitted_stops(record: Record, arm: float) -> Fitted:
     design = np.column_stack([*columns, np.ones(angle.size), -np.ones(angle.size)])
     size = np.linalg.norm(design, axis=0)
     weights = nnls(design / size, torque)[0] / size
-    operator = hysteresis.prandtl_ishlinskii(
-        kind="rotational", thresholds=thresholds, weights=weights[:-2], spring=0.0
-    )
+    operator = hysteresis.prandtl_ishlinskii(kind="rotational", thresholds=thresholds, weights=weights[:-2], spring=0.0)
     return Fitted(operator, float(weights[-2] - weights[-1]))
 
 

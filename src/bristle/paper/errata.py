@@ -67,29 +67,29 @@ ERRATA = (
     ),
     Erratum(
         "(5)–(7), loops",
-        "The memory is in z. Minor loops close in z, and stay open over the position, by 17 % of F_s on the loop of the "
-        "test.",
+        "The memory is in z. Minor loops close in z, and stay open over the position, by 17 % of F_s on the loop of "
+        "the test.",
         "With the gate z is the position below the gate, and loops close over both.",
         f"{DRIFT}::test_its_minor_loop_is_open_in_the_position",
     ),
     Erratum(
         "(5)–(7), z",
-        "f_h is identified from records over the position and then driven by z, as if both were one. At 0.9 F_s the body "
-        "has moved 15.5 µm, the bristles 3.7 µm.",
+        "f_h is identified from records over the position and then driven by z, as if both were one. At 0.9 F_s the "
+        "body has moved 15.5 µm, the bristles 3.7 µm.",
         "With the gate they are one, up to the gate.",
         f"{DRIFT}::test_z_is_not_the_position",
     ),
     Erratum(
         "(6), f_p",
         "(9) asks that f_h reaches G(v). Nothing says that it can.",
-        "The saturation of the operator must exceed the break-away force, f_p > F_s; else z grows for as long as the body "
-        "slides.",
+        "The saturation of the operator must exceed the break-away force, f_p > F_s; else z grows for as long as the "
+        "body slides.",
         f"{ERRATA_TESTS}::test_6_the_deflection_is_bounded_only_with_f_p_above_F_S",
     ),
     Erratum(
         "(8)–(10)",
-        "z is taken to rest while the body slides. It does at constant speed; where the speed rises, G falls and z runs "
-        "backward without any reversal of the velocity.",
+        "z is taken to rest while the body slides. It does at constant speed; where the speed rises, G falls and z "
+        "runs backward without any reversal of the velocity.",
         "Turning points belong to the sign of ż, not of v.",
         f"{ERRATA_TESTS}::test_8_z_turns_back_where_G_falls_though_v_does_not",
     ),
@@ -145,7 +145,8 @@ ERRATA = (
     ),
     Erratum(
         "(17), virgin",
-        "The branch from f_r = 0 is the first loading of the model, and not the line on which the tips of its loops lie.",
+        "The branch from f_r = 0 is the first loading of the model, and not the line on which the tips of its loops "
+        "lie.",
         "For a Preisach operator the virgin curve must be that line; they differ by up to 0.106 f_p.",
         f"{ERRATA_TESTS}::test_17_the_virgin_branch_is_not_the_locus_of_the_tips",
     ),

@@ -40,9 +40,7 @@ class Record(NamedTuple):
         return Record(self.x[start:], self.torque[start:], self.turns[turn:] - start)
 
 
-def measured(
-    setting: Setting, friction: Model, turns: Iterable[float], generator: np.random.Generator
-) -> Record:
+def measured(setting: Setting, friction: Model, turns: Iterable[float], generator: np.random.Generator) -> Record:
     """Return the record of a motion of the table.
 
     Parameters

@@ -29,7 +29,7 @@ class Section(NamedTuple):
 
 def claim_table(found: Sequence[Reproduced]) -> Table:
     """Return what became of the claims of the paper, figure by figure."""
-    rows = [(str(one.number), one.title, one.claim, one.verdict) for one in found]
+    rows = [(str(one.number), one.words.title, one.words.claim, one.verdict) for one in found]
     return Table("What the paper claims, and what became of it", ("Figure", "Shows", "Claim", "Here"), rows)
 
 
@@ -61,7 +61,9 @@ def paper_report(found: Sequence[Reproduced], *, command: str, provenance: Mappi
 
 
 def _section(one: Reproduced) -> Section:
-    drawn = picture(f"paper-{one.number}", one.draw, one.alternative, f"Figure {one.number}. {one.alternative}.")
+    drawn = picture(
+        f"paper-{one.number}", one.draw, one.words.alternative, f"Figure {one.number}. {one.words.alternative}."
+    )
     extras = [
         picture(f"paper-{one.number}-{name}", draw, alternative, caption)
         for name, (draw, alternative, caption) in one.extras.items()
@@ -83,8 +85,8 @@ def paper_summary(found: Sequence[Reproduced], *, provenance: Mapping[str, str])
         "paper": TITLE,
         "figures": {
             str(one.number): {
-                "title": one.title,
-                "claim": one.claim,
+                "title": one.words.title,
+                "claim": one.words.claim,
                 "verdict": one.verdict,
                 "found": one.found,
                 "numbers": one.numbers,

@@ -4,20 +4,51 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Literal
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from bristle.core.typography import number
+from bristle.files.toml import read_toml
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from matplotlib.figure import Figure
 
     from bristle.report.table import Table
 
-__all__ = ["Reproduced", "Verdict", "in_micrometres", "percent"]
+__all__ = ["Reproduced", "Verdict", "Words", "in_micrometres", "percent"]
 
 Verdict = Literal["holds", "holds in part", "does not hold", "shown"]
+
+
+class Words(NamedTuple):
+    """What is said of a figure whatever comes out.
+
+    Parameters
+    ----------
+    title : str
+        What it shows.
+    claim : str
+        What the paper concludes from it, one sentence.
+    said : str
+        What the paper says, in its words or close to them.
+    differs : str
+        Why what is found is not what the paper shows.
+    alternative : str
+        What the figure is, for people who cannot see it.
+    """
+
+    title: str
+    claim: str
+    said: str
+    differs: str
+    alternative: str
+
+
+@cache
+def _all_words() -> dict[str, dict[str, str]]:
+    return read_toml(Path(str(files("bristle.paper") / "words.toml")))
 
 
 @dataclass(frozen=True)
@@ -28,22 +59,12 @@ class Reproduced:
     ----------
     number : int
         Of the figure.
-    title : str
-        What it shows.
-    claim : str
-        What the paper concludes from it, one sentence.
     verdict : {"holds", "holds in part", "does not hold", "shown"}
         What became of the claim; ``shown`` where there is none to be tested.
-    said : str
-        What the paper says, in its words or close to them.
     found : list of str
         What came out here, with the numbers.
-    differs : str
-        Why it is not what the paper shows.
     draw : callable
         Returns the figure.
-    alternative : str
-        What the figure is, for people who cannot see it.
     source : Path
         The experiment.
     numbers : mapping
@@ -55,18 +76,18 @@ class Reproduced:
     """
 
     number: int
-    title: str
-    claim: str
     verdict: Verdict
-    said: str
     found: list[str]
-    differs: str
     draw: Callable[[], Figure]
-    alternative: str
     source: Path
     numbers: Mapping[str, Any]
     tables: tuple[Table, ...] = ()
     extras: Mapping[str, tuple[Callable[[], Figure], str, str]] = field(default_factory=dict)
+
+    @property
+    def words(self) -> Words:
+        """What is said of the figure whatever came out."""
+        return Words(**_all_words()[str(self.number)])
 
 
 def percent(share: float, step: float = 0.1) -> str:

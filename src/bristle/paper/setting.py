@@ -2,20 +2,21 @@
 
 The tables of such a file, all but the first line optional; an experiment refuses to run without those that it needs:
 
-=================== ====================================================================================================
-``lead``            travel of the table for one turn of the screw: lengths are those of the table, torques those of the
-                    screw
-``[contact.NAME]``  friction models by name, each as in the ``[friction]`` of an experiment file
-``[operator.NAME]`` hysteresis operators by name, with ``model`` and its parameters
-``[plant]``         the inertia that a torque drives
-``[path]``          where the table turns (``turns``) and how fast it moves (``speed``)
-``[torque]``        a torque that breaks the contact away (``break_away``) and then goes up and down between ``low`` and
-                    ``high``, with a ``period``, for a number of ``cycles``
-``[measurement]``   loops of ``amplitudes`` at a ``speed``, ``repeats`` of the largest one, read to a ``resolution``,
-                    the torque with ``noise``; ``branches`` from a loop to ``extent`` and ``seeds`` to repeat them
-``[transition_branches]``  stiffness ``s`` and saturation ``f_p`` of the reformed Dahl model, the loop ``x_r`` and how many
-                    branches leave it (``count``)
-=================== ====================================================================================================
+========================= ==============================================================================================
+``lead``                  travel of the table for one turn of the screw: lengths are those of the table, torques those
+                          of the screw
+``[contact.NAME]``        friction models by name, each as in the ``[friction]`` of an experiment file
+``[operator.NAME]``       hysteresis operators by name, with ``model`` and its parameters
+``[plant]``               the inertia that a torque drives
+``[path]``                where the table turns (``turns``) and how fast it moves (``speed``)
+``[torque]``              a torque that breaks the contact away (``break_away``) and then goes up and down between
+                          ``low`` and ``high``, with a ``period``, for a number of ``cycles``
+``[measurement]``         loops of ``amplitudes`` at a ``speed``, ``repeats`` of the largest one, read to a
+                          ``resolution``, the torque with ``noise``; ``branches`` from a loop to ``extent``, and how
+                          often everything is measured (``seeds``)
+``[transition_branches]`` stiffness ``s`` and saturation ``f_p`` of the reformed Dahl model, the amplitude ``x_r`` of
+                          its loop, and how many branches leave it (``count``)
+========================= ==============================================================================================
 """
 
 from __future__ import annotations
