@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bristle import friction
+from bristle import friction, response
 from bristle.core.errors import InputError
 from bristle.paper import EXPERIMENTS, reproduce, write_experiments
 from bristle.paper.setting import read_setting
@@ -44,7 +44,7 @@ def test_lengths_are_those_of_the_table_and_torques_those_of_the_screw(tmp_path)
         ('["3 um", "1.5 um", "3 um", "5 um"]', '["3 um", "1.5 um"]', "path.turns"),
         ('["3 um", "1.5 um", "3 um", "5 um"]', '["3 um", "x"]', "path.turns[1]"),
         ('model = "lugre"', 'model = "lugra"', "contact.LuGre.model"),
-        ('file = "rig.toml"', 'file = "rigg.toml"', "rigg.toml"),
+        ('file = "set_a_rig.toml"', 'file = "no_rig.toml"', "no_rig.toml"),
         ("[path]", "[way]", "way"),
     ],
 )
@@ -58,7 +58,7 @@ def test_a_bad_file_is_told_with_its_place(old, new, said, tmp_path):
 @pytest.mark.parametrize(
     ("number", "old", "new", "said"),
     [
-        (2, '[plant]\nmodel = "inertia"\nM = "4e-4 kg*m^2"', "", "plant"),
+        (2, '[plant]\nmodel = "inertia"\nM = "631.65 kg"', "", "plant"),
         (2, 'low = "12.3 mN*m"', 'low = "30 mN*m"', "torque"),
         (4, '"-2.5 um"', '"5 um"', "path.turns"),
         (5, '[contact."virtual rig"]', "[contact.rig]", "virtual rig"),
@@ -72,7 +72,7 @@ def test_an_experiment_says_what_it_needs(number, old, new, said, tmp_path):
 
 
 def test_a_changed_experiment_gives_another_result(tmp_path):
-    changed(tmp_path, 'file = "rig.toml"', 'file = "rig.toml"\nscatter = 0.0')
+    changed(tmp_path, 'file = "set_a_rig.toml"', 'file = "set_a_rig.toml"\nscatter = 0.0')
     missing = reproduce([1], folder=tmp_path)[0].numbers["missing_at_return"]
     assert abs(missing["virtual rig"]) < 1e-6
 
@@ -85,22 +85,22 @@ def test_what_the_paper_has_not_is_refused():
 def test_files_of_ones_own_are_kept(tmp_path):
     names = {one.name for one in write_experiments(tmp_path / "mine")}
     assert names == {one.name for one in EXPERIMENTS.glob("*.toml")}
-    (tmp_path / "mine" / "rig.toml").write_text("mine")
+    (tmp_path / "mine" / "set_a_rig.toml").write_text("mine")
     with pytest.raises(InputError, match="--force"):
         write_experiments(tmp_path / "mine")
-    assert (tmp_path / "mine" / "rig.toml").read_text() == "mine"
+    assert (tmp_path / "mine" / "set_a_rig.toml").read_text() == "mine"
     write_experiments(tmp_path / "mine", force=True)
-    assert (tmp_path / "mine" / "rig.toml").read_text() != "mine"
+    assert (tmp_path / "mine" / "set_a_rig.toml").read_text() != "mine"
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="file"):
         write_experiments(tmp_path / "file")
 
 
 def test_a_walk_knows_where_it_turned():
-    spring = friction.lugre(kind="rotational", F_C=1e3, F_S=1e3, v_S=1.0, sigma_0=10.0)
+    spring = friction.lugre(F_C=1e6, F_S=1e6, v_S=1.0, sigma_0=1e7)
     done = walk(spring, [2e-6, -1e-6, -1e-6], 1e-6, 1e-3)
-    assert done.x[done.turns] == pytest.approx([2e-6, -1e-6, -1e-6], abs=1e-15)
-    assert done.at_turns == pytest.approx(10.0 * np.array([2e-3, -1e-3, -1e-3]), rel=1e-4)
+    assert done.x[done.turns] == pytest.approx([2e-6, -1e-6, -1e-6], rel=1e-12)
+    assert done.at_turns == pytest.approx(1e4 * np.array([2e-6, -1e-6, -1e-6]), rel=1e-4)
     x, torque = done.leg(1)
     assert (x[0], x[-1]) == pytest.approx((2e-6, -1e-6))
     assert np.all(np.diff(x) < 0.0)
@@ -110,7 +110,7 @@ def test_a_walk_knows_where_it_turned():
 def test_an_operator_is_led_like_a_contact(setting):
     operator = setting(4).operators["f_h"]
     values = {name: operator.values[name] for name in ("kernel", "s", "f_p")}
-    model = friction.preisach(kind="rotational", **values)
+    model = friction.preisach(**values)
     turns = [3e-6, -1e-6, 2e-6]
     led, followed = walk(model, turns, 1e-6, 8e-4), follow(operator, turns, 8e-4)
     assert led.at_turns == pytest.approx(followed.at_turns, rel=1e-9)
@@ -118,7 +118,7 @@ def test_an_operator_is_led_like_a_contact(setting):
 
 def test_sums_need_no_more_than_the_extremes(setting):
     operator = setting(4).operators["f_h"]
-    path = [-6e-3, 4e-3, -3e-3]
-    assert summed(operator, [*path, 2e-3]) == pytest.approx(summed(operator, [-6e-3, 4e-3, -3e-3, 2e-3]))
+    path = [-6e-6, 4e-6, -3e-6]
+    assert summed(operator, [*path, 2e-6]) == pytest.approx(response(operator, [*path, 2e-6])[-1], rel=1e-12)
     # Rising back to the last maximum closes the loop: the force is that of the branch before.
-    assert summed(operator, [*path, 4e-3]) == pytest.approx(summed(operator, path[:2]), abs=1e-15)
+    assert summed(operator, [*path, 4e-6]) == pytest.approx(summed(operator, path[:2]), abs=1e-15)

@@ -24,7 +24,7 @@ LETTERS = "abcdefgh"
 
 @style.styled
 def preisach_stages(
-    operator: Model, saturated: float, turns: Sequence[float], arm: float = 1.0, kind: Kind | None = None
+    operator: Model, saturated: float, turns: Sequence[float], arm: float = 1.0, effort: Kind | None = None
 ) -> Figure:
     """Return the planes at the turns of a history that begins in saturation, and the force along it.
 
@@ -37,18 +37,17 @@ def preisach_stages(
     turns : sequence of float
         Inputs where it turns, the last one where it is now [m or rad].
     arm : float
-        What a unit of the input is on the axes: with a travel for each radian, inputs are shown as travels.
-    kind : {"translational", "rotational"}, optional
-        The kind that the inputs are shown in; that of the operator where not given.
+        What the output is multiplied by to be shown: with the travel for a radian, a force becomes a torque.
+    effort : {"translational", "rotational"}, optional
+        The kind of what is shown then; that of the operator where not given.
     """
-    shown = kind or operator.kind
     path = [saturated, *turns]
-    length = scale_for("length", shown, np.array(path) * arm)
-    extent = 1.1 * max(map(abs, path)) * arm
+    length = scale_for("length", operator.kind, np.array(path))
+    extent = 1.1 * max(map(abs, path))
     figure, grid = style.panels(5.6, rows=2, columns=len(turns), heights=(1.0, 1.35), between=0.3, gap=0.8)
     for index, axes in enumerate(grid[0]):
         state, memory = after(operator, [0.0, *path[: index + 2]])
-        draw_plane(axes, staircase(memory[: state.depth].tolist(), state.z) * arm, extent, length)
+        draw_plane(axes, staircase(memory[: state.depth].tolist(), state.z), extent, length)
         axes.set_title(f"({LETTERS[index]})", loc="left")
         if index:
             axes.set_ylabel("")
@@ -60,25 +59,25 @@ def preisach_stages(
     )  # fmt: skip
     below, *others = grid[1]
     style.widen(below, until=others[-1] if others else below)
-    _draw_force(below, operator, path, arm, shown)
+    _draw_force(below, operator, path, arm, effort or operator.kind)
     return figure
 
 
-def _draw_force(axes: style.Axes, operator: Model, path: Sequence[float], arm: float, kind: Kind) -> None:
+def _draw_force(axes: style.Axes, operator: Model, path: Sequence[float], arm: float, effort: Kind) -> None:
     share = np.linspace(0.0, 1.0, SAMPLES) ** 2
     u = np.concatenate([a + (b - a) * share for a, b in pairwise(path)])
-    f = response(operator, u, history=[path[0]])
-    length = scale_for("length", kind, u * arm)
-    force, word = effort_scale(operator.kind, f)
-    axes.plot(u * arm * length.factor, f * force.factor, **style.PREDICTED)
-    ends = np.arange(1, len(path)) * SAMPLES - 1
-    axes.plot(u[ends] * arm * length.factor, f[ends] * force.factor, "o", color="#e0a83c", markersize=5.0)
-    for i, (x, y) in enumerate(zip(u[ends] * arm * length.factor, f[ends] * force.factor, strict=True)):
+    f = arm * response(operator, u, history=[path[0]])
+    length = scale_for("length", operator.kind, u)
+    force, word = effort_scale(effort, f)
+    x, y = u * length.factor, f * force.factor
+    axes.plot(x, y, **style.PREDICTED)
+    for i, end in enumerate(range(SAMPLES - 1, x.size, SAMPLES)):
+        axes.plot(x[end], y[end], "o", color="#e0a83c", markersize=5.0)
         side = -1 if path[i + 1] < path[i] else 1
         axes.annotate(
-            f"({LETTERS[i]})", (x, y), xytext=(6 * side, 1), textcoords="offset points", color=style.INK,
+            f"({LETTERS[i]})", (x[end], y[end]), xytext=(6 * side, 1), textcoords="offset points", color=style.INK,
             ha="left" if side > 0 else "right",
         )  # fmt: skip
     axes.margins(x=0.05, y=0.1)
-    axes.set_xlabel(length.label(position_word(kind)))
+    axes.set_xlabel(length.label(position_word(operator.kind)))
     axes.set_ylabel(force.label(f"Friction {word.lower()}"))

@@ -37,14 +37,15 @@ TURNS = 24  # of each
 
 
 class Fitted(NamedTuple):
-    """An operator and the offset beside it [N*m]."""
+    """An operator at the table, the offset beside it [N*m], and the torque of the screw over the force."""
 
     operator: Model
     offset: float
+    arm: float
 
-    def torque(self, angle: np.ndarray) -> np.ndarray:
-        """Return the friction torque [N*m] along an angle of the screw [rad] that begins at the end of the run-in."""
-        return self.offset + response(self.operator, angle, history=[angle[0]])
+    def torque(self, x: np.ndarray) -> np.ndarray:
+        """Return the friction torque [N*m] along a path of the table [m] that begins at the end of the run-in."""
+        return self.offset + self.arm * response(self.operator, x, history=[x[0]])
 
 
 class Economy(NamedTuple):
@@ -104,7 +105,7 @@ def economy(setting: Setting, friction: Model, seeds: int, progress: Callable[[f
             for name, fit in WAYS.items():
                 found = fit(record, setting.arm)
                 if found is not None:
-                    errors[name][row, seed] = _error(found, unseen, setting.arm)
+                    errors[name][row, seed] = _error(found, unseen)
     floor = np.mean([_percent(first.torque - again.torque, again.torque) for first, again in unseen])
     return Economy(counts, errors, float(floor) / math.sqrt(2.0), 2.0 * extent / speed)
 
@@ -129,8 +130,8 @@ def _unseen(setting: Setting, friction: Model, index: int) -> tuple[Record, Reco
     return first, second
 
 
-def _error(found: Fitted, unseen: list[tuple[Record, Record]], arm: float) -> float:
-    return float(np.mean([_percent(one.torque - found.torque(one.x / arm), one.torque) for one, _ in unseen]))
+def _error(found: Fitted, unseen: list[tuple[Record, Record]]) -> float:
+    return float(np.mean([_percent(one.torque - found.torque(one.x), one.torque) for one, _ in unseen]))
 
 
 def _percent(difference: np.ndarray, torque: np.ndarray) -> float:
@@ -149,20 +150,19 @@ def fitted_reformed_dahl(record: Record, arm: float) -> Fitted:
     """
     from scipy.optimize import least_squares
 
-    angle = _decimated(record.x) / arm
-    torque = _decimated(record.torque)
-    reach, height = float(np.ptp(angle)), float(np.ptp(torque))
+    x, force = _decimated(record.x), _decimated(record.torque) / arm
+    reach, height = float(np.ptp(x)), float(np.ptp(force))
 
     def operator(p: np.ndarray) -> Model:
         s, f_p = np.exp(p) * (height / reach, height)
-        return hysteresis.preisach(kind="rotational", kernel="reformed_dahl_exact", s=s, f_p=f_p)
+        return hysteresis.preisach(kernel="reformed_dahl_exact", s=s, f_p=f_p)
 
     def residual(p: np.ndarray) -> np.ndarray:
-        left = torque - response(operator(p), angle, history=[angle[0]])
+        left = force - response(operator(p), x, history=[x[0]])
         return (left - left.mean()) / height
 
     best = operator(least_squares(residual, np.log([5.0, 1.0]), method="lm").x)
-    return Fitted(best, float(np.mean(torque - response(best, angle, history=[angle[0]]))))
+    return _with_offset(best, record, arm)
 
 
 def fitted_stops(record: Record, arm: float) -> Fitted:
@@ -177,16 +177,16 @@ def fitted_stops(record: Record, arm: float) -> Fitted:
     """
     from scipy.optimize import nnls
 
-    angle, torque = _decimated(record.x) / arm, _decimated(record.torque)
-    reach = float(np.ptp(angle))
+    x, force = _decimated(record.x), _decimated(record.torque) / arm
+    reach = float(np.ptp(x))
     thresholds = reach * np.append(np.geomspace(5e-3, 0.5, STOPS - 1), 10.0)  # the last one never slips: a spring
-    columns = [response(hysteresis.stop(r=r), angle, history=[angle[0]]) for r in thresholds.tolist()]
+    columns = [response(hysteresis.stop(r=r), x, history=[x[0]]) for r in thresholds.tolist()]
     # What the constant leaves over has the same sign both ways, so that weights stay non-negative.
-    design = np.column_stack([*columns, np.ones(angle.size), -np.ones(angle.size)])
+    design = np.column_stack([*columns, np.ones(x.size), -np.ones(x.size)])
     size = np.linalg.norm(design, axis=0)
-    weights = nnls(design / size, torque)[0] / size
-    operator = hysteresis.prandtl_ishlinskii(kind="rotational", thresholds=thresholds, weights=weights[:-2], spring=0.0)
-    return Fitted(operator, float(weights[-2] - weights[-1]))
+    weights = nnls(design / size, force)[0] / size
+    operator = hysteresis.prandtl_ishlinskii(thresholds=thresholds, weights=weights[:-2], spring=0.0)
+    return Fitted(operator, arm * float(weights[-2] - weights[-1]), arm)
 
 
 def fitted_table(record: Record, arm: float) -> Fitted | None:
@@ -203,16 +203,20 @@ def fitted_table(record: Record, arm: float) -> Fitted | None:
     if turns.size < 5:
         return None
     curves = [_curve(record, int(a), int(b), arm) for a, b in zip(turns[1::2], turns[2::2], strict=True)]
-    operator = hysteresis.from_reversal_curves(curves, kind="rotational")
-    angle, torque = _decimated(record.x) / arm, _decimated(record.torque)
-    return Fitted(operator, float(np.mean(torque - response(operator, angle, history=[angle[0]]))))
+    return _with_offset(hysteresis.from_reversal_curves(curves), record, arm)
+
+
+def _with_offset(operator: Model, record: Record, arm: float) -> Fitted:
+    """Return an operator with the offset that is left over."""
+    x, torque = _decimated(record.x), _decimated(record.torque)
+    return Fitted(operator, float(np.mean(torque - arm * response(operator, x, history=[x[0]]))), arm)
 
 
 def _curve(record: Record, top: int, bottom: int, arm: float) -> tuple[np.ndarray, np.ndarray]:
     """Return a descending branch with one point for each count of the encoder, the mean of what was read there."""
     x, torque = record.x[top : bottom + 1], record.torque[top : bottom + 1]
     counts, place = np.unique(-x, return_inverse=True)
-    return -counts / arm, np.bincount(place, torque) / np.bincount(place)
+    return -counts, np.bincount(place, torque) / np.bincount(place) / arm
 
 
 def _decimated(signal: np.ndarray, points: int = 4000) -> np.ndarray:

@@ -74,21 +74,21 @@ def figure_6(setting: Setting, progress: Callable[[float], None] | None = None) 
         setting, setting.contact(RIG), [-extent, extent, -extent, extent, -extent], np.random.default_rng(0)
     ).since(2)  # fmt: skip
     fitted = fitted_reformed_dahl(run_in, setting.arm)
-    modelled = [_round(fitted.torque, one, setting.arm) for one in loops]
+    modelled = [_round(fitted.torque, one) for one in loops]
     shares = [
         float(np.sqrt(np.mean((m - one.torque) ** 2)) / np.max(np.abs(one.torque)))
         for m, one in zip(modelled, loops, strict=True)
     ]
     cost = economy(setting, setting.contact(RIG), round(setting["measurement", "seeds"]), progress)
     still = economy(setting, quiet(setting.contact(RIG)), 1)
-    values = fitted.operator.values
+    s, f_p = (fitted.operator.values[name] for name in ("s", "f_p"))
     return Reproduced(
         number=6,
         verdict=verdict(cost),
         found=[
-            f"One large loop gives s = {number(values['s'], digits=3)} N·m/rad and f_p = "
-            f"{number(1e3 * values['f_p'], digits=3)} mN·m; the loops of other amplitudes, which were not fitted, are "
-            f"then missed by {percent(min(shares))} to {percent(max(shares))} of their largest torque.",
+            f"One large loop gives s = {number(1e-6 * s, digits=3)} N/µm and f_p = {number(f_p, digits=3)} N at the "
+            f"table; the loops of other amplitudes, which were not fitted, are then missed by {percent(min(shares))} "
+            f"to {percent(max(shares))} of their largest torque.",
             *sentences(cost, still),
         ],
         draw=lambda: loop_family(
@@ -98,14 +98,14 @@ def figure_6(setting: Setting, progress: Callable[[float], None] | None = None) 
             "translational", "rotational",
         ),
         source=setting.source,
-        numbers={"s": values["s"], "f_p": values["f_p"], "error_of_loops": shares, **numbers(cost, still)},
+        numbers={"s": s, "f_p": f_p, "error_of_loops": shares, **numbers(cost, still)},
         tables=(table(cost, still),),
         extras={"economy": (lambda: error_over_count(
             cost.counts, cost.errors, cost.floor, "Branches measured", "Error on other motions [%]"), *CAPTION)},
     )  # fmt: skip
 
 
-def _round(torque: Callable[[np.ndarray], np.ndarray], loop: Record, arm: float) -> np.ndarray:
+def _round(torque: Callable[[np.ndarray], np.ndarray], loop: Record) -> np.ndarray:
     """Return what a model gives on a loop after a round that runs it in."""
     twice = np.concatenate([loop.x, loop.x])
-    return torque(twice / arm)[loop.x.size :]
+    return torque(twice)[loop.x.size :]

@@ -20,12 +20,12 @@ def figure_4(setting: Setting) -> Reproduced:
     from bristle.figures import preisach_stages
 
     operator = next(iter(setting.operators.values()))
-    path = (setting["path", "turns"] / setting.arm).tolist()
+    path, arm = setting["path", "turns"].tolist(), setting.arm
     _must_nest(setting, path)
     rows, forces = [], []
     for count in range(2, len(path) + 1):
-        by_turns = float(response(operator, path[:count])[-1])
-        right, printed = summed(operator, path[:count]), summed(operator, path[:count], as_printed=True)
+        by_turns = arm * float(response(operator, path[:count])[-1])
+        right, printed = (arm * summed(operator, path[:count], as_printed=one) for one in (False, True))
         forces.append((by_turns, right, printed))
         which = "(14)" if path[count - 1] > path[count - 2] else "(15)"
         cells = (number(1e3 * one, resolution=1.0) for one in (by_turns, right, printed))
@@ -40,7 +40,7 @@ def figure_4(setting: Setting) -> Reproduced:
             f"the operator, to {'rounding' if apart < 1e-15 else f'{apart:.0e} N·m'}.".replace("e-", "e−"),
             f"As printed they miss by up to {number(1e3 * wrong, digits=3)} mN·m.",
         ],
-        draw=lambda: preisach_stages(operator, path[0], path[1:], setting.arm, "translational"),
+        draw=lambda: preisach_stages(operator, path[0], path[1:], arm, "rotational"),
         source=setting.source,
         numbers={"torque": [one[0] for one in forces], "by_corrected_sums": [one[1] for one in forces],
                  "by_printed_sums": [one[2] for one in forces]},

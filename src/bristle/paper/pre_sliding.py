@@ -88,7 +88,7 @@ def figure_8(setting: Setting) -> Reproduced:
     walks = _led(setting)
     # A limit that scatters may lie above the one that it starts with.
     held = {
-        name: max(holding_of(model).forward, float(np.max(walks[name].torque)))
+        name: max(setting.arm * holding_of(model).forward, float(np.max(walks[name].torque)))
         for name, model in setting.contacts.items()
     }
     reached = {name: _reached(one, NEARLY * held[name]) for name, one in walks.items()}
@@ -137,8 +137,7 @@ def figure_10(setting: Setting) -> Reproduced:
     """Return figure 10: the same path through the paper's construction, its equations, and what mends them."""
     branches = hysteresis.transition_branches(
         setting["transition_branches", "s"], setting["transition_branches", "f_p"],
-        setting["transition_branches", "x_r"] / setting.arm, count=round(setting["transition_branches", "count"]),
-        kind="rotational",
+        setting["transition_branches", "x_r"], count=round(setting["transition_branches", "count"]),
     )  # fmt: skip
     name = f"{branches.inputs.size - 1} branches, over z"
     walks = {name: follow(branches.operator(), setting["path", "turns"], setting.arm)} | _led(setting)

@@ -73,5 +73,5 @@ def rippled(setting: Setting, friction: Model) -> Rippled:
         The contact.
     """
     driving, cycles = torque_of(setting)
-    trace = run_open_loop(setting.mass, friction, driving, SAMPLE_TIME, steps=STEPS, hold="linear")
-    return Rippled(trace.time, driving, trace.position * setting.arm, trace.friction, cycles)
+    trace = run_open_loop(setting.mass, friction, driving / setting.arm, SAMPLE_TIME, steps=STEPS, hold="linear")
+    return Rippled(trace.time, driving, trace.position, trace.friction * setting.arm, cycles)

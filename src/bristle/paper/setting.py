@@ -3,8 +3,8 @@
 The tables of such a file, all but the first line optional; an experiment refuses to run without those that it needs:
 
 ========================= ==============================================================================================
-``lead``                  travel of the table for one turn of the screw: lengths are those of the table, torques those
-                          of the screw
+``lead``                  travel of the table for one turn of the screw: models are told at the table, in lengths and
+                          forces, and what is driven and shown is the torque of the screw
 ``[contact.NAME]``        friction models by name, each as in the ``[friction]`` of an experiment file
 ``[operator.NAME]``       hysteresis operators by name, with ``model`` and its parameters
 ``[plant]``               the inertia that a torque drives
@@ -40,7 +40,7 @@ from bristle.plants import PLANTS
 
 __all__ = ["Setting", "read_setting"]
 
-KIND: Kind = "rotational"
+KIND: Kind = "translational"
 
 
 class Key(NamedTuple):
@@ -51,10 +51,10 @@ class Key(NamedTuple):
     several: bool = False
 
 
-LENGTHS = Key(Variable("length", "travels of the table"), "translational", several=True)
-LENGTH = Key(Variable("length", "travel of the table", min=0.0), "translational")
-SPEED = Key(Variable("length/time", "speed of the table", min=1e-9), "translational")
-TORQUE = Key(Variable("force", "torque of the screw"))
+LENGTHS = Key(Variable("length", "travels of the table"), several=True)
+LENGTH = Key(Variable("length", "travel of the table", min=0.0))
+SPEED = Key(Variable("length/time", "speed of the table", min=1e-9))
+TORQUE = Key(Variable("force", "torque of the screw"), "rotational")
 COUNT = Key(Variable("1", "a number of times", min=1.0))
 COUNTS = Key(Variable("1", "numbers of branches", min=1.0), several=True)
 SECTIONS: dict[str, dict[str, Key]] = {
@@ -71,14 +71,14 @@ SECTIONS: dict[str, dict[str, Key]] = {
         "speed": SPEED,
         "repeats": COUNT,
         "resolution": LENGTH,
-        "noise": Key(Variable("force", "standard deviation of the torque read", min=0.0)),
+        "noise": Key(Variable("force", "standard deviation of the torque read", min=0.0), "rotational"),
         "extent": LENGTH,
         "branches": COUNTS,
         "seeds": COUNT,
     },
     "transition_branches": {
         "s": Key(Variable("force/length", "stiffness at a reversal", min=1e-9)),
-        "f_p": Key(Variable("force", "torque at saturation", min=1e-12)),
+        "f_p": Key(Variable("force", "force at saturation", min=1e-12)),
         "x_r": LENGTH,
         "count": Key(Variable("1", "number of branches", min=2.0)),
     },
@@ -97,13 +97,13 @@ class Setting:
     source : Path
         The file that it was read from.
     arm : float
-        Travel of the table for a radian of the screw [m/rad].
+        Travel of the table for a radian of the screw [m/rad]: torque of the screw over force at the table.
     contacts, operators : mapping of str to Model
-        What is moved, by name.
+        What is moved, by name, at the table.
     plant : Model or None
         What a torque drives.
     numbers : mapping of str to mapping
-        The numbers of the other tables, by table and key: travels in metres, torques in N*m.
+        The numbers of the other tables, by table and key: in SI.
     """
 
     name: str

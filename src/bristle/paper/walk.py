@@ -52,28 +52,28 @@ def walk(model: Model, turns: Iterable[float], speed: float, arm: float, *, step
     Parameters
     ----------
     model : Model
-        A friction model of a rotational axis, the screw.
+        A friction model, at the table.
     turns : iterable of float
         Where the table turns [m].
     speed : float
         Speed of the table [m/s].
     arm : float
-        Travel of the table for a radian of the screw [m/rad].
+        Travel of the table for a radian of the screw [m/rad]: torque over force.
     step : float
         Length of a step, at most [m].
     """
     contact, here, path = Contact(model), 0.0, list(turns)
-    start = contact.force(math.copysign(0.0, path[0])) if path else 0.0
+    start = arm * contact.force(math.copysign(0.0, path[0])) if path else 0.0
     x, torque, ends = [np.zeros(1)], [np.array([start])], []
     for turn in path:
         distance = turn - here
         count = max(math.ceil(abs(distance) / step - 1e-9), 1)
         if distance != 0.0:
-            torque.append(contact.move(distance / arm, speed / arm, count))
+            torque.append(arm * contact.move(distance, speed, count))
             x.append(here + distance * (np.arange(count) + 0.5) / count)
         here = turn
         x.append(np.array([here]))
-        torque.append(np.array([contact.force(math.copysign(0.0, distance))]))
+        torque.append(np.array([arm * contact.force(math.copysign(0.0, distance))]))
         ends.append(sum(part.size for part in x) - 1)
     return Walk(np.concatenate(x), np.concatenate(torque), np.array(ends))
 
@@ -84,11 +84,11 @@ def follow(operator: Model, turns: Iterable[float], arm: float, *, step: float =
     Parameters
     ----------
     operator : Model
-        From the angle of the screw to a torque.
+        From the position of the table to a force.
     turns : iterable of float
         Where the table turns [m].
     arm : float
-        Travel of the table for a radian of the screw [m/rad].
+        Travel of the table for a radian of the screw [m/rad]: torque over force.
     step : float
         Length of a step, at most [m].
     """
@@ -96,4 +96,4 @@ def follow(operator: Model, turns: Iterable[float], arm: float, *, step: float =
     counts = [max(math.ceil(abs(b - a) / step - 1e-9), 1) for a, b in pairwise(path)]
     legs = [np.linspace(a, b, n + 1)[1:] for (a, b), n in zip(pairwise(path), counts, strict=True)]
     x = np.concatenate([np.zeros(1), *legs])
-    return Walk(x, response(operator, x / arm), np.cumsum(counts))
+    return Walk(x, arm * response(operator, x), np.cumsum(counts))
