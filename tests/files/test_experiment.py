@@ -153,7 +153,7 @@ def test_another_controller_keeps_what_is_fed_forward():
 def test_an_axis_gives_what_the_file_leaves_out(experiment):
     (base,) = experiment(BY_AXIS).variants
     assert base.plant.values == {"M": 7.0}
-    assert base.sensor.values == {"resolution": 2e-6}
+    assert base.sensor.values["resolution"] == 2e-6
     assert base.controller.values["k_v"] == 20.0  # 4 V*s/m at 5 N/V
     assert base.run.effort_limit == 50.0
     assert base.run.sample_time == pytest.approx(1e-3, rel=1e-12)

@@ -110,7 +110,7 @@ def test_a_walk_knows_where_it_turned():
 def test_an_operator_is_led_like_a_contact(setting):
     operator = setting(4).operators["f_h"]
     values = {name: operator.values[name] for name in ("kernel", "s", "f_p")}
-    model = friction.preisach(**values)
+    model = friction.preisach_contact(**values)
     turns = [3e-6, -1e-6, 2e-6]
     led, followed = walk(model, turns, 1e-6, 8e-4), follow(operator, turns, 8e-4)
     assert led.at_turns == pytest.approx(followed.at_turns, rel=1e-9)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -75,21 +76,36 @@ class Run:
 
 @dataclass(frozen=True)
 class Feedforward:
-    """What is fed forward along the desired trajectory.
+    """What is fed forward: inertia along the desired trajectory, and friction.
 
     Parameters
     ----------
     mass : float
         Mass or inertia times the desired acceleration [kg or kg*m^2].
     friction : Model or None
-        Compensator: a friction model run along the desired motion.
-    gain : float
-        Factor on the friction.
+        Compensator: a friction model run along the desired or the measured motion.
+    gain, asymmetry : float
+        Factor on the friction, and the share by which it is raised where positive and lowered where negative.
+    offset : float
+        Constant added to it [N or N*m].
+    limit, rate_limit : float
+        Largest friction fed forward [N or N*m], and its fastest change [N/s or N*m/s].
+    conditioning : float
+        Amplitude of a decaying sweep that the memory of the compensator is brought through first [m or rad]; 0 for
+        a virgin one.
+    along : {"desired", "measured"}
+        The motion that the compensator follows.
     """
 
     mass: float = 0.0
     friction: Model | None = None
     gain: float = 1.0
+    offset: float = 0.0
+    asymmetry: float = 0.0
+    limit: float = math.inf
+    rate_limit: float = math.inf
+    conditioning: float = 0.0
+    along: Literal["desired", "measured"] = "desired"
 
 
 @dataclass(frozen=True)

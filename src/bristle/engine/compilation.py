@@ -102,7 +102,8 @@ def compiled(
         Returns the plain function.
     signature : str
         Types of the arguments, one letter each: ``a`` a vector, ``f`` a number, ``i`` an integer; ``C``, ``S``,
-        ``B`` and ``R`` the entries that the factories for control, sensing, bursts and rates return.
+        ``F``,
+        ``B`` and ``R`` the entries that the factories for control, sensing, compensation, bursts and rates return.
     parts : tuple of callable
         The functions of the components in it, which the dispatch finds by type.
     interleaved : int
@@ -118,7 +119,7 @@ def compiled(
     return _entries[key]
 
 
-SIGNATURES = {"C": "aaffffff", "S": "aaff", "B": "aaaaafffia", "R": "aaafa"}
+SIGNATURES = {"C": "aaffffff", "S": "aaff", "F": "aaaaff", "B": "aaaaafffia", "R": "aaafa"}
 
 
 def _types(signature: str) -> tuple[Any, ...]:

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from bristle.controllers.feedforward import Shape, shaped
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion, Reference
 from bristle.core.dispatch import (
     controller_step,
@@ -32,13 +33,15 @@ from bristle.engine.efim import Start, advance
 # that a solve may leave [m/s or rad/s], the time constant of the drive [s].
 FORCE, FAILED, SLOPE, FAILED_SO_FAR, ACCELERATION, SLACK, DRIVE_EFFORT, DRIVE_LAG, OUT_SIZE = 0, 1, 2, 3, 4, 5, 6, 7, 8
 # Rows of the flat history of a closed loop.
-POSITION, VELOCITY, MEASURED, COMMAND, EFFORT, FRICTION, ROWS = 0, 1, 2, 3, 4, 5, 6
+POSITION, VELOCITY, MEASURED, COMMAND, EFFORT, FRICTION, FED, ROWS = 0, 1, 2, 3, 4, 5, 6, 7
 # Beyond this magnitude of position plus velocity a simulation has left the numbers worth following.
 BOUND = 1e100
 
 __all__ = [
     "closed_loop",
+    "compensate_nothing",
     "make_burst",
+    "make_compensate",
     "make_control",
     "make_force_along",
     "make_output_along",
@@ -171,6 +174,35 @@ def make_control(parameters: Structure, state: Structure) -> Callable[..., Any]:
     return control
 
 
+def make_compensate(parameters: Structure, state: Structure) -> Callable[..., Any]:
+    """Return the entry that runs one friction model along the measured motion, to be fed forward at one sample.
+
+    ``shape`` holds the fields of `Shape`, and what the entry keeps from sample to sample: the position measured [m or
+    rad] and the effort fed forward [N or N*m].
+    """
+    unpack, load, store = unpacker(parameters), unpacker(state), packer(state)
+
+    def compensate(p_vector, state_vector, memory, shape, measured, dt):
+        p, s = unpack(p_vector), load(state_vector)
+        v = (measured - shape[5]) / dt
+        force, move = friction_trial(s, memory, Motion(v, measured, NOMINAL_LOAD, NOMINAL_TEMPERATURE), dt, p)
+        if v == 0.0:
+            # Where it does not move, a set-valued model is fed the middle of its interval.
+            side = Motion(-0.0, measured, NOMINAL_LOAD, NOMINAL_TEMPERATURE)
+            force = 0.5 * (force + friction_trial(s, memory, side, dt, p)[0])
+        store(friction_commit(s, memory, move, p), state_vector)
+        effort = shaped(force, shape[6], dt, Shape(shape[0], shape[1], shape[2], shape[3], shape[4]))
+        shape[5], shape[6] = measured, effort
+        return effort
+
+    return compensate
+
+
+def compensate_nothing(p_vector, state_vector, memory, shape, measured, dt):
+    """Feed nothing forward."""
+    return 0.0
+
+
 def make_sense(parameters: Structure, state: Structure) -> Callable[..., Any]:
     """Return the entry that reads one sensor at one sample."""
     unpack, load, store = unpacker(parameters), unpacker(state), packer(state)
@@ -199,27 +231,30 @@ def open_loop(burst, q, plant, p, state, memory, effort, effort_end, dt, steps, 
 
 
 def closed_loop(
-    control, c, control_state, sense, m, sense_state, burst, q, plant, p, state, memory,
+    control, c, control_state, compensate, f, f_state, f_memory, shape, sense, m, sense_state,
+    burst, q, plant, p, state, memory,
     reference, injected, disturbance, limit, delay, effort_before, dt, steps, history, out,
 ):  # fmt: skip
     """Run a sampled loop; return the number of samples that stayed finite.
 
     `reference` is flat, [position | velocity | acceleration | effort] of all samples; `history` is flat, and receives
-    [x | v | measured | commanded effort | applied effort | mean friction force until the next sample]. The effort
+    [x | v | measured | commanded effort | applied effort | mean friction force until the next sample | effort fed
+    forward along the measured motion]. The effort
     computed at sample k acts from sample ``k + delay`` on, held until the next one; before, `effort_before` acts.
     """
     count = injected.size
     for k in range(count):
         measured = sense(m, sense_state, plant[0], dt)
+        fed = compensate(f, f_state, f_memory, shape, measured, dt)
         u = control(
             c, control_state, reference[k], reference[count + k], reference[2 * count + k],
-            reference[3 * count + k], measured, dt,
+            reference[3 * count + k] + fed, measured, dt,
         )  # fmt: skip
         command = max(-limit, min(limit, u + injected[k]))
         history[POSITION * count + k], history[VELOCITY * count + k] = plant[0], plant[1]
         history[MEASURED * count + k], history[COMMAND * count + k] = measured, command
         applied = history[COMMAND * count + k - delay] if k >= delay else effort_before
-        history[EFFORT * count + k] = applied
+        history[EFFORT * count + k], history[FED * count + k] = applied, fed
         driven = applied - disturbance[k]
         burst(q, plant, p, state, memory, driven, driven, dt, steps, out)
         history[FRICTION * count + k] = out[FORCE]

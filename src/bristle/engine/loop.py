@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from bristle.controllers.feedforward import Shape
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.packing import pack
@@ -15,7 +16,7 @@ from bristle.engine import entries
 from bristle.engine.compilation import SIGNATURES, compiled
 from bristle.engine.part import Part, check_run, memory_of, vector
 
-__all__ = ["Trace", "run_closed_loop", "run_open_loop"]
+__all__ = ["Compensator", "LoopTrace", "Trace", "run_closed_loop", "run_open_loop"]
 
 HOLDS = ("zero", "linear")
 
@@ -36,6 +37,22 @@ class Trace:
     measured: np.ndarray
     command: np.ndarray
     status: Status
+
+
+@dataclass(frozen=True)
+class LoopTrace(Trace):
+    """What a closed loop leaves behind: a `Trace`, and the effort fed forward along the measured motion."""
+
+    compensation: np.ndarray
+
+
+class Compensator(NamedTuple):
+    """A friction model that is fed forward along the measured motion, and what was before the first sample."""
+
+    friction: Model
+    shape: Shape
+    state: Any = None
+    memory: np.ndarray | None = None
 
 
 class _Mechanism:
@@ -141,10 +158,10 @@ def run_open_loop(
 
 def run_closed_loop(
     plant: Model, friction: Model, controller: Model, sensor: Model, reference: np.ndarray, dt: float, *,
-    steps: int = 1, injected: Any = None, disturbance: Any = None, limit: float = np.inf, delay: int = 0,
-    lag: float = 0.0, effort_before: float = 0.0, x: float = 0.0, v: float = 0.0, acceleration: float = 0.0,
-    state: Any = None, memory: Any = None,
-) -> Trace:  # fmt: skip
+    steps: int = 1, compensator: Compensator | None = None, injected: Any = None, disturbance: Any = None,
+    limit: float = np.inf, delay: int = 0, lag: float = 0.0, effort_before: float = 0.0,
+    x: float = 0.0, v: float = 0.0, acceleration: float = 0.0, state: Any = None, memory: Any = None,
+) -> LoopTrace:  # fmt: skip
     """Run a sampled control loop on a plant with friction.
 
     Parameters
@@ -157,6 +174,8 @@ def run_closed_loop(
         Sample time [s].
     steps : int
         Integration steps in a sample.
+    compensator : Compensator, optional
+        Friction that is fed forward along the measured motion, beside what `reference` holds.
     injected : array_like, shape (sample,), optional
         Known effort added to the output of the controller [N or N*m].
     disturbance : array_like, shape (sample,), optional
@@ -178,7 +197,7 @@ def run_closed_loop(
 
     Returns
     -------
-    Trace
+    LoopTrace
         What happened at each sample; cut short, with a status, where the loop left the finite numbers.
     """
     if reference.ndim != 2 or reference.shape[0] != 4:
@@ -197,20 +216,36 @@ def run_closed_loop(
     check_run(dt, steps, count=count, injected=extra, disturbance=unseen)
     mechanism.out[entries.DRIVE_LAG], mechanism.out[entries.DRIVE_EFFORT] = lag, effort_before
     history = np.zeros(entries.ROWS * count)
-    driver = compiled("closed_loop", lambda: entries.closed_loop, "CaaSaaBaaaaaaaafiffiaa")
+    driver = compiled("closed_loop", lambda: entries.closed_loop, "CaaFaaaaSaaBaaaaaaaafiffiaa")
     done = int(
         driver(
             _entry("control", control, "C", entries.make_control), control.parameters, control.state,
+            *_compensation(compensator, started),
             _entry("sense", sense, "S", entries.make_sense), sense.parameters, sense.state,
             mechanism.entry, *mechanism.vectors, vector(reference).ravel(), extra, unseen,
             float(limit), int(delay), float(effort_before), float(dt), int(steps), history, mechanism.out,
         )
     )  # fmt: skip
-    x_, v_, measured, command, applied, friction_force = (row[:done] for row in history.reshape(entries.ROWS, count))
-    return Trace(
+    rows = history.reshape(entries.ROWS, count)[:, :done]
+    x_, v_, measured, command, applied, friction_force, fed = rows
+    return LoopTrace(
         time=dt * np.arange(done), position=x_, velocity=v_, effort=applied, friction=friction_force,
-        measured=measured, command=command, status=mechanism.status(done, count),
+        measured=measured, command=command, status=mechanism.status(done, count), compensation=fed,
     )  # fmt: skip
+
+
+def _compensation(compensator: Compensator | None, measured: float) -> tuple[Any, ...]:
+    """Return the entry of the compensator and its vectors; `measured` is the position at the first sample."""
+    if compensator is None:
+        nothing = np.zeros(0)
+        entry = compiled("compensate_nothing", lambda: entries.compensate_nothing, SIGNATURES["F"])
+        return entry, nothing, nothing, nothing, nothing
+    part = Part(compensator.friction)
+    if compensator.state is not None:
+        part.state = pack(compensator.state)
+    entry = _entry("compensate", part, "F", entries.make_compensate)
+    memory = memory_of(compensator.friction, compensator.memory)
+    return entry, part.parameters, part.state, memory, np.array((*compensator.shape, measured, 0.0))
 
 
 def _entry(name: str, part: Part, shape: str, make: Any) -> Any:

@@ -6,12 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from bristle.controllers.feedforward import Shape
 from bristle.core import units
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.experiment import Feedforward, Variant
-from bristle.core.variable import Kind, Variable
+from bristle.core.variable import Kind, Variable, variables_of
 from bristle.files.components import check_keys, key_of, model_from, number_at, table_at
 from bristle.files.controller import controller_from
 from bristle.files.model import kind_at
@@ -28,8 +29,10 @@ SECTIONS = ("axis", "plant", "friction", "controller", "sensor", "reference", "r
 
 FEEDFORWARD = {
     "mass": Variable("mass", "mass or inertia times the desired acceleration", min=0.0),
-    "gain": Variable("1", "factor on the friction"),
+    **variables_of(Shape),
+    "conditioning": Variable("length", "amplitude of the decaying sweep before the first sample", min=0.0),
 }
+ALONG = ("desired", "measured")
 
 
 @dataclass(frozen=True)
@@ -144,7 +147,11 @@ def _controller(tables: Tables, axis: Axis | None, kind: Kind) -> Model:
 def _feedforward(tables: Tables, kind: Kind, sources: Sources) -> Feedforward:
     path = tables.path("controller", "feedforward")
     given = table_at(tables.table("controller").get("feedforward", {}), path)
-    check_keys(given, (*FEEDFORWARD, "friction"), path)
+    check_keys(given, (*FEEDFORWARD, "friction", "along"), path)
+    along = given.get("along", ALONG[0])
+    if along not in ALONG:
+        raise InputError("is no motion that a compensator follows", path=f"{path}.along", value=along,
+                         allowed=" or ".join(ALONG))  # fmt: skip
     friction = given.get("friction", "none")
     where = tables.path("controller", "feedforward", "friction")
     if isinstance(friction, str) and friction != "none":
@@ -157,7 +164,8 @@ def _feedforward(tables: Tables, kind: Kind, sources: Sources) -> Feedforward:
         for name, variable in FEEDFORWARD.items()
         if name in given
     }
-    return Feedforward(friction=None if friction == "none" else sources.friction(friction, kind, where)[1], **values)
+    compensator = None if friction == "none" else sources.friction(friction, kind, where)[1]
+    return Feedforward(friction=compensator, along=along, **values)
 
 
 def _sensor(tables: Tables, axis: Axis | None, kind: Kind) -> Model:

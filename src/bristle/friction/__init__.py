@@ -21,7 +21,7 @@ from bristle.friction.leuven import MODEL as leuven
 from bristle.friction.lugre import MODEL as lugre
 from bristle.friction.maxwell_slip import MODEL as maxwell_slip
 from bristle.friction.maxwell_stribeck import MODEL as maxwell_stribeck
-from bristle.friction.preisach import MODEL as preisach
+from bristle.friction.preisach_contact import MODEL as preisach_contact
 from bristle.friction.preisach_lugre import MODEL as preisach_lugre
 from bristle.friction.presliding import is_static, with_presliding
 from bristle.friction.reformed_dahl import MODEL as reformed_dahl
@@ -33,7 +33,7 @@ MODELS: dict[str, FrictionModel] = {
     model.name: model
     for model in (
         coulomb, viscous, coulomb_viscous, stribeck, dahl, reformed_dahl, bouc_wen, lugre, elastoplastic, maxwell_slip,
-        maxwell_stribeck, gms, preisach, preisach_lugre, leuven,
+        maxwell_stribeck, gms, preisach_contact, preisach_lugre, leuven,
     )
 }  # fmt: skip
 
@@ -51,7 +51,7 @@ __all__ = [
     "lugre",
     "maxwell_slip",
     "maxwell_stribeck",
-    "preisach",
+    "preisach_contact",
     "preisach_lugre",
     "reformed_dahl",
     "slotted",

@@ -66,7 +66,7 @@ def simulation_summary(result: SimulationResult, *, provenance: Mapping[str, str
         "kind": kind,
         "error_unit": unit_of("length", kind),
         "effort_unit": unit_of("force", kind),
-        "runs": 1,
+        "runs": max(one.runs for one in result.variants.values()),
         "variants": _variants(result),
         "provenance": provenance,
     }
@@ -91,7 +91,7 @@ def _parameters(fit: Fit) -> dict[str, Any]:
 
 def _variants(result: SimulationResult) -> dict[str, Any]:
     return {
-        name: one.as_dict() | {"completed": one.status is not Status.NOT_FINITE, "runs": 1}
+        name: one.as_dict() | {"completed": one.status is not Status.NOT_FINITE}
         for name, one in result.variants.items()
     }
 

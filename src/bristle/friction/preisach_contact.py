@@ -62,7 +62,7 @@ def memory_size(p: Parameters) -> int:
 
 
 MODEL = FrictionModel(
-    name="preisach",
+    name="preisach_contact",
     description="a Preisach operator on the position: hysteresis with non-local memory, without gross sliding",
     Parameters=Parameters,
     State=Stack,
