@@ -79,7 +79,9 @@ def quiet(friction: Model) -> Model:
     return friction.with_values(scatter=0.0) if "scatter" in friction.values else friction
 
 
-def economy(setting: Setting, friction: Model, seeds: int, progress: Callable[[float], None] | None = None) -> Economy:
+def economy(
+    setting: Setting, friction: Model, seeds: int, progress: Callable[[float, str], None] | None = None
+) -> Economy:
     """Return the errors of models made from few and many measured branches of a contact.
 
     Parameters
@@ -91,7 +93,7 @@ def economy(setting: Setting, friction: Model, seeds: int, progress: Callable[[f
     seeds : int
         How many times everything is measured.
     progress : callable, optional
-        Called with the share done.
+        Called with the share done and what is measured next.
     """
     counts = [round(one) for one in setting["measurement", "branches"]]
     extent, speed = setting["measurement", "extent"], setting["measurement", "speed"]
@@ -100,7 +102,7 @@ def economy(setting: Setting, friction: Model, seeds: int, progress: Callable[[f
     for row, count in enumerate(counts):
         for seed in range(seeds):
             if progress is not None:
-                progress((row * seeds + seed) / (len(counts) * seeds))
+                progress((row * seeds + seed) / (len(counts) * seeds), f"{count} branches")
             record = _branches(setting, seeded(friction, seed), extent, count, np.random.default_rng(seed))
             for name, fit in WAYS.items():
                 found = fit(record, setting.arm)

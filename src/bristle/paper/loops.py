@@ -56,7 +56,7 @@ def _loops(setting: Setting) -> list[Record]:
     ]
 
 
-def figure_6(setting: Setting, progress: Callable[[float], None] | None = None) -> Reproduced:
+def figure_6(setting: Setting, progress: Callable[[float, str], None] | None = None) -> Reproduced:
     """Return figure 6: loops of the reformed Dahl model beside those measured, and the error over what was measured.
 
     Parameters
@@ -64,7 +64,7 @@ def figure_6(setting: Setting, progress: Callable[[float], None] | None = None) 
     setting : Setting
         The experiment.
     progress : callable, optional
-        Called with the share done.
+        Called with the share done and what is measured next.
     """
     from bristle.figures import error_over_count, loop_family
 
