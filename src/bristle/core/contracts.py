@@ -41,6 +41,7 @@ __all__ = [
     "Model",
     "Motion",
     "Plant",
+    "Redundancy",
     "Reference",
     "Relation",
     "Sensor",
@@ -62,6 +63,13 @@ class Relation(NamedTuple):
     structural: bool = False
 
 
+class Redundancy(NamedTuple):
+    """A parameter that only shows as a factor of others: no measurement tells it alone."""
+
+    name: str
+    factor_of: tuple[str, ...]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Component:
     """What every descriptor has: names, the types of its data, where it comes from.
@@ -78,6 +86,8 @@ class Component:
         Source with DOI.
     relations : tuple of Relation
         Conditions between parameters.
+    redundancies : tuple of Redundancy
+        Parameters that are only seen as a factor of others.
     example : mapping
         Typical values of the parameters, in SI of a translational axis: for docs, and for the contract suite.
     """
@@ -88,6 +98,7 @@ class Component:
     State: type
     reference: str = ""
     relations: tuple[Relation, ...] = ()
+    redundancies: tuple[Redundancy, ...] = ()
     example: Mapping[str, Any] = field(default_factory=dict, compare=False)
     module: str = field(default="", compare=False)
 
@@ -200,7 +211,10 @@ class FrictionModel(Component):
     d_state)`` for a smooth model. For one that is smooth from event to event ``piece(state, memory, motion, p) ->
     (contact, piece)`` are what varies and what holds, the ``side`` of the motion included; ``flow(contact, piece,
     motion, p) -> (force, d_contact, margin)`` is smooth past the event too, at which the margin falls below zero; and
-    ``arrival(state, memory, contact, p) -> move`` is what to commit there.
+    ``arrival(state, memory, contact, p) -> move`` is what to commit there. Optional too is ``trial_sided(state, memory,
+    motion, dt, backward, forward)``, for models whose parameters depend on the side that the contact leans to rather
+    than on the direction of motion. ``start(place, backward, forward) -> state`` is given by those whose state before
+    a log matters and is not known: the states that it may be, for a place from -1 to 1.
     """
 
     trial: Callable[..., Any]
@@ -210,11 +224,13 @@ class FrictionModel(Component):
     piece: Callable[..., Any] | None = None
     flow: Callable[..., Any] | None = None
     arrival: Callable[..., Any] | None = None
+    trial_sided: Callable[..., Any] | None = None
+    start: Callable[..., Any] | None = None
     linear: bool = False
 
     family: ClassVar[str] = "friction"
     functions: ClassVar[tuple[str, ...]] = ("trial", "commit")
-    optional: ClassVar[tuple[str, ...]] = ("rate", "piece", "flow", "arrival")
+    optional: ClassVar[tuple[str, ...]] = ("rate", "piece", "flow", "arrival", "trial_sided")
 
     def new_memory(self, parameters: Any) -> np.ndarray:
         """Return the memory of a virgin model, shape (memory_size,)."""
@@ -229,6 +245,7 @@ class Plant(Component):
     ``step(state, effort, force, dt, p) -> (output, state)`` takes the mean force of the step.
     ``rest(state, effort, dt, p) -> state`` holds the port at a velocity of exactly zero.
     ``rate(state, effort, force, p) -> d_state`` is optional: the same equations in continuous time.
+    ``inverse(x, v, a, p) -> effort`` is what a motion takes without friction, for arrays; linear in the parameters.
     Fields ``x`` and ``v`` of its `State` are the position and velocity at the port.
     ``screw(p)`` is given by one with a second port: what lies between the first one and the friction of its table.
     """
@@ -238,6 +255,7 @@ class Plant(Component):
     rest: Callable[..., Any]
     rate: Callable[..., Any] | None = None
     screw: Callable[[Any], Screw] | None = None
+    inverse: Callable[..., Any] | None = None
 
     family: ClassVar[str] = "plant"
     functions: ClassVar[tuple[str, ...]] = ("port", "step", "rest")
