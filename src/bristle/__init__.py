@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from bristle import controllers, engine, friction, hysteresis, plants, references, sensors, simulation
     from bristle.certificates import check
     from bristle.engine import response
+    from bristle.excitation import excite
     from bristle.files import read_axis, read_experiment, read_model
     from bristle.identification import identify, predict
     from bristle.logs import read_log
@@ -28,6 +29,7 @@ __version__ = "0.1.0"
 
 _FROM = {
     "check": "bristle.certificates",
+    "excite": "bristle.excitation",
     "response": "bristle.engine",
     "read_axis": "bristle.files",
     "read_experiment": "bristle.files",
@@ -44,6 +46,7 @@ __all__ = [
     "check",
     "controllers",
     "engine",
+    "excite",
     "friction",
     "hysteresis",
     "identify",

@@ -76,6 +76,10 @@ class Axis:
         said so, which counts as no.
     velocity_limit : float or None
         Largest velocity [m/s or rad/s].
+    acceleration_limit : float or None
+        Largest acceleration [m/s^2 or rad/s^2].
+    jerk_limit : float or None
+        Largest jerk [m/s^3 or rad/s^3].
     stroke : tuple of float or None
         Smallest and largest position [m or rad].
     controller : Model or None
@@ -101,6 +105,8 @@ class Axis:
     effort_limit: float | None = None
     held: bool | None = None
     velocity_limit: float | None = None
+    acceleration_limit: float | None = None
+    jerk_limit: float | None = None
     stroke: tuple[float, float] | None = None
     controller: Any = None
     presliding: float | None = None

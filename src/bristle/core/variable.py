@@ -28,6 +28,7 @@ UNITS: dict[str, tuple[str, str]] = {
     "length": ("m", "rad"),
     "length/time": ("m/s", "rad/s"),
     "length/time^2": ("m/s^2", "rad/s^2"),
+    "length/time^3": ("m/s^3", "rad/s^3"),
     "force": ("N", "N*m"),
     "force/length": ("N/m", "N*m/rad"),
     "length/force": ("m/N", "rad/(N*m)"),

@@ -13,6 +13,7 @@ from bristle.figures.following_error import following_error, has_completed
 from bristle.figures.friction_over_velocity import friction_over_velocity
 from bristle.figures.minor_loops import minor_loops
 from bristle.figures.model_comparison import model_comparison
+from bristle.figures.motion import expected, motion
 from bristle.figures.parameters import parameters
 from bristle.figures.prediction import prediction
 from bristle.figures.preisach_plane import preisach_plane
@@ -27,12 +28,14 @@ __all__ = [
     "drive_table",
     "effort_over_time",
     "everett_surface",
+    "expected",
     "following_error",
     "friction_over_velocity",
     "has_completed",
     "inline_svg",
     "minor_loops",
     "model_comparison",
+    "motion",
     "parameters",
     "prediction",
     "preisach_plane",

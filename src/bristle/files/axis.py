@@ -27,6 +27,8 @@ FREQUENCY = Variable("frequency", "frequency")
 MASS = Variable("mass", "moving mass")
 FORCE = Variable("force", "force")
 VELOCITY = Variable("length/time", "velocity")
+ACCELERATION = Variable("length/time^2", "acceleration")
+JERK = Variable("length/time^3", "jerk")
 LENGTH = Variable("length", "position")
 
 
@@ -84,6 +86,8 @@ def axis_from(data: dict[str, Any]) -> Axis:
         effort_limit=_limit(file, drive),
         held=file.effort.held,
         velocity_limit=_positive(file.limits.velocity, VELOCITY, file.kind, "limits.velocity"),
+        acceleration_limit=_positive(file.limits.acceleration, ACCELERATION, file.kind, "limits.acceleration"),
+        jerk_limit=_positive(file.limits.jerk, JERK, file.kind, "limits.jerk"),
         stroke=_stroke(file),
         controller=file.controller,
         presliding=_positive(file.plant.presliding, LENGTH, file.kind, "plant.presliding"),

@@ -1,9 +1,14 @@
 """References, one a file: the motion that a loop is asked to follow."""
 
 from bristle.core.contracts import Trajectory
+from bristle.references.chirp import MODEL as chirp
 from bristle.references.recorded import MODEL as recorded
+from bristle.references.s_curve import MODEL as s_curve
 from bristle.references.sine import MODEL as sine
+from bristle.references.triangle import MODEL as triangle
 
-REFERENCES: dict[str, Trajectory] = {reference.name: reference for reference in (recorded, sine)}
+REFERENCES: dict[str, Trajectory] = {
+    reference.name: reference for reference in (recorded, sine, s_curve, triangle, chirp)
+}
 
-__all__ = ["REFERENCES", "recorded", "sine"]
+__all__ = ["REFERENCES", "chirp", "recorded", "s_curve", "sine", "triangle"]
