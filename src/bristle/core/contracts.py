@@ -261,13 +261,9 @@ class Sensor(Component):
 
 @dataclass(frozen=True, kw_only=True)
 class Trajectory(Component):
-    """A desired motion: ``sample(t, p) -> (position, velocity, acceleration)``, arrays of the shape of `t` [s].
-
-    ``duration(p)`` is given by those that come to rest: how long that takes [s].
-    """
+    """A desired motion: ``sample(t, p) -> (position, velocity, acceleration)``, arrays of the shape of `t` [s]."""
 
     sample: Callable[..., Any]
-    duration: Callable[[Any], float] | None = None
 
     family: ClassVar[str] = "reference"
     functions: ClassVar[tuple[str, ...]] = ("sample",)

@@ -26,10 +26,11 @@ def pieces(room: Room, seconds: float) -> list[Piece]:
     turn = 2.0 * room.presliding
     most = min(turn / (SAMPLES * room.sample_time), room.velocity or math.inf)
 
+    # The conditioning slide ends forward: the first ramp turns back.
     def make(speed: float) -> list[Piece]:
         return [
             conditioning(room, "break-away"),
-            *(_ramp(room, side, min(rate * speed, most)) for rate in RATES for side in (1.0, -1.0)),
+            *(_ramp(room, side, min(rate * speed, most)) for rate in RATES for side in (-1.0, 1.0)),
         ]
 
     pace = turn / (0.2 * seconds)

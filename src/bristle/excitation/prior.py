@@ -139,8 +139,7 @@ def turning_distance(friction: Model) -> float | None:
 
 
 def _stiffness(friction: Model, distance: float) -> float:
-    """Return the stiffness of the contact right after a reversal [N/m or N*m/rad]."""
-    path, dt = np.array([0.0, 1e-3 * distance, 2e-3 * distance]), 1e9
-    state, memory = settled(friction, distance / dt)
-    force = force_along(friction, -np.diff(path) / dt, dt, state=state, memory=memory)
-    return abs(float(force[1] - force[0])) / (1e-3 * distance)
+    """Return the stiffness of the contact before it was ever pulled at [N/m or N*m/rad]."""
+    step, dt = 1e-3 * distance, 1e9
+    force = force_along(friction, np.full(2, step / dt), dt)
+    return float(force[1] - force[0]) / step

@@ -42,6 +42,8 @@ class Rehearsal:
         Friction force [N or N*m], which no log has.
     peak_effort : float
         Largest effort [N or N*m].
+    lag : float
+        Largest distance between the motion and the axis while it moves slowly, before sliding [m or rad].
     identification : Identification
         What was identified from the log.
     truth : dict
@@ -53,6 +55,7 @@ class Rehearsal:
     log: Log
     friction: np.ndarray
     peak_effort: float
+    lag: float
     identification: Identification
     truth: dict[str, float]
     loop: bool
@@ -88,7 +91,17 @@ def rehearse(motion: Motion, axis: Axis, prior: Prior, progress: Progress | None
     values = prior.plant.values | (prior.friction.values if same else {})
     truth = {one.name: float(values[one.name]) for one in found.best.estimates if one.name in values}
     assert log.effort is not None
-    return Rehearsal(log, friction, float(np.max(np.abs(log.effort.values))), found, truth, loop)
+    return Rehearsal(log, friction, float(np.max(np.abs(log.effort.values))), _lag(motion, log), found, truth, loop)
+
+
+def _lag(motion: Motion, log: Log) -> float:
+    away = np.abs(motion.position - log.position.values)
+    parts = [
+        away[slice(*np.searchsorted(motion.time, (begin, begin + piece.duration)))]
+        for piece, begin in zip(motion.pieces, motion.begins, strict=True)
+        if piece.name in ("triangles", "decaying loops")
+    ]
+    return float(np.max(np.concatenate(parts))) if parts else 0.0
 
 
 def model_to_fit(friction: Model) -> str:

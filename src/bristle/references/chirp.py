@@ -10,9 +10,10 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import Relation, Trajectory
+from bristle.core.contracts import Relation
 from bristle.core.variable import Variable
 from bristle.references.fade import fade
+from bristle.references.passing import Passing
 
 
 class Parameters(NamedTuple):
@@ -52,7 +53,7 @@ def duration(p: Parameters) -> float:
     return p.duration
 
 
-MODEL = Trajectory(
+MODEL = Passing(
     name="chirp",
     description="a sine of rising frequency, from rest to rest",
     Parameters=Parameters,

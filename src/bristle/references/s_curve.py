@@ -8,9 +8,9 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import Trajectory
 from bristle.core.variable import Variable
 from bristle.references.legs import legs_through
+from bristle.references.passing import Passing
 
 
 class Parameters(NamedTuple):
@@ -36,7 +36,7 @@ def duration(p: Parameters) -> float:
     return legs_through((p.distance,), p.velocity, p.acceleration, p.jerk).end
 
 
-MODEL = Trajectory(
+MODEL = Passing(
     name="s_curve",
     description="a move from rest to rest with limited velocity, acceleration and jerk",
     Parameters=Parameters,

@@ -9,9 +9,9 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import Trajectory
 from bristle.core.variable import Variable
 from bristle.references.legs import Legs, legs_through
+from bristle.references.passing import Passing
 
 
 class Parameters(NamedTuple):
@@ -44,7 +44,7 @@ def duration(p: Parameters) -> float:
     return _legs(p).end
 
 
-MODEL = Trajectory(
+MODEL = Passing(
     name="triangle",
     description="to and fro at one speed, in loops that are alike or lie inside one another",
     Parameters=Parameters,

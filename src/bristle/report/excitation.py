@@ -178,6 +178,11 @@ def _verdict(found: Excitation) -> list[str]:
         f"This was rehearsed {how}, with friction that scatters by 5 % from one reversal to the next, 0.5 % noise of "
         "the effort and the encoder of the axis; one rehearsal: the error is what an interval should cover."
     )
+    if found.room.presliding is not None and rehearsal.lag > found.room.presliding:
+        told.append(
+            f"The controller follows the loops before sliding no closer than {with_unit(rehearsal.lag, length)}: they "
+            "are smaller or larger than designed. Raise its gains for this motion, or add integral action."
+        )
     limit = found.axis.effort_limit
     if limit is not None and rehearsal.peak_effort > limit:
         told.append("The effort reaches the limit of the drive: lower the limit of the acceleration, or the travel.")
