@@ -19,7 +19,7 @@ from bristle.identification import Identification, identify
 from bristle.logs.log import Channel, Log
 from bristle.sensors import encoder
 
-__all__ = ["NOISE", "SCATTER", "Rehearsal", "model_to_fit", "rehearse"]
+__all__ = ["NOISE", "SCATTER", "Rehearsal", "model_to_fit", "recorded", "rehearse"]
 
 NOISE = 0.005  # of the friction force, standard deviation: what a drive adds to its effort
 SCATTER = 0.05  # of the friction force, from one reversal to the next
@@ -80,7 +80,7 @@ def rehearse(motion: Motion, axis: Axis, prior: Prior, progress: Progress | None
     """
     if progress is not None:
         progress(0.1, "running the motion on the prior")
-    log, friction, loop = _recorded(motion, axis, prior)
+    log, friction, loop = recorded(motion, axis, prior)
     name = model_to_fit(prior.friction)
     told = replace(axis, delay=0.0, held=loop)
     found = identify(
@@ -110,8 +110,8 @@ def model_to_fit(friction: Model) -> str:
     return FITTED if any(component.is_array(name) for name in component.variables) else friction.name
 
 
-def _recorded(motion: Motion, axis: Axis, prior: Prior) -> tuple[Log, np.ndarray, bool]:
-    """Return the log, the friction force, and whether it was run in the loop."""
+def recorded(motion: Motion, axis: Axis, prior: Prior) -> tuple[Log, np.ndarray, bool]:
+    """Return the log of a motion run on the prior, the friction force along it [N or N*m], and whether in the loop."""
     expected = _friction(motion, prior.friction)
     disturbance = (_scattered(motion) - 1.0) * expected
     generator = np.random.default_rng(SEED)

@@ -15,6 +15,7 @@ from bristle.figures.minor_loops import minor_loops
 from bristle.figures.model_comparison import model_comparison
 from bristle.figures.motion import expected, motion
 from bristle.figures.parameters import parameters
+from bristle.figures.passages import passages
 from bristle.figures.prediction import prediction
 from bristle.figures.preisach_plane import preisach_plane
 from bristle.figures.residuals import residuals
@@ -37,6 +38,7 @@ __all__ = [
     "model_comparison",
     "motion",
     "parameters",
+    "passages",
     "prediction",
     "preisach_plane",
     "residuals",
