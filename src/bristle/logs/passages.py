@@ -16,7 +16,7 @@ from bristle.core.axis import Axis
 from bristle.logs.legs import Leg, graininess, legs_of, rests_of
 from bristle.logs.log import Log
 
-__all__ = ["KINDS", "Passage", "nesting", "passages"]
+__all__ = ["KINDS", "Passage", "nesting", "passages", "passages_along"]
 
 KINDS = {
     "constant_velocity": "slides at constant velocity",
@@ -28,6 +28,7 @@ KINDS = {
     "rest": "rest",
 }
 SLIDING = 0.4  # share of a leg that is a cruise, from which on it is a slide
+GRAINS = 20.0  # of the position, in a cruise: in fewer any speed looks constant
 SETTLED = 0.07  # of the swing of the effort, by which it may still change in the second half of a slide
 TURNED = 0.9  # of the swing of the effort: the contact has turned over
 LONG_BREAK_AWAY = 0.15  # of a leg from rest, that the turning over of the contact takes
@@ -93,12 +94,37 @@ def passages(log: Log, axis: Axis | None = None) -> tuple[Passage, ...]:
     axis : Axis, optional
         Its encoder and its pre-sliding distance, where known.
     """
-    position = log.position.values
+    position, effort = log.position.values, None if log.effort is None else log.effort.values
     grain = graininess(position, axis.resolution if axis is not None else None)
     found: list[Passage] = []
     for part in log.segments or (slice(0, position.size),):
-        found += _Record(log, axis, part, grain).passages()
+        found += passages_along(
+            log.time.values[part], position[part], None if effort is None else effort[part], grain,
+            presliding=axis.presliding if axis is not None else None, start=part.start or 0,
+        )  # fmt: skip
     return tuple(found)
+
+
+def passages_along(
+    time: np.ndarray, position: np.ndarray, effort: np.ndarray | None, grain: float, *,
+    presliding: float | None = None, start: int = 0,
+) -> list[Passage]:  # fmt: skip
+    """Return the experiments that one stretch without a gap contains, in order.
+
+    Parameters
+    ----------
+    time, position : ndarray, shape (sample,)
+        Time [s], evenly spaced, and position [m or rad].
+    effort : ndarray, shape (sample,), or None
+        Effort [N or N*m], where there is one.
+    grain : float
+        Smallest motion that the position shows [m or rad] (`bristle.logs.legs.graininess`).
+    presliding : float, optional
+        Amplitude at which friction saturates [m or rad]: tells slides from loops where the effort does not.
+    start : int
+        Number of its first sample in the log.
+    """
+    return _Stretch(time, position, effort, grain, presliding, start).passages() if time.size > 1 else []
 
 
 def nesting(turning: Iterable[float]) -> int:
@@ -120,25 +146,23 @@ def nesting(turning: Iterable[float]) -> int:
     return most
 
 
-class _Record:
+class _Stretch:
     """One stretch of a log without a gap, on its way to passages."""
 
-    def __init__(self, log: Log, axis: Axis | None, part: slice, grain: float) -> None:
-        self.log, self.grain, self.dt = log, grain, log.sample_time
-        self.start = part.start or 0
-        self.position = log.position.values[part]
-        self.effort = None if log.effort is None else log.effort.values[part]
-        self.presliding = axis.presliding if axis is not None else None
+    def __init__(
+        self, time: np.ndarray, position: np.ndarray, effort: np.ndarray | None, grain: float,
+        presliding: float | None, start: int,
+    ) -> None:  # fmt: skip
+        self.time, self.position, self.effort, self.start = time, position, effort, start
+        self.grain, self.presliding = grain, presliding
+        self.dt = float(time[-1] - time[0]) / (time.size - 1)
         self.rests = rests_of(self.position, grain, self.dt)
         self.legs = list(legs_of(self.position, self.rests, grain, self.dt))
-        self.time = log.time.values[part]
 
     def passages(self) -> list[Passage]:
         """Return the passages in order, rests among them."""
-        if self.position.size == 0:
-            return []
         kinds = [self._kind(leg) for leg in self.legs]
-        _leave_no_single_loop(self.legs, kinds)
+        _leave_none_alone(self.legs, kinds)
         _mark_oscillations(self.legs, kinds)
         runs = self._joined(kinds)
         busy = [slice(legs[0].first, legs[-1].last + 1) for _, legs in runs]
@@ -153,6 +177,8 @@ class _Record:
             return "moves"
         if not self._slides(leg):
             return "loops"
+        if leg.speed * self.dt * (leg.cruise.stop - leg.cruise.start) < GRAINS * self.grain:
+            return "moves"
         return "break_away" if leg.from_rest and self._breaks_away(leg) else "constant_velocity"
 
     def _slides(self, leg: Leg) -> bool:
@@ -240,12 +266,14 @@ def _levels(amplitudes: np.ndarray, grain: float) -> int:
     return len(levels)
 
 
-def _leave_no_single_loop(legs: Sequence[Leg], kinds: list[str]) -> None:
-    """Name a leg that alone would be a loop as the one that it turns to or comes from."""
+def _leave_none_alone(legs: Sequence[Leg], kinds: list[str]) -> None:
+    """Name a leg that alone would be a loop, or a slide amid moves, as those that it turns to or comes from."""
     for k, kind in enumerate(kinds):
-        beside = [j for j in (k - 1, k + 1) if 0 <= j < len(legs) and _join(legs[min(j, k)], legs[max(j, k)])]
-        if kind == "loops" and all(kinds[j] != "loops" for j in beside):
-            kinds[k] = kinds[beside[0]] if beside else "moves"
+        beside = [kinds[j] for j in (k - 1, k + 1) if 0 <= j < len(legs) and _join(legs[min(j, k)], legs[max(j, k)])]
+        if kind == "loops" and "loops" not in beside:
+            kinds[k] = beside[0] if beside else "moves"
+        elif kind == "constant_velocity" and beside == ["moves", "moves"]:
+            kinds[k] = "moves"
 
 
 def _join(one: Leg, other: Leg) -> bool:
