@@ -35,7 +35,8 @@ def drive_table(fit: Fit, entries: int = 20) -> list[tuple[float, float]]:
         Velocity [m/s or rad/s], ascending, and the force to be fed forward [N or N*m], offset included, inertia not.
         The table covers the velocities of the log, in both directions if the log has both. The entries lie where
         straight lines between them stay closest to the steady friction; where fewer do that as well, there are fewer.
-        At standstill it has two entries, -0.0 and +0.0: the limits from either side.
+        At standstill it has two entries, -0.0 and +0.0: the limits from either side. Empty for a plant on a spring,
+        which does not move on steadily.
 
     Raises
     ------
@@ -74,6 +75,8 @@ def largest_deviation(fit: Fit, table: Sequence[tuple[float, float]]) -> float:
 
 def _sides(fit: Fit) -> list[np.ndarray]:
     """Return the steady friction on each side of standstill, shape (point, 2), velocity ascending."""
+    if fit.plant.values.get("k"):
+        return []
     lowest, highest = float(np.min(fit.traces.velocity)), float(np.max(fit.traces.velocity))
     sides = [(-1.0, -lowest)] * (lowest < 0.0) + [(1.0, highest)] * (highest > 0.0)
     found = []
