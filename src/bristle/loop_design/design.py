@@ -141,7 +141,12 @@ def _friction_at(variant: Variant, speed: float) -> float:
     """Return the friction at a steady speed [m/s or rad/s], the mean of both directions [N or N*m]."""
     if speed <= 0.0:
         return 0.0
-    return 0.5 * (steady_force(variant.friction, speed) - steady_force(variant.friction, -speed))
+    sides, screw = [(variant.friction, 1.0)], variant.plant.component.screw
+    if variant.table is not None and screw is not None:
+        sides.append((variant.table, screw(variant.plant.parameters).arm))
+    return sum(
+        0.5 * arm * (steady_force(one, speed * arm) - steady_force(one, -speed * arm)) for one, arm in sides
+    )  # fmt: skip
 
 
 def _part(progress: Progress | None, begin: float, end: float) -> Progress | None:

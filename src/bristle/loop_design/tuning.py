@@ -25,8 +25,9 @@ import numpy as np
 from bristle.controllers import CONTROLLERS
 from bristle.core.contracts import Model, make_model
 from bristle.core.experiment import Variant
-from bristle.stability import NO_FRICTION, SampledLoop, margins_of
-from bristle.stability.linear_system import LARGE, SMALL, linear_law, linear_plant
+from bristle.stability import SampledLoop, margins_of
+from bristle.stability.linear_plant import linear_plant
+from bristle.stability.linear_system import LARGE, SMALL, linear_law
 from bristle.stability.measured_feedforward import Stiffness
 
 __all__ = ["PHASE", "Tuned", "count_response", "inertia_of", "stiffness_of", "tuned"]
@@ -74,10 +75,7 @@ def tuned(variant: Variant, name: str, bandwidth: float | None = None) -> Tuned 
         return make_model(component, kept | gains, kind=variant.plant.kind, validate=True)
 
     run = variant.run
-    plants = {
-        amplitude: linear_plant(variant.plant, NO_FRICTION, run.sample_time, run.substeps, amplitude, run.current_lag)
-        for amplitude in (SMALL, LARGE)
-    }
+    plants = {amplitude: linear_plant(variant, amplitude) for amplitude in (SMALL, LARGE)}
 
     def keeps_margins(omega: float) -> bool:
         laws = ((linear_law(law(omega), run.sample_time, amplitude), plants[amplitude]) for amplitude in plants)
@@ -148,7 +146,7 @@ GAINS: dict[str, Gains] = {
 def inertia_of(variant: Variant) -> float:
     """Return the mass or inertia that the effort moves, as it shows well below the sample rate [kg or kg*m^2]."""
     run = variant.run
-    plant = linear_plant(variant.plant, NO_FRICTION, run.sample_time, run.substeps, LARGE)
+    plant = linear_plant(variant, LARGE)
     omega = 1e-2 / run.sample_time
     return float(1.0 / (omega**2 * np.abs(plant.response(np.exp([1j * omega * run.sample_time]))[0])))
 
