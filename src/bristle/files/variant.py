@@ -191,9 +191,10 @@ def _learning(tables: Tables, kind: Kind) -> Learning | None:
         if name not in given:
             raise InputError(f"needs {name}", path=path, mend=f"Write {name}, {LEARNING[name].description}")
     values = {name: number_at(given[name], variable, kind, f"{path}.{name}") for name, variable in LEARNING.items()}
-    if not values["trials"].is_integer():
+    trials = values.pop("trials")
+    if not trials.is_integer():
         raise InputError("must be a whole number", path=f"{path}.trials", value=given["trials"])
-    return Learning(**values | {"trials": int(values["trials"])})
+    return Learning(int(trials), **values)
 
 
 def _table_friction(tables: Tables, plant: Model, sources: Sources) -> Model | None:
