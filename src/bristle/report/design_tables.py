@@ -24,15 +24,15 @@ def margin_table(design: Design) -> Table:
     """Return poles and margins of each loop; variants that are one loop share its rows."""
     heads = (
         "Variant", "Motions", "Friction", "Largest pole", "Phase margin [°]", "Gain margin", "Delay margin [samples]",
-        "Crossover [Hz]", "Peak sensitivity",
+        "Crossover [Hz]",
     )  # fmt: skip
     loops: dict[tuple[tuple[str, ...], ...], list[str]] = {}
     for assessment in design.assessments:
         rows = []
         for point in assessment.points:
-            phase, gain, crossover, delay, sensitivity = point.margins
+            phase, gain, crossover, delay, _ = point.margins
             hertz = None if crossover is None else crossover / (2.0 * math.pi)
-            cells = (_cell(phase), _cell(gain), _cell(delay), _cell(hertz), _cell(sensitivity))
+            cells = (_cell(phase), _cell(gain), _cell(delay), _cell(hertz))
             rows.append((point.motions.value, point.friction.value, number(point.loop.spectral_radius), *cells))
         loops.setdefault(tuple(rows), []).append(assessment.name)
     found = [
