@@ -12,14 +12,18 @@ from __future__ import annotations
 from bristle.core.contracts import FrictionModel
 from bristle.core.errors import InputError, did_you_mean
 from bristle.friction.bouc_wen import MODEL as bouc_wen
+from bristle.friction.bouc_wen_classic import MODEL as bouc_wen_classic
 from bristle.friction.coulomb import MODEL as coulomb
 from bristle.friction.coulomb_viscous import MODEL as coulomb_viscous
 from bristle.friction.dahl import MODEL as dahl
 from bristle.friction.elastoplastic import MODEL as elastoplastic
+from bristle.friction.gap_slider import MODEL as gap_slider
 from bristle.friction.gms import MODEL as gms
 from bristle.friction.leuven import MODEL as leuven
 from bristle.friction.lugre import MODEL as lugre
 from bristle.friction.maxwell_slip import MODEL as maxwell_slip
+from bristle.friction.maxwell_stribeck import MODEL as maxwell_stribeck
+from bristle.friction.preisach_contact import MODEL as preisach_contact
 from bristle.friction.preisach_lugre import MODEL as preisach_lugre
 from bristle.friction.presliding import is_static, with_presliding
 from bristle.friction.reformed_dahl import MODEL as reformed_dahl
@@ -30,24 +34,28 @@ from bristle.friction.viscous import MODEL as viscous
 MODELS: dict[str, FrictionModel] = {
     model.name: model
     for model in (
-        coulomb, viscous, coulomb_viscous, stribeck, dahl, reformed_dahl, bouc_wen, lugre, elastoplastic, maxwell_slip,
-        gms, preisach_lugre, leuven,
+        coulomb, viscous, coulomb_viscous, stribeck, dahl, reformed_dahl, bouc_wen, bouc_wen_classic, lugre,
+        elastoplastic, maxwell_slip, maxwell_stribeck, gms, gap_slider, preisach_contact, preisach_lugre, leuven,
     )
 }  # fmt: skip
 
 __all__ = [
     "MODELS",
     "bouc_wen",
+    "bouc_wen_classic",
     "coulomb",
     "coulomb_viscous",
     "dahl",
     "elastoplastic",
     "find",
+    "gap_slider",
     "gms",
     "is_static",
     "leuven",
     "lugre",
     "maxwell_slip",
+    "maxwell_stribeck",
+    "preisach_contact",
     "preisach_lugre",
     "reformed_dahl",
     "slotted",
