@@ -12,7 +12,9 @@ from bristle.references.varied_sine import MODEL as varied_sine
 
 REFERENCES: dict[str, Trajectory] = {
     reference.name: reference
-    for reference in (circle, recorded, sine, triangles, varied_sine, s_curve, triangle, chirp)
+    for reference in (recorded, sine, varied_sine, triangle, triangles, s_curve, chirp, circle)
 }
 
-__all__ = ["REFERENCES", "chirp", "circle", "recorded", "s_curve", "sine", "triangle", "triangles", "varied_sine"]
+__all__ = [
+    "REFERENCES", "chirp", "circle", "recorded", "s_curve", "sine", "triangle", "triangles", "varied_sine",
+]  # fmt: skip

@@ -80,9 +80,7 @@ def identification_report(
         comparison=comparison_table(identification),
         pictures=pictures,
         assumptions=_assumed(fit, prediction),
-        passages=passage_table(
-            [one.as_data() for log in (identification.log, *identification.further_logs) for one in passages(log)], kind
-        ),
+        passages=passage_table([one.as_data() for one in passages(identification.log)], kind),
         log=log_facts(identification.log, identification.further_logs)
         + treatment_facts(identification.treatment, kind),
         notes=[note for one in (identification.log, *identification.further_logs) for note in one.notes],
