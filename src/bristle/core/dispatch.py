@@ -24,6 +24,7 @@ __all__ = [
     "friction_piece",
     "friction_rate",
     "friction_trial",
+    "friction_trial_sided",
     "functions_of",
     "is_dispatch",
     "operator_commit",
@@ -97,6 +98,11 @@ def friction_trial(state, memory, motion, dt, p):
     return _functions["friction", "trial", type(p)](state, memory, motion, dt, p)
 
 
+def friction_trial_sided(state, memory, motion, dt, backward, forward):
+    """Call ``trial_sided`` of the friction model with parameters `forward` and, on the other side, `backward`."""
+    return _functions["friction", "trial_sided", type(forward)](state, memory, motion, dt, backward, forward)
+
+
 def friction_commit(state, memory, move, p):
     """Call ``commit`` of the friction model with parameters `p`."""
     return _functions["friction", "commit", type(p)](state, memory, move, p)
@@ -160,6 +166,7 @@ _DISPATCHERS = {
     virgin_curve: ("everett", "virgin"),
     virgin_slope: ("everett", "virgin_slope"),
     friction_trial: ("friction", "trial"),
+    friction_trial_sided: ("friction", "trial_sided"),
     friction_commit: ("friction", "commit"),
     friction_rate: ("friction", "rate"),
     friction_piece: ("friction", "piece"),

@@ -142,8 +142,16 @@ def _unpack_expression(
 @cache
 def packer(structure: Structure, first: int = 0) -> Callable[[Any, Any], None]:
     """Return the kernel ``store(value, vector)`` that writes a NamedTuple of scalars into a vector from `first` on."""
-    lines = [f"vector[{first + i}] = value[{i}]" for i, _ in enumerate(structure[1])]
+    lines = [f"vector[{first + i}] = value{place}" for i, place in enumerate(_places(structure))]
     return _define("store(value, vector)", lines or ["return"], {})
+
+
+def _places(structure: Structure) -> list[str]:
+    """Return how each number of a NamedTuple is reached, such as ``[1][0]``, in the order of the layout."""
+    found: list[str] = []
+    for i, part in enumerate(structure[1]):
+        found += [f"[{i}]{inner}" for inner in _places(part)] if isinstance(part, tuple) else [f"[{i}]"]
+    return found
 
 
 @cache

@@ -20,6 +20,7 @@ from bristle.engine.motion import presliding_distance
 from bristle.engine.part import Part, vector
 from bristle.engine.pieces import Layout, make_rates, make_turn, never_turn
 from bristle.engine.rosenbrock import STAGES, make_step, rosenbrock
+from bristle.engine.screwed import refuse_screw
 from bristle.engine.step_doubling import doubling, make_rest_time
 from bristle.engine.step_length import GIVE_UP, ROUNDING
 
@@ -37,7 +38,7 @@ REFINEMENTS = 4
 SHORTEST_STEP, FIRST_STEP = 1e-13, 1e-6
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class AdaptiveTrace(Trace):
     """What an adaptive run leaves behind: a `Trace`, and how many steps were accepted and rejected."""
 
@@ -116,6 +117,7 @@ def _run(
     max_step: float, x: float, v: float, state: Any, memory: Any,
 ) -> AdaptiveTrace:  # fmt: skip
     """Return one run, its local errors bounded for this tolerance."""
+    refuse_screw(plant, "run_adaptive")
     u = vector(effort)
     body, contact = Part(plant), Part(friction)
     body.state[0], body.state[1] = x, v
@@ -172,7 +174,8 @@ class _Record:
             status = code if happened else status
         return AdaptiveTrace(
             time=self.times[cut], position=self.position[cut], velocity=self.velocity[cut], effort=u[cut],
-            friction=np.diff(self.impulse)[cut] / dt, measured=self.position[cut], command=u[cut], status=status,
+            friction=np.diff(self.impulse)[cut] / dt, measured=self.position[cut], command=u[cut],
+            motor_position=self.position[cut], motor_velocity=self.velocity[cut], status=status,
             steps=int(accepted), rejected=int(rejected),
         )  # fmt: skip
 

@@ -101,8 +101,9 @@ def compiled(
     make : callable
         Returns the plain function.
     signature : str
-        Types of the arguments, one letter each: ``a`` a vector, ``f`` a number, ``i`` an integer; ``C``, ``S``, ``B``,
-        ``K``, ``R``, ``T`` the entries that the factories for control, sensing, bursts, steps, rates, turns return.
+        Types of the arguments, one letter each: ``a`` a vector, ``f`` a number, ``i`` an integer; ``C``, ``S``, ``F``,
+        ``B``, ``K``, ``R`` and ``T`` the entries that the factories for control, sensing, compensation, bursts, steps,
+        rates and turns return.
     parts : tuple of callable
         The functions of the components in it, which the dispatch finds by type.
     interleaved : int
@@ -118,7 +119,10 @@ def compiled(
     return _entries[key]
 
 
-SIGNATURES = {"C": "aaffffff", "S": "aaff", "B": "aaaaafffia", "R": "aaaafa", "T": "aaaaa", "K": "aaaafffiaaaaaaaaaa"}
+SIGNATURES = {
+    "C": "aaffffff", "S": "aaff", "F": "aaaaff", "B": "aaaaafffia", "R": "aaaafa", "T": "aaaaa",
+    "K": "aaaafffiaaaaaaaaaa",
+}  # fmt: skip
 
 
 def _types(signature: str) -> tuple[Any, ...]:

@@ -12,46 +12,57 @@ from __future__ import annotations
 from bristle.core.contracts import FrictionModel
 from bristle.core.errors import InputError, did_you_mean
 from bristle.friction.bouc_wen import MODEL as bouc_wen
+from bristle.friction.bouc_wen_classic import MODEL as bouc_wen_classic
 from bristle.friction.coulomb import MODEL as coulomb
 from bristle.friction.coulomb_viscous import MODEL as coulomb_viscous
 from bristle.friction.dahl import MODEL as dahl
 from bristle.friction.elastoplastic import MODEL as elastoplastic
+from bristle.friction.gap_slider import MODEL as gap_slider
 from bristle.friction.gms import MODEL as gms
 from bristle.friction.leuven import MODEL as leuven
 from bristle.friction.lugre import MODEL as lugre
 from bristle.friction.maxwell_slip import MODEL as maxwell_slip
+from bristle.friction.maxwell_stribeck import MODEL as maxwell_stribeck
+from bristle.friction.preisach_contact import MODEL as preisach_contact
 from bristle.friction.preisach_lugre import MODEL as preisach_lugre
 from bristle.friction.presliding import is_static, with_presliding
 from bristle.friction.reformed_dahl import MODEL as reformed_dahl
-from bristle.friction.slots import SLOTS, SlottedModel, slotted
+from bristle.friction.slots import SLOTS, SlottedModel, base_of, slotted, unvaried
 from bristle.friction.stribeck import MODEL as stribeck
+from bristle.friction.variation import varied
 from bristle.friction.viscous import MODEL as viscous
 
 MODELS: dict[str, FrictionModel] = {
     model.name: model
     for model in (
-        coulomb, viscous, coulomb_viscous, stribeck, dahl, reformed_dahl, bouc_wen, lugre, elastoplastic, maxwell_slip,
-        gms, preisach_lugre, leuven,
+        coulomb, viscous, coulomb_viscous, stribeck, dahl, reformed_dahl, bouc_wen, bouc_wen_classic, lugre,
+        elastoplastic, maxwell_slip, maxwell_stribeck, gms, gap_slider, preisach_contact, preisach_lugre, leuven,
     )
 }  # fmt: skip
 
 __all__ = [
     "MODELS",
+    "base_of",
     "bouc_wen",
+    "bouc_wen_classic",
     "coulomb",
     "coulomb_viscous",
     "dahl",
     "elastoplastic",
     "find",
+    "gap_slider",
     "gms",
     "is_static",
     "leuven",
     "lugre",
     "maxwell_slip",
+    "maxwell_stribeck",
+    "preisach_contact",
     "preisach_lugre",
     "reformed_dahl",
     "slotted",
     "stribeck",
+    "unvaried",
     "viscous",
     "with_presliding",
     "with_slots",
@@ -89,4 +100,4 @@ def with_slots(model: FrictionModel, slots: list[str], path: str = "friction.mod
     for slot in slots:
         if slot not in SLOTS:
             raise InputError("no such slot", path=path, value=f"+{slot}", allowed=", ".join(f"+{one}" for one in SLOTS))
-    return slotted(model, asymmetry="asymmetry" in slots)
+    return slotted(varied(model, slots), asymmetry="asymmetry" in slots)

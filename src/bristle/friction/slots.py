@@ -1,7 +1,8 @@
 r"""Slots: what any friction model can be given besides its own parameters.
 
-``+asymmetry`` lets the directional parameters of a model differ between the directions of motion (``F_C`` becomes
-``F_C_pos`` and ``F_C_neg``), and every model takes a constant ``offset``:
+``+position``, ``+periodic``, ``+load`` and ``+temperature`` let it vary (`bristle.friction.variation`). ``+asymmetry``
+lets the directional parameters of a model differ between the directions of motion (``F_C`` becomes ``F_C_pos`` and
+``F_C_neg``), and every model takes a constant ``offset``:
 
 .. math:: F = F_\pm(v, \dots) + F_\text{offset}
 
@@ -17,7 +18,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, NamedTuple
 
-from bristle.core.contracts import FrictionModel, Relation
+from bristle.core.contracts import FrictionModel, Model, Relation
 from bristle.core.dispatch import (
     friction_arrival,
     friction_commit,
@@ -25,20 +26,30 @@ from bristle.core.dispatch import (
     friction_piece,
     friction_rate,
     friction_trial,
+    friction_trial_sided,
 )
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import direction
 from bristle.core.variable import Variable
+from bristle.friction.variation import VARIATIONS, Place, Varied
 
-__all__ = ["OFFSET", "SLOTS", "Slotted", "SlottedModel", "slotted"]
+__all__ = ["OFFSET", "SLOTS", "Slotted", "SlottedModel", "base_of", "slotted", "unvaried"]
 
-SLOTS = ("asymmetry",)
+SLOTS = (*VARIATIONS, "asymmetry")
 OFFSET = Variable("force", "constant part of the friction force (gravity, bias)", excitation="sliding")
 
 
 class Slotted(NamedTuple):
     """Parameters of a model with slots: one set for each direction, and the offset."""
+
+    forward: Any
+    backward: Any
+    offset: float
+
+
+class Sided(NamedTuple):
+    """The same of a model that depends on the side that the contact leans to."""
 
     forward: Any
     backward: Any
@@ -59,6 +70,13 @@ def trial(state, memory, motion, dt, p):
     q = p.forward if side > 0.0 else p.backward
     force, move = friction_trial(state, memory, motion, dt, q)
     return force + p.offset, SlottedMove(move, side)
+
+
+@kernel
+def trial_sided(state, memory, motion, dt, p):
+    """Return the mean force [N or N*m] of a model that knows both sides, plus the offset."""
+    force, move = friction_trial_sided(state, memory, motion, dt, p.backward, p.forward)
+    return force + p.offset, SlottedMove(move, direction(motion.v))
 
 
 @kernel
@@ -125,13 +143,13 @@ class SlottedModel(FrictionModel):
         """Return whether this parameter is a whole number."""
         return name in self.inner.variables and self.inner.is_integer(name)
 
-    def assemble(self, values: Mapping[str, Any]) -> Slotted:
+    def assemble(self, values: Mapping[str, Any]) -> Any:
         """Return both sides and the offset from the values that a person sets."""
         forward = {name: values[self._keys(name)[0]] for name in self.inner.variables}
         backward = {name: values[self._keys(name)[-1]] for name in self.inner.variables}
-        return Slotted(self.inner.assemble(forward), self.inner.assemble(backward), values["offset"])
+        return self.Parameters(self.inner.assemble(forward), self.inner.assemble(backward), values["offset"])
 
-    def values(self, parameters: Slotted) -> dict[str, Any]:
+    def values(self, parameters: Any) -> dict[str, Any]:
         """Return the values that a person sets from both sides and the offset."""
         forward, backward = self.inner.values(parameters.forward), self.inner.values(parameters.backward)
         found = {}
@@ -148,26 +166,47 @@ class SlottedModel(FrictionModel):
         return (name,)
 
 
+def base_of(component: FrictionModel) -> FrictionModel:
+    """Return the model inside all slots."""
+    found: Any = component
+    while hasattr(found, "inner"):
+        found = found.inner
+    return found
+
+
+def unvaried(friction: Model) -> Model:
+    """Return a friction model in which nothing varies: as it is in the middle, at nominal load and temperature."""
+    p = friction.parameters
+    if not isinstance(p, Slotted) or not isinstance(p.forward, Varied):
+        return friction
+    still = p._replace(forward=p.forward._replace(place=Place()), backward=p.backward._replace(place=Place()))
+    return Model(friction.component, still, friction.kind)
+
+
 _SIDES = {"_pos": ", moving forward", "_neg": ", moving backward"}
 
 
 @cache
 def slotted(model: FrictionModel, *, asymmetry: bool) -> SlottedModel:
     """Return `model` with an offset and, where asked for, parameters of its own for each direction."""
+    sided = asymmetry and model.trial_sided is not None
+    first = model.start
     return SlottedModel(
         name=model.name + "+asymmetry" * asymmetry,
         description=model.description + ", by direction" * asymmetry,
-        Parameters=Slotted,
+        Parameters=Sided if sided else Slotted,
         State=model.State,
-        trial=trial,
+        trial=trial_sided if sided else trial,
         commit=commit,
-        rate=rate if model.rate else None,
+        rate=rate if model.rate and not sided else None,
         piece=piece if model.piece else None,
         flow=flow if model.flow else None,
         arrival=arrival if model.arrival else None,
+        start=None if first is None else lambda place, p: first(place, p.backward, p.forward),
         memory_size=lambda p: model.memory_size(p.forward),
         reference=model.reference,
         relations=tuple(_on_both_sides(relation) for relation in model.relations),
+        redundancies=model.redundancies,
         linear=model.linear,
         module=model.module,
         example=_slotted_example(model, asymmetry),

@@ -8,7 +8,7 @@ involved, and the controller that was running does not matter.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
 from typing import Any
@@ -18,42 +18,53 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel
 from bristle.core.errors import InputError
-from bristle.friction import find
-from bristle.identification.asked import Known, known_of, models_of, refuse_reversed_effort, unknowns_of
+from bristle.friction import base_of, find, maxwell_slip
+from bristle.friction.slots import SlottedModel
+from bristle.identification.asked import Known, freed, known_of, models_of, refuse_reversed_effort, unknowns_of
+from bristle.identification.elements import Elements
 from bristle.identification.findings import fit_of
-from bristle.identification.given import log_and_axis, treatment_of, whole_number
+from bristle.identification.given import logs_and_axes, treatment_of, whole_number
 from bristle.identification.held_out import held_out_error
+from bristle.identification.output_error import OutputError, held_out_position, one_period, refined
+from bristle.identification.places import pitch_in
 from bristle.identification.problem import Problem
 from bristle.identification.ranking import ranked
 from bristle.identification.regression import Regression
-from bristle.identification.result import Fit, Identification
+from bristle.identification.repetition import about_repetition
+from bristle.identification.result import Fit, HeldOut, Identification
 from bristle.identification.search import Search
-from bristle.identification.solution import solve_linear
-from bristle.identification.treatment import treat
+from bristle.identification.several import treat_all
+from bristle.identification.shaped import in_lists, shaped
+from bristle.identification.solution import Solution, solve_linear
 from bristle.identification.unknowns import Scales, scales_of
 from bristle.logs.log import Log
+from bristle.simulation.result import relative_error_percent
 
 __all__ = ["identify"]
+
+LEAST_LEVEL = 0.01  # of the effort: a Coulomb force that says nothing of the magnitude of friction
 
 Progress = Callable[[float, str], None]
 
 
 def identify(
-    log: Log | str | PathLike[str], model: Any = "coulomb_viscous", *, axis: Axis | str | PathLike[str] | None = None,
+    log: Log | str | PathLike[str] | Sequence[Log | str | PathLike[str]], model: Any = "coulomb_viscous", *,
+    axis: Axis | str | PathLike[str] | Sequence[Axis | str | PathLike[str]] | None = None,
     cutoff: float | str | None = None, decimation: int | None = None, blocks: int = 5,
-    offset: float | str | None = None, mass: float | str | None = None,
+    offset: float | str | None = None, mass: float | str | None = None, free: str | Sequence[str] = (),
     progress: Progress | None = None,
 ) -> Identification:  # fmt: skip
     """Identify one friction model or several from a log, with the inertia, and rank them.
 
     Parameters
     ----------
-    log : Log or path-like
-        Position and effort, or the file that holds them.
+    log : Log or path-like, or list of either
+        Position and effort, or the file that holds them. Of several logs, each is held out in turn.
     model : str, FrictionModel, or list of either
         ``"lugre"``, ``"coulomb_viscous,stribeck+asymmetry"``, a model of your own.
-    axis : Axis or path-like, optional
-        What is known, or the file that says it: mass, offset, encoder resolution, cut-off and decimation.
+    axis : Axis or path-like, or list of either, optional
+        One for all logs, or one for each. What is known, or the file that says it: mass, offset, encoder resolution,
+        cut-off and decimation.
     cutoff : float or str, optional
         Cut-off of the zero-phase filter [Hz], or text such as ``"100 Hz"``; a tenth of the sampling frequency by
         default.
@@ -65,6 +76,9 @@ def identify(
         Constant part of the force [N or N*m] if known, or text with a unit; the axis decides where it is not given.
     mass : float or str, optional
         Moving mass [kg] or inertia [kg*m^2] if known, or text with a unit; the axis decides where it is not given.
+    free : str or sequence of str
+        Shapes that are identified too, instead of being kept at their default: ``"exponent"`` of the Dahl model;
+        several separated by commas.
     progress : callable, optional
         Called with the share of the work done and what is being done.
 
@@ -83,24 +97,30 @@ def identify(
     .. [1] A. Janot, P.-O. Vandanjon, M. Gautier, "A generic instrumental variable approach for industrial robot
        identification", IEEE Transactions on Control Systems Technology 22(1), 2014. doi:10.1109/TCST.2013.2246163
     """
-    log, axis = log_and_axis(log, axis)
+    given = logs_and_axes(log, axis)
+    logs, axes = [log for log, _ in given], [axis for _, axis in given]
     components = models_of(model)
     blocks = whole_number(blocks, "blocks", "0, or 2 and more")
     if blocks < 0 or blocks == 1:
         raise InputError("out of range", path="blocks", value=blocks, allowed="0, or 2 and more")
-    if log.effort is None:
-        raise InputError("has no effort, which inverse dynamics needs", path="log",
-                         mend="Name the column of force, torque or current in the axis file")  # fmt: skip
-    known = known_of(axis, mass, offset, log.kind)
-    regression = treat(log, axis, *treatment_of(cutoff, decimation, log.kind))
-    workbench = _Workbench.of(regression, known)
+    for one in logs:
+        if one.effort is None:
+            raise InputError("has no effort, which inverse dynamics needs", path=f"log {one.source.name}".strip(),
+                             mend="Name the column of force, torque or current in the axis file")  # fmt: skip
+    kind = logs[0].kind
+    known = replace(known_of(axes[0], mass, offset, kind), free=freed(free, components))
+    by_output = any(axis is not None and axis.method == "output_error" for axis in axes)
+    treated = [one_period(log, axis) for log, axis in zip(logs, axes, strict=True)] if by_output else logs
+    regression = treat_all(treated, axes, *treatment_of(cutoff, decimation, kind))
+    workbench = _Workbench.of(regression, known, tuple(zip(logs, axes, strict=True)) if by_output else ())
     fits = []
     for number, component in enumerate(components):
         report = _share(progress, number, len(components), component.name)
         fits.append(workbench.fit(component, blocks, report))
     return Identification(
         fits=tuple(replace(fit, rank=rank) for rank, fit in enumerate(ranked(fits), 1)),
-        log=log,
+        log=logs[0],
+        further_logs=tuple(logs[1:]),
         treatment={
             "cutoff": regression.cutoff,
             "decimation": float(regression.decimation),
@@ -136,22 +156,34 @@ class _Workbench:
     known: Known
     sliding: dict[str, float]
     scales: Scales
+    simulated: tuple[tuple[Log, Axis | None], ...] = ()
 
     @classmethod
-    def of(cls, regression: Regression, known: Known) -> _Workbench:
+    def of(
+        cls, regression: Regression, known: Known, simulated: tuple[tuple[Log, Axis | None], ...] = ()
+    ) -> _Workbench:
         """Fit Coulomb and viscous friction first: it checks the sign of the effort and sets the scale of all else."""
         effort = float(np.sqrt(np.mean(regression.effort**2)))
         if effort == 0.0:
             raise InputError("is zero throughout", path="log.effort", mend="Check which column holds the effort")
         # A mass that is known must not hide that the effort pushes the other way.
-        refuse_reversed_effort(regression, _unbounded(regression, Known(None, None)))
+        refuse_reversed_effort(regression, _unbounded(regression, Known(plant=known.plant)))
         unknowns = unknowns_of(find("coulomb_viscous"), known, regression)
         bounded = unknowns.complete(solve_linear(Problem(regression, unknowns)).values)
-        return cls(regression, known, bounded, scales_of(regression, max(bounded["F_C"], 0.01 * effort)))
+        if bounded["F_C"] <= LEAST_LEVEL * effort:
+            # Pre-sliding over much of the stroke looks viscous: its level is that of all friction.
+            friction = bounded["F_v"] * regression.velocity + bounded["F_C"] * np.sign(regression.velocity)
+            bounded["F_C"] = max(float(np.sqrt(np.mean(friction**2))), bounded["F_C"])
+        return cls(regression, known, bounded, scales_of(regression, max(bounded["F_C"], 0.01 * effort)), simulated)
 
     def fit(self, component: FrictionModel, blocks: int, report: Callable[[float], None]) -> Fit:
         """Fit one model."""
         report(0.0)
+        if "pitch" in component.variables and self.known.pitch is None:
+            known = replace(self.known, pitch=self._pitch())
+            return replace(self, known=known).fit(component, blocks, report)
+        if isinstance(component, SlottedModel) and base_of(component) is maxwell_slip:
+            return self._fit_elements(component, blocks, report)
         problem = Problem(self.regression, unknowns_of(component, self.known, self.regression))
         if component.linear and not component.relations:
             solution = solve_linear(problem)
@@ -160,14 +192,67 @@ class _Workbench:
                 return solve_linear(problem, rows)
         else:
             search = Search(problem, self.scales, self.sliding)
-            solution = search.solve(lambda share: report(0.6 * share))
+            solution = search.solve(lambda share: report((0.2 if self.simulated else 0.6) * share))
 
             def on_rows(rows: np.ndarray):
                 return search.refit(solution.values, rows)
 
+        if self.simulated:
+            return self._by_output(problem, solution, blocks, report)
+
+        def predicted(rows: np.ndarray) -> np.ndarray:
+            return problem.predicted(problem.unknowns.complete(on_rows(rows).values))
+
         held_out = None
         if blocks:
-            held_out = held_out_error(problem, on_rows, blocks, lambda share: report(0.6 + 0.4 * share))
+            held_out = held_out_error(self.regression, predicted, blocks, lambda share: report(0.6 + 0.4 * share))
         fit = fit_of(problem, solution, self.scales)
         report(1.0)
-        return replace(fit, held_out=held_out)
+        return self._finished(fit, held_out)
+
+    def _by_output(self, problem: Problem, start: Solution, blocks: int, report: Callable[[float], None]) -> Fit:
+        """Fit one model to the position, from where inverse dynamics ended."""
+        logs, axes = [log for log, _ in self.simulated], [axis for _, axis in self.simulated]
+        solution, fine, coarse = refined(
+            problem, start, logs, axes, self.scales, self.sliding, lambda share: report(0.2 + 0.6 * share)
+        )
+        assert isinstance(fine.problem, OutputError)
+        measured, residual = fine.problem.measured, fine.problem.residual(solution.values)
+        fit = replace(
+            fit_of(problem, solution, self.scales, residual),
+            position_error_percent=relative_error_percent(measured, measured - residual),
+            position_rmse=float(np.sqrt(np.mean(residual**2))),
+            held_out=held_out_position(coarse, solution.values, blocks) if blocks else None,
+        )
+        report(1.0)
+        return fit
+
+    def _fit_elements(self, component: SlottedModel, blocks: int, report: Callable[[float], None]) -> Fit:
+        """Fit elements that slip: their shape comes with the solution."""
+        prototype = shaped(component, np.ones(1), np.ones(1))
+        elements = Elements(self.regression, component, unknowns_of(prototype, self.known, self.regression))
+
+        def predicted(rows: np.ndarray) -> np.ndarray:
+            there, best = elements.solution(rows)
+            return there.predicted(there.unknowns.complete(best.values))
+
+        problem, solution = elements.solution()
+        report(0.5)
+        held_out = None
+        if blocks:
+            held_out = held_out_error(self.regression, predicted, blocks, lambda share: report(0.5 + 0.5 * share))
+        fit = fit_of(problem, solution, self.scales)
+        report(1.0)
+        friction = in_lists(fit.friction)
+        # Level and stiffness count among the parameters.
+        further = max(len(friction.values["k_i"]) - 2, 0)
+        return self._finished(replace(fit, friction=friction, further=further), held_out)
+
+    def _finished(self, fit: Fit, held_out: HeldOut | None) -> Fit:
+        repeated = about_repetition(self.regression) if held_out and held_out.of == "time blocks" else ()
+        return replace(fit, held_out=held_out, warnings=(*fit.warnings, *repeated))
+
+    def _pitch(self) -> float:
+        """Return the pitch of the screw, found in what Coulomb and viscous friction leave."""
+        problem = Problem(self.regression, unknowns_of(find("coulomb_viscous"), self.known, self.regression))
+        return pitch_in(problem, self.sliding)

@@ -10,10 +10,12 @@ from functools import cached_property
 import numpy as np
 
 from bristle.core.contracts import Model
+from bristle.core.errors import InputError
 from bristle.core.variable import Kind
 from bristle.engine import force_along
+from bristle.identification.starts import starting_state
 
-__all__ = ["Regression", "Stretch", "low_passed"]
+__all__ = ["Regression", "Stretch", "low_passed", "mechanical"]
 
 REST_IN_ROW = 0.01  # weight of samples at rest that a row may contain
 REACH = 10  # rows on either side that the decimating filter takes in
@@ -27,6 +29,15 @@ def low_passed(signal: np.ndarray, cutoff: float, sample_time: float) -> np.ndar
     return sosfiltfilt(butter(4, cutoff, fs=1.0 / sample_time, output="sos"), signal)
 
 
+def mechanical(plant: Model, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+    """Return the effort [N or N*m] that a plant takes along a motion, friction apart, shape (sample,)."""
+    inverse = plant.component.inverse
+    if inverse is None:
+        raise InputError("has no inverse: it cannot be identified from a motion", path="plant", value=plant.name,
+                         allowed="inertia, oscillator")  # fmt: skip
+    return inverse(x, v, a, plant.parameters)
+
+
 @dataclass(frozen=True)
 class Stretch:
     """A stretch of the log without gaps, at the rate of the log, filtered.
@@ -34,7 +45,8 @@ class Stretch:
     Each array has shape (sample,): time [s], position [m or rad], velocity, acceleration, effort [N or N*m].
     Position and effort have passed one and the same filter.
     A velocity of +0.0 or -0.0 stands for rest after a motion forward or backward. The edges are still there: a model
-    with a memory runs in over them.
+    with a memory runs in over them. `log` counts the logs that a regression was made of. A model with a memory has been
+    through the samples of `first_cycle` before: the motion repeats.
     """
 
     time: np.ndarray
@@ -42,6 +54,30 @@ class Stretch:
     velocity: np.ndarray
     acceleration: np.ndarray
     effort: np.ndarray
+    log: int = 0
+    load: np.ndarray | None = None
+    temperature: np.ndarray | None = None
+    first_cycle: int = 0
+
+    @property
+    def surroundings(self) -> dict[str, np.ndarray]:
+        """Load over its nominal value and temperature [K], as far as they were recorded."""
+        found = {"load": self.load, "temperature": self.temperature}
+        return {name: values for name, values in found.items() if values is not None}
+
+    def answer(self, friction: Model, dt: float, plant: Model | None = None) -> np.ndarray:
+        """Return the force of a friction model along the stretch, after its first cycle where that is known.
+
+        Where the state of the contact before the log matters, it is the one that fits the effort best beside `plant`.
+        """
+        # The velocity at a sample is the mean over the step around it, which ends half a step later.
+        signals = {"v": self.velocity, "x": self.position + 0.5 * dt * self.velocity} | self.surroundings
+        before = {name: np.concatenate([values[: self.first_cycle], values]) for name, values in signals.items()}
+        state = None
+        if plant is not None and friction.component.start is not None:
+            wanted = self.effort - mechanical(plant, self.position, self.velocity, self.acceleration)
+            state = starting_state(friction, signals, dt, wanted)
+        return force_along(friction, dt=dt, state=state, **before)[self.first_cycle :]
 
 
 @dataclass(frozen=True)
@@ -68,6 +104,8 @@ class Regression:
         Samples dropped at each edge of each stretch.
     held : bool or None
         Whether the recorded effort acts until the next sample; None where nobody said so.
+    keeps_rests : bool
+        Whether rows at rest are kept.
     """
 
     stretches: tuple[Stretch, ...]
@@ -79,29 +117,29 @@ class Regression:
     decimation: int
     dropped: int
     held: bool | None = None
+    keeps_rests: bool = False
 
     def rows_of(self, parts: Sequence[np.ndarray]) -> np.ndarray:
         """Return the rows of a signal, which is given along each whole stretch, shape (row,)."""
         return self._thinned(parts)[self._in_motion]
 
     def explained(self, plant: Model, friction: Model) -> list[np.ndarray]:
-        """Return the effort that inertia and friction take along each stretch [N or N*m]."""
-        mass = plant.values["M"]
+        """Return the effort that plant and friction take along each stretch [N or N*m]."""
         return [
-            mass * stretch.acceleration + force
-            for stretch, force in zip(self.stretches, self.friction_along(friction), strict=True)
+            mechanical(plant, stretch.position, stretch.velocity, stretch.acceleration) + force
+            for stretch, force in zip(self.stretches, self.friction_along(friction, plant), strict=True)
         ]
 
-    def friction_along(self, friction: Model) -> list[np.ndarray]:
-        """Return the friction force along each stretch [N or N*m], filtered as the effort is."""
+    def friction_along(self, friction: Model, plant: Model | None = None) -> list[np.ndarray]:
+        """Return the friction force along each stretch [N or N*m], filtered as the effort is.
+
+        Where the state of the contact before the log matters, it is the one that fits the effort best beside `plant`.
+        """
         dt = self.sample_time
-        # The velocity at a sample is the mean over the step around it, which ends half a step later.
-        return [
-            self._filtered(force_along(friction, one.velocity, dt, one.position + 0.5 * dt * one.velocity))
-            for one in self.stretches
-        ]
+        return [self.filtered(one.answer(friction, dt, plant)) for one in self.stretches]
 
-    def _filtered(self, part: np.ndarray) -> np.ndarray:
+    def filtered(self, part: np.ndarray) -> np.ndarray:
+        """Return a signal along a stretch behind the filter that effort and position have passed."""
         return low_passed(part, self.cutoff, self.sample_time)
 
     def without_edges(self, part: np.ndarray) -> np.ndarray:
@@ -120,7 +158,9 @@ class Regression:
 
     @cached_property
     def _in_motion(self) -> np.ndarray:
-        rests = [self._filtered((stretch.velocity == 0.0).astype(float)) for stretch in self.stretches]
+        if self.keeps_rests:
+            return np.ones(self._thinned([one.time for one in self.stretches]).size, dtype=bool)
+        rests = [self.filtered((stretch.velocity == 0.0).astype(float)) for stretch in self.stretches]
         return np.abs(self._thinned(rests)) < REST_IN_ROW
 
     @cached_property
@@ -138,9 +178,9 @@ class Regression:
     @cached_property
     def time(self) -> np.ndarray:
         """Time of each row [s]."""
-        return self._sampled([stretch.time for stretch in self.stretches])
+        return self.sampled([stretch.time for stretch in self.stretches])
 
-    def _sampled(self, parts: Sequence[np.ndarray]) -> np.ndarray:
+    def sampled(self, parts: Sequence[np.ndarray]) -> np.ndarray:
         """Return the values of a signal at the rows, not mixed with those between."""
         return np.concatenate([self.without_edges(part)[:: self.decimation] for part in parts])[self._in_motion]
 
@@ -153,7 +193,17 @@ class Regression:
             sample = np.arange(stretch.velocity.size)
             after = np.searchsorted(turns, sample)
             found.append(np.minimum(sample - turns[after - 1], turns[after] - sample))
-        return self._sampled(found)
+        return self.sampled(found)
+
+    @cached_property
+    def log_of_row(self) -> np.ndarray:
+        """Which log each row is from."""
+        return self.sampled([np.full(stretch.time.size, stretch.log) for stretch in self.stretches])
+
+    @cached_property
+    def position(self) -> np.ndarray:
+        """Position of each row [m or rad]."""
+        return self.rows_of([stretch.position for stretch in self.stretches])
 
     @cached_property
     def velocity(self) -> np.ndarray:
