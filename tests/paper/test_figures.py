@@ -1,12 +1,15 @@
 """What the figures of the source paper show here, and that a reader can read them."""
 
+import re
+
 import numpy as np
 import pytest
 from tests.figures.test_figures import assert_legible
+from tests.figures.test_figures import test_lines_with_a_name_differ_without_colour as lines_differ_without_colour
 
 from bristle.paper import FIGURES
 
-PANELS_WITHOUT_AXES = {7}
+WITHOUT_AXES, WITHOUT_UNIT = {7}, {"Branches measured"}
 
 
 def drawings(one):
@@ -14,11 +17,14 @@ def drawings(one):
 
 
 @pytest.mark.parametrize("number", FIGURES)
-def test_every_figure_is_legible_and_its_axes_have_units(number, paper):
+def test_every_figure_is_legible_in_grey_too_and_its_axes_have_units(number, paper):
     for figure in drawings(paper[number]):
         assert_legible(figure)
-        for axes in figure.axes if number not in PANELS_WITHOUT_AXES else ():
-            assert "[" in axes.get_xlabel() or axes.get_xlabel() == "Branches measured"
+        lines_differ_without_colour(figure)
+        for axes in figure.axes if number not in WITHOUT_AXES else ():
+            assert axes.get_ylabel() or not any(tick.label1.get_visible() for tick in axes.yaxis.get_major_ticks())
+            for label in (axes.get_xlabel(), axes.get_ylabel()):
+                assert not label or label in WITHOUT_UNIT or re.search(r"\[[^\]]+\]$", label), label
 
 
 @pytest.mark.parametrize("number", FIGURES)
