@@ -22,12 +22,14 @@ if TYPE_CHECKING:
     from bristle.files import read_axis, read_experiment, read_model
     from bristle.identification import identify, predict
     from bristle.logs import read_log
+    from bristle.loop_design import design
     from bristle.simulation import simulate
 
 __version__ = "0.1.0"
 
 _FROM = {
     "check": "bristle.certificates",
+    "design": "bristle.loop_design",
     "response": "bristle.engine",
     "read_axis": "bristle.files",
     "read_experiment": "bristle.files",
@@ -43,6 +45,7 @@ __all__ = [
     "__version__",
     "check",
     "controllers",
+    "design",
     "engine",
     "friction",
     "hysteresis",

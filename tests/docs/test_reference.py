@@ -71,6 +71,7 @@ RUNS = {
     "predict": "predict results/model.toml log.csv --axis axis.toml --mode closed-loop",
     "run": "run experiment.toml",
     "paper": "paper --figure 4",
+    "design": "design experiment.toml",
     "check": "check quadratic_drag.py",
     "models": "models lugre",
     "log": "log log.csv --axis axis.toml",

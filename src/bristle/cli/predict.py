@@ -25,7 +25,12 @@ EXAMPLE = """Example:
 def predict(
     context: typer.Context,
     model: Annotated[Path, typer.Argument(metavar="MODEL.toml", help="A model file, as identify writes it.")],
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="A log: CSV, MAT or TDMS.")],
+    log: Annotated[
+        Path,
+        typer.Argument(
+            metavar="LOG", help="A log: CSV, MAT, TDMS, Parquet, HDF5 or NPZ; FILE::TABLE names a table in it."
+        ),
+    ],
     axis: AxisFile = None,
     mode: Annotated[str, typer.Option("--mode", metavar="MODE", help="inverse, closed-loop or open-loop.")] = "inverse",
     out: Out = None,

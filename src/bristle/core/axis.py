@@ -59,12 +59,18 @@ class Axis:
         Channel (``time``, ``position``, ``velocity``, ``effort``, ``reference``) to the column of the log.
     injected : tuple of Injected
         Known inputs of the loop.
+    table : str or None
+        Table, group or array of the log file, where it holds several.
     sample_time : float or None
         Sample time of the log where it has no column of time [s].
     delay : float
         By how much the effort column lags the position column [s].
     mass : float or None
         Moving mass [kg] or inertia [kg*m^2], where known.
+    plant : str
+        What the friction acts on: ``inertia``, or ``oscillator``, which has a spring and a damper to the ground.
+    stiffness, damping : float or None
+        Of the oscillator, where known [N/m, N*s/m or N*m/rad, N*m*s/rad].
     offset : float or "identify"
         Constant part of the friction force (gravity, bias).
     resolution : float or None
@@ -74,6 +80,12 @@ class Axis:
     held : bool or None
         Whether each value of the effort acts until the next sample, as of a sampled controller; None where nobody
         said so, which counts as no.
+    hold : {"zero", "linear", "band_limited"} or None
+        What the effort does between its samples where its motion is simulated; None counts as held.
+    periodic : bool or None
+        Whether each log is a whole number of periods of a motion that repeats; None where the log is to tell.
+    at_rest : bool
+        Whether each log begins at rest and relaxed, or, where it is periodic, has run in from there.
     velocity_limit : float or None
         Largest velocity [m/s or rad/s].
     stroke : tuple of float or None
@@ -87,22 +99,33 @@ class Axis:
         Cut-off of the zero-phase filter of the identification [Hz].
     decimation : int or None
         Of how many filtered samples the identification keeps one.
+    method : {"inverse_dynamics", "output_error"}
+        What an identification makes small: the error of the effort along the measured motion, or, from there on, the
+        error of the position that the measured effort makes of the model.
     """
 
     name: str = "axis"
     kind: Kind = "translational"
     columns: Mapping[str, Column] = field(default_factory=dict)
     injected: tuple[Injected, ...] = ()
+    table: str | None = None
     sample_time: float | None = None
     delay: float = 0.0
     mass: float | None = None
+    plant: str = "inertia"
+    stiffness: float | None = None
+    damping: float | None = None
     offset: float | str = "identify"
     resolution: float | None = None
     effort_limit: float | None = None
     held: bool | None = None
+    hold: str | None = None
+    periodic: bool | None = None
+    at_rest: bool = False
     velocity_limit: float | None = None
     stroke: tuple[float, float] | None = None
     controller: Any = None
     presliding: float | None = None
     cutoff: float | None = None
     decimation: int | None = None
+    method: str = "inverse_dynamics"

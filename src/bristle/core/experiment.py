@@ -113,7 +113,8 @@ class Variant:
     """One loop: the mechanism, what controls it, what it is asked to follow.
 
     `disturbance` is a force against the motion that no model explains, such as the residual of an identification,
-    shape (sample,) [N or N*m].
+    shape (sample,) [N or N*m]. Of a plant with a screw, `friction` acts on the motor and `table` on its table, in N
+    and m; `sensor_at` tells which of both the sensor reads.
     """
 
     name: str
@@ -125,6 +126,8 @@ class Variant:
     feedforward: Feedforward
     run: Run
     disturbance: np.ndarray | None = None
+    table: Model | None = None
+    sensor_at: str = "load"
 
 
 @dataclass(frozen=True)

@@ -32,10 +32,16 @@ UNITS: dict[str, tuple[str, str]] = {
     "length^0.5/time^1.5": ("m^0.5/s^1.5", "rad^0.5/s^1.5"),
     "force": ("N", "N*m"),
     "force/length": ("N/m", "N*m/rad"),
+    "1/length": ("1/m", "1/rad"),
     "length/force": ("m/N", "rad/(N*m)"),
     "force*time/length": ("N*s/m", "N*m*s/rad"),
     "force/time": ("N/s", "N*m/s"),
     "mass": ("kg", "kg*m^2"),
+    # What moves straight, whatever the kind of axis: the table of a ball screw.
+    "travel": ("m", "m"),
+    "mass of travel": ("kg", "kg"),
+    "force of travel/travel": ("N/m", "N/m"),
+    "force of travel*time/travel": ("N*s/m", "N*s/m"),
     "temperature": ("K", "K"),
 }
 
@@ -82,7 +88,7 @@ class Variable:
         Whether it may differ between the directions of motion (the slot ``+asymmetry``).
     excitation : str
         What a log must contain for the quantity to be identified from it: ``"sliding"``, ``"speed"``,
-        ``"stribeck"``, ``"presliding"``, ``"acceleration"`` or empty.
+        ``"stribeck"``, ``"presliding"``, ``"displacement"``, ``"acceleration"`` or empty.
     choices : tuple of str
         Where the quantity is one of several names: what a person writes. Kernels receive its place in this tuple.
     """

@@ -33,7 +33,8 @@ from bristle.engine.efim import Start, advance
 # that a solve may leave [m/s or rad/s], the time constant of the drive [s].
 FORCE, FAILED, SLOPE, FAILED_SO_FAR, ACCELERATION, SLACK, DRIVE_EFFORT, DRIVE_LAG, OUT_SIZE = 0, 1, 2, 3, 4, 5, 6, 7, 8
 # Rows of the flat history of a closed loop.
-POSITION, VELOCITY, MEASURED, COMMAND, EFFORT, FRICTION, FED, ROWS = 0, 1, 2, 3, 4, 5, 6, 7
+POSITION, VELOCITY, MEASURED, COMMAND, EFFORT, FRICTION = 0, 1, 2, 3, 4, 5
+MOTOR_POSITION, MOTOR_VELOCITY, FED, ROWS = 6, 7, 8, 9
 # Beyond this magnitude of position plus velocity a simulation has left the numbers worth following.
 BOUND = 1e100
 
@@ -215,43 +216,54 @@ def make_sense(parameters: Structure, state: Structure) -> Callable[..., Any]:
     return sense
 
 
-def open_loop(burst, q, plant, p, state, memory, effort, effort_end, dt, steps, x, v, force, out):
+def open_loop(burst, q, plant, p, state, memory, load, effort, effort_end, dt, steps, history, out):
     """Drive a plant by a recorded effort; return the number of samples that stayed finite.
 
-    ``x``, ``v`` [k] are those at the instant of sample k, ``force`` [k] is the mean friction force until the next.
+    `load` begins with position and velocity of what the axis moves: `plant` itself, where that is one mass. `history`
+    is as in `closed_loop`, without what a controller measures and commands.
     """
-    for k in range(effort.size):
-        x[k], v[k] = plant[0], plant[1]
+    count = effort.size
+    for k in range(count):
+        record(history, count, k, load, plant)
+        history[EFFORT * count + k] = effort[k]
         burst(q, plant, p, state, memory, effort[k], effort_end[k], dt, steps, out)
-        force[k] = out[FORCE]
+        history[FRICTION * count + k] = out[FORCE]
         out[FAILED_SO_FAR] += out[FAILED]
         if not abs(plant[0]) + abs(plant[1]) < BOUND:
             return k + 1
-    return effort.size
+    return count
+
+
+@kernel
+def record(history, count, k, load, plant):
+    """Write where load and motor are at sample `k`."""
+    history[POSITION * count + k], history[VELOCITY * count + k] = load[0], load[1]
+    history[MOTOR_POSITION * count + k], history[MOTOR_VELOCITY * count + k] = plant[0], plant[1]
 
 
 def closed_loop(
     control, c, control_state, compensate, f, f_state, f_memory, shape, sense, m, sense_state,
-    burst, q, plant, p, state, memory,
+    burst, q, plant, p, state, memory, load, seen,
     reference, injected, disturbance, limit, delay, effort_before, dt, steps, history, out,
 ):  # fmt: skip
     """Run a sampled loop; return the number of samples that stayed finite.
 
     `reference` is flat, [position | velocity | acceleration | effort] of all samples; `history` is flat, and receives
-    [x | v | measured | commanded effort | applied effort | mean friction force until the next sample | effort fed
-    forward along the measured motion]. The effort
-    computed at sample k acts from sample ``k + delay`` on, held until the next one; before, `effort_before` acts.
+    [x | v | measured | commanded effort | applied effort | mean friction force until the next sample | x | v of the
+    motor | effort fed forward along the measured motion]. `load` begins with position and velocity of what the axis
+    moves, `seen` with the position that the sensor reads. The effort computed at sample k acts from sample
+    ``k + delay`` on, held until the next one; before, `effort_before` acts.
     """
     count = injected.size
     for k in range(count):
-        measured = sense(m, sense_state, plant[0], dt)
+        measured = sense(m, sense_state, seen[0], dt)
         fed = compensate(f, f_state, f_memory, shape, measured, dt)
         u = control(
             c, control_state, reference[k], reference[count + k], reference[2 * count + k],
             reference[3 * count + k] + fed, measured, dt,
         )  # fmt: skip
         command = max(-limit, min(limit, u + injected[k]))
-        history[POSITION * count + k], history[VELOCITY * count + k] = plant[0], plant[1]
+        record(history, count, k, load, plant)
         history[MEASURED * count + k], history[COMMAND * count + k] = measured, command
         applied = history[COMMAND * count + k - delay] if k >= delay else effort_before
         history[EFFORT * count + k], history[FED * count + k] = applied, fed

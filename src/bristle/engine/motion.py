@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -101,6 +102,7 @@ def conditioned(model: Model, amplitude: float) -> tuple[Any, np.ndarray]:
     return unpacker(part.structures[1])(part.state), memory
 
 
+@lru_cache(maxsize=256)
 def presliding_distance(model: Model) -> float:
     """Return the distance [m or rad] over which a virgin contact, moved slowly, reaches half of its largest force.
 

@@ -4,6 +4,7 @@ Every figure is readable in grey: lines differ in lightness and dashes and marke
 """
 
 from bristle.figures.break_away import break_away
+from bristle.figures.circles import circles
 from bristle.figures.closure import closure
 from bristle.figures.control_effort import control_effort
 from bristle.figures.control_scheme import control_scheme
@@ -11,12 +12,14 @@ from bristle.figures.correlation import correlation
 from bristle.figures.drift import drift
 from bristle.figures.drive_table import drive_table
 from bristle.figures.effort_over_time import effort_over_time
+from bristle.figures.error_budget import error_budget
 from bristle.figures.error_distribution import error_distribution
 from bristle.figures.error_over_count import error_over_count
 from bristle.figures.everett_surface import everett_surface
 from bristle.figures.following_error import following_error, has_completed
 from bristle.figures.friction_over_velocity import friction_over_velocity
 from bristle.figures.loop_family import loop_family
+from bristle.figures.margins import margins
 from bristle.figures.marked_path import marked_path
 from bristle.figures.minor_loops import minor_loops
 from bristle.figures.model_comparison import model_comparison
@@ -33,6 +36,7 @@ from bristle.figures.transition_curves import transition_curves
 
 __all__ = [
     "break_away",
+    "circles",
     "closure",
     "control_effort",
     "control_scheme",
@@ -40,6 +44,7 @@ __all__ = [
     "drift",
     "drive_table",
     "effort_over_time",
+    "error_budget",
     "error_distribution",
     "error_over_count",
     "everett_surface",
@@ -48,6 +53,7 @@ __all__ = [
     "has_completed",
     "inline_svg",
     "loop_family",
+    "margins",
     "marked_path",
     "minor_loops",
     "model_comparison",

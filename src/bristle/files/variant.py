@@ -25,7 +25,9 @@ from bristle.sensors import SENSORS
 
 __all__ = ["SECTIONS", "Tables", "variant_from"]
 
-SECTIONS = ("axis", "plant", "friction", "controller", "sensor", "reference", "run")
+SECTIONS = ("axis", "plant", "friction", "table_friction", "controller", "sensor", "reference", "run")
+
+SIDES = ("load", "motor")
 
 FEEDFORWARD = {
     "mass": Variable("mass", "mass or inertia times the desired acceleration", min=0.0),
@@ -83,12 +85,15 @@ def variant_from(name: str, tables: Tables, sources: Sources) -> Variant:
         )
     identified, friction = sources.friction(tables.content["friction"], kind, tables.path("friction"))
     reference = _reference(tables, axis, kind, sources)
+    plant = _plant(tables, axis, identified, kind)
     return Variant(
         name=name,
-        plant=_plant(tables, axis, identified, kind),
+        plant=plant,
         friction=friction,
+        table=_table_friction(tables, plant, sources),
         controller=_controller(tables, axis, kind),
         sensor=_sensor(tables, axis, kind),
+        sensor_at=_side(tables, plant),
         reference=reference,
         feedforward=_feedforward(tables, kind, sources),
         run=run_from(tables.table("run"), axis, reference, kind, tables.path("run")),
@@ -168,8 +173,30 @@ def _feedforward(tables: Tables, kind: Kind, sources: Sources) -> Feedforward:
     return Feedforward(friction=compensator, along=along, **values)
 
 
+def _table_friction(tables: Tables, plant: Model, sources: Sources) -> Model | None:
+    """Return the friction of the table of a plant with a screw, in N and m whatever the kind of axis."""
+    if "table_friction" not in tables.content:
+        return None
+    path = tables.path("table_friction")
+    if plant.component.screw is None:
+        raise InputError(
+            "needs a plant with a table behind a screw", path=path, value=plant.name, allowed="ball_screw",
+            mend='Write model = "ball_screw" under [plant], or put the friction under [friction]',
+        )  # fmt: skip
+    return sources.friction(tables.content["table_friction"], "translational", path)[1]
+
+
+def _side(tables: Tables, plant: Model) -> str:
+    """Return which side of the screw the sensor reads: that of the motor, unless the file says otherwise."""
+    usual = "motor" if plant.component.screw is not None else "load"
+    side = tables.table("sensor").get("side", usual)
+    if side not in SIDES:
+        raise InputError("no such side", path=f"{tables.path('sensor')}.side", value=side, allowed=" or ".join(SIDES))
+    return side
+
+
 def _sensor(tables: Tables, axis: Axis | None, kind: Kind) -> Model:
-    given = tables.table("sensor")
+    given = {key: value for key, value in tables.table("sensor").items() if key != "side"}
     if not given and axis is not None and axis.resolution is not None:
         given = {"resolution": axis.resolution}
     return model_from(given, SENSORS, kind=kind, path=tables.path("sensor"), default="encoder")

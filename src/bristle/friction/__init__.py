@@ -12,10 +12,12 @@ from __future__ import annotations
 from bristle.core.contracts import FrictionModel
 from bristle.core.errors import InputError, did_you_mean
 from bristle.friction.bouc_wen import MODEL as bouc_wen
+from bristle.friction.bouc_wen_classic import MODEL as bouc_wen_classic
 from bristle.friction.coulomb import MODEL as coulomb
 from bristle.friction.coulomb_viscous import MODEL as coulomb_viscous
 from bristle.friction.dahl import MODEL as dahl
 from bristle.friction.elastoplastic import MODEL as elastoplastic
+from bristle.friction.gap_slider import MODEL as gap_slider
 from bristle.friction.gms import MODEL as gms
 from bristle.friction.leuven import MODEL as leuven
 from bristle.friction.lugre import MODEL as lugre
@@ -32,19 +34,21 @@ from bristle.friction.viscous import MODEL as viscous
 MODELS: dict[str, FrictionModel] = {
     model.name: model
     for model in (
-        coulomb, viscous, coulomb_viscous, stribeck, dahl, reformed_dahl, bouc_wen, lugre, elastoplastic, maxwell_slip,
-        maxwell_stribeck, gms, preisach_contact, preisach_lugre, leuven,
+        coulomb, viscous, coulomb_viscous, stribeck, dahl, reformed_dahl, bouc_wen, bouc_wen_classic, lugre,
+        elastoplastic, maxwell_slip, maxwell_stribeck, gms, gap_slider, preisach_contact, preisach_lugre, leuven,
     )
 }  # fmt: skip
 
 __all__ = [
     "MODELS",
     "bouc_wen",
+    "bouc_wen_classic",
     "coulomb",
     "coulomb_viscous",
     "dahl",
     "elastoplastic",
     "find",
+    "gap_slider",
     "gms",
     "is_static",
     "leuven",

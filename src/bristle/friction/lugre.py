@@ -24,38 +24,28 @@ from bristle.core.contracts import FrictionModel
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import direction, exp, relaxation
 from bristle.core.variable import Variable
+from bristle.friction.quantities import (
+    BristleStiffness,
+    CoulombForceAboveZero,
+    FadingVelocity,
+    MicroDamping,
+    StaticForceAboveZero,
+    StribeckVelocity,
+    ViscousCoefficient,
+)
 from bristle.friction.stribeck import STATIC_ABOVE_COULOMB
 
 
 class Parameters(NamedTuple):
     """Parameters of the LuGre model."""
 
-    F_C: Annotated[
-        float, Variable("force", "Coulomb friction force", min=1e-12, directional=True, excitation="sliding")
-    ]
-    F_S: Annotated[
-        float,
-        Variable("force", "static (break-away) friction force", min=1e-12, directional=True, excitation="stribeck"),
-    ]
-    v_S: Annotated[float, Variable("length/time", "Stribeck velocity", min=1e-9, nominal=1e-2, excitation="stribeck")]
-    sigma_0: Annotated[
-        float, Variable("force/length", "bristle stiffness", min=1e-9, nominal=1e6, excitation="presliding")
-    ]
-    sigma_1: Annotated[
-        float,
-        Variable(
-            "force*time/length",
-            "micro-damping of the bristles",
-            min=0.0,
-            nominal=1e2,
-            excitation="presliding",
-        ),
-    ] = 0.0
-    sigma_2: Annotated[
-        float,
-        Variable("force*time/length", "viscous friction coefficient", min=0.0, directional=True, excitation="speed"),
-    ] = 0.0
-    v_d: Annotated[float, Variable("length/time", "velocity at which micro-damping fades", min=1e-12)] = math.inf
+    F_C: CoulombForceAboveZero
+    F_S: StaticForceAboveZero
+    v_S: StribeckVelocity
+    sigma_0: BristleStiffness
+    sigma_1: MicroDamping = 0.0
+    sigma_2: ViscousCoefficient = 0.0
+    v_d: FadingVelocity = math.inf
 
 
 class State(NamedTuple):
@@ -68,6 +58,12 @@ class Move(NamedTuple):
     """What a trial hands to commit."""
 
     z_next: float
+
+
+class Piece(NamedTuple):
+    """What holds until the velocity reverses: its direction."""
+
+    side: float
 
 
 @kernel
@@ -109,9 +105,28 @@ def commit(state, memory, move, p):
 @kernel
 def rate(state, motion, p):
     """Return the force [N or N*m] and the time derivative of the state [m/s or rad/s]."""
+    force, d_state, _ = flow(state, Piece(direction(motion.v)), motion, p)
+    return force, d_state
+
+
+@kernel
+def piece(state, memory, motion, p):
+    """Return the state, all of which varies, and the direction of motion, which holds until it reverses."""
+    return state, Piece(direction(motion.v))
+
+
+@kernel
+def flow(contact, piece, motion, p):
+    """Return the force [N or N*m], the rate of the deflection [m/s or rad/s], and the velocity left to a reversal."""
     v = motion.v
-    z_dot = v * (1.0 - direction(v) * p.sigma_0 * state.z / stribeck_force(v, p))
-    return p.sigma_0 * state.z + micro_damping(v, p) * z_dot + p.sigma_2 * v, State(z_dot)
+    z_dot = v * (1.0 - piece.side * p.sigma_0 * contact.z / stribeck_force(v, p))
+    return p.sigma_0 * contact.z + micro_damping(v, p) * z_dot + p.sigma_2 * v, State(z_dot), piece.side * v
+
+
+@kernel
+def arrival(state, memory, contact, p):
+    """Return the move to the deflection at a reversal."""
+    return Move(contact.z)
 
 
 MODEL = FrictionModel(
@@ -122,6 +137,9 @@ MODEL = FrictionModel(
     trial=trial,
     commit=commit,
     rate=rate,
+    piece=piece,
+    flow=flow,
+    arrival=arrival,
     relations=(STATIC_ABOVE_COULOMB,),
     reference="doi:10.1109/9.376053",
     example={"F_C": 20.0, "F_S": 28.0, "v_S": 2e-3, "sigma_0": 1e7, "sigma_1": 1e3, "sigma_2": 200.0, "v_d": 0.05},

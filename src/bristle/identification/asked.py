@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.core.contracts import FrictionModel, Model
+from bristle.core.contracts import FrictionModel, Model, Plant
 from bristle.core.errors import InputError
 from bristle.core.typography import with_unit
 from bristle.core.units import quantity
@@ -18,7 +19,8 @@ from bristle.friction import MODELS, find
 from bristle.friction.slots import OFFSET, SlottedModel, slotted
 from bristle.identification.given import number_or_text
 from bristle.identification.regression import Regression
-from bristle.identification.unknowns import Held, Unknowns
+from bristle.identification.unknowns import Held, Unknowns, stroke_of
+from bristle.plants import PLANTS, inertia
 
 __all__ = ["Known", "known_of", "models_of", "unknowns_of"]
 
@@ -27,11 +29,16 @@ PUT_IN = 0.1  # share of the work besides inertia from which friction that puts 
 ONE_WAY = 0.01  # share of the samples below which a direction counts as not seen
 
 
-class Known(NamedTuple):
-    """What is known of the axis beforehand; None where it is to be identified."""
+@dataclass(frozen=True)
+class Known:
+    """What is known of the axis beforehand: the plant, those of its parameters that are known, and the offset.
 
-    mass: float | None
-    offset: float | None
+    An offset of None is to be identified.
+    """
+
+    offset: float | None = None
+    values: Mapping[str, float] = field(default_factory=dict)
+    plant: Plant = inertia
 
 
 def models_of(model: Any) -> tuple[FrictionModel, ...]:
@@ -105,13 +112,16 @@ def known_of(axis: Axis | None, mass: float | str | None, offset: float | str | 
     if chosen_mass is not None and not (math.isfinite(chosen_mass) and chosen_mass >= 1e-15):
         raise InputError("out of range", path="mass", value=chosen_mass, allowed="> 0",
                          mend="Leave it out to have it identified")  # fmt: skip
+    values = {} if axis is None else {"c": axis.damping, "k": axis.stiffness}
+    values = {name: value for name, value in ({"M": chosen_mass} | values).items() if value is not None}
+    plant = PLANTS[axis.plant] if axis is not None else inertia
     chosen = offset if offset is not None else (axis.offset if axis is not None else "identify")
     if chosen == "identify":
-        return Known(chosen_mass, None)
+        return Known(None, values, plant)
     value = quantity(chosen, OFFSET, kind, path="offset")
     if not math.isfinite(value):
         raise InputError("must be a number", path="offset", value=chosen, allowed='a force, or "identify"')
-    return Known(chosen_mass, value)
+    return Known(value, values, plant)
 
 
 def unknowns_of(component: FrictionModel, known: Known, regression: Regression) -> Unknowns:
@@ -122,21 +132,37 @@ def unknowns_of(component: FrictionModel, known: Known, regression: Regression) 
     InputError
         If parameters by direction are asked of a log that moves in one direction only.
     """
-    held: dict[str, Held] = {}
-    if known.mass is not None:
-        held["M"] = Held(known.mass, "given as known")
+    held = {name: Held(value, "given as known") for name, value in known.values.items()}
+    held |= _redundant(component, stroke_of(regression))
     for name, variable in component.variables.items():
         if name == "offset":
             continue
-        if name in component.defaults and not variable.excitation:
+        if "c" in known.plant.variables and _is_damping(variable):
+            held[name] = Held(0.0, "it cannot be told from the damping c of the plant")
+        elif name in component.defaults and not variable.excitation and name not in held:
             held[name] = Held(component.defaults[name], "a shape that is kept at its default")
     reason = _why_no_offset(component, regression)
     if known.offset is not None:
         held["offset"] = Held(known.offset, "given as known")
     elif reason:
         held["offset"] = Held(0.0, reason)
-    free = tuple(name for name in ("M", *component.variables) if name not in held)
-    return Unknowns(component, free, held)
+    free = tuple(name for name in (*known.plant.variables, *component.variables) if name not in held)
+    return Unknowns(component, free, held, known.plant)
+
+
+def _is_damping(variable: Variable) -> bool:
+    return (variable.quantity, variable.excitation) == ("force*time/length", "speed")
+
+
+def _redundant(component: FrictionModel, stroke: float) -> dict[str, Held]:
+    """Return the parameters that no log can tell, each held at a round number of the right magnitude."""
+    found = {}
+    for one in component.redundancies:
+        others = " and ".join(f"{one.name}*{other}" for other in one.factor_of)
+        length = 10.0 ** math.floor(math.log10(stroke))
+        value = 1.0 / length if component.variables[one.name].quantity == "1/length" else 1.0
+        found[one.name] = Held(value, f"only {others} show in the force, whatever {one.name} is", redundant=True)
+    return found
 
 
 def _why_no_offset(component: FrictionModel, regression: Regression) -> str:
@@ -174,7 +200,8 @@ def refuse_reversed_effort(regression: Regression, sliding: Mapping[str, float])
     regression : Regression
         The rows.
     sliding : mapping
-        ``M``, ``F_v``, ``F_C`` and ``offset`` of an unbounded Coulomb and viscous fit in which nothing is held [SI].
+        ``M``, ``F_v``, ``F_C``, ``offset`` and what else the plant has, of an unbounded Coulomb and viscous fit in
+        which nothing is held [SI].
 
     Raises
     ------
@@ -182,8 +209,10 @@ def refuse_reversed_effort(regression: Regression, sliding: Mapping[str, float])
         If so.
     """
     speed = np.abs(regression.velocity)
-    power = float(np.mean(sliding["F_C"] * speed + sliding["F_v"] * speed * speed))
-    rest = regression.effort - sliding["M"] * regression.acceleration - sliding["offset"]
+    damping = sliding["F_v"] + sliding.get("c", 0.0)
+    power = float(np.mean(sliding["F_C"] * speed + damping * speed * speed))
+    elastic = sliding.get("k", 0.0) * regression.position
+    rest = regression.effort - sliding["M"] * regression.acceleration - elastic - sliding["offset"]
     clearly = -PUT_IN * float(np.mean(np.abs(rest * regression.velocity)))
     if power < clearly or (power < 0.0 and sliding["M"] <= 0.0):
         dissipated = f"{power:.3g} W dissipated by friction, and an inertia of "

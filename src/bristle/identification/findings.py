@@ -18,8 +18,7 @@ from bristle.identification.residual import about_held_effort, about_noise, abou
 from bristle.identification.result import Estimate, Fit, Traces
 from bristle.identification.solution import Solution
 from bristle.identification.uncertainty import Uncertainty, uncertainty_of
-from bristle.identification.unknowns import Scales, variables_with_plant
-from bristle.plants.inertia import MODEL as inertia
+from bristle.identification.unknowns import Scales
 from bristle.simulation.result import relative_error_percent
 
 __all__ = ["fit_of"]
@@ -31,32 +30,68 @@ HOPELESS = 100.0  # relative standard error above which no number is given
 INSEPARABLE = 0.99  # correlation
 
 
-def fit_of(problem: Problem, solution: Solution, scales: Scales) -> Fit:
-    """Return the fit at a solution, all but its error on held-out blocks."""
+def fit_of(problem: Problem, solution: Solution, scales: Scales, residual: np.ndarray | None = None) -> Fit:
+    """Return the fit at a solution, all but its error on held-out blocks.
+
+    Parameters
+    ----------
+    problem : Problem
+        Inverse dynamics of the model.
+    solution : Solution
+        Where the search ended.
+    scales : Scales
+        Typical magnitudes of the log.
+    residual : ndarray, optional
+        What the solution made small, where that is not the error of the effort.
+    """
     regression, component = problem.regression, problem.unknowns.component
     values = problem.unknowns.complete(solution.values)
     predicted = problem.predicted(values)
-    uncertainty = uncertainty_of(solution, regression.effort - predicted)
+    uncertainty = uncertainty_of(solution, regression.effort - predicted if residual is None else residual)
     estimates = _Findings(problem, solution, scales, uncertainty, values).estimates()
     names = tuple(solution.values)
     error = relative_error_percent(regression.effort, predicted)
+    about: tuple[str, ...] = ()
+    if residual is None:
+        about = (
+            *about_held_effort(problem, estimates), *about_noise(problem), *about_residual(problem, values, error),
+        )  # fmt: skip
     return Fit(
-        plant=make_model(inertia, {"M": values["M"]}, kind=regression.kind, validate=False),
+        plant=problem.plant(values),
         friction=_valid(component, values, regression.kind),
         estimates=estimates,
+        combinations=_combinations(component, {one.name: one for one in estimates}),
         correlation=uncertainty.correlation,
         correlation_names=names,
         condition_number=uncertainty.condition_number,
-        traces=Traces(regression.time, regression.velocity, regression.acceleration, regression.effort, predicted),
-        force_error_percent=error,
-        warnings=(
-            *_warnings(estimates, uncertainty, names),
-            *about_held_effort(problem, estimates),
-            *about_noise(problem),
-            *about_residual(problem, values, error),
+        traces=Traces(
+            regression.time,
+            regression.velocity,
+            regression.acceleration,
+            regression.effort,
+            predicted,
+            problem.mechanical(values),
         ),
-        assumptions=_assumptions(problem),
+        force_error_percent=error,
+        warnings=(*_warnings(estimates, uncertainty, names), *about),
+        assumptions=_assumptions(problem, by_output=residual is not None),
     )
+
+
+def _combinations(component: FrictionModel, known: Mapping[str, Estimate]) -> tuple[Estimate, ...]:
+    """Return the products of a redundant parameter with each one that it is a factor of."""
+    found = []
+    for redundancy in component.redundancies:
+        factor = known[redundancy.name]
+        for name in redundancy.factor_of:
+            other = known[name]
+            unit = "*".join(one for one in (factor.unit, other.unit) if one != "1") or "1"
+            std, robust = (None if one is None else abs(factor.value) * one for one in (other.std, other.robust_std))
+            found.append(Estimate(
+                f"{factor.name}*{name}", unit, f"product of {factor.name} and {name}", factor.value * other.value, std,
+                other.status, other.note, robust,
+            ))  # fmt: skip
+    return tuple(found)
 
 
 def _valid(component: FrictionModel, values: Mapping[str, float], kind: Kind) -> Model:
@@ -78,7 +113,7 @@ class _Findings:
         self, problem: Problem, solution: Solution, scales: Scales, uncertainty: Uncertainty, values: dict[str, float]
     ) -> None:
         self.problem, self.solution, self.scales, self.values = problem, solution, scales, values
-        self.variables = variables_with_plant(problem.unknowns.component)
+        self.variables = problem.unknowns.variables
         self.kind: Kind = problem.regression.kind
         free = tuple(solution.values)
         self.std = dict(zip(free, uncertainty.std.tolist(), strict=True))
@@ -93,7 +128,8 @@ class _Findings:
         variable, held = self.variables[name], self.problem.unknowns.held.get(name)
         unit, value = variable.unit(self.kind), self.values[name]
         if held is not None:
-            return Estimate(name, unit, variable.description, held.value, None, "held", held.note)
+            status = "unidentifiable" if held.redundant else "held"
+            return Estimate(name, unit, variable.description, held.value, None, status, held.note)
         unsure = self._why_unsure(name)
         if not unsure and name in self.solution.at_edge:
             return Estimate(name, unit, variable.description, value, None, "at_edge", self._why_at_edge(name))
@@ -176,12 +212,17 @@ def _warnings(estimates: tuple[Estimate, ...], uncertainty: Uncertainty, names: 
     return tuple(found)
 
 
-def _assumptions(problem: Problem) -> tuple[str, ...]:
-    regression, variables = problem.regression, variables_with_plant(problem.unknowns.component)
+def _assumptions(problem: Problem, *, by_output: bool) -> tuple[str, ...]:
+    regression, variables = problem.regression, problem.unknowns.variables
     found = [
         f"{name} is held at {with_unit(held.value, variables[name].unit(regression.kind))}: {held.note}"
         for name, held in problem.unknowns.held.items()
     ]
+    if by_output:
+        found.append(
+            "the parameters make the position that the effort causes the measured one, unfiltered; what is said of the "
+            "effort holds along the measured motion, differentiated twice, and serves as the start only"
+        )
     found.append(
         f"position, effort and friction filtered at {regression.cutoff:g} Hz without phase, {regression.dropped} "
         f"samples dropped at each edge, one row for {regression.decimation} samples"

@@ -8,7 +8,7 @@ involved, and the controller that was running does not matter.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
 from typing import Any
@@ -21,17 +21,19 @@ from bristle.core.errors import InputError
 from bristle.friction import find
 from bristle.identification.asked import Known, known_of, models_of, refuse_reversed_effort, unknowns_of
 from bristle.identification.findings import fit_of
-from bristle.identification.given import log_and_axis, treatment_of, whole_number
+from bristle.identification.given import logs_and_axes, treatment_of, whole_number
 from bristle.identification.held_out import held_out_error
+from bristle.identification.output_error import OutputError, held_out_position, one_period, refined
 from bristle.identification.problem import Problem
 from bristle.identification.ranking import ranked
 from bristle.identification.regression import Regression
 from bristle.identification.result import Fit, Identification
 from bristle.identification.search import Search
-from bristle.identification.solution import solve_linear
-from bristle.identification.treatment import treat
+from bristle.identification.several import treat_all
+from bristle.identification.solution import Solution, solve_linear
 from bristle.identification.unknowns import Scales, scales_of
 from bristle.logs.log import Log
+from bristle.simulation.result import relative_error_percent
 
 __all__ = ["identify"]
 
@@ -39,7 +41,8 @@ Progress = Callable[[float, str], None]
 
 
 def identify(
-    log: Log | str | PathLike[str], model: Any = "coulomb_viscous", *, axis: Axis | str | PathLike[str] | None = None,
+    log: Log | str | PathLike[str] | Sequence[Log | str | PathLike[str]], model: Any = "coulomb_viscous", *,
+    axis: Axis | str | PathLike[str] | Sequence[Axis | str | PathLike[str]] | None = None,
     cutoff: float | str | None = None, decimation: int | None = None, blocks: int = 5,
     offset: float | str | None = None, mass: float | str | None = None,
     progress: Progress | None = None,
@@ -48,12 +51,13 @@ def identify(
 
     Parameters
     ----------
-    log : Log or path-like
-        Position and effort, or the file that holds them.
+    log : Log or path-like, or list of either
+        Position and effort, or the file that holds them. Of several logs, each is held out in turn.
     model : str, FrictionModel, or list of either
         ``"lugre"``, ``"coulomb_viscous,stribeck+asymmetry"``, a model of your own.
-    axis : Axis or path-like, optional
-        What is known, or the file that says it: mass, offset, encoder resolution, cut-off and decimation.
+    axis : Axis or path-like, or list of either, optional
+        One for all logs, or one for each. What is known, or the file that says it: mass, offset, encoder resolution,
+        cut-off and decimation.
     cutoff : float or str, optional
         Cut-off of the zero-phase filter [Hz], or text such as ``"100 Hz"``; a tenth of the sampling frequency by
         default.
@@ -83,24 +87,30 @@ def identify(
     .. [1] A. Janot, P.-O. Vandanjon, M. Gautier, "A generic instrumental variable approach for industrial robot
        identification", IEEE Transactions on Control Systems Technology 22(1), 2014. doi:10.1109/TCST.2013.2246163
     """
-    log, axis = log_and_axis(log, axis)
+    given = logs_and_axes(log, axis)
+    logs, axes = [log for log, _ in given], [axis for _, axis in given]
     components = models_of(model)
     blocks = whole_number(blocks, "blocks", "0, or 2 and more")
     if blocks < 0 or blocks == 1:
         raise InputError("out of range", path="blocks", value=blocks, allowed="0, or 2 and more")
-    if log.effort is None:
-        raise InputError("has no effort, which inverse dynamics needs", path="log",
-                         mend="Name the column of force, torque or current in the axis file")  # fmt: skip
-    known = known_of(axis, mass, offset, log.kind)
-    regression = treat(log, axis, *treatment_of(cutoff, decimation, log.kind))
-    workbench = _Workbench.of(regression, known)
+    for one in logs:
+        if one.effort is None:
+            raise InputError("has no effort, which inverse dynamics needs", path=f"log {one.source.name}".strip(),
+                             mend="Name the column of force, torque or current in the axis file")  # fmt: skip
+    kind = logs[0].kind
+    known = known_of(axes[0], mass, offset, kind)
+    by_output = any(axis is not None and axis.method == "output_error" for axis in axes)
+    treated = [one_period(log, axis) for log, axis in zip(logs, axes, strict=True)] if by_output else logs
+    regression = treat_all(treated, axes, *treatment_of(cutoff, decimation, kind))
+    workbench = _Workbench.of(regression, known, tuple(zip(logs, axes, strict=True)) if by_output else ())
     fits = []
     for number, component in enumerate(components):
         report = _share(progress, number, len(components), component.name)
         fits.append(workbench.fit(component, blocks, report))
     return Identification(
         fits=tuple(replace(fit, rank=rank) for rank, fit in enumerate(ranked(fits), 1)),
-        log=log,
+        log=logs[0],
+        further_logs=tuple(logs[1:]),
         treatment={
             "cutoff": regression.cutoff,
             "decimation": float(regression.decimation),
@@ -136,18 +146,21 @@ class _Workbench:
     known: Known
     sliding: dict[str, float]
     scales: Scales
+    simulated: tuple[tuple[Log, Axis | None], ...] = ()
 
     @classmethod
-    def of(cls, regression: Regression, known: Known) -> _Workbench:
+    def of(
+        cls, regression: Regression, known: Known, simulated: tuple[tuple[Log, Axis | None], ...] = ()
+    ) -> _Workbench:
         """Fit Coulomb and viscous friction first: it checks the sign of the effort and sets the scale of all else."""
         effort = float(np.sqrt(np.mean(regression.effort**2)))
         if effort == 0.0:
             raise InputError("is zero throughout", path="log.effort", mend="Check which column holds the effort")
         # A mass that is known must not hide that the effort pushes the other way.
-        refuse_reversed_effort(regression, _unbounded(regression, Known(None, None)))
+        refuse_reversed_effort(regression, _unbounded(regression, Known(plant=known.plant)))
         unknowns = unknowns_of(find("coulomb_viscous"), known, regression)
         bounded = unknowns.complete(solve_linear(Problem(regression, unknowns)).values)
-        return cls(regression, known, bounded, scales_of(regression, max(bounded["F_C"], 0.01 * effort)))
+        return cls(regression, known, bounded, scales_of(regression, max(bounded["F_C"], 0.01 * effort)), simulated)
 
     def fit(self, component: FrictionModel, blocks: int, report: Callable[[float], None]) -> Fit:
         """Fit one model."""
@@ -160,14 +173,33 @@ class _Workbench:
                 return solve_linear(problem, rows)
         else:
             search = Search(problem, self.scales, self.sliding)
-            solution = search.solve(lambda share: report(0.6 * share))
+            solution = search.solve(lambda share: report((0.2 if self.simulated else 0.6) * share))
 
             def on_rows(rows: np.ndarray):
                 return search.refit(solution.values, rows)
 
+        if self.simulated:
+            return self._by_output(problem, solution, blocks, report)
         held_out = None
         if blocks:
             held_out = held_out_error(problem, on_rows, blocks, lambda share: report(0.6 + 0.4 * share))
         fit = fit_of(problem, solution, self.scales)
         report(1.0)
         return replace(fit, held_out=held_out)
+
+    def _by_output(self, problem: Problem, start: Solution, blocks: int, report: Callable[[float], None]) -> Fit:
+        """Fit one model to the position, from where inverse dynamics ended."""
+        logs, axes = [log for log, _ in self.simulated], [axis for _, axis in self.simulated]
+        solution, fine, coarse = refined(
+            problem, start, logs, axes, self.scales, self.sliding, lambda share: report(0.2 + 0.6 * share)
+        )
+        assert isinstance(fine.problem, OutputError)
+        measured, residual = fine.problem.measured, fine.problem.residual(solution.values)
+        fit = replace(
+            fit_of(problem, solution, self.scales, residual),
+            position_error_percent=relative_error_percent(measured, measured - residual),
+            position_rmse=float(np.sqrt(np.mean(residual**2))),
+            held_out=held_out_position(coarse, solution.values, blocks) if blocks else None,
+        )
+        report(1.0)
+        return fit

@@ -10,10 +10,11 @@ from functools import cached_property
 import numpy as np
 
 from bristle.core.contracts import Model
+from bristle.core.errors import InputError
 from bristle.core.variable import Kind
-from bristle.engine import force_along
+from bristle.identification.starts import started_force
 
-__all__ = ["Regression", "Stretch", "low_passed"]
+__all__ = ["Regression", "Stretch", "low_passed", "mechanical"]
 
 REST_IN_ROW = 0.01  # weight of samples at rest that a row may contain
 REACH = 10  # rows on either side that the decimating filter takes in
@@ -27,6 +28,15 @@ def low_passed(signal: np.ndarray, cutoff: float, sample_time: float) -> np.ndar
     return sosfiltfilt(butter(4, cutoff, fs=1.0 / sample_time, output="sos"), signal)
 
 
+def mechanical(plant: Model, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+    """Return the effort [N or N*m] that a plant takes along a motion, friction apart, shape (sample,)."""
+    inverse = plant.component.inverse
+    if inverse is None:
+        raise InputError("has no inverse: it cannot be identified from a motion", path="plant", value=plant.name,
+                         allowed="inertia, oscillator")  # fmt: skip
+    return inverse(x, v, a, plant.parameters)
+
+
 @dataclass(frozen=True)
 class Stretch:
     """A stretch of the log without gaps, at the rate of the log, filtered.
@@ -34,7 +44,7 @@ class Stretch:
     Each array has shape (sample,): time [s], position [m or rad], velocity, acceleration, effort [N or N*m].
     Position and effort have passed one and the same filter.
     A velocity of +0.0 or -0.0 stands for rest after a motion forward or backward. The edges are still there: a model
-    with a memory runs in over them.
+    with a memory runs in over them. `log` counts the logs that a regression was made of.
     """
 
     time: np.ndarray
@@ -42,6 +52,7 @@ class Stretch:
     velocity: np.ndarray
     acceleration: np.ndarray
     effort: np.ndarray
+    log: int = 0
 
 
 @dataclass(frozen=True)
@@ -85,21 +96,26 @@ class Regression:
         return self._thinned(parts)[self._in_motion]
 
     def explained(self, plant: Model, friction: Model) -> list[np.ndarray]:
-        """Return the effort that inertia and friction take along each stretch [N or N*m]."""
-        mass = plant.values["M"]
+        """Return the effort that plant and friction take along each stretch [N or N*m]."""
         return [
-            mass * stretch.acceleration + force
-            for stretch, force in zip(self.stretches, self.friction_along(friction), strict=True)
+            mechanical(plant, stretch.position, stretch.velocity, stretch.acceleration) + force
+            for stretch, force in zip(self.stretches, self.friction_along(friction, plant), strict=True)
         ]
 
-    def friction_along(self, friction: Model) -> list[np.ndarray]:
-        """Return the friction force along each stretch [N or N*m], filtered as the effort is."""
-        dt = self.sample_time
-        # The velocity at a sample is the mean over the step around it, which ends half a step later.
-        return [
-            self._filtered(force_along(friction, one.velocity, dt, one.position + 0.5 * dt * one.velocity))
-            for one in self.stretches
-        ]
+    def friction_along(self, friction: Model, plant: Model | None = None) -> list[np.ndarray]:
+        """Return the friction force along each stretch [N or N*m], filtered as the effort is.
+
+        Where the state of the contact before the log matters, it is the one that fits the effort best beside `plant`.
+        """
+        dt, found = self.sample_time, []
+        for one in self.stretches:
+            target = None
+            if plant is not None and friction.component.start is not None:
+                target = one.effort - mechanical(plant, one.position, one.velocity, one.acceleration)
+            # The velocity at a sample is the mean over the step around it, which ends half a step later.
+            end = one.position + 0.5 * dt * one.velocity
+            found.append(self._filtered(started_force(friction, one.velocity, dt, end, target)))
+        return found
 
     def _filtered(self, part: np.ndarray) -> np.ndarray:
         return low_passed(part, self.cutoff, self.sample_time)
@@ -154,6 +170,16 @@ class Regression:
             after = np.searchsorted(turns, sample)
             found.append(np.minimum(sample - turns[after - 1], turns[after] - sample))
         return self._sampled(found)
+
+    @cached_property
+    def log_of_row(self) -> np.ndarray:
+        """Which log each row is from."""
+        return self._sampled([np.full(stretch.time.size, stretch.log) for stretch in self.stretches])
+
+    @cached_property
+    def position(self) -> np.ndarray:
+        """Position of each row [m or rad]."""
+        return self.rows_of([stretch.position for stretch in self.stretches])
 
     @cached_property
     def velocity(self) -> np.ndarray:

@@ -71,22 +71,32 @@ class Estimate:
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Error on time blocks that were not fitted: 100 ||y - y_hat|| / ||y|| block by block [%]."""
+    """Error on time blocks, or whole logs, that were not fitted: 100 ||y - y_hat|| / ||y|| one by one [%]."""
 
     block_errors_percent: tuple[float, ...]
     mean_percent: float
     std_percent: float
+    of: str = "time blocks"
 
 
 @dataclass(frozen=True)
 class Traces:
-    """Measured and predicted effort on the decimated grid of the identification, shape (sample,) each."""
+    """Measured and predicted effort on the decimated grid of the identification, shape (sample,) each.
+
+    `mechanical` is what the plant takes of it, friction apart.
+    """
 
     time: np.ndarray
     velocity: np.ndarray
     acceleration: np.ndarray
     measured: np.ndarray
     predicted: np.ndarray
+    mechanical: np.ndarray
+
+    @property
+    def friction(self) -> np.ndarray:
+        """Measured effort less what the plant takes [N or N*m]."""
+        return self.measured - self.mechanical
 
     @property
     def residual(self) -> np.ndarray:
@@ -118,6 +128,10 @@ class Fit:
         What cannot be identified and why; what was taken for granted.
     rank : int
         1 for the best of the models compared.
+    position_error_percent, position_rmse : float or None
+        Of the position that the effort makes of the model [%, and m or rad], where that is what was made small.
+    combinations : tuple of Estimate
+        Products that the log tells where it does not tell one of their factors.
     """
 
     plant: Model
@@ -132,6 +146,9 @@ class Fit:
     warnings: tuple[str, ...] = ()
     assumptions: tuple[str, ...] = ()
     rank: int = 1
+    position_error_percent: float | None = None
+    position_rmse: float | None = None
+    combinations: tuple[Estimate, ...] = ()
 
     @property
     def name(self) -> str:
@@ -145,9 +162,14 @@ class Fit:
 
     @property
     def friction_error_percent(self) -> float:
-        """What is left over, as a percentage of the effort less that of the inertia: 100 ||residual|| / ||u - M a||."""
-        friction = self.traces.measured - self.plant.values["M"] * self.traces.acceleration
+        """What is left over, as a percentage of the effort less that of the plant: 100 ||residual|| / ||u - M a||."""
+        friction = self.traces.friction
         return relative_error_percent(friction, friction - self.traces.residual)
+
+    @property
+    def error_percent(self) -> float:
+        """What was made small: the error of the position where there is one, else of the effort [%]."""
+        return self.force_error_percent if self.position_error_percent is None else self.position_error_percent
 
     @property
     def metrics(self) -> dict[str, float]:
@@ -157,6 +179,8 @@ class Fit:
             "friction_error_percent": self.friction_error_percent,
             "condition_number": self.condition_number,
         }
+        if self.position_error_percent is not None and self.position_rmse is not None:
+            found |= {"position_error_percent": self.position_error_percent, "position_rmse": self.position_rmse}
         if self.held_out is not None:
             found["held_out_error_percent"] = self.held_out.mean_percent
             found["held_out_error_std_percent"] = self.held_out.std_percent
@@ -173,15 +197,18 @@ class Identification:
         Ranked by the error on held-out time blocks; of those that the blocks do not tell apart, the simplest one
         comes first.
     log : Log
-        The log as it was used.
+        The log as it was used, the first of several.
     treatment : dict
         ``cutoff`` [Hz], ``decimation``, samples ``dropped`` at each edge, ``rows`` used, ``rest_percent``, the
         share of the samples at rest [%], and ``velocity_max``, the largest speed fitted to [m/s or rad/s].
+    further_logs : tuple of Log
+        Those that were fitted beside it.
     """
 
     fits: tuple[Fit, ...]
     log: Log
     treatment: dict[str, float] = field(default_factory=dict)
+    further_logs: tuple[Log, ...] = ()
 
     @property
     def best(self) -> Fit:

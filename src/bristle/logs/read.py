@@ -27,7 +27,7 @@ def read_log(path: str | os.PathLike[str], axis: Axis | None = None) -> Log:
     Parameters
     ----------
     path : path-like
-        CSV and other text, MAT (version 5 to 7.2), or TDMS.
+        CSV and other text, MAT, TDMS, Parquet, HDF5, or NPZ; ``FILE::TABLE`` names a table in it.
     axis : Axis, optional
         Which columns are which, in what units and signs. Without it columns called as usual (``t``,
         ``position``, ``force``) are taken, in the units that the file says.
@@ -38,7 +38,7 @@ def read_log(path: str | os.PathLike[str], axis: Axis | None = None) -> Log:
         If the file is truncated, a column is missing, of the wrong unit, not finite, constant or saturated,
         or time is not even; it names the column and the sample.
     """
-    table = read_table(path)
+    table = read_table(path, axis and axis.table)
     if axis is None:
         axis = axis_of(table)
     found = gather(table, axis)

@@ -35,5 +35,6 @@ def write_identification(
         folder / "model.toml", best.plant, best.friction, estimates=best.estimates, provenance=provenance,
         treatment=identification.treatment,
     )  # fmt: skip
-    (folder / "drive_table.csv").write_text(as_csv(table, best.friction.kind) + "\n", encoding="utf-8")
+    if table:
+        (folder / "drive_table.csv").write_text(as_csv(table, best.friction.kind) + "\n", encoding="utf-8")
     write_report(folder, report, summary)

@@ -157,10 +157,14 @@ def _mean(several: Sequence[Statistics]) -> Statistics:
 
 @dataclass(frozen=True)
 class SimulationResult:
-    """An experiment, simulated: its variants by name, in order."""
+    """An experiment, simulated: its variants by name, in order.
+
+    `refused` are variants that were not simulated, by name with the reason, in words.
+    """
 
     experiment: Experiment
     variants: Mapping[str, VariantResult]
+    refused: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

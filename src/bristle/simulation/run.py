@@ -86,6 +86,8 @@ def _simulate_once(variant: Variant, desired: np.ndarray, number: int) -> Varian
         _seeded(variant.sensor, number),
         desired,
         dt,
+        table=_seeded(variant.table, number) if variant.table is not None else None,
+        sensor_at=variant.sensor_at,
         steps=run.substeps,
         compensator=compensator_of(variant.feedforward),
         disturbance=variant.disturbance,
