@@ -63,7 +63,7 @@ schema = 1
 friction = { file = "results/model.toml" }
 controller = { model = "cascade", k_p = 60.0, k_v = 6000.0 }
 reference = { model = "sine", amplitude = "1 mm", frequency = "1 Hz" }
-run = { duration = "1 s", sample_time = "1 ms" }
+run = { duration = "1 s", sample_time = "1 ms", seeds = 2 }
 """
 
 RUNS = {
