@@ -59,6 +59,7 @@ from bristle.friction.lugre import micro_damping, stribeck_force
 from bristle.friction.preisach_lugre import slip_law
 from bristle.friction.slip_law import SlipLaw, slip
 from bristle.friction.slots import Slotted
+from bristle.friction.variation import Varied
 from bristle.hysteresis import prandtl_ishlinskii, preisach, stop
 
 __all__ = ["Damping", "damping_of", "needed_damping", "passive"]
@@ -81,7 +82,9 @@ def passive(model: Model, is_magnet: bool) -> Certificate:
     if is_magnet:
         return not_applicable(unit, "Its loops run the other way around, as a magnet's: it is no friction")
     p = model.parameters.operator if isinstance(model.parameters, Held) else model.parameters
-    sides = [damping_of(one) for one in ((p.forward, p.backward) if isinstance(p, Slotted) else (p,))]
+    found = (p.forward, p.backward) if isinstance(p, Slotted) else (p,)
+    # What varies with the place is a factor of all of the force, or a force that is given back on the way back.
+    sides = [damping_of(one.inner if isinstance(one, Varied) else one) for one in found]
     known = [one for one in sides if one is not None]
     if len(known) < len(sides):
         return not_applicable(unit, "No condition is known for this model: see dissipation for a search by trial")

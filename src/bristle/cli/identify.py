@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 __all__ = ["EXAMPLE", "identify"]
 
+DEFAULT = "coulomb_viscous"
+
 EXAMPLE = """Example:
   bristle identify axis.mat --axis axis.toml \\
     --model coulomb_viscous,stribeck+asymmetry --out results"""
@@ -41,7 +43,7 @@ def identify(
         typer.Option(
             "--model", metavar="NAME[+slot][,NAME...]", help="Models to fit and compare, or a file my_model.py."
         ),
-    ] = "coulomb_viscous",
+    ] = DEFAULT,
     out: Out = None,
     cutoff: Annotated[
         str | None, typer.Option("--cutoff", metavar="FREQUENCY", help="Of the zero-phase filter, such as '100 Hz'.")
@@ -49,16 +51,36 @@ def identify(
     decimation: Annotated[
         int | None, typer.Option("--decimation", metavar="COUNT", help="Keep one of so many filtered samples.")
     ] = None,
+    free: Annotated[
+        str,
+        typer.Option("--free", metavar="NAME[,NAME...]", help="Shapes to identify too, such as exponent of dahl."),
+    ] = "",
     force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Identify friction models from one log or several.
 
     Several models are compared on stretches of the log that they were not fitted to, or, of several logs, on each of
-    them in turn.
+    them in turn. Where the axis file names the columns input and output, hysteresis operators are identified.
 
     Writes model.toml, drive_table.csv, summary.json and report.html into DIR.
     """
+    from bristle.files.curves import describes_curves
+
+    if axis and describes_curves(axis[0]):
+        from bristle.cli.operators import identify_operators
+
+        named = None if model == DEFAULT else model
+        identify_operators(log, axis, named, out, force=force, as_json=as_json, command=context.obj)
+        return
+    asked = {"model": _models(model), "cutoff": _hertz(cutoff), "decimation": decimation, "free": free}
+    _identify_friction(log, axis or [], asked, out, force=force, as_json=as_json, command=context.obj)
+
+
+def _identify_friction(
+    log: list[Path], axis: list[Path], asked: dict[str, Any], out: Path | None, *, force: bool, as_json: bool,
+    command: str,
+) -> None:  # fmt: skip
     from bristle.core import Axis
     from bristle.files.axis import read_axis
     from bristle.files.provenance import provenance_of_all
@@ -71,15 +93,13 @@ def identify(
     from bristle.report.summary import identification_summary
 
     with results_folder(out, force=force) if out else nullcontext() as folder, progress("identifying") as report:
-        axes = axes_for([read_axis(one) for one in axis or ()], len(log))
+        axes = axes_for([read_axis(one) for one in axis], len(log))
         recorded = [read_log(one, its) for one, its in zip(log, axes, strict=True)]
-        found = identified(
-            recorded, _models(model), axis=axes, cutoff=_hertz(cutoff), decimation=decimation, progress=report
-        )
+        found = identified(recorded, axis=axes, progress=report, **asked)
         table = drive_table(found.best, 20)
         described = axes[0]
         simulation, prediction = _in_the_loop(found, found.log, described or Axis(), report)
-        source = provenance_of_all(context.obj, log=log, axis=axis or ())
+        source = provenance_of_all(command, log=log, axis=axis)
         summary = identification_summary(
             found, table=table, simulation=simulation, prediction=prediction, provenance=source
         )
@@ -88,7 +108,7 @@ def identify(
             from bristle.report.results import write_identification
 
             page = identification_report(
-                found, prediction=prediction, simulation=simulation, table=table, command=context.obj,
+                found, prediction=prediction, simulation=simulation, table=table, command=command,
                 axis_name=described.name if described else log[0].stem, provenance=source,
             )  # fmt: skip
             write_identification(folder, found, table=table, report=page, summary=summary, provenance=source)

@@ -27,6 +27,8 @@ class Column:
         SI of the axis for one `base`, sign, drive constants and transmission included.
     optional : bool
         Whether a log may lack it.
+    shift : float
+        What is added after scaling, for temperatures.
     """
 
     name: str
@@ -34,6 +36,7 @@ class Column:
     base: str
     scale: float = 1.0
     optional: bool = False
+    shift: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,8 @@ class Axis:
     kind : {"translational", "rotational"}
         Decides the units: m, N, kg or rad, N*m, kg*m^2.
     columns : mapping of str to Column
-        Channel (``time``, ``position``, ``velocity``, ``effort``, ``reference``) to the column of the log.
+        Channel (``time``, ``position``, ``velocity``, ``effort``, ``reference``, ``load``, ``temperature``) to the
+        column of the log.
     injected : tuple of Injected
         Known inputs of the loop.
     table : str or None
@@ -84,14 +88,24 @@ class Axis:
         What the effort does between its samples where its motion is simulated; None counts as held.
     periodic : bool or None
         Whether each log is a whole number of periods of a motion that repeats; None where the log is to tell.
+    in_cycle : bool
+        Whether the log begins within a motion that repeats: a contact with a memory has been through it before.
+    span : tuple of float or None
+        From when to when the log is used, in its own time [s].
     at_rest : bool
         Whether each log begins at rest and relaxed, or, where it is periodic, has run in from there.
     velocity_limit : float or None
         Largest velocity [m/s or rad/s].
+    acceleration_limit : float or None
+        Largest acceleration [m/s^2 or rad/s^2].
+    jerk_limit : float or None
+        Largest jerk [m/s^3 or rad/s^3].
     stroke : tuple of float or None
         Smallest and largest position [m or rad].
     controller : Model or None
         The control law that was running.
+    pitch : float or None
+        Movement of the axis for one turn of the motor [m or rad], where a transmission is told.
     presliding : float or None
         Distance over which friction turns at a reversal, where known: static friction models are simulated with
         it [m or rad].
@@ -99,6 +113,9 @@ class Axis:
         Cut-off of the zero-phase filter of the identification [Hz].
     decimation : int or None
         Of how many filtered samples the identification keeps one.
+    keeps_rests : bool
+        Whether the identification keeps samples at rest: where the effort is the friction itself, as a sensor beside
+        the contact sees it, a model with pre-sliding tells it there too.
     method : {"inverse_dynamics", "output_error"}
         What an identification makes small: the error of the effort along the measured motion, or, from there on, the
         error of the position that the measured effort makes of the model.
@@ -122,10 +139,16 @@ class Axis:
     hold: str | None = None
     periodic: bool | None = None
     at_rest: bool = False
+    in_cycle: bool = False
+    span: tuple[float, float] | None = None
     velocity_limit: float | None = None
+    acceleration_limit: float | None = None
+    jerk_limit: float | None = None
     stroke: tuple[float, float] | None = None
     controller: Any = None
+    pitch: float | None = None
     presliding: float | None = None
     cutoff: float | None = None
     decimation: int | None = None
+    keeps_rests: bool = False
     method: str = "inverse_dynamics"

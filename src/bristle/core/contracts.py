@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from bristle.core import dispatch
 from bristle.core.errors import InputError
 from bristle.core.motion import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion, Reference
 from bristle.core.packing import pack
+from bristle.core.relation import Redundancy, Relation
 from bristle.core.transmission import Screw
 from bristle.core.typography import typed
 from bristle.core.values import check_relations, check_value, coerced
@@ -47,27 +48,6 @@ __all__ = [
     "Sensor",
     "Trajectory",
 ]
-
-
-class Relation(NamedTuple):
-    """A condition between parameters, such as F_S >= F_C.
-
-    One that is `advisory` is warned of, not refused. One that is `structural`, such as arrays of one length, keeps
-    kernels within their arrays: it holds even where values are not validated.
-    """
-
-    condition: str
-    holds: Callable[[Any], bool]
-    mend: str
-    advisory: bool = False
-    structural: bool = False
-
-
-class Redundancy(NamedTuple):
-    """A parameter that only shows as a factor of others: no measurement tells it alone."""
-
-    name: str
-    factor_of: tuple[str, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -368,8 +348,9 @@ def make_model(
             mend=f"Give {missing[0]}, {variables[missing[0]].description} "
             f"[{variables[missing[0]].unit(kind or 'translational')}]",
         )
-    if kind is not None and kind not in KINDS:
-        raise InputError("unknown kind of axis", path=f"{where}kind", value=kind, allowed=" or ".join(KINDS))
+    kinds = (*KINDS, "magnetic") if component.family == "hysteresis" else KINDS
+    if kind is not None and kind not in kinds:
+        raise InputError("unknown kind of axis", path=f"{where}kind", value=kind, allowed=" or ".join(kinds))
     chosen: Kind = kind or units.kind_of(values, variables)
     numbers: dict[str, Any] = {}
     for name, variable in variables.items():

@@ -177,7 +177,7 @@ def event_in(rates, q, p, piece, y, y_next, n, u, u_end, margins, dense, stages,
             break
     if not below < 0.0:
         return 1.0
-    bracket = Bracket(low, -above, high, -below, 0.0)
+    bracket, part = Bracket(low, -above, high, -below, 0.0), high
     for _ in range(LOCATIONS):
         is_found = bracket.high - bracket.low <= NARROW
         part = bracket.high if is_found else bracket_guess(bracket)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from bristle.core.contracts import Model, Motion
+from bristle.friction import unvaried
 
 __all__ = ["steady_force"]
 
@@ -16,9 +17,10 @@ FAR = 1.0  # [m or rad]
 def steady_force(model: Model, v: float) -> float:
     """Return the force [N or N*m] that a friction model settles to at a constant velocity `v` [m/s or rad/s].
 
-    The model itself is run, over steps that grow until each goes further than a metre, and the force no longer changes.
+    The model itself is run, over steps that grow until each goes further than a metre, and the force no longer changes;
+    one that varies along the axis as it is in the middle.
     """
-    component, p = model.component, model.parameters
+    component, p = model.component, unvaried(model).parameters
     state, memory = component.initial_state(p), component.new_memory(p)
     dt, x, force, before = 1e-6, 0.0, math.nan, math.nan
     for _ in range(STEPS_MAX):

@@ -23,7 +23,9 @@ from bristle.figures.margins import margins
 from bristle.figures.marked_path import marked_path
 from bristle.figures.minor_loops import minor_loops
 from bristle.figures.model_comparison import model_comparison
+from bristle.figures.motion import expected, motion
 from bristle.figures.parameters import parameters
+from bristle.figures.passages import passages
 from bristle.figures.prediction import prediction
 from bristle.figures.preisach_plane import preisach_plane
 from bristle.figures.preisach_stages import preisach_stages
@@ -48,6 +50,7 @@ __all__ = [
     "error_distribution",
     "error_over_count",
     "everett_surface",
+    "expected",
     "following_error",
     "friction_over_velocity",
     "has_completed",
@@ -57,7 +60,9 @@ __all__ = [
     "marked_path",
     "minor_loops",
     "model_comparison",
+    "motion",
     "parameters",
+    "passages",
     "prediction",
     "preisach_plane",
     "preisach_stages",

@@ -18,6 +18,7 @@ from bristle.files.axis_schema import AxisFile, ColumnEntry, EncoderEntry, Injec
 from bristle.files.controller import controller_of
 from bristle.files.drive import Constant, Drive, Scale
 from bristle.files.schema import validated
+from bristle.files.surroundings import surroundings_of
 from bristle.files.toml import read_toml
 
 __all__ = ["axis_from", "read_axis"]
@@ -27,6 +28,8 @@ FREQUENCY = Variable("frequency", "frequency")
 MASS = Variable("mass", "moving mass")
 FORCE = Variable("force", "force")
 VELOCITY = Variable("length/time", "velocity")
+ACCELERATION = Variable("length/time^2", "acceleration")
+JERK = Variable("length/time^3", "jerk")
 LENGTH = Variable("length", "position")
 STIFFNESS = Variable("force/length", "stiffness to the ground")
 DAMPING = Variable("force*time/length", "damping to the ground")
@@ -72,7 +75,7 @@ def axis_from(data: dict[str, Any]) -> Axis:
         name: _column(name, entry, drive)
         for name in ("time", "position", "velocity", "effort", "reference")
         if (entry := getattr(file.columns, name)) is not None
-    }
+    } | surroundings_of(file)
     axis = Axis(
         name=file.name,
         kind=file.kind,
@@ -92,12 +95,18 @@ def axis_from(data: dict[str, Any]) -> Axis:
         hold=file.effort.hold,
         periodic=file.effort.periodic,
         at_rest=file.log.start == "rest",
+        in_cycle=file.log.start == "cycle",
+        span=_span(file),
         velocity_limit=_positive(file.limits.velocity, VELOCITY, file.kind, "limits.velocity"),
+        acceleration_limit=_positive(file.limits.acceleration, ACCELERATION, file.kind, "limits.acceleration"),
+        jerk_limit=_positive(file.limits.jerk, JERK, file.kind, "limits.jerk"),
         stroke=_stroke(file),
         controller=file.controller,
+        pitch=drive.transmission.lead,
         presliding=_positive(file.plant.presliding, LENGTH, file.kind, "plant.presliding"),
         cutoff=_positive(file.identification.cutoff, FREQUENCY, file.kind, "identification.cutoff"),
         decimation=file.identification.decimation,
+        keeps_rests=file.identification.rests == "keep",
         method=file.identification.method,
     )
     return replace(axis, controller=controller_of(axis))
@@ -230,6 +239,18 @@ def _offset(file: AxisFile) -> float | str:
     except InputError as error:
         allowed = f'"identify", or a value in {FORCE.unit(file.kind)}'
         raise InputError(error.message, path=error.path, value=given, allowed=allowed, mend=error.mend) from None
+
+
+def _span(file: AxisFile) -> tuple[float, float] | None:
+    """Return from when to when the log is used [s]."""
+    given = file.log.span
+    if given is None:
+        return None
+    first, last = (_finite(units.quantity(one, TIME, path=f"log.span[{i}]"), "log.span", one) for i, one in
+                   enumerate(given))  # fmt: skip
+    if first >= last:
+        raise InputError("must rise", path="log.span", value=given, allowed="[first, last time]")
+    return first, last
 
 
 def _stroke(file: AxisFile) -> tuple[float, float] | None:

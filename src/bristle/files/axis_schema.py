@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field
 
 from bristle.core.transmission import Side
-from bristle.core.variable import Kind
+from bristle.core.variable import AxisKind
 from bristle.files.schema import Quantity, Strict
 
 __all__ = ["AxisFile", "ColumnEntry", "InjectedEntry"]
@@ -39,6 +39,8 @@ class Columns(Strict):
     velocity: Entry | None = None
     effort: Entry | None = None
     reference: Entry | None = None
+    load: Entry | None = None
+    temperature: Entry | None = None
 
 
 class InjectedEntry(Strict):
@@ -79,6 +81,7 @@ class PlantEntry(Strict):
     inertia: Quantity | None = None
     offset: Quantity = "identify"
     presliding: Quantity | None = None
+    nominal_load: Quantity | None = None
 
 
 class EncoderEntry(Strict):
@@ -93,7 +96,8 @@ class LogEntry(Strict):
     """Where in the file the log is."""
 
     table: Annotated[str, Field(min_length=1)] | None = None
-    start: Literal["rest", "moving"] = "moving"
+    start: Literal["rest", "moving", "cycle"] = "moving"
+    span: Annotated[list[Quantity], Field(min_length=2, max_length=2)] | None = None
 
 
 class TimingEntry(Strict):
@@ -108,6 +112,8 @@ class LimitsEntry(Strict):
     """How fast and how far the axis may go."""
 
     velocity: Quantity | None = None
+    acceleration: Quantity | None = None
+    jerk: Quantity | None = None
     stroke: Annotated[list[Quantity], Field(min_length=2, max_length=2)] | None = None
 
 
@@ -116,6 +122,7 @@ class IdentificationEntry(Strict):
 
     cutoff: Quantity | None = None
     decimation: Annotated[int, Field(ge=1)] | None = None
+    rests: Literal["drop", "keep"] = "drop"
     method: Literal["inverse_dynamics", "output_error"] = "inverse_dynamics"
 
 
@@ -124,7 +131,7 @@ class AxisFile(Strict):
 
     schema_version: Literal[1] = Field(alias="schema")
     name: str = "axis"
-    kind: Kind
+    kind: AxisKind
     log: LogEntry = LogEntry()
     columns: Columns
     effort: EffortEntry = EffortEntry()

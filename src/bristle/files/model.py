@@ -22,7 +22,7 @@ from bristle.files.components import (
     table_at,
 )
 from bristle.files.toml import read_toml
-from bristle.friction import MODELS, find, with_slots
+from bristle.friction import MODELS, base_of, find, with_slots
 from bristle.plants import PLANTS
 
 if TYPE_CHECKING:
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 __all__ = ["ModelFile", "friction_from", "read_model", "write_model"]
 
 KEYS = ("schema", "kind", "provenance", "treatment", "plant", "friction", "uncertainty")
+DERIVED = {"s"}  # what is known of a model with lists instead of their numbers
 TREATMENT = {
     "cutoff": Variable("frequency", "cut-off of the zero-phase filter of the identification", min=1e-9),
     "decimation": Variable("1", "samples for one row of the identification", min=1.0),
@@ -137,7 +138,7 @@ def _table(model: Model, head: Mapping[str, Any]) -> Table:
 def _name_of(friction: Model, folder: Path) -> dict[str, Any]:
     """Return what names the friction model in the file: its name, or a user's file, which is copied there."""
     base, *slots = friction.name.split("+")
-    inner = getattr(friction.component, "inner", friction.component)
+    inner = base_of(friction.component)
     if MODELS.get(base) is inner:
         return {"model": friction.name}
     source = Path(inspect.getfile(inner.trial))
@@ -183,7 +184,7 @@ def _model_from(data: dict[str, Any], folder: Path, related: bool) -> ModelFile:
         )
     friction = friction_from(data["friction"], kind=kind, folder=folder, path="friction", related=related)
     plant = model_from(data["plant"], PLANTS, kind=kind, path="plant") if "plant" in data else None
-    known = set(friction.values) | set(plant.values if plant else ())
+    known = set(friction.values) | set(plant.values if plant else ()) | DERIVED
     uncertainty = table_at(data.get("uncertainty", {}), "uncertainty")
     check_keys(uncertainty, [key_of(name) for name in known], "uncertainty")
     provenance = table_at(data.get("provenance", {}), "provenance")

@@ -27,8 +27,9 @@ from bristle.friction.preisach_contact import MODEL as preisach_contact
 from bristle.friction.preisach_lugre import MODEL as preisach_lugre
 from bristle.friction.presliding import is_static, with_presliding
 from bristle.friction.reformed_dahl import MODEL as reformed_dahl
-from bristle.friction.slots import SLOTS, SlottedModel, slotted
+from bristle.friction.slots import SLOTS, SlottedModel, base_of, slotted, unvaried
 from bristle.friction.stribeck import MODEL as stribeck
+from bristle.friction.variation import varied
 from bristle.friction.viscous import MODEL as viscous
 
 MODELS: dict[str, FrictionModel] = {
@@ -41,6 +42,7 @@ MODELS: dict[str, FrictionModel] = {
 
 __all__ = [
     "MODELS",
+    "base_of",
     "bouc_wen",
     "bouc_wen_classic",
     "coulomb",
@@ -60,6 +62,7 @@ __all__ = [
     "reformed_dahl",
     "slotted",
     "stribeck",
+    "unvaried",
     "viscous",
     "with_presliding",
     "with_slots",
@@ -97,4 +100,4 @@ def with_slots(model: FrictionModel, slots: list[str], path: str = "friction.mod
     for slot in slots:
         if slot not in SLOTS:
             raise InputError("no such slot", path=path, value=f"+{slot}", allowed=", ".join(f"+{one}" for one in SLOTS))
-    return slotted(model, asymmetry="asymmetry" in slots)
+    return slotted(varied(model, slots), asymmetry="asymmetry" in slots)

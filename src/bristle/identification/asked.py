@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -15,14 +15,15 @@ from bristle.core.errors import InputError
 from bristle.core.typography import with_unit
 from bristle.core.units import quantity
 from bristle.core.variable import Kind, Variable, unit_of
-from bristle.friction import MODELS, find
+from bristle.friction import MODELS, base_of, find, maxwell_slip
 from bristle.friction.slots import OFFSET, SlottedModel, slotted
 from bristle.identification.given import number_or_text
+from bristle.identification.places import places_of
 from bristle.identification.regression import Regression
 from bristle.identification.unknowns import Held, Unknowns, stroke_of
 from bristle.plants import PLANTS, inertia
 
-__all__ = ["Known", "known_of", "models_of", "unknowns_of"]
+__all__ = ["Known", "freed", "known_of", "models_of", "unknowns_of"]
 
 MASS = Variable("mass", "moving mass or inertia")
 PUT_IN = 0.1  # share of the work besides inertia from which friction that puts energy in is a wrong sign
@@ -33,12 +34,14 @@ ONE_WAY = 0.01  # share of the samples below which a direction counts as not see
 class Known:
     """What is known of the axis beforehand: the plant, those of its parameters that are known, and the offset.
 
-    An offset of None is to be identified.
+    An offset of None is to be identified; so is the pitch of the screw. Shapes in `free` are identified too.
     """
 
     offset: float | None = None
     values: Mapping[str, float] = field(default_factory=dict)
     plant: Plant = inertia
+    pitch: float | None = None
+    free: tuple[str, ...] = ()
 
 
 def models_of(model: Any) -> tuple[FrictionModel, ...]:
@@ -78,23 +81,51 @@ def _components_of(one: Any) -> list[SlottedModel]:
     if not isinstance(one, FrictionModel):
         raise InputError("must be a name, a friction model or a list of them", path="model", value=one)
     component = one if isinstance(one, SlottedModel) else slotted(one, asymmetry=False)
-    if MODELS.get(component.inner.name, component.inner) is not component.inner:
-        raise InputError("is the name of a model of bristle, and this is another one", path="model",
-                         value=component.inner.name,
+    base = base_of(component)
+    if MODELS.get(base.name, base) is not base:
+        raise InputError("is the name of a model of bristle, and this is another one", path="model", value=base.name,
                          mend='Give yours a name of its own: FrictionModel(name="...")')  # fmt: skip
     return [component]
 
 
 def _refuse_arrays(component: FrictionModel) -> None:
-    arrays = [name for name in component.variables if component.is_array(name)]
+    slips = base_of(component) is maxwell_slip
+    arrays = [name for name in component.variables if component.is_array(name) and not slips]
     choices = [name for name, variable in component.variables.items() if variable.choices]
+    if slips and "F_C" not in component.variables:
+        raise InputError(
+            "is not identified by direction: in pre-sliding that is an offset, once the motion has been to and fro",
+            path="model", value=component.name, mend=f"Write {component.name.replace('+asymmetry', '')}",
+        )  # fmt: skip
     for names, what in ((arrays, "lists of numbers"), (choices, "choices of names")):
         if names:
             raise InputError(
                 f"{component.name} has {what} ({', '.join(names)}), which inverse dynamics does not identify",
                 path="model", value=component.name,
-                mend="Fit dahl or lugre, or write the parameters into a model file yourself",
+                mend="Fit dahl, lugre or maxwell_slip, or write the parameters into a model file yourself",
             )  # fmt: skip
+
+
+def freed(free: str | Sequence[str], components: Sequence[FrictionModel]) -> tuple[str, ...]:
+    """Return the shapes that are to be identified.
+
+    Raises
+    ------
+    InputError
+        If none of the models has a shape of that name.
+    """
+    names = [one.strip() for one in free.split(",") if one.strip()] if isinstance(free, str) else list(free)
+    shapes = {
+        name
+        for one in components
+        for name, variable in one.variables.items()
+        if name in one.defaults and not variable.excitation and not variable.choices and name not in ("offset", "x_0")
+    }
+    for name in names:
+        if name not in shapes:
+            raise InputError("is no shape that is kept at a default", path="free", value=name,
+                             allowed=", ".join(sorted(shapes)) or "none for these models")  # fmt: skip
+    return tuple(names)
 
 
 def known_of(axis: Axis | None, mass: float | str | None, offset: float | str | None, kind: Kind) -> Known:
@@ -115,13 +146,14 @@ def known_of(axis: Axis | None, mass: float | str | None, offset: float | str | 
     values = {} if axis is None else {"c": axis.damping, "k": axis.stiffness}
     values = {name: value for name, value in ({"M": chosen_mass} | values).items() if value is not None}
     plant = PLANTS[axis.plant] if axis is not None else inertia
+    pitch = axis.pitch if axis is not None else None
     chosen = offset if offset is not None else (axis.offset if axis is not None else "identify")
     if chosen == "identify":
-        return Known(None, values, plant)
+        return Known(None, values, plant, pitch)
     value = quantity(chosen, OFFSET, kind, path="offset")
     if not math.isfinite(value):
         raise InputError("must be a number", path="offset", value=chosen, allowed='a force, or "identify"')
-    return Known(value, values, plant)
+    return Known(value, values, plant, pitch)
 
 
 def unknowns_of(component: FrictionModel, known: Known, regression: Regression) -> Unknowns:
@@ -134,12 +166,13 @@ def unknowns_of(component: FrictionModel, known: Known, regression: Regression) 
     """
     held = {name: Held(value, "given as known") for name, value in known.values.items()}
     held |= _redundant(component, stroke_of(regression))
+    held |= places_of(component, regression, known.pitch)
     for name, variable in component.variables.items():
         if name == "offset":
             continue
         if "c" in known.plant.variables and _is_damping(variable):
             held[name] = Held(0.0, "it cannot be told from the damping c of the plant")
-        elif name in component.defaults and not variable.excitation and name not in held:
+        elif name in component.defaults and not variable.excitation and name not in (*held, *known.free):
             held[name] = Held(component.defaults[name], "a shape that is kept at its default")
     reason = _why_no_offset(component, regression)
     if known.offset is not None:

@@ -14,6 +14,7 @@ from bristle.core.typography import with_unit
 from bristle.core.variable import Kind
 from bristle.identification.excitation import out_of_sight, why_unidentifiable
 from bristle.identification.problem import Problem
+from bristle.identification.repetition import about_amplitudes
 from bristle.identification.residual import about_held_effort, about_noise, about_residual
 from bristle.identification.result import Estimate, Fit, Traces
 from bristle.identification.solution import Solution
@@ -73,7 +74,11 @@ def fit_of(problem: Problem, solution: Solution, scales: Scales, residual: np.nd
             problem.mechanical(values),
         ),
         force_error_percent=error,
-        warnings=(*_warnings(estimates, uncertainty, names), *about),
+        warnings=(
+            *_warnings(estimates, uncertainty, names),
+            *about,
+            *about_amplitudes(regression, problem.model(values)),
+        ),
         assumptions=_assumptions(problem, by_output=residual is not None),
     )
 
@@ -227,7 +232,7 @@ def _assumptions(problem: Problem, *, by_output: bool) -> tuple[str, ...]:
         f"position, effort and friction filtered at {regression.cutoff:g} Hz without phase, {regression.dropped} "
         f"samples dropped at each edge, one row for {regression.decimation} samples"
     )
-    if regression.rest_share > 0.0:
+    if regression.rest_share > 0.0 and not regression.keeps_rests:
         found.append(
             f"{100.0 * regression.rest_share:.3g} % of the samples are at rest and left out: there friction balances "
             "whatever effort there is"

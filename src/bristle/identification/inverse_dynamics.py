@@ -18,24 +18,31 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel
 from bristle.core.errors import InputError
-from bristle.friction import find
-from bristle.identification.asked import Known, known_of, models_of, refuse_reversed_effort, unknowns_of
+from bristle.friction import base_of, find, maxwell_slip
+from bristle.friction.slots import SlottedModel
+from bristle.identification.asked import Known, freed, known_of, models_of, refuse_reversed_effort, unknowns_of
+from bristle.identification.elements import Elements
 from bristle.identification.findings import fit_of
 from bristle.identification.given import logs_and_axes, treatment_of, whole_number
 from bristle.identification.held_out import held_out_error
 from bristle.identification.output_error import OutputError, held_out_position, one_period, refined
+from bristle.identification.places import pitch_in
 from bristle.identification.problem import Problem
 from bristle.identification.ranking import ranked
 from bristle.identification.regression import Regression
-from bristle.identification.result import Fit, Identification
+from bristle.identification.repetition import about_repetition
+from bristle.identification.result import Fit, HeldOut, Identification
 from bristle.identification.search import Search
 from bristle.identification.several import treat_all
+from bristle.identification.shaped import in_lists, shaped
 from bristle.identification.solution import Solution, solve_linear
 from bristle.identification.unknowns import Scales, scales_of
 from bristle.logs.log import Log
 from bristle.simulation.result import relative_error_percent
 
 __all__ = ["identify"]
+
+LEAST_LEVEL = 0.01  # of the effort: a Coulomb force that says nothing of the magnitude of friction
 
 Progress = Callable[[float, str], None]
 
@@ -44,7 +51,7 @@ def identify(
     log: Log | str | PathLike[str] | Sequence[Log | str | PathLike[str]], model: Any = "coulomb_viscous", *,
     axis: Axis | str | PathLike[str] | Sequence[Axis | str | PathLike[str]] | None = None,
     cutoff: float | str | None = None, decimation: int | None = None, blocks: int = 5,
-    offset: float | str | None = None, mass: float | str | None = None,
+    offset: float | str | None = None, mass: float | str | None = None, free: str | Sequence[str] = (),
     progress: Progress | None = None,
 ) -> Identification:  # fmt: skip
     """Identify one friction model or several from a log, with the inertia, and rank them.
@@ -69,6 +76,9 @@ def identify(
         Constant part of the force [N or N*m] if known, or text with a unit; the axis decides where it is not given.
     mass : float or str, optional
         Moving mass [kg] or inertia [kg*m^2] if known, or text with a unit; the axis decides where it is not given.
+    free : str or sequence of str
+        Shapes that are identified too, instead of being kept at their default: ``"exponent"`` of the Dahl model;
+        several separated by commas.
     progress : callable, optional
         Called with the share of the work done and what is being done.
 
@@ -98,7 +108,7 @@ def identify(
             raise InputError("has no effort, which inverse dynamics needs", path=f"log {one.source.name}".strip(),
                              mend="Name the column of force, torque or current in the axis file")  # fmt: skip
     kind = logs[0].kind
-    known = known_of(axes[0], mass, offset, kind)
+    known = replace(known_of(axes[0], mass, offset, kind), free=freed(free, components))
     by_output = any(axis is not None and axis.method == "output_error" for axis in axes)
     treated = [one_period(log, axis) for log, axis in zip(logs, axes, strict=True)] if by_output else logs
     regression = treat_all(treated, axes, *treatment_of(cutoff, decimation, kind))
@@ -160,11 +170,20 @@ class _Workbench:
         refuse_reversed_effort(regression, _unbounded(regression, Known(plant=known.plant)))
         unknowns = unknowns_of(find("coulomb_viscous"), known, regression)
         bounded = unknowns.complete(solve_linear(Problem(regression, unknowns)).values)
+        if bounded["F_C"] <= LEAST_LEVEL * effort:
+            # Pre-sliding over much of the stroke looks viscous: its level is that of all friction.
+            friction = bounded["F_v"] * regression.velocity + bounded["F_C"] * np.sign(regression.velocity)
+            bounded["F_C"] = max(float(np.sqrt(np.mean(friction**2))), bounded["F_C"])
         return cls(regression, known, bounded, scales_of(regression, max(bounded["F_C"], 0.01 * effort)), simulated)
 
     def fit(self, component: FrictionModel, blocks: int, report: Callable[[float], None]) -> Fit:
         """Fit one model."""
         report(0.0)
+        if "pitch" in component.variables and self.known.pitch is None:
+            known = replace(self.known, pitch=self._pitch())
+            return replace(self, known=known).fit(component, blocks, report)
+        if isinstance(component, SlottedModel) and base_of(component) is maxwell_slip:
+            return self._fit_elements(component, blocks, report)
         problem = Problem(self.regression, unknowns_of(component, self.known, self.regression))
         if component.linear and not component.relations:
             solution = solve_linear(problem)
@@ -180,12 +199,16 @@ class _Workbench:
 
         if self.simulated:
             return self._by_output(problem, solution, blocks, report)
+
+        def predicted(rows: np.ndarray) -> np.ndarray:
+            return problem.predicted(problem.unknowns.complete(on_rows(rows).values))
+
         held_out = None
         if blocks:
-            held_out = held_out_error(problem, on_rows, blocks, lambda share: report(0.6 + 0.4 * share))
+            held_out = held_out_error(self.regression, predicted, blocks, lambda share: report(0.6 + 0.4 * share))
         fit = fit_of(problem, solution, self.scales)
         report(1.0)
-        return replace(fit, held_out=held_out)
+        return self._finished(fit, held_out)
 
     def _by_output(self, problem: Problem, start: Solution, blocks: int, report: Callable[[float], None]) -> Fit:
         """Fit one model to the position, from where inverse dynamics ended."""
@@ -203,3 +226,33 @@ class _Workbench:
         )
         report(1.0)
         return fit
+
+    def _fit_elements(self, component: SlottedModel, blocks: int, report: Callable[[float], None]) -> Fit:
+        """Fit elements that slip: their shape comes with the solution."""
+        prototype = shaped(component, np.ones(1), np.ones(1))
+        elements = Elements(self.regression, component, unknowns_of(prototype, self.known, self.regression))
+
+        def predicted(rows: np.ndarray) -> np.ndarray:
+            there, best = elements.solution(rows)
+            return there.predicted(there.unknowns.complete(best.values))
+
+        problem, solution = elements.solution()
+        report(0.5)
+        held_out = None
+        if blocks:
+            held_out = held_out_error(self.regression, predicted, blocks, lambda share: report(0.5 + 0.5 * share))
+        fit = fit_of(problem, solution, self.scales)
+        report(1.0)
+        friction = in_lists(fit.friction)
+        # Level and stiffness count among the parameters.
+        further = max(len(friction.values["k_i"]) - 2, 0)
+        return self._finished(replace(fit, friction=friction, further=further), held_out)
+
+    def _finished(self, fit: Fit, held_out: HeldOut | None) -> Fit:
+        repeated = about_repetition(self.regression) if held_out and held_out.of == "time blocks" else ()
+        return replace(fit, held_out=held_out, warnings=(*fit.warnings, *repeated))
+
+    def _pitch(self) -> float:
+        """Return the pitch of the screw, found in what Coulomb and viscous friction leave."""
+        problem = Problem(self.regression, unknowns_of(find("coulomb_viscous"), self.known, self.regression))
+        return pitch_in(problem, self.sliding)

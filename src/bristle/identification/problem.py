@@ -66,13 +66,15 @@ class Problem:
 
         Each column is what the model answers to one parameter of 1 with all others 0.
         """
-        names = self.unknowns.component.variables
+        names, held = self.unknowns.component.variables, self.unknowns.held
+        # What a force does not depend on linearly keeps its value.
+        shapes = {name: held[name].value for name in ("pitch",) if name in names}
         found = []
         for name in self.unknowns.free:
             if name in self.unknowns.plant.variables:
                 found.append(self.mechanical({one: float(one == name) for one in self.unknowns.plant.variables}))
             else:
-                found.append(self.friction({one: float(one == name) for one in names}))
+                found.append(self.friction({one: float(one == name) for one in names} | shapes))
         return np.stack(found, axis=1) if found else np.empty((self.regression.effort.size, 0))
 
     @cached_property

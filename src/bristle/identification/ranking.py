@@ -63,7 +63,7 @@ def _error(fit: Fit) -> float:
 
 
 def _size(fit: Fit) -> int:
-    return len(fit.correlation_names)
+    return len(fit.correlation_names) + fit.further
 
 
 def _doubtful(fit: Fit) -> bool:

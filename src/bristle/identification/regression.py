@@ -12,7 +12,8 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.variable import Kind
-from bristle.identification.starts import started_force
+from bristle.engine import force_along
+from bristle.identification.starts import starting_state
 
 __all__ = ["Regression", "Stretch", "low_passed", "mechanical"]
 
@@ -44,7 +45,8 @@ class Stretch:
     Each array has shape (sample,): time [s], position [m or rad], velocity, acceleration, effort [N or N*m].
     Position and effort have passed one and the same filter.
     A velocity of +0.0 or -0.0 stands for rest after a motion forward or backward. The edges are still there: a model
-    with a memory runs in over them. `log` counts the logs that a regression was made of.
+    with a memory runs in over them. `log` counts the logs that a regression was made of. A model with a memory has been
+    through the samples of `first_cycle` before: the motion repeats.
     """
 
     time: np.ndarray
@@ -53,6 +55,29 @@ class Stretch:
     acceleration: np.ndarray
     effort: np.ndarray
     log: int = 0
+    load: np.ndarray | None = None
+    temperature: np.ndarray | None = None
+    first_cycle: int = 0
+
+    @property
+    def surroundings(self) -> dict[str, np.ndarray]:
+        """Load over its nominal value and temperature [K], as far as they were recorded."""
+        found = {"load": self.load, "temperature": self.temperature}
+        return {name: values for name, values in found.items() if values is not None}
+
+    def answer(self, friction: Model, dt: float, plant: Model | None = None) -> np.ndarray:
+        """Return the force of a friction model along the stretch, after its first cycle where that is known.
+
+        Where the state of the contact before the log matters, it is the one that fits the effort best beside `plant`.
+        """
+        # The velocity at a sample is the mean over the step around it, which ends half a step later.
+        signals = {"v": self.velocity, "x": self.position + 0.5 * dt * self.velocity} | self.surroundings
+        before = {name: np.concatenate([values[: self.first_cycle], values]) for name, values in signals.items()}
+        state = None
+        if plant is not None and friction.component.start is not None:
+            wanted = self.effort - mechanical(plant, self.position, self.velocity, self.acceleration)
+            state = starting_state(friction, signals, dt, wanted)
+        return force_along(friction, dt=dt, state=state, **before)[self.first_cycle :]
 
 
 @dataclass(frozen=True)
@@ -79,6 +104,8 @@ class Regression:
         Samples dropped at each edge of each stretch.
     held : bool or None
         Whether the recorded effort acts until the next sample; None where nobody said so.
+    keeps_rests : bool
+        Whether rows at rest are kept.
     """
 
     stretches: tuple[Stretch, ...]
@@ -90,6 +117,7 @@ class Regression:
     decimation: int
     dropped: int
     held: bool | None = None
+    keeps_rests: bool = False
 
     def rows_of(self, parts: Sequence[np.ndarray]) -> np.ndarray:
         """Return the rows of a signal, which is given along each whole stretch, shape (row,)."""
@@ -107,17 +135,11 @@ class Regression:
 
         Where the state of the contact before the log matters, it is the one that fits the effort best beside `plant`.
         """
-        dt, found = self.sample_time, []
-        for one in self.stretches:
-            target = None
-            if plant is not None and friction.component.start is not None:
-                target = one.effort - mechanical(plant, one.position, one.velocity, one.acceleration)
-            # The velocity at a sample is the mean over the step around it, which ends half a step later.
-            end = one.position + 0.5 * dt * one.velocity
-            found.append(self._filtered(started_force(friction, one.velocity, dt, end, target)))
-        return found
+        dt = self.sample_time
+        return [self.filtered(one.answer(friction, dt, plant)) for one in self.stretches]
 
-    def _filtered(self, part: np.ndarray) -> np.ndarray:
+    def filtered(self, part: np.ndarray) -> np.ndarray:
+        """Return a signal along a stretch behind the filter that effort and position have passed."""
         return low_passed(part, self.cutoff, self.sample_time)
 
     def without_edges(self, part: np.ndarray) -> np.ndarray:
@@ -136,7 +158,9 @@ class Regression:
 
     @cached_property
     def _in_motion(self) -> np.ndarray:
-        rests = [self._filtered((stretch.velocity == 0.0).astype(float)) for stretch in self.stretches]
+        if self.keeps_rests:
+            return np.ones(self._thinned([one.time for one in self.stretches]).size, dtype=bool)
+        rests = [self.filtered((stretch.velocity == 0.0).astype(float)) for stretch in self.stretches]
         return np.abs(self._thinned(rests)) < REST_IN_ROW
 
     @cached_property
@@ -154,9 +178,9 @@ class Regression:
     @cached_property
     def time(self) -> np.ndarray:
         """Time of each row [s]."""
-        return self._sampled([stretch.time for stretch in self.stretches])
+        return self.sampled([stretch.time for stretch in self.stretches])
 
-    def _sampled(self, parts: Sequence[np.ndarray]) -> np.ndarray:
+    def sampled(self, parts: Sequence[np.ndarray]) -> np.ndarray:
         """Return the values of a signal at the rows, not mixed with those between."""
         return np.concatenate([self.without_edges(part)[:: self.decimation] for part in parts])[self._in_motion]
 
@@ -169,12 +193,12 @@ class Regression:
             sample = np.arange(stretch.velocity.size)
             after = np.searchsorted(turns, sample)
             found.append(np.minimum(sample - turns[after - 1], turns[after] - sample))
-        return self._sampled(found)
+        return self.sampled(found)
 
     @cached_property
     def log_of_row(self) -> np.ndarray:
         """Which log each row is from."""
-        return self._sampled([np.full(stretch.time.size, stretch.log) for stretch in self.stretches])
+        return self.sampled([np.full(stretch.time.size, stretch.log) for stretch in self.stretches])
 
     @cached_property
     def position(self) -> np.ndarray:

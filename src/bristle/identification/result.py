@@ -132,6 +132,8 @@ class Fit:
         Of the position that the effort makes of the model [%, and m or rad], where that is what was made small.
     combinations : tuple of Estimate
         Products that the log tells where it does not tell one of their factors.
+    further : int
+        Free numbers besides the parameters: the shape of the elements of ``maxwell_slip``.
     """
 
     plant: Model
@@ -149,6 +151,7 @@ class Fit:
     position_error_percent: float | None = None
     position_rmse: float | None = None
     combinations: tuple[Estimate, ...] = ()
+    further: int = 0
 
     @property
     def name(self) -> str:

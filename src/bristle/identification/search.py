@@ -136,6 +136,8 @@ class Search:
             return self.guess["k"] * rng.uniform(0.2, 1.0)
         if coordinate.name in ("M", "c", "offset"):
             return self.guess[coordinate.name]
+        if variable.excitation in ("place", "load", "temperature"):
+            return 0.0
         if coordinate.form == "excess":
             return self.guess["F_C"] * rng.exponential(0.3)
         if variable.quantity == "force":

@@ -15,6 +15,7 @@ from bristle.logs.gather import Gathered, axis_of, gather
 from bristle.logs.log import Channel, Log
 from bristle.logs.readers import read_table
 from bristle.logs.sign import sign_of_effort
+from bristle.logs.span import within
 from bristle.logs.table import Table
 from bristle.logs.velocity import doubts_about_velocity
 
@@ -44,7 +45,8 @@ def read_log(path: str | os.PathLike[str], axis: Axis | None = None) -> Log:
     found = gather(table, axis)
     for problem in (*found.problems, *problems_of(found, axis, str(table.source))):
         raise problem
-    return assembled(table, axis, found, clock_for(table, axis, found))
+    log = assembled(table, axis, found, clock_for(table, axis, found))
+    return within(log, axis.span) if axis.span else log
 
 
 def clock_for(table: Table, axis: Axis, found: Gathered) -> Clock:
@@ -94,6 +96,8 @@ def assembled(table: Table, axis: Axis, found: Gathered, clock: Clock) -> Log:
         velocity=on_grid("velocity"),
         effort=on_grid("effort", axis.delay),
         reference=on_grid("reference"),
+        load=on_grid("load"),
+        temperature=on_grid("temperature"),
         injected=tuple(
             Channel(clock.sampled(known.values, axis.delay, smooth=False), known.unit, known.column)
             for known in found.injected
