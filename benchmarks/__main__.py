@@ -21,6 +21,7 @@ from benchmarks.lanes import lanes
 from benchmarks.preisach import preisach
 from benchmarks.stick_slip import stick_slip
 from benchmarks.timing import HEAD, Ratio, command, python, side_by_side, wall
+from benchmarks.tracking import tracking
 
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parent / "examples"
@@ -137,7 +138,8 @@ def paper() -> Iterator[Ratio]:
 
 
 BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
-    one.__name__: one for one in (lugre, preisach, composite, start_up, identify, demo, paper, lanes, stick_slip)
+    one.__name__: one
+    for one in (lugre, preisach, composite, start_up, identify, demo, paper, lanes, stick_slip, tracking)
 }
 
 

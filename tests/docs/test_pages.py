@@ -16,7 +16,7 @@ from bristle.files.experiment import KEYS, experiment_from, merged
 from bristle.files.model import friction_from
 from bristle.files.run import RUN
 from bristle.files.schema import Strict
-from bristle.files.variant import FEEDFORWARD, SECTIONS
+from bristle.files.variant import FEEDFORWARD, LEARNING, SECTIONS
 
 COMMANDS = typer.main.get_command(app).commands
 LEAST_AXIS = {
@@ -152,7 +152,7 @@ def test_the_axis_page_tells_every_key():
 
 def test_the_experiment_page_tells_every_key():
     page = (ROOT / "docs/how-to/experiment-file.md").read_text()
-    keys = {*KEYS, *SECTIONS, *RUN, *FEEDFORWARD} - {"kind"}
+    keys = {*KEYS, *SECTIONS, *RUN, *FEEDFORWARD, *LEARNING} - {"kind"}
     assert [key for key in sorted(keys) if not re.search(rf"\b{key}\b", page)] == []
 
 

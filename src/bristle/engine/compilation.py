@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from bristle.core import dispatch
+from bristle.core.borrowed import without_holder
 from bristle.core.errors import InputError
 from bristle.core.exponent import in_bits
 from bristle.core.fingerprint import fingerprint
@@ -231,7 +232,7 @@ def _numbered_from(code: str) -> Iterator[None]:
 
 
 # What turns kernels into machine code; a change here changes products too.
-_MACHINERY = (_types, kernel_options, dispatch.overload_all, in_bits, _interleaving)
+_MACHINERY = (_types, kernel_options, dispatch.overload_all, in_bits, without_holder, _interleaving)
 
 
 class _EntryCache:
