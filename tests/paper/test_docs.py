@@ -7,10 +7,25 @@ import numpy as np
 import pytest
 
 from bristle.files import read_experiment
-from bristle.paper import EXPERIMENTS
+from bristle.paper import EXPERIMENTS, write_experiments
+from bristle.paper.setting import SECTIONS, read_setting
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs/theory/the-source-paper.md").read_text(encoding="utf-8").replace("−", "-")
+
+
+def test_the_experiment_in_the_docs_is_one(tmp_path):
+    page = (ROOT / "docs/how-to/contact-experiment.md").read_text(encoding="utf-8")
+    text = re.search(r"```toml contact\n(.*?)```", page, re.DOTALL)[1]
+    write_experiments(tmp_path)
+    (tmp_path / "own.toml").write_text(text, encoding="utf-8")
+    found = read_setting(tmp_path / "own.toml")
+    assert list(found.contacts) == ["LuGre", "virtual rig"]
+    assert found.contacts["virtual rig"].values["scatter"] == 0.0
+    told = set(re.findall(r"^\| `\[(\w+)", page, re.MULTILINE))
+    assert told == {"contact", "operator", "plant", *SECTIONS}
+    for keys in SECTIONS.values():
+        assert all(f"`{key}`" in page for key in keys)
 
 
 def row(first):

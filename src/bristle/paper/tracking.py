@@ -27,7 +27,7 @@ NAMES = {BEFORE: "without compensator", AFTER: "with compensator"}
 PRINTED = {BEFORE: 1.46e-6, AFTER: 0.69e-6}  # peak to peak [m]
 AS_PRINTED = 0.05e-6  # how near to the numbers of the paper counts as the same [m]
 ALIKE = 0.05  # relative change of the effort that is none
-CHATTER = 0.05  # shown close up [s]
+CHATTER = 0.2  # shown close up [s]
 
 
 class DivergedError(BristleError):
