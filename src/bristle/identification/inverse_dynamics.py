@@ -103,10 +103,7 @@ def identify(
     blocks = whole_number(blocks, "blocks", "0, or 2 and more")
     if blocks < 0 or blocks == 1:
         raise InputError("out of range", path="blocks", value=blocks, allowed="0, or 2 and more")
-    for one in logs:
-        if one.effort is None:
-            raise InputError("has no effort, which inverse dynamics needs", path=f"log {one.source.name}".strip(),
-                             mend="Name the column of force, torque or current in the axis file")  # fmt: skip
+    _refuse_without_effort(logs)
     kind = logs[0].kind
     known = replace(known_of(axes[0], mass, offset, kind), free=freed(free, components))
     by_output = any(axis is not None and axis.method == "output_error" for axis in axes)
@@ -130,6 +127,13 @@ def identify(
             "velocity_max": float(np.max(np.abs(regression.velocity))),
         },
     )
+
+
+def _refuse_without_effort(logs: Sequence[Log]) -> None:
+    for one in logs:
+        if one.effort is None:
+            raise InputError("has no effort, which inverse dynamics needs", path=f"log {one.source.name}".strip(),
+                             mend="Name the column of force, torque or current in the axis file")  # fmt: skip
 
 
 def _share(progress: Progress | None, number: int, count: int, name: str) -> Callable[[float], None]:
