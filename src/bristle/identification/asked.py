@@ -80,7 +80,9 @@ def _components_of(one: Any) -> list[SlottedModel]:
 
 def _refuse_arrays(component: FrictionModel) -> None:
     arrays = [name for name in component.variables if component.is_array(name)]
-    choices = [name for name, variable in component.variables.items() if variable.choices]
+    choices = [
+        name for name, variable in component.variables.items() if variable.choices and name not in component.defaults
+    ]
     for names, what in ((arrays, "lists of numbers"), (choices, "choices of names")):
         if names:
             raise InputError(
@@ -129,7 +131,9 @@ def unknowns_of(component: FrictionModel, known: Known, regression: Regression) 
         if name == "offset":
             continue
         if name in component.defaults and not variable.excitation:
-            held[name] = Held(component.defaults[name], "a shape that is kept at its default")
+            default = component.defaults[name]
+            code = variable.code(default, name) if variable.choices else default
+            held[name] = Held(code, "a shape that is kept at its default")
     reason = _why_no_offset(component, regression)
     if known.offset is not None:
         held["offset"] = Held(known.offset, "given as known")

@@ -9,7 +9,7 @@ involved, and the controller that was running does not matter.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from os import PathLike
 from typing import Any
 
@@ -26,14 +26,17 @@ from bristle.identification.held_out import held_out_error
 from bristle.identification.problem import Problem
 from bristle.identification.ranking import ranked
 from bristle.identification.regression import Regression
+from bristle.identification.resampling.assessment import assessed
 from bristle.identification.result import Fit, Identification
 from bristle.identification.search import Search
-from bristle.identification.solution import solve_linear
+from bristle.identification.solution import Solution, solve_linear
 from bristle.identification.treatment import treat
 from bristle.identification.unknowns import Scales, scales_of
 from bristle.logs.log import Log
 
 __all__ = ["identify"]
+
+FEWEST_DRAWS = 20
 
 Progress = Callable[[float, str], None]
 
@@ -41,7 +44,7 @@ Progress = Callable[[float, str], None]
 def identify(
     log: Log | str | PathLike[str], model: Any = "coulomb_viscous", *, axis: Axis | str | PathLike[str] | None = None,
     cutoff: float | str | None = None, decimation: int | None = None, blocks: int = 5,
-    offset: float | str | None = None, mass: float | str | None = None,
+    offset: float | str | None = None, mass: float | str | None = None, draws: int = 200,
     progress: Progress | None = None,
 ) -> Identification:  # fmt: skip
     """Identify one friction model or several from a log, with the inertia, and rank them.
@@ -65,6 +68,8 @@ def identify(
         Constant part of the force [N or N*m] if known, or text with a unit; the axis decides where it is not given.
     mass : float or str, optional
         Moving mass [kg] or inertia [kg*m^2] if known, or text with a unit; the axis decides where it is not given.
+    draws : int
+        Logs that are simulated with the best model and fitted again, for its 95 % intervals; 0 for none.
     progress : callable, optional
         Called with the share of the work done and what is being done.
 
@@ -91,15 +96,22 @@ def identify(
     if log.effort is None:
         raise InputError("has no effort, which inverse dynamics needs", path="log",
                          mend="Name the column of force, torque or current in the axis file")  # fmt: skip
+    draws = whole_number(draws, "draws", "0, or 20 and more")
+    if draws != 0 and draws < FEWEST_DRAWS:
+        raise InputError("out of range", path="draws", value=draws, allowed="0, or 20 and more")
     known = known_of(axis, mass, offset, log.kind)
     regression = treat(log, axis, *treatment_of(cutoff, decimation, log.kind))
     workbench = _Workbench.of(regression, known)
     fits = []
     for number, component in enumerate(components):
-        report = _share(progress, number, len(components), component.name)
+        report = _share(progress, number, len(components) + bool(draws), f"fitting {component.name}")
         fits.append(workbench.fit(component, blocks, report))
+    first, *others = (replace(fit, rank=rank) for rank, fit in enumerate(ranked(fits), 1))
+    if draws:
+        report = _share(progress, len(components), len(components) + 1, f"fitting {first.name} to simulated logs")
+        first = workbench.assessed(log, first, draws, report)
     return Identification(
-        fits=tuple(replace(fit, rank=rank) for rank, fit in enumerate(ranked(fits), 1)),
+        fits=(first, *others),
         log=log,
         treatment={
             "cutoff": regression.cutoff,
@@ -112,10 +124,10 @@ def identify(
     )
 
 
-def _share(progress: Progress | None, number: int, count: int, name: str) -> Callable[[float], None]:
+def _share(progress: Progress | None, number: int, count: int, what: str) -> Callable[[float], None]:
     def report(share: float) -> None:
         if progress is not None:
-            progress((number + share) / count, f"fitting {name}")
+            progress((number + share) / count, what)
 
     return report
 
@@ -136,6 +148,7 @@ class _Workbench:
     known: Known
     sliding: dict[str, float]
     scales: Scales
+    found: dict[str, tuple[Problem, Solution]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, regression: Regression, known: Known) -> _Workbench:
@@ -168,6 +181,11 @@ class _Workbench:
         held_out = None
         if blocks:
             held_out = held_out_error(problem, on_rows, blocks, lambda share: report(0.6 + 0.4 * share))
+        self.found[component.name] = problem, solution
         fit = fit_of(problem, solution, self.scales)
         report(1.0)
         return replace(fit, held_out=held_out)
+
+    def assessed(self, log: Log, fit: Fit, draws: int, report: Callable[[float], None]) -> Fit:
+        """Return a fit of this bench with its intervals from simulated logs."""
+        return assessed(log, fit, *self.found[fit.name], self.scales, draws, report)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -22,9 +22,23 @@ REACH_PERIODS = 2  # of the cut-off, over which the zero-phase filter mixes samp
 
 def low_passed(signal: np.ndarray, cutoff: float, sample_time: float) -> np.ndarray:
     """Return a signal behind the zero-phase Butterworth filter of fourth order, cut-off in Hz, shape (sample,)."""
-    from scipy.signal import butter, sosfiltfilt
+    from scipy.signal import sosfiltfilt
 
-    return sosfiltfilt(butter(4, cutoff, fs=1.0 / sample_time, output="sos"), signal)
+    return sosfiltfilt(_sections(cutoff, sample_time), signal)
+
+
+@cache
+def _sections(cutoff: float, sample_time: float) -> np.ndarray:
+    from scipy.signal import butter
+
+    return np.asarray(butter(4, cutoff, fs=1.0 / sample_time, output="sos"))
+
+
+@cache
+def _taps(decimation: int) -> np.ndarray:
+    from scipy.signal import firwin
+
+    return np.asarray(firwin(2 * REACH * decimation + 1, 1.0 / decimation, window="hamming"))
 
 
 @dataclass(frozen=True)
@@ -68,6 +82,8 @@ class Regression:
         Samples dropped at each edge of each stretch.
     held : bool or None
         Whether the recorded effort acts until the next sample; None where nobody said so.
+    kept : ndarray or None
+        Which of the decimated samples are rows, shape (sample,) of bool; those in motion where not given.
     """
 
     stretches: tuple[Stretch, ...]
@@ -79,10 +95,11 @@ class Regression:
     decimation: int
     dropped: int
     held: bool | None = None
+    kept: np.ndarray | None = None
 
     def rows_of(self, parts: Sequence[np.ndarray]) -> np.ndarray:
         """Return the rows of a signal, which is given along each whole stretch, shape (row,)."""
-        return self._thinned(parts)[self._in_motion]
+        return self._thinned(parts)[self.in_motion]
 
     def explained(self, plant: Model, friction: Model) -> list[np.ndarray]:
         """Return the effort that inertia and friction take along each stretch [N or N*m]."""
@@ -115,19 +132,19 @@ class Regression:
         from scipy.signal import resample_poly
 
         return np.concatenate(
-            [np.asarray(resample_poly(part, 1, self.decimation, window=self._taps, padtype="edge")) for part in parts]
+            [
+                np.asarray(resample_poly(part, 1, self.decimation, window=_taps(self.decimation), padtype="edge"))
+                for part in parts
+            ]
         )
 
     @cached_property
-    def _in_motion(self) -> np.ndarray:
+    def in_motion(self) -> np.ndarray:
+        """Which of the decimated samples are rows, shape (sample,) of bool."""
+        if self.kept is not None:
+            return self.kept
         rests = [self._filtered((stretch.velocity == 0.0).astype(float)) for stretch in self.stretches]
         return np.abs(self._thinned(rests)) < REST_IN_ROW
-
-    @cached_property
-    def _taps(self) -> np.ndarray:
-        from scipy.signal import firwin
-
-        return np.asarray(firwin(2 * REACH * self.decimation + 1, 1.0 / self.decimation, window="hamming"))
 
     @property
     def reach(self) -> int:
@@ -138,11 +155,11 @@ class Regression:
     @cached_property
     def time(self) -> np.ndarray:
         """Time of each row [s]."""
-        return self._sampled([stretch.time for stretch in self.stretches])
+        return self.sampled([stretch.time for stretch in self.stretches])
 
-    def _sampled(self, parts: Sequence[np.ndarray]) -> np.ndarray:
+    def sampled(self, parts: Sequence[np.ndarray]) -> np.ndarray:
         """Return the values of a signal at the rows, not mixed with those between."""
-        return np.concatenate([self.without_edges(part)[:: self.decimation] for part in parts])[self._in_motion]
+        return np.concatenate([self.without_edges(part)[:: self.decimation] for part in parts])[self.in_motion]
 
     @cached_property
     def samples_from_reversal(self) -> np.ndarray:
@@ -153,7 +170,7 @@ class Regression:
             sample = np.arange(stretch.velocity.size)
             after = np.searchsorted(turns, sample)
             found.append(np.minimum(sample - turns[after - 1], turns[after] - sample))
-        return self._sampled(found)
+        return self.sampled(found)
 
     @cached_property
     def velocity(self) -> np.ndarray:

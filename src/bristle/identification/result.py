@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
     from bristle.core import Model
     from bristle.logs.log import Log
 
-__all__ = ["Estimate", "Fit", "HeldOut", "Identification", "Traces"]
+__all__ = ["Estimate", "Fit", "HeldOut", "Identification", "Resampling", "Scatter", "Traces"]
 
 NORMAL_95 = 1.96
 
@@ -38,6 +39,8 @@ class Estimate:
         Why it is held, at an edge or unidentifiable, in words; empty otherwise.
     robust_std : float or None
         Standard error in `unit` that holds for residuals correlated over time.
+    interval : tuple of float or None
+        Low and high end of the 95 % interval in `unit`, from fits to twins of the log; None where there were none.
     """
 
     name: str
@@ -48,6 +51,7 @@ class Estimate:
     status: str = "identified"
     note: str = ""
     robust_std: float | None = None
+    interval: tuple[float, float] | None = None
 
     @property
     def relative_std_percent(self) -> float | None:
@@ -63,7 +67,9 @@ class Estimate:
 
     @property
     def interval_percent(self) -> float | None:
-        """Half-width of the 95 % interval, from the larger standard error, as a percentage of the value."""
+        """Half-width of the 95 % interval as a percentage of the value, from the larger standard error if need be."""
+        if self.interval is not None and self.value != 0.0:
+            return 50.0 * (self.interval[1] - self.interval[0]) / abs(self.value)
         if self.larger_std is None or self.value == 0.0:
             return None
         return NORMAL_95 * 100.0 * self.larger_std / abs(self.value)
@@ -76,6 +82,48 @@ class HeldOut:
     block_errors_percent: tuple[float, ...]
     mean_percent: float
     std_percent: float
+
+
+class Scatter(NamedTuple):
+    """Standard deviation of the level of friction from reversal to reversal, as a share of it, with 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Resampling:
+    """What fits to twins of the log and to parts of it say.
+
+    Parameters
+    ----------
+    draws : mapping of str to ndarray, shape (draw,)
+        Each free parameter as fitted to the twins [SI].
+    scatter : Scatter
+        Of the level of friction from reversal to reversal.
+    half_cycles : int
+        From which the scatter is known.
+    noise : float
+        Standard deviation of the noise of the effort, sample by sample [N or N*m].
+    resolution : float
+        Step of the position encoder [m or rad].
+    unexplained : float
+        Root mean square of the part of the residual that noise, encoder and scatter do not explain [N or N*m].
+    white : bool
+        Whether the residual is that of independent errors, so that the plain standard errors hold.
+    jackknife : mapping of str to float
+        Standard error of parameters [SI] by leaving out half-cycles; empty with fewer than five.
+    """
+
+    draws: Mapping[str, np.ndarray]
+    scatter: Scatter
+    half_cycles: int
+    noise: float
+    resolution: float
+    unexplained: float
+    white: bool
+    jackknife: Mapping[str, float]
 
 
 @dataclass(frozen=True)
@@ -118,6 +166,8 @@ class Fit:
         What cannot be identified and why; what was taken for granted.
     rank : int
         1 for the best of the models compared.
+    resampling : Resampling or None
+        How sure the fit is; None where that was not asked.
     """
 
     plant: Model
@@ -132,6 +182,7 @@ class Fit:
     warnings: tuple[str, ...] = ()
     assumptions: tuple[str, ...] = ()
     rank: int = 1
+    resampling: Resampling | None = None
 
     @property
     def name(self) -> str:
