@@ -114,11 +114,12 @@ class Regression:
         dt = self.sample_time
         # The velocity at a sample is the mean over the step around it, which ends half a step later.
         return [
-            self._filtered(force_along(friction, one.velocity, dt, one.position + 0.5 * dt * one.velocity))
+            self.filtered(force_along(friction, one.velocity, dt, one.position + 0.5 * dt * one.velocity))
             for one in self.stretches
         ]
 
-    def _filtered(self, part: np.ndarray) -> np.ndarray:
+    def filtered(self, part: np.ndarray) -> np.ndarray:
+        """Return a signal along a stretch behind the filter of the identification."""
         return low_passed(part, self.cutoff, self.sample_time)
 
     def without_edges(self, part: np.ndarray) -> np.ndarray:
@@ -143,7 +144,7 @@ class Regression:
         """Which of the decimated samples are rows, shape (sample,) of bool."""
         if self.kept is not None:
             return self.kept
-        rests = [self._filtered((stretch.velocity == 0.0).astype(float)) for stretch in self.stretches]
+        rests = [self.filtered((stretch.velocity == 0.0).astype(float)) for stretch in self.stretches]
         return np.abs(self._thinned(rests)) < REST_IN_ROW
 
     @property

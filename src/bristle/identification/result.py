@@ -12,6 +12,7 @@ from bristle.simulation.result import relative_error_percent
 
 if TYPE_CHECKING:
     from bristle.core import Model
+    from bristle.identification.bands import Bands
     from bristle.logs.log import Log
 
 __all__ = ["Estimate", "Fit", "HeldOut", "Identification", "Resampling", "Scatter", "Traces"]
@@ -98,30 +99,24 @@ class Resampling:
 
     Parameters
     ----------
-    draws : mapping of str to ndarray, shape (draw,)
-        Each free parameter as fitted to the twins [SI].
+    bands : Bands
+        Each free parameter as fitted to the twins, and what else makes up a band around a prediction.
     scatter : Scatter
         Of the level of friction from reversal to reversal.
     half_cycles : int
         From which the scatter is known.
-    noise : float
-        Standard deviation of the noise of the effort, sample by sample [N or N*m].
     resolution : float
         Step of the position encoder [m or rad].
-    unexplained : float
-        Root mean square of the part of the residual that noise, encoder and scatter do not explain [N or N*m].
     white : bool
         Whether the residual is that of independent errors, so that the plain standard errors hold.
     jackknife : mapping of str to float
         Standard error of parameters [SI] by leaving out half-cycles; empty with fewer than five.
     """
 
-    draws: Mapping[str, np.ndarray]
+    bands: Bands
     scatter: Scatter
     half_cycles: int
-    noise: float
     resolution: float
-    unexplained: float
     white: bool
     jackknife: Mapping[str, float]
 

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
 from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
+from bristle.identification.bands import Bands, half_width
 from bristle.identification.problem import Problem
 from bristle.identification.resampling.bootstrap import Bootstrap, bootstrap
 from bristle.identification.resampling.half_cycles import HalfCycles
 from bristle.identification.resampling.jackknife import jackknife_std
-from bristle.identification.resampling.refit import Space, space_of
+from bristle.identification.resampling.refit import Refit, Space, space_of
 from bristle.identification.resampling.sight import Unseen, unseen
 from bristle.identification.resampling.whiteness import is_white
 from bristle.identification.result import Estimate, Fit, Resampling
@@ -23,6 +25,8 @@ from bristle.logs.log import Log
 
 __all__ = ["assessed"]
 
+BLOCKS = 5
+FLAT = 0.1  # rise of the held-out error, in units of its variance, below which a parameter does nothing at all
 AT_ODDS = 3.0  # ratio of the jackknife to the bootstrap from which the reader is told
 
 
@@ -49,16 +53,20 @@ def assessed(
     residual = fit.traces.residual
     asked = frozenset(one.name for one in fit.estimates if one.status == "identified")
     blind = unseen(problem, space, asked)
-    free = np.array([name not in {one.name for one in blind} for name in space.names])
+    # What is only weakly seen stays free: held, it would make the others look surer than they are.
+    flat = {one.name for one in blind if one.rise < FLAT}
+    free = np.array([name not in flat for name in space.names])
     found = bootstrap(log, problem, space, draws, free=free, report=report)
+    bands = Bands(
+        draws={name: found.draws[:, column] for column, name in enumerate(space.names)},
+        scatter=found.scatter.value, noise=found.disturbance.noise, unexplained=found.unexplained,
+    )  # fmt: skip
     jackknife = _jackknife(space, HalfCycles(problem.regression), residual, free, solution)
     resampling = Resampling(
-        draws={name: found.draws[:, column] for column, name in enumerate(space.names)},
+        bands=replace(bands, inflation=_inflation(bands, fit, problem, space, free)),
         scatter=found.scatter,
         half_cycles=HalfCycles(problem.regression).count,
-        noise=found.disturbance.noise,
         resolution=found.disturbance.resolution,
-        unexplained=found.unexplained,
         white=is_white(residual),
         jackknife=jackknife,
     )
@@ -69,6 +77,21 @@ def assessed(
         warnings=(*fit.warnings, *told, *_at_odds(estimates, found, jackknife)),
         assumptions=(*fit.assumptions, _how(fit, resampling)),
     )  # fmt: skip
+
+
+def _inflation(bands: Bands, fit: Fit, problem: Problem, space: Space, free: np.ndarray) -> float:
+    """Return the factor that makes bands hold 95 % of the rows of blocks that were held out, at least 1."""
+    regression = problem.regression
+    width = half_width(bands, fit.plant, fit.friction, regression)
+    count, reach = regression.effort.size, regression.reach
+    share = []
+    for first, last in pairwise(np.linspace(0, count, BLOCKS + 1).astype(int).tolist()):
+        fitted = np.ones(count, dtype=bool)
+        fitted[max(first - reach, 0) : last + reach] = False
+        if fitted.any():
+            _, residual = Refit(space, free, fitted).solve(problem, space.phi)
+            share.append(np.abs(residual[first:last]) / width[first:last])
+    return max(float(np.quantile(np.concatenate(share), 0.95)), 1.0) if share else 1.0
 
 
 def _jackknife(
@@ -86,7 +109,7 @@ def _jackknife(
 def _estimate(one: Estimate, found: Bootstrap, blind: tuple[Unseen, ...], solution: Solution) -> Estimate:
     lost = next((other for other in blind if other.name == one.name), None)
     if lost is not None:
-        return replace(one, status="unidentifiable", note=lost.note)
+        one = replace(one, status="unidentifiable", note=lost.note)
     if one.name not in found.space.names:
         return one
     return replace(one, interval=found.interval(one.name, at_edge=one.name in solution.at_edge))
@@ -112,11 +135,12 @@ def _at_odds(
 
 def _how(fit: Fit, resampling: Resampling) -> str:
     kind = fit.friction.kind
-    noise, left = (with_unit(one, unit_of("force", kind)) for one in (resampling.noise, resampling.unexplained))
+    bands = resampling.bands
+    noise, left = (with_unit(one, unit_of("force", kind)) for one in (bands.noise, bands.unexplained))
     step = with_unit(resampling.resolution, unit_of("length", kind))
     scatter = number(100.0 * resampling.scatter.value, digits=2)
     return (
-        f"95 % intervals from {len(next(iter(resampling.draws.values()), ()))} fits to logs simulated with the model: "
+        f"95 % intervals from {bands.count} fits to logs simulated with the model: "
         f"noise of {noise}, encoder steps of {step}, friction that scatters by {scatter} % over "
         f"{resampling.half_cycles} half-cycles; {left} of the residual (root mean square) is none of these, and comes "
         "back block by block with a sign drawn by chance"

@@ -19,29 +19,15 @@ from functools import cached_property
 
 import numpy as np
 
-from bristle.core.contracts import FrictionModel
 from bristle.identification.problem import Problem
 from bristle.identification.regression import Regression
+from bristle.identification.resampling.levels import scaled
 
-__all__ = ["HalfCycles", "forces_of", "level_slope", "scaled", "scatter_seen"]
+__all__ = ["HalfCycles", "level_slope", "scatter_seen"]
 
 STEPS = 2.0  # of the encoder
 DEVIATIONS = 8.0  # of the noise of the position: what a body at rest does not go beyond
 NUDGE = 1e-3
-
-
-def forces_of(component: FrictionModel) -> tuple[str, ...]:
-    """Return the parameters of a model that set the level of its friction force, the constant offset left out."""
-    return tuple(
-        name
-        for name, one in component.variables.items()
-        if one.quantity == "force" and one.excitation and name != "offset"
-    )
-
-
-def scaled(component: FrictionModel, values: Mapping[str, float], scale: float) -> dict[str, float]:
-    """Return the values of a model with its forces scaled."""
-    return dict(values) | {name: scale * values[name] for name in forces_of(component)}
 
 
 @dataclass(frozen=True)

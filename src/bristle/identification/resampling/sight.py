@@ -5,8 +5,8 @@ error on the block rises in neither case by more than the 95 % threshold of a li
 
 .. math:: \sum_\text{blocks} \left(\|r'\|^2 - \|r\|^2\right) < \chi^2_{1,\,0.95}\; s^2,
 
-the log does not see that parameter. It is held where it is, and the others are asked again: of a product of two, only
-one is held.
+the log does not see that parameter. With it held where it is, the others are asked again: of a product of two, only
+one is not seen.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Unseen:
 
 
 def unseen(problem: Problem, space: Space, candidates: frozenset[str]) -> tuple[Unseen, ...]:
-    """Return the parameters that a log does not see, in the order in which they were held.
+    """Return the parameters that a log does not see, each with those found before it held.
 
     Parameters
     ----------

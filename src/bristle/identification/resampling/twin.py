@@ -20,12 +20,10 @@ from functools import cached_property
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.core.contracts import Model
-from bristle.core.packing import pack
-from bristle.engine import force_in_turns
 from bristle.identification.problem import Problem
 from bristle.identification.regression import Regression, Stretch, low_passed
-from bristle.identification.resampling.half_cycles import HalfCycles, scaled
+from bristle.identification.resampling.half_cycles import HalfCycles
+from bristle.identification.resampling.levels import Levels
 from bristle.identification.treatment import treat
 from bristle.logs.log import Channel, Log
 
@@ -34,7 +32,6 @@ __all__ = ["Disturbance", "Twin", "disturbance_of"]
 GAUSSIAN = 1.4826
 ROUNDING = 0.37  # of an encoder step: what the robust measure of noise says of rounding alone
 BLOCKS = 40  # of a stretch, in which what the model lacks keeps its sign
-LEAST_SCALE = 0.05  # friction does not vanish on any half-cycle
 
 
 @dataclass(frozen=True)
@@ -114,7 +111,7 @@ class Twin:
         regression, disturbance = self.problem.regression, self.disturbance
         efforts, positions, segments, first = [], [], [], 0
         for stretch, starts, left in zip(self._motion, self.cycles.starts, self._left, strict=True):
-            force = self._friction(stretch, starts, rng)
+            force = self._levels.force(stretch, starts, regression.sample_time, disturbance.scatter, rng)
             pure = self.values["M"] * stretch.acceleration + force
             pure += disturbance.unexplained * _signs(pure.size, rng) * left
             efforts.append(pure + disturbance.noise * rng.standard_normal(pure.size))
@@ -154,23 +151,9 @@ class Twin:
     def _time(self) -> np.ndarray:
         return np.concatenate([one.time for one in self.problem.regression.stretches])
 
-    def _friction(self, stretch: Stretch, starts: tuple[int, ...], rng: np.random.Generator) -> np.ndarray:
-        """Return the friction force along a stretch [N or N*m], unfiltered, with a scale for each half-cycle."""
-        dt = self.problem.regression.sample_time
-        scales = np.maximum(1.0 + self.disturbance.scatter * rng.standard_normal(len(starts)), LEAST_SCALE)
-        model, once, more = self._models
-        rows = once + (scales[:, None] - 1.0) * more
-        end = stretch.position + 0.5 * dt * stretch.velocity
-        return force_in_turns(model, rows, stretch.velocity, dt, end, starts)
-
     @cached_property
-    def _models(self) -> tuple[Model, np.ndarray, np.ndarray]:
-        """The model, its parameters as numbers, and by how much these rise where its forces are doubled."""
-        model = self.problem.model(self.values)
-        twice = self.problem.model(scaled(self.problem.unknowns.component, self.values, 2.0))
-        once, doubled = pack(model.parameters), pack(twice.parameters)
-        more = np.subtract(doubled, once, out=np.zeros_like(once), where=doubled != once)
-        return model, once, more
+    def _levels(self) -> Levels:
+        return Levels(self.problem.unknowns.component, self.values, self.problem.regression.kind)
 
 
 def _signs(count: int, rng: np.random.Generator) -> np.ndarray:
