@@ -74,6 +74,7 @@ def _cell(one: Certificate, factor: float, unit: str) -> str:
         return "–"
     if unit == "needs":
         text = f"{one.threshold * ARM**2 / 0.1:.2f} σ₁" if one.threshold else "passes"
+        text = "no σ₂ is enough" if one.threshold == math.inf else text
     elif unit == "ok":
         text = "passes" if one.passed else "fails"
     else:

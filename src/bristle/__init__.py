@@ -19,8 +19,9 @@ if TYPE_CHECKING:
     from bristle import controllers, engine, friction, hysteresis, plants, references, sensors, simulation
     from bristle.certificates import check
     from bristle.engine import response
-    from bristle.files import read_axis, read_experiment, read_model
+    from bristle.files import read_axis, read_curves, read_experiment, read_model
     from bristle.identification import identify, predict
+    from bristle.identification.operators import identify_operator
     from bristle.logs import read_log
     from bristle.simulation import simulate
 
@@ -30,9 +31,11 @@ _FROM = {
     "check": "bristle.certificates",
     "response": "bristle.engine",
     "read_axis": "bristle.files",
+    "read_curves": "bristle.files",
     "read_experiment": "bristle.files",
     "read_model": "bristle.files",
     "identify": "bristle.identification",
+    "identify_operator": "bristle.identification.operators",
     "predict": "bristle.identification",
     "read_log": "bristle.files",
     "simulate": "bristle.simulation",
@@ -47,9 +50,11 @@ __all__ = [
     "friction",
     "hysteresis",
     "identify",
+    "identify_operator",
     "plants",
     "predict",
     "read_axis",
+    "read_curves",
     "read_experiment",
     "read_log",
     "read_model",

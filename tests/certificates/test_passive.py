@@ -1,14 +1,18 @@
 """Passivity: the condition, its forms, and that the condition means what it says."""
 
 import math
+from pathlib import Path
 
 import pytest
 from tests.certificates.ballscrew import F_C, F_S, V_S, composite, gms, lugre
 
 from bristle import friction
 from bristle.certificates import check, needed_damping
+from bristle.core.contracts import Motion
 from bristle.core.variable import unit_of
+from bristle.files.user_model import load_model_file
 
+EXAMPLE = Path(__file__).parents[2] / "examples" / "quadratic_drag.py"
 RATIO = (F_S - F_C) / F_C
 EDGE = 4.0 * math.sqrt(2.0 * math.e) * F_C
 
@@ -70,5 +74,61 @@ def test_the_worse_direction_counts():
     assert not found.passed
 
 
+def work(model, strokes, rounds):
+    """Return the work [J] put into a contact in each round of strokes (velocity, duration)."""
+    contact = Contact(model)
+    return [sum(contact.stroke(v, dt) for v, dt in strokes) for _ in range(rounds)]
+
+
+class Contact:
+    """A friction model moved by hand, in strokes of any length."""
+
+    def __init__(self, model):
+        self.component, self.p = model.component, model.parameters
+        self.state, self.memory = self.component.initial_state(self.p), self.component.new_memory(self.p)
+
+    def stroke(self, v, dt):
+        force, move = self.component.trial(self.state, self.memory, Motion(v, 0.0), dt, self.p)
+        self.state = self.component.commit(self.state, self.memory, move, self.p)
+        return force * v * dt
+
+
+def test_gms_is_not_passive_whatever_its_viscosity():
+    k = 1e7
+
+    def strokes(F_C, F_S):
+        creep, fast = 1e-6, 0.1
+        half = [(creep, 1.0001 * (F_S + F_C) / k / creep), (fast, 1e-12 / fast), (1e-9, 0.1)]
+        return half + [(-v, dt) for v, dt in half]
+
+    active = friction.gms(F_C=20.0, F_S=28.0, v_S=2e-3, C=2e3, k_i=[k], nu_i=[1.0], sigma_2=8000.0)
+    each = work(active, strokes(20.0, 28.0), 5)[1:]
+    assert each == pytest.approx([-(28.0**2 - 20.0**2) / k] * 4, rel=0.01)
+    assert passive_of(active).threshold == math.inf
+    assert not passive_of(active).passed
+    equal = active.with_values(F_S=20.0)
+    assert min(work(equal, strokes(20.0, 20.0), 5)) > 0.0
+    assert passive_of(equal).passed
+    assert not passive_of(gms()).passed
+
+
+def test_reformed_dahl_gives_more_than_it_took_and_for_ever():
+    model, creep = friction.reformed_dahl(s=1e7, f_p=20.0), 1e-6
+    contact = Contact(model)
+    each = []
+    for _ in range(4):
+        taken = 0.0
+        for _ in range(100):
+            taken += contact.stroke(creep, 0.01501) + contact.stroke(-creep, 1e-5)
+        while contact.state.f > 1e-9:
+            taken += contact.stroke(-creep, 0.5 * contact.state.f / 1e7 / creep)
+        each.append(taken)
+    assert max(each) < -4e-6
+    assert each[-1] == pytest.approx(each[0], rel=1e-3)
+    assert passive_of(model).applies
+    assert not passive_of(model).passed
+
+
 def test_nothing_is_claimed_where_no_condition_is_known():
-    assert not passive_of(gms()).applies
+    of_a_user = load_model_file(EXAMPLE)
+    assert not passive_of(of_a_user(**of_a_user.example)).applies

@@ -55,6 +55,22 @@ def test_a_model_that_drifts_fails_with_advice(bristle, models):
     assert "30 mN·m·s/rad" in shown.out
 
 
+def test_a_deflection_without_bound_is_an_answer_not_bad_input(bristle, models):
+    Path("short.toml").write_text(COMPOSITE.replace("156 mN*m", "120 mN*m"))
+    found = bristle("check", "short.toml", "--json")
+    assert found.code == 1
+    answer = found.data["certificates"]["well_posed"]
+    assert answer["passed"] is False
+    assert "raise f_p to 136.5 mN·m" in answer["advice"]
+
+
+def test_a_condition_that_no_certificate_speaks_of_is_bad_input(bristle, models):
+    Path("reversed.toml").write_text(COMPOSITE.replace("100 mN*m", "140 mN*m").replace("156", "190"))
+    found = bristle("check", "reversed.toml")
+    assert found.code == 2
+    assert "F_S >= F_C" in found.err
+
+
 def test_ripple_and_loop_are_taken_with_their_units(bristle, models):
     options = ("--force-ripple", "40 mN*m,80 mN*m", "--loop", "3.77 mrad, 1.885 mrad")
     found = bristle("check", "lugre.toml", "--json", *options).data["certificates"]

@@ -172,3 +172,20 @@ def test_a_model_of_ones_own_that_drives_is_warned_of(bristle, place):
     (line,) = [line for line in ended.err.splitlines() if "contract" in line]
     assert line.startswith("bristle: warning: own.py: does not meet the contract of a friction model: ")
     assert "opposes sliding, dissipates" in line
+
+
+def test_the_command_line_takes_several_logs(bristle, place):
+    text = (place / "log.csv").read_text().splitlines()
+    half = len(text) // 2
+    (place / "second.csv").write_text("\n".join([text[0], *text[half:]]) + "\n")
+    found = bristle("identify", "log.csv", "second.csv", "--axis", "axis.toml", "--out", "both", "--json")
+    assert found.code == 0, found.err
+    assert found.data["further_logs"] == ["second.csv"]
+    assert {"log", "log_2", "log_2_sha256", "axis"} <= set(found.data["provenance"])
+    assert found.data["parameters"]["M"]["value"] == pytest.approx(20.0, rel=0.03)
+    page = (place / "both" / "report.html").read_text()
+    assert "held-out logs" in page
+    assert "Further logs" in page
+    wrong = bristle("identify", "log.csv", "--axis", "axis.toml", "--axis", "axis.toml")
+    assert wrong.code == 2
+    assert "axis: 2 for 1 logs" in wrong.err

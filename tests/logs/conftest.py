@@ -72,7 +72,30 @@ def write_tdms(path: Path, recording: dict[str, np.ndarray], units: dict[str, st
     return path
 
 
-WRITERS = {"csv": write_csv, "mat": write_mat, "tdms": write_tdms}
+def write_hdf5(path: Path, recording: dict[str, np.ndarray], group: str = "run") -> Path:
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(path, "w") as file:
+        for name, values in recording.items():
+            file[f"{group}/{name}"] = values.reshape(-1, 1)
+    return path
+
+
+def write_npz(path: Path, recording: dict[str, np.ndarray]) -> Path:
+    np.savez_compressed(path, **recording)
+    return path
+
+
+def write_parquet(path: Path, recording: dict[str, np.ndarray]) -> Path:
+    pyarrow = pytest.importorskip("pyarrow")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    parquet.write_table(pyarrow.table(recording), path)
+    return path
+
+
+WRITERS = {
+    "csv": write_csv, "mat": write_mat, "tdms": write_tdms, "h5": write_hdf5, "npz": write_npz,
+    "parquet": write_parquet,
+}  # fmt: skip
 
 
 @pytest.fixture(params=sorted(WRITERS))

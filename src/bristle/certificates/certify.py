@@ -16,6 +16,7 @@ from bristle.core.contracts import FrictionModel, HysteresisOperator, Model
 from bristle.core.errors import InputError
 from bristle.core.units import quantity
 from bristle.core.variable import Variable
+from bristle.friction import unvaried
 
 __all__ = ["check"]
 
@@ -27,7 +28,8 @@ def check(model: Model, *, force_ripple: Any = None, loop: Any = None) -> dict[s
     ----------
     model : Model
         A friction model, or a hysteresis operator, with parameters. An operator is taken as friction whose position is
-        the input; where its loops run the other way around (a magnet), energy is counted as it is in magnets.
+        the input; where its loops run the other way around (a magnet), energy is counted as it is in magnets. Friction
+        that varies along the axis is taken as it is in the middle.
     force_ripple : (low, high), optional
         Forces between which the contact is loaded up and down, for `drift`: numbers [N or N*m], or text with a unit.
         Between 0.3 and 0.6 of the break-away force where not given.
@@ -62,6 +64,8 @@ def check(model: Model, *, force_ripple: Any = None, loop: Any = None) -> dict[s
     if isinstance(model.component, HysteresisOperator):
         force, length = (Variable(one, one) for one in (model.component.output, model.component.input))
         model = as_friction(model)
+    else:
+        model = unvaried(model)
     ripple, turns = _pair(model, force_ripple, force, "force_ripple"), _pair(model, loop, length, "loop")
     holding = holding_of(model)
     fattest = fattest_loop(model)

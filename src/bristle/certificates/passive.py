@@ -14,6 +14,13 @@ With constant :math:`\sigma_1` this is :math:`\sigma_1 (F_S - F_C)/F_C` for :mat
 ends there, and :math:`\sigma_1 [(F_S/F_C)^n - 1]` for :math:`\Phi = (q/G)^n`. With :math:`\sigma_1(v) = \sigma_1
 e^{-(v/v_d)^2}` it is 0 where :math:`\sigma_1 v_d \le 4\sqrt{2e}\,F_C`.
 
+No viscous coefficient is enough where energy is given back however slow the motion. `bouc_wen` with
+:math:`\beta < \tfrac12` does so in its loops. `reformed_dahl` is stiff after every reversal: charged by many short
+strokes and let go in a long one it gives back more than it took, its stiffness on the way out being less. An element
+of `gms` that slips is drawn to :math:`\nu_i F_S` by time alone: let slip by a short fast stroke at
+:math:`\nu_i F_C`, and let rise while it hardly moves, it gains :math:`\nu_i^2 (F_S^2 - F_C^2)/(2 k_i)`, which it
+gives back at the reversal. Both are counter-examples, so the verdict is final.
+
 References
 ----------
 .. [1] N. Barabanov, R. Ortega, "Necessary and sufficient conditions for passivity of the LuGre friction model", IEEE
@@ -40,9 +47,11 @@ from bristle.friction import (
     coulomb_viscous,
     dahl,
     elastoplastic,
+    gms,
     lugre,
     maxwell_slip,
     preisach_lugre,
+    reformed_dahl,
     stribeck,
     viscous,
 )
@@ -50,6 +59,7 @@ from bristle.friction.lugre import micro_damping, stribeck_force
 from bristle.friction.preisach_lugre import slip_law
 from bristle.friction.slip_law import SlipLaw, slip
 from bristle.friction.slots import Slotted
+from bristle.friction.variation import Varied
 from bristle.hysteresis import prandtl_ishlinskii, preisach, stop
 
 __all__ = ["Damping", "damping_of", "needed_damping", "passive"]
@@ -63,6 +73,7 @@ class Damping(NamedTuple):
 
     there: float
     needed: float = 0.0
+    because: str = "Its hysteresis gives energy back at every speed"
 
 
 def passive(model: Model, is_magnet: bool) -> Certificate:
@@ -71,14 +82,16 @@ def passive(model: Model, is_magnet: bool) -> Certificate:
     if is_magnet:
         return not_applicable(unit, "Its loops run the other way around, as a magnet's: it is no friction")
     p = model.parameters.operator if isinstance(model.parameters, Held) else model.parameters
-    sides = [damping_of(one) for one in ((p.forward, p.backward) if isinstance(p, Slotted) else (p,))]
+    found = (p.forward, p.backward) if isinstance(p, Slotted) else (p,)
+    # What varies with the place is a factor of all of the force, or a force that is given back on the way back.
+    sides = [damping_of(one.inner if isinstance(one, Varied) else one) for one in found]
     known = [one for one in sides if one is not None]
     if len(known) < len(sides):
         return not_applicable(unit, "No condition is known for this model: see dissipation for a search by trial")
     worst = min(known, key=lambda one: one.there - one.needed)
     passed = worst.there >= worst.needed * (1.0 - 1e-9)
     if not math.isfinite(worst.needed):
-        advice = "Its hysteresis gives energy back at every speed: no viscous coefficient makes up for that"
+        advice = f"{worst.because}: no viscous coefficient makes up for that"
     elif not passed:
         advice = (
             f"Bristles let go at speed give energy back: raise sigma_2 to {with_unit(worst.needed, unit, 4)} at least"
@@ -180,6 +193,17 @@ def _(p: Any) -> Damping | None:
 @damping_of.register(bouc_wen.Parameters)
 def _(p: Any) -> Damping:
     return Damping(p.sigma_2, 0.0 if p.beta >= 0.5 else math.inf)
+
+
+@damping_of.register(reformed_dahl.Parameters)
+def _(p: Any) -> Damping:
+    return Damping(p.sigma_2, math.inf, "Charged by short strokes and let go in a long one it gives back more")
+
+
+@damping_of.register(gms.Parameters)
+def _(p: Any) -> Damping:
+    because = "An element that slips regains its static force without moving, unless F_S = F_C"
+    return Damping(p.sigma_2, math.inf if p.F_S > p.F_C else 0.0, because)
 
 
 @damping_of.register(lugre.Parameters)

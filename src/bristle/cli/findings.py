@@ -23,7 +23,7 @@ def show_identification(found: Identification, simulation: SimulationResult | No
     show_table(parameter_table(best))
     if len(found.fits) > 1:
         show_table(comparison_table(found))
-    held_out = f", {best.held_out.mean_percent:.3g} % on held-out blocks" if best.held_out else ""
+    held_out = f", {best.held_out.mean_percent:.3g} % on held-out {best.held_out.of}" if best.held_out else ""
     friction = f"{best.friction_error_percent:.3g} % of what friction takes of it"
     say(f"Force error {best.force_error_percent:.3g} % of the effort, {friction}{held_out}.")
     gain = gain_of(simulation) if simulation else None

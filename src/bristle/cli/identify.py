@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bristle.cli.findings import show_identification
-from bristle.cli.options import AxisFile, Force, Json, Out
+from bristle.cli.options import AxisFiles, Force, Json, Out
 from bristle.cli.terminal import complain, progress
 
 if TYPE_CHECKING:
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 __all__ = ["EXAMPLE", "identify"]
 
+DEFAULT = "coulomb_viscous"
+
 EXAMPLE = """Example:
   bristle identify axis.mat --axis axis.toml \\
     --model coulomb_viscous,stribeck+asymmetry --out results"""
@@ -28,14 +30,20 @@ EXAMPLE = """Example:
 
 def identify(
     context: typer.Context,
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="A log: CSV, MAT or TDMS.")],
-    axis: AxisFile = None,
+    log: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="LOG...",
+            help="One log or several: CSV, MAT, TDMS, Parquet, HDF5 or NPZ; FILE::TABLE names a table in it.",
+        ),
+    ],
+    axis: AxisFiles = None,
     model: Annotated[
         str,
         typer.Option(
             "--model", metavar="NAME[+slot][,NAME...]", help="Models to fit and compare, or a file my_model.py."
         ),
-    ] = "coulomb_viscous",
+    ] = DEFAULT,
     out: Out = None,
     cutoff: Annotated[
         str | None, typer.Option("--cutoff", metavar="FREQUENCY", help="Of the zero-phase filter, such as '100 Hz'.")
@@ -46,31 +54,42 @@ def identify(
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Identify friction models from a log.
+    """Identify friction models from one log or several.
 
-    Several models are compared on stretches of the log that they were not fitted to.
+    Several models are compared on stretches of the log that they were not fitted to, or, of several logs, on each of
+    them in turn. Where the axis file names the columns input and output, hysteresis operators are identified.
 
     Writes model.toml, drive_table.csv, summary.json and report.html into DIR.
     """
+    from bristle.files.curves import describes_curves
+
+    if axis and describes_curves(axis[0]):
+        from bristle.cli.operators import identify_operators
+
+        asked = None if model == DEFAULT else model
+        identify_operators(log, axis, asked, out, force=force, as_json=as_json, command=context.obj)
+        return
     from bristle.core import Axis
     from bristle.files.axis import read_axis
-    from bristle.files.provenance import provenance
+    from bristle.files.provenance import provenance_of_all
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
     from bristle.identification import drive_table
     from bristle.identification import identify as identified
+    from bristle.identification.given import axes_for
     from bristle.logs import read_log
     from bristle.report.summary import identification_summary
 
     with results_folder(out, force=force) if out else nullcontext() as folder, progress("identifying") as report:
-        described = read_axis(axis) if axis else None
-        recorded = read_log(log, described)
+        axes = axes_for([read_axis(one) for one in axis or ()], len(log))
+        recorded = [read_log(one, its) for one, its in zip(log, axes, strict=True)]
         found = identified(
-            recorded, _models(model), axis=described, cutoff=_hertz(cutoff), decimation=decimation, progress=report
+            recorded, _models(model), axis=axes, cutoff=_hertz(cutoff), decimation=decimation, progress=report
         )
         table = drive_table(found.best, 20)
-        simulation, prediction = _in_the_loop(found, recorded, described or Axis(), report)
-        source = provenance(context.obj, log=log, axis=axis)
+        described = axes[0]
+        simulation, prediction = _in_the_loop(found, found.log, described or Axis(), report)
+        source = provenance_of_all(context.obj, log=log, axis=axis or ())
         summary = identification_summary(
             found, table=table, simulation=simulation, prediction=prediction, provenance=source
         )
@@ -80,13 +99,13 @@ def identify(
 
             page = identification_report(
                 found, prediction=prediction, simulation=simulation, table=table, command=context.obj,
-                axis_name=described.name if described else log.stem, provenance=source,
+                axis_name=described.name if described else log[0].stem, provenance=source,
             )  # fmt: skip
             write_identification(folder, found, table=table, report=page, summary=summary, provenance=source)
     if as_json:
         sys.stdout.write(json_text(summary))
     else:
-        show_identification(found, simulation, recorded.notes)
+        show_identification(found, simulation, [note for one in recorded for note in one.notes])
     if out:
         complain(f"wrote {out}; open {out / 'report.html'} in a browser")
 

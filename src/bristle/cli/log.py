@@ -19,7 +19,12 @@ EXAMPLE = """Example:
 
 
 def log(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A log: CSV, MAT or TDMS.")],
+    file: Annotated[
+        Path,
+        typer.Argument(
+            metavar="FILE", help="A log: CSV, MAT, TDMS, Parquet, HDF5 or NPZ; FILE::TABLE names a table in it."
+        ),
+    ],
     axis: AxisFile = None,
     as_json: Json = False,
 ) -> int:

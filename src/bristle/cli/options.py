@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-__all__ = ["AxisFile", "Force", "Json", "Out", "folder_named"]
+__all__ = ["AxisFile", "AxisFiles", "Force", "Json", "Out", "folder_named"]
 
 
 def folder_named(text: str | Path) -> Path:
@@ -18,6 +18,12 @@ def folder_named(text: str | Path) -> Path:
 
 
 AxisFile = Annotated[Path | None, typer.Option("--axis", metavar="AXIS.toml", help="The file that describes the axis.")]
+AxisFiles = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--axis", metavar="AXIS.toml", help="The file that describes the axis; one for all logs, or each its own."
+    ),
+]
 Out = Annotated[
     Path | None,
     typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the results into this new folder."),

@@ -25,7 +25,12 @@ EXAMPLE = """Example:
 def predict(
     context: typer.Context,
     model: Annotated[Path, typer.Argument(metavar="MODEL.toml", help="A model file, as identify writes it.")],
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="A log: CSV, MAT or TDMS.")],
+    log: Annotated[
+        Path,
+        typer.Argument(
+            metavar="LOG", help="A log: CSV, MAT, TDMS, Parquet, HDF5 or NPZ; FILE::TABLE names a table in it."
+        ),
+    ],
     axis: AxisFile = None,
     mode: Annotated[str, typer.Option("--mode", metavar="MODE", help="inverse, closed-loop or open-loop.")] = "inverse",
     out: Out = None,
@@ -35,8 +40,16 @@ def predict(
     """Predict a log with an identified model.
 
     inverse: the effort from the measured motion. closed-loop: effort and motion from the reference, with the
-    controller of the axis file. open-loop: the motion from the measured effort.
+    controller of the axis file. open-loop: the motion from the measured effort. A model of a hysteresis operator
+    predicts recorded curves.
     """
+    from bristle.files.operator import holds_operator
+
+    if holds_operator(model):
+        from bristle.cli.operators import predict_operator
+
+        predict_operator(model, log, axis, out, force=force, as_json=as_json, command=context.obj)
+        return 0
     from bristle.core import InputError
     from bristle.files.axis import read_axis
     from bristle.files.model import read_model

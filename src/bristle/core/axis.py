@@ -27,6 +27,8 @@ class Column:
         SI of the axis for one `base`, sign, drive constants and transmission included.
     optional : bool
         Whether a log may lack it.
+    shift : float
+        What is added after scaling, for temperatures.
     """
 
     name: str
@@ -34,6 +36,7 @@ class Column:
     base: str
     scale: float = 1.0
     optional: bool = False
+    shift: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -56,15 +59,22 @@ class Axis:
     kind : {"translational", "rotational"}
         Decides the units: m, N, kg or rad, N*m, kg*m^2.
     columns : mapping of str to Column
-        Channel (``time``, ``position``, ``velocity``, ``effort``, ``reference``) to the column of the log.
+        Channel (``time``, ``position``, ``velocity``, ``effort``, ``reference``, ``load``, ``temperature``) to the
+        column of the log.
     injected : tuple of Injected
         Known inputs of the loop.
+    table : str or None
+        Table, group or array of the log file, where it holds several.
     sample_time : float or None
         Sample time of the log where it has no column of time [s].
     delay : float
         By how much the effort column lags the position column [s].
     mass : float or None
         Moving mass [kg] or inertia [kg*m^2], where known.
+    plant : str
+        What the friction acts on: ``inertia``, or ``oscillator``, which has a spring and a damper to the ground.
+    stiffness, damping : float or None
+        Of the oscillator, where known [N/m, N*s/m or N*m/rad, N*m*s/rad].
     offset : float or "identify"
         Constant part of the friction force (gravity, bias).
     resolution : float or None
@@ -74,12 +84,24 @@ class Axis:
     held : bool or None
         Whether each value of the effort acts until the next sample, as of a sampled controller; None where nobody
         said so, which counts as no.
+    hold : {"zero", "linear", "band_limited"} or None
+        What the effort does between its samples where its motion is simulated; None counts as held.
+    periodic : bool or None
+        Whether each log is a whole number of periods of a motion that repeats; None where the log is to tell.
+    in_cycle : bool
+        Whether the log begins within a motion that repeats: a contact with a memory has been through it before.
+    span : tuple of float or None
+        From when to when the log is used, in its own time [s].
+    at_rest : bool
+        Whether each log begins at rest and relaxed, or, where it is periodic, has run in from there.
     velocity_limit : float or None
         Largest velocity [m/s or rad/s].
     stroke : tuple of float or None
         Smallest and largest position [m or rad].
     controller : Model or None
         The control law that was running.
+    pitch : float or None
+        Movement of the axis for one turn of the motor [m or rad], where a transmission is told.
     presliding : float or None
         Distance over which friction turns at a reversal, where known: static friction models are simulated with
         it [m or rad].
@@ -87,22 +109,40 @@ class Axis:
         Cut-off of the zero-phase filter of the identification [Hz].
     decimation : int or None
         Of how many filtered samples the identification keeps one.
+    keeps_rests : bool
+        Whether the identification keeps samples at rest: where the effort is the friction itself, as a sensor beside
+        the contact sees it, a model with pre-sliding tells it there too.
+    method : {"inverse_dynamics", "output_error"}
+        What an identification makes small: the error of the effort along the measured motion, or, from there on, the
+        error of the position that the measured effort makes of the model.
     """
 
     name: str = "axis"
     kind: Kind = "translational"
     columns: Mapping[str, Column] = field(default_factory=dict)
     injected: tuple[Injected, ...] = ()
+    table: str | None = None
     sample_time: float | None = None
     delay: float = 0.0
     mass: float | None = None
+    plant: str = "inertia"
+    stiffness: float | None = None
+    damping: float | None = None
     offset: float | str = "identify"
     resolution: float | None = None
     effort_limit: float | None = None
     held: bool | None = None
+    hold: str | None = None
+    periodic: bool | None = None
+    at_rest: bool = False
+    in_cycle: bool = False
+    span: tuple[float, float] | None = None
     velocity_limit: float | None = None
     stroke: tuple[float, float] | None = None
     controller: Any = None
+    pitch: float | None = None
     presliding: float | None = None
     cutoff: float | None = None
     decimation: int | None = None
+    keeps_rests: bool = False
+    method: str = "inverse_dynamics"

@@ -41,6 +41,7 @@ __all__ = [
     "Model",
     "Motion",
     "Plant",
+    "Redundancy",
     "Reference",
     "Relation",
     "Sensor",
@@ -62,6 +63,13 @@ class Relation(NamedTuple):
     structural: bool = False
 
 
+class Redundancy(NamedTuple):
+    """A parameter that only shows as a factor of others: no measurement tells it alone."""
+
+    name: str
+    factor_of: tuple[str, ...]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Component:
     """What every descriptor has: names, the types of its data, where it comes from.
@@ -78,6 +86,8 @@ class Component:
         Source with DOI.
     relations : tuple of Relation
         Conditions between parameters.
+    redundancies : tuple of Redundancy
+        Parameters that are only seen as a factor of others.
     example : mapping
         Typical values of the parameters, in SI of a translational axis: for docs, and for the contract suite.
     """
@@ -88,6 +98,7 @@ class Component:
     State: type
     reference: str = ""
     relations: tuple[Relation, ...] = ()
+    redundancies: tuple[Redundancy, ...] = ()
     example: Mapping[str, Any] = field(default_factory=dict, compare=False)
     module: str = field(default="", compare=False)
 
@@ -222,6 +233,7 @@ class Plant(Component):
     ``step(state, effort, force, dt, p) -> (output, state)`` takes the mean force of the step.
     ``rest(state, effort, dt, p) -> state`` holds the port at a velocity of exactly zero.
     ``rate(state, effort, force, p) -> d_state`` is optional: the same equations in continuous time.
+    ``inverse(x, v, a, p) -> effort`` is what a motion takes without friction, for arrays; linear in the parameters.
     Fields ``x`` and ``v`` of its `State` are the position and velocity at the port.
     """
 
@@ -229,6 +241,7 @@ class Plant(Component):
     step: Callable[..., Any]
     rest: Callable[..., Any]
     rate: Callable[..., Any] | None = None
+    inverse: Callable[..., Any] | None = None
 
     family: ClassVar[str] = "plant"
     functions: ClassVar[tuple[str, ...]] = ("port", "step", "rest")
@@ -319,9 +332,13 @@ class Model:
 
 
 def make_model(
-    component: Component, values: Mapping[str, Any], *, kind: Kind | None, validate: bool, path: str = ""
-) -> Model:
-    """Return `component` with validated parameters; `path` goes before the names in error messages."""
+    component: Component, values: Mapping[str, Any], *, kind: Kind | None, validate: bool, related: bool = True,
+    path: str = "",
+) -> Model:  # fmt: skip
+    """Return `component` with validated parameters; `path` goes before the names in error messages.
+
+    With ``related=False`` every value is held to its range, but relations between them are not asked for.
+    """
     from bristle.core import units
 
     where = f"{path}." if path else ""
@@ -339,8 +356,9 @@ def make_model(
             mend=f"Give {missing[0]}, {variables[missing[0]].description} "
             f"[{variables[missing[0]].unit(kind or 'translational')}]",
         )
-    if kind is not None and kind not in KINDS:
-        raise InputError("unknown kind of axis", path=f"{where}kind", value=kind, allowed=" or ".join(KINDS))
+    kinds = (*KINDS, "magnetic") if component.family == "hysteresis" else KINDS
+    if kind is not None and kind not in kinds:
+        raise InputError("unknown kind of axis", path=f"{where}kind", value=kind, allowed=" or ".join(kinds))
     chosen: Kind = kind or units.kind_of(values, variables)
     numbers: dict[str, Any] = {}
     for name, variable in variables.items():
@@ -349,7 +367,7 @@ def make_model(
         if validate:
             _validate(component, name, variable, numbers[name], chosen, f"{where}{name}")
     parameters = component.assemble(numbers)
-    check_relations(component, parameters, path or component.name, structural_only=not validate)
+    check_relations(component, parameters, path or component.name, structural_only=not (validate and related))
     return Model(component, parameters, chosen)
 
 

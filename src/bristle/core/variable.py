@@ -3,7 +3,7 @@
 Bounds for identification, the schema of files, tables in the docs, captions and units all come from the
 `Variable` in the annotation of a field. Its attributes carry the names that the Functional Mock-up Interface
 gives them. Quantities are *generalised*: `force` is a force [N] on a translational axis and a torque [N*m] on a
-rotational one.
+rotational one. Hysteresis operators serve magnets too: there `length` is the field [T] and `force` the moment [A*m^2].
 """
 
 from __future__ import annotations
@@ -14,9 +14,10 @@ from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
 from bristle.core.errors import InputError, did_you_mean
 
-__all__ = ["KINDS", "UNITS", "Kind", "Variable", "is_array", "is_integer", "unit_of", "variables_of"]
+__all__ = ["KINDS", "MAGNETIC", "UNITS", "Kind", "Variable", "is_array", "is_integer", "unit_of", "variables_of"]
 
-Kind = Literal["translational", "rotational"]
+Kind = Literal["translational", "rotational", "magnetic"]
+# Kinds of axis; only a hysteresis operator can be magnetic.
 KINDS: tuple[Kind, ...] = ("translational", "rotational")
 
 # Generalised quantity -> SI unit on a translational axis, on a rotational axis.
@@ -30,12 +31,15 @@ UNITS: dict[str, tuple[str, str]] = {
     "length/time^2": ("m/s^2", "rad/s^2"),
     "force": ("N", "N*m"),
     "force/length": ("N/m", "N*m/rad"),
+    "1/length": ("1/m", "1/rad"),
     "length/force": ("m/N", "rad/(N*m)"),
     "force*time/length": ("N*s/m", "N*m*s/rad"),
     "force/time": ("N/s", "N*m/s"),
     "mass": ("kg", "kg*m^2"),
     "temperature": ("K", "K"),
+    "1/temperature": ("1/K", "1/K"),
 }
+MAGNETIC = {"1": "1", "length": "T", "force": "A*m^2", "force/length": "A*m^2/T", "length/force": "T/(A*m^2)"}
 
 
 def unit_of(quantity: str, kind: Kind = "translational") -> str:
@@ -45,7 +49,7 @@ def unit_of(quantity: str, kind: Kind = "translational") -> str:
     ----------
     quantity : str
         A key of `UNITS`, such as ``"force/length"``.
-    kind : {"translational", "rotational"}
+    kind : {"translational", "rotational", "magnetic"}
         The kind of axis.
 
     Returns
@@ -55,10 +59,10 @@ def unit_of(quantity: str, kind: Kind = "translational") -> str:
 
     Examples
     --------
-    >>> unit_of("force/length"), unit_of("force/length", "rotational")
-    ('N/m', 'N*m/rad')
+    >>> unit_of("force/length"), unit_of("force/length", "rotational"), unit_of("force", "magnetic")
+    ('N/m', 'N*m/rad', 'A*m^2')
     """
-    return UNITS[quantity][KINDS.index(kind)]
+    return MAGNETIC[quantity] if kind == "magnetic" else UNITS[quantity][KINDS.index(kind)]
 
 
 @dataclass(frozen=True)
@@ -80,7 +84,8 @@ class Variable:
         Whether it may differ between the directions of motion (the slot ``+asymmetry``).
     excitation : str
         What a log must contain for the quantity to be identified from it: ``"sliding"``, ``"speed"``,
-        ``"stribeck"``, ``"presliding"``, ``"acceleration"`` or empty.
+        ``"stribeck"``, ``"presliding"``, ``"displacement"``, ``"acceleration"``, ``"place"``, ``"load"``,
+        ``"temperature"`` or empty.
     choices : tuple of str
         Where the quantity is one of several names: what a person writes. Kernels receive its place in this tuple.
     """

@@ -48,11 +48,11 @@ def make_force_along(parameters: Structure, state: Structure) -> Callable[..., A
     """Return the entry that runs one friction model along a prescribed motion."""
     unpack, load, store = unpacker(parameters), unpacker(state), packer(state)
 
-    def force_along(p_vector, state_vector, memory, v, x, dt, force):
+    def force_along(p_vector, state_vector, memory, v, x, loads, temperatures, dt, force):
         p = unpack(p_vector)
         s = load(state_vector)
         for k in range(v.size):
-            force[k], move = friction_trial(s, memory, Motion(v[k], x[k], NOMINAL_LOAD, NOMINAL_TEMPERATURE), dt, p)
+            force[k], move = friction_trial(s, memory, Motion(v[k], x[k], loads[k], temperatures[k]), dt, p)
             s = friction_commit(s, memory, move, p)
         store(s, state_vector)
         return 0.0

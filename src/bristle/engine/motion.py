@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import Model
+from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Model
 from bristle.core.errors import InputError
 from bristle.core.packing import pack, unpacker
 from bristle.core.units import quantity
@@ -28,8 +28,9 @@ CREEP = np.diff(FARTHER) / SLOW
 
 
 def force_along(
-    model: Model, v: Any, dt: float, x: Any = None, *, state: Any = None, memory: np.ndarray | None = None
-) -> np.ndarray:
+    model: Model, v: Any, dt: float, x: Any = None, *, load: Any = NOMINAL_LOAD, temperature: Any = NOMINAL_TEMPERATURE,
+    state: Any = None, memory: np.ndarray | None = None,
+) -> np.ndarray:  # fmt: skip
     """Return the friction force along a prescribed velocity.
 
     Parameters
@@ -42,6 +43,8 @@ def force_along(
         Length of a step [s].
     x : array_like, shape (step,), optional
         Position at the end of each step [m or rad]; the integral of `v` where not given.
+    load, temperature : float or array_like, shape (step,)
+        Normal load over its nominal value, and temperature [K].
     state : NamedTuple, optional
         State before the first step; virgin where not given.
     memory : ndarray, optional
@@ -55,14 +58,16 @@ def force_along(
     part = Part(model)
     velocity = vector(v, "v")
     position = np.cumsum(velocity) * dt if x is None else vector(x, "x")
+    around = _around(velocity.size, load, temperature)
     if state is not None:
         part.state = pack(state)
-    check_run(dt, count=velocity.size, v=velocity, x=position)
-    return _follow(part, memory_of(model, memory), velocity, position, dt)
+    check_run(dt, count=velocity.size, v=velocity, x=position, load=around[0], temperature=around[1])
+    return _follow(part, memory_of(model, memory), velocity, position, dt, *around)
 
 
 def force_in_turns(
-    model: Model, parameters: np.ndarray, v: Any, dt: float, x: Any, starts: Sequence[int]
+    model: Model, parameters: np.ndarray, v: Any, dt: float, x: Any, starts: Sequence[int], *,
+    load: Any = NOMINAL_LOAD, temperature: Any = NOMINAL_TEMPERATURE,
 ) -> np.ndarray:  # fmt: skip
     """Return the friction force along a prescribed velocity, where parameters change on the way.
 
@@ -81,6 +86,8 @@ def force_in_turns(
         Length of a step [s].
     starts : sequence of int
         First step of each turn, in rising order; the first one is 0.
+    load, temperature : float or array_like, shape (step,)
+        Normal load over its nominal value, and temperature [K].
 
     Returns
     -------
@@ -95,13 +102,23 @@ def force_in_turns(
     velocity, position = vector(v, "v"), vector(x, "x")
     if len(parameters) != len(starts) or not len(starts) or starts[0] != 0:
         raise InputError("must name the first step of each turn, from 0", path="starts", value=list(starts)[:5])
-    check_run(dt, count=velocity.size, v=velocity, x=position)
+    around = _around(velocity.size, load, temperature)
+    check_run(dt, count=velocity.size, v=velocity, x=position, load=around[0], temperature=around[1])
     part, memory = Part(model), memory_of(model, None)
     force = np.empty(velocity.size)
     for row, (first, last) in zip(parameters, pairwise([*starts, velocity.size]), strict=True):
         part.parameters = np.ascontiguousarray(row)
-        force[first:last] = _follow(part, memory, velocity[first:last], position[first:last], dt)
+        turn = slice(first, last)
+        force[turn] = _follow(part, memory, velocity[turn], position[turn], dt, *(one[turn] for one in around))
     return force
+
+
+def _around(count: int, load: Any, temperature: Any) -> list[np.ndarray]:
+    """Return load and temperature of each step."""
+    return [
+        np.full(count, float(one)) if np.ndim(one) == 0 else vector(one, name)
+        for name, one in (("load", load), ("temperature", temperature))
+    ]
 
 
 def settled(model: Model, v: float) -> tuple[Any, np.ndarray]:
@@ -144,15 +161,20 @@ def presliding_distance(model: Model) -> float:
     return float(FARTHER[np.argmax(force >= 0.5 * largest)]) if largest > 0.0 else float("inf")
 
 
-def _follow(part: Part, memory: np.ndarray, velocity: np.ndarray, position: np.ndarray, dt: float) -> np.ndarray:
+def _follow(
+    part: Part, memory: np.ndarray, velocity: np.ndarray, position: np.ndarray, dt: float,
+    load: np.ndarray | None = None, temperature: np.ndarray | None = None,
+) -> np.ndarray:  # fmt: skip
     force = np.empty(velocity.size)
+    load = np.full(velocity.size, NOMINAL_LOAD) if load is None else load
+    temperature = np.full(velocity.size, NOMINAL_TEMPERATURE) if temperature is None else temperature
     entry = compiled(
         f"force_along-{part.key}",
         lambda: entries.make_force_along(*part.structures),
-        "aaaaafa",
+        "aaaaaaafa",
         part.functions,
     )
-    entry(part.parameters, part.state, memory, velocity, position, float(dt), force)
+    entry(part.parameters, part.state, memory, velocity, position, load, temperature, float(dt), force)
     warn_of_lost(part)
     return force
 

@@ -35,8 +35,7 @@ def friction_over_velocity(fit: Fit, curve: Sequence[tuple[float, float]] = ()) 
         Steady friction of the model [m/s or rad/s, N or N*m], in order of velocity.
     """
     traces, kind = fit.traces, fit.plant.kind
-    inertial = fit.plant.values["M"] * traces.acceleration
-    friction = traces.measured - inertial
+    friction = traces.friction
     steady = np.array(list(curve), dtype=float).reshape(-1, 2)
     scale, _ = effort_scale(kind, friction, steady[:, 1])
     speed = scale_for("length/time", kind, traces.velocity, steady[:, 0])

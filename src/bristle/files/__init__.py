@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from bristle.files.axis import read_axis
+    from bristle.files.curves import read_curves
     from bristle.files.experiment import read_experiment
     from bristle.files.log import read_log
     from bristle.files.model import read_model, write_model
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 __all__ = [
     "load_model_file",
     "read_axis",
+    "read_curves",
     "read_experiment",
     "read_log",
     "read_model",
@@ -26,6 +28,7 @@ __all__ = [
 _FROM = {
     "load_model_file": "user_model",
     "read_axis": "axis",
+    "read_curves": "curves",
     "read_experiment": "experiment",
     "read_log": "log",
     "read_model": "model",

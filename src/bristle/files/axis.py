@@ -18,6 +18,7 @@ from bristle.files.axis_schema import AxisFile, ColumnEntry, EncoderEntry, Injec
 from bristle.files.controller import controller_of
 from bristle.files.drive import Constant, Drive, Scale
 from bristle.files.schema import validated
+from bristle.files.surroundings import surroundings_of
 from bristle.files.toml import read_toml
 
 __all__ = ["axis_from", "read_axis"]
@@ -28,6 +29,8 @@ MASS = Variable("mass", "moving mass")
 FORCE = Variable("force", "force")
 VELOCITY = Variable("length/time", "velocity")
 LENGTH = Variable("length", "position")
+STIFFNESS = Variable("force/length", "stiffness to the ground")
+DAMPING = Variable("force*time/length", "damping to the ground")
 
 
 def read_axis(path: str | os.PathLike[str]) -> Axis:
@@ -70,25 +73,37 @@ def axis_from(data: dict[str, Any]) -> Axis:
         name: _column(name, entry, drive)
         for name in ("time", "position", "velocity", "effort", "reference")
         if (entry := getattr(file.columns, name)) is not None
-    }
+    } | surroundings_of(file)
     axis = Axis(
         name=file.name,
         kind=file.kind,
         columns=columns,
         injected=tuple(_injected(entry, file, drive, f"injected[{i}]") for i, entry in enumerate(file.injected)),
-        sample_time=_positive(file.timing.sample_time, TIME, file.kind, "timing.sample_time"),
+        table=file.log.table,
+        sample_time=_sample_time(file),
         delay=units.quantity(file.timing.delay, TIME, path="timing.delay"),
         mass=_mass(file),
+        plant=file.plant.model,
+        stiffness=_of_oscillator(file, "stiffness", STIFFNESS),
+        damping=_of_oscillator(file, "damping", DAMPING),
         offset=_offset(file),
         resolution=drive.count,
         effort_limit=_limit(file, drive),
-        held=file.effort.held,
+        held=_held(file),
+        hold=file.effort.hold,
+        periodic=file.effort.periodic,
+        at_rest=file.log.start == "rest",
+        in_cycle=file.log.start == "cycle",
+        span=_span(file),
         velocity_limit=_positive(file.limits.velocity, VELOCITY, file.kind, "limits.velocity"),
         stroke=_stroke(file),
         controller=file.controller,
+        pitch=drive.transmission.lead,
         presliding=_positive(file.plant.presliding, LENGTH, file.kind, "plant.presliding"),
         cutoff=_positive(file.identification.cutoff, FREQUENCY, file.kind, "identification.cutoff"),
         decimation=file.identification.decimation,
+        keeps_rests=file.identification.rests == "keep",
+        method=file.identification.method,
     )
     return replace(axis, controller=controller_of(axis))
 
@@ -160,6 +175,13 @@ def _limit(file: AxisFile, drive: Drive) -> float | None:
     return _above_zero(abs(_effort(given, file, drive, "effort.limit")), "effort.limit", given)
 
 
+def _held(file: AxisFile) -> bool | None:
+    held, hold = file.effort.held, file.effort.hold
+    if held is not None and hold is not None and held != (hold == "zero"):
+        raise InputError("contradicts `held`", path="effort.hold", value=hold, mend="Keep one of them")
+    return held if hold is None else hold == "zero"
+
+
 def _effort(given: float | str, file: AxisFile, drive: Drive, path: str) -> float:
     """Return an effort in SI of the axis, from any unit that its column may have; a bare number is SI already."""
     unit = units.split(given, path)[1] if isinstance(given, str) else ""
@@ -178,6 +200,13 @@ def _in(given: Any, converted: Callable[[], float]) -> float:
         raise InputError(error.message, path=error.path, value=given, allowed=error.allowed, mend=error.mend) from None
 
 
+def _sample_time(file: AxisFile) -> float | None:
+    rate = _positive(file.timing.sample_rate, FREQUENCY, file.kind, "timing.sample_rate")
+    if rate is not None and file.timing.sample_time is not None:
+        raise InputError("has both a sample_time and a sample_rate", path="timing", mend="Keep one of them")
+    return 1.0 / rate if rate else _positive(file.timing.sample_time, TIME, file.kind, "timing.sample_time")
+
+
 def _mass(file: AxisFile) -> float | None:
     right, wrong = ("mass", "inertia") if file.kind == "translational" else ("inertia", "mass")
     if getattr(file.plant, wrong) is not None:
@@ -189,6 +218,14 @@ def _mass(file: AxisFile) -> float | None:
     return _positive(getattr(file.plant, right), MASS, file.kind, f"plant.{right}")
 
 
+def _of_oscillator(file: AxisFile, key: str, variable: Variable) -> float | None:
+    given = getattr(file.plant, key)
+    if given is not None and file.plant.model != "oscillator":
+        raise InputError("belongs to an oscillator", path=f"plant.{key}", value=given,
+                         mend='Write model = "oscillator" under [plant]')  # fmt: skip
+    return _positive(given, variable, file.kind, f"plant.{key}")
+
+
 def _offset(file: AxisFile) -> float | str:
     given = file.plant.offset
     if given == "identify":
@@ -198,6 +235,18 @@ def _offset(file: AxisFile) -> float | str:
     except InputError as error:
         allowed = f'"identify", or a value in {FORCE.unit(file.kind)}'
         raise InputError(error.message, path=error.path, value=given, allowed=allowed, mend=error.mend) from None
+
+
+def _span(file: AxisFile) -> tuple[float, float] | None:
+    """Return from when to when the log is used [s]."""
+    given = file.log.span
+    if given is None:
+        return None
+    first, last = (_finite(units.quantity(one, TIME, path=f"log.span[{i}]"), "log.span", one) for i, one in
+                   enumerate(given))  # fmt: skip
+    if first >= last:
+        raise InputError("must rise", path="log.span", value=given, allowed="[first, last time]")
+    return first, last
 
 
 def _stroke(file: AxisFile) -> tuple[float, float] | None:

@@ -39,6 +39,8 @@ class Columns(Strict):
     velocity: Entry | None = None
     effort: Entry | None = None
     reference: Entry | None = None
+    load: Entry | None = None
+    temperature: Entry | None = None
 
 
 class InjectedEntry(Strict):
@@ -58,6 +60,8 @@ class EffortEntry(Strict):
     rated: str | None = None
     limit: Quantity | None = None
     held: bool | None = None
+    hold: Literal["zero", "linear", "band_limited"] | None = None
+    periodic: bool | None = None
 
 
 class TransmissionEntry(Strict):
@@ -68,12 +72,16 @@ class TransmissionEntry(Strict):
 
 
 class PlantEntry(Strict):
-    """What is known of the moving mass."""
+    """What is known of what moves."""
 
+    model: Literal["inertia", "oscillator"] = "inertia"
+    stiffness: Quantity | None = None
+    damping: Quantity | None = None
     mass: Quantity | None = None
     inertia: Quantity | None = None
     offset: Quantity = "identify"
     presliding: Quantity | None = None
+    nominal_load: Quantity | None = None
 
 
 class EncoderEntry(Strict):
@@ -84,10 +92,19 @@ class EncoderEntry(Strict):
     side: Side | None = None
 
 
+class LogEntry(Strict):
+    """Where in the file the log is."""
+
+    table: Annotated[str, Field(min_length=1)] | None = None
+    start: Literal["rest", "moving", "cycle"] = "moving"
+    span: Annotated[list[Quantity], Field(min_length=2, max_length=2)] | None = None
+
+
 class TimingEntry(Strict):
     """Sample time and delay of the channels."""
 
     sample_time: Quantity | None = None
+    sample_rate: Quantity | None = None
     delay: Quantity = 0.0
 
 
@@ -103,6 +120,8 @@ class IdentificationEntry(Strict):
 
     cutoff: Quantity | None = None
     decimation: Annotated[int, Field(ge=1)] | None = None
+    rests: Literal["drop", "keep"] = "drop"
+    method: Literal["inverse_dynamics", "output_error"] = "inverse_dynamics"
 
 
 class AxisFile(Strict):
@@ -111,6 +130,7 @@ class AxisFile(Strict):
     schema_version: Literal[1] = Field(alias="schema")
     name: str = "axis"
     kind: Kind
+    log: LogEntry = LogEntry()
     columns: Columns
     effort: EffortEntry = EffortEntry()
     injected: list[InjectedEntry] = Field(default_factory=list)

@@ -17,7 +17,7 @@ def read_log(path: str | os.PathLike[str], axis: Axis | str | os.PathLike[str] |
     Parameters
     ----------
     path : path-like
-        CSV and other text, MAT (version 5 to 7.2), or TDMS.
+        CSV and other text, MAT, TDMS, Parquet, HDF5, or NPZ; ``FILE::TABLE`` names a table in it.
     axis : Axis or path-like, optional
         The axis, or the file that describes it. Without it columns called as usual are taken, in the units that
         the log says.

@@ -22,7 +22,7 @@ from bristle.files.components import (
     table_at,
 )
 from bristle.files.toml import read_toml
-from bristle.friction import MODELS, find, with_slots
+from bristle.friction import MODELS, base_of, find, with_slots
 from bristle.plants import PLANTS
 
 if TYPE_CHECKING:
@@ -137,7 +137,7 @@ def _table(model: Model, head: Mapping[str, Any]) -> Table:
 def _name_of(friction: Model, folder: Path) -> dict[str, Any]:
     """Return what names the friction model in the file: its name, or a user's file, which is copied there."""
     base, *slots = friction.name.split("+")
-    inner = getattr(friction.component, "inner", friction.component)
+    inner = base_of(friction.component)
     if MODELS.get(base) is inner:
         return {"model": friction.name}
     source = Path(inspect.getfile(inner.trial))
@@ -149,8 +149,16 @@ def _name_of(friction: Model, folder: Path) -> dict[str, Any]:
     return {"file": source.name} | ({"slots": slots} if slots else {})
 
 
-def read_model(path: str | os.PathLike[str]) -> ModelFile:
+def read_model(path: str | os.PathLike[str], *, related: bool = True) -> ModelFile:
     """Return what a model file holds.
+
+    Parameters
+    ----------
+    path : path-like
+        The file.
+    related : bool
+        False reads a friction model whose values break a condition between them, such as f_p > F_S, to say what is
+        wrong with it.
 
     Raises
     ------
@@ -160,12 +168,12 @@ def read_model(path: str | os.PathLike[str]) -> ModelFile:
     source = Path(path)
     data = read_toml(source)
     try:
-        return _model_from(data, source.parent)
+        return _model_from(data, source.parent, related)
     except InputError as error:
         raise error.at(str(source)) from None
 
 
-def _model_from(data: dict[str, Any], folder: Path) -> ModelFile:
+def _model_from(data: dict[str, Any], folder: Path, related: bool) -> ModelFile:
     check_keys(data, KEYS, "")
     check_schema(data)
     kind = kind_at(data.get("kind", KINDS[0]), "kind")
@@ -173,7 +181,7 @@ def _model_from(data: dict[str, Any], folder: Path) -> ModelFile:
         raise InputError(
             "is missing", path="friction", mend='Write [friction] and, below it, model = "coulomb_viscous"'
         )
-    friction = friction_from(data["friction"], kind=kind, folder=folder, path="friction")
+    friction = friction_from(data["friction"], kind=kind, folder=folder, path="friction", related=related)
     plant = model_from(data["plant"], PLANTS, kind=kind, path="plant") if "plant" in data else None
     known = set(friction.values) | set(plant.values if plant else ())
     uncertainty = table_at(data.get("uncertainty", {}), "uncertainty")
@@ -210,7 +218,7 @@ def kind_at(value: Any, path: str) -> Kind:
     return value
 
 
-def friction_from(table: Any, *, kind: Kind, folder: Path, path: str) -> Model:
+def friction_from(table: Any, *, kind: Kind, folder: Path, path: str, related: bool = True) -> Model:
     """Return the friction model of a table, by name or from a user's own file.
 
     Parameters
@@ -224,6 +232,8 @@ def friction_from(table: Any, *, kind: Kind, folder: Path, path: str) -> Model:
         What a relative `file` starts from.
     path : str
         Key of the table, for messages.
+    related : bool
+        Whether the conditions between values are asked for.
 
     Raises
     ------
@@ -236,7 +246,7 @@ def friction_from(table: Any, *, kind: Kind, folder: Path, path: str) -> Model:
     component = _user_model(given, folder, path) if "file" in given else _own_model(given, path)
     beside = ("file", "slots") if "file" in given else ("model",)
     values = parameters_in(given, component, path, beside=beside)
-    return make_model(component, values, kind=kind, validate=True, path=path)
+    return make_model(component, values, kind=kind, validate=True, related=related, path=path)
 
 
 def _own_model(table: Mapping[str, Any], path: str) -> FrictionModel:

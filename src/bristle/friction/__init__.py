@@ -12,6 +12,7 @@ from __future__ import annotations
 from bristle.core.contracts import FrictionModel
 from bristle.core.errors import InputError, did_you_mean
 from bristle.friction.bouc_wen import MODEL as bouc_wen
+from bristle.friction.bouc_wen_classic import MODEL as bouc_wen_classic
 from bristle.friction.coulomb import MODEL as coulomb
 from bristle.friction.coulomb_viscous import MODEL as coulomb_viscous
 from bristle.friction.dahl import MODEL as dahl
@@ -23,21 +24,24 @@ from bristle.friction.maxwell_slip import MODEL as maxwell_slip
 from bristle.friction.preisach_lugre import MODEL as preisach_lugre
 from bristle.friction.presliding import is_static, with_presliding
 from bristle.friction.reformed_dahl import MODEL as reformed_dahl
-from bristle.friction.slots import SLOTS, SlottedModel, slotted
+from bristle.friction.slots import SLOTS, SlottedModel, base_of, slotted, unvaried
 from bristle.friction.stribeck import MODEL as stribeck
+from bristle.friction.variation import varied
 from bristle.friction.viscous import MODEL as viscous
 
 MODELS: dict[str, FrictionModel] = {
     model.name: model
     for model in (
-        coulomb, viscous, coulomb_viscous, stribeck, dahl, reformed_dahl, bouc_wen, lugre, elastoplastic, maxwell_slip,
-        gms, preisach_lugre, leuven,
+        coulomb, viscous, coulomb_viscous, stribeck, dahl, reformed_dahl, bouc_wen, bouc_wen_classic, lugre,
+        elastoplastic, maxwell_slip, gms, preisach_lugre, leuven,
     )
 }  # fmt: skip
 
 __all__ = [
     "MODELS",
+    "base_of",
     "bouc_wen",
+    "bouc_wen_classic",
     "coulomb",
     "coulomb_viscous",
     "dahl",
@@ -52,6 +56,7 @@ __all__ = [
     "reformed_dahl",
     "slotted",
     "stribeck",
+    "unvaried",
     "viscous",
     "with_presliding",
     "with_slots",
@@ -89,4 +94,4 @@ def with_slots(model: FrictionModel, slots: list[str], path: str = "friction.mod
     for slot in slots:
         if slot not in SLOTS:
             raise InputError("no such slot", path=path, value=f"+{slot}", allowed=", ".join(f"+{one}" for one in SLOTS))
-    return slotted(model, asymmetry="asymmetry" in slots)
+    return slotted(varied(model, slots), asymmetry="asymmetry" in slots)

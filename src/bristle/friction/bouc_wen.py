@@ -22,6 +22,7 @@ from bristle.core.contracts import FrictionModel
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import direction
 from bristle.core.variable import Variable
+from bristle.friction.quantities import CoulombForceAboveZero, ViscousCoefficient
 from bristle.friction.slip_law import SlipLaw, slip, stretch
 
 
@@ -29,16 +30,11 @@ class Parameters(NamedTuple):
     """Parameters of the Bouc-Wen model."""
 
     s: Annotated[float, Variable("force/length", "stiffness at rest", min=1e-9, nominal=1e6, excitation="presliding")]
-    F_C: Annotated[
-        float, Variable("force", "Coulomb friction force", min=1e-12, directional=True, excitation="sliding")
-    ]
+    F_C: CoulombForceAboveZero
     exponent: Annotated[float, Variable("1", "exponent n, how sharp the knee is", min=1.0, max=20.0)] = 2.0
     beta: Annotated[float, Variable("1", "share of the slip that depends on the direction", min=0.5, max=1.0)] = 0.5
     alpha: Annotated[float, Variable("1", "share of the stiffness that never yields", min=0.0, max=1.0)] = 0.0
-    sigma_2: Annotated[
-        float,
-        Variable("force*time/length", "viscous friction coefficient", min=0.0, directional=True, excitation="speed"),
-    ] = 0.0
+    sigma_2: ViscousCoefficient = 0.0
 
 
 class State(NamedTuple):

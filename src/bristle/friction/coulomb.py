@@ -8,18 +8,18 @@ References
    methods for the control of machines with friction", Automatica 30(7), 1994. doi:10.1016/0005-1098(94)90209-7
 """
 
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
 from bristle.core.contracts import FrictionModel
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import direction
-from bristle.core.variable import Variable
+from bristle.friction.quantities import CoulombForce
 
 
 class Parameters(NamedTuple):
     """Parameters of Coulomb friction."""
 
-    F_C: Annotated[float, Variable("force", "Coulomb friction force", min=0.0, directional=True, excitation="sliding")]
+    F_C: CoulombForce
 
 
 class State(NamedTuple):

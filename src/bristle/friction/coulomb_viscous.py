@@ -8,22 +8,19 @@ References
    identification", IEEE Transactions on Control Systems Technology 22(1), 2014. doi:10.1109/TCST.2013.2246163
 """
 
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
 from bristle.core.contracts import FrictionModel
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import direction
-from bristle.core.variable import Variable
+from bristle.friction.quantities import CoulombForce, ViscousCoefficient
 
 
 class Parameters(NamedTuple):
     """Parameters of Coulomb and viscous friction."""
 
-    F_v: Annotated[
-        float,
-        Variable("force*time/length", "viscous friction coefficient", min=0.0, directional=True, excitation="speed"),
-    ]
-    F_C: Annotated[float, Variable("force", "Coulomb friction force", min=0.0, directional=True, excitation="sliding")]
+    F_v: ViscousCoefficient
+    F_C: CoulombForce
 
 
 class State(NamedTuple):

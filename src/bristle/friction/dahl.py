@@ -21,6 +21,7 @@ from bristle.core.contracts import FrictionModel
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import direction, exp, fitted_weight, power
 from bristle.core.variable import Variable
+from bristle.friction.quantities import CoulombForceAboveZero, ViscousCoefficient
 
 
 class Parameters(NamedTuple):
@@ -29,13 +30,8 @@ class Parameters(NamedTuple):
     sigma_0: Annotated[
         float, Variable("force/length", "stiffness at rest", min=1e-9, nominal=1e6, excitation="presliding")
     ]
-    F_C: Annotated[
-        float, Variable("force", "Coulomb friction force", min=1e-12, directional=True, excitation="sliding")
-    ]
-    sigma_2: Annotated[
-        float,
-        Variable("force*time/length", "viscous friction coefficient", min=0.0, directional=True, excitation="speed"),
-    ] = 0.0
+    F_C: CoulombForceAboveZero
+    sigma_2: ViscousCoefficient = 0.0
     exponent: Annotated[float, Variable("1", "Dahl exponent i, the shape of the curve", min=0.1, max=5.0)] = 1.0
 
 

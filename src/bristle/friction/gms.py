@@ -25,32 +25,28 @@ from bristle.core.mathematics import direction, relaxation
 from bristle.core.variable import Variable
 from bristle.friction.lugre import stribeck_force
 from bristle.friction.maxwell_slip import RELATIONS
+from bristle.friction.quantities import (
+    CoulombForceAboveZero,
+    ElementStiffness,
+    StaticForceAboveZero,
+    StribeckVelocity,
+    ViscousCoefficient,
+)
 from bristle.friction.stribeck import STATIC_ABOVE_COULOMB
 
 
 class Parameters(NamedTuple):
     """Parameters of the generalised Maxwell-slip model."""
 
-    F_C: Annotated[
-        float, Variable("force", "Coulomb friction force", min=1e-12, directional=True, excitation="sliding")
-    ]
-    F_S: Annotated[
-        float,
-        Variable("force", "static (break-away) friction force", min=1e-12, directional=True, excitation="stribeck"),
-    ]
-    v_S: Annotated[float, Variable("length/time", "Stribeck velocity", min=1e-9, nominal=1e-2, excitation="stribeck")]
+    F_C: CoulombForceAboveZero
+    F_S: StaticForceAboveZero
+    v_S: StribeckVelocity
     C: Annotated[
         float, Variable("force/time", "attraction to the Stribeck curve", min=1e-9, nominal=1e3, excitation="stribeck")
     ]
-    k_i: Annotated[
-        np.ndarray,
-        Variable("force/length", "stiffness of each element", min=1e-9, nominal=1e6, excitation="presliding"),
-    ]
+    k_i: ElementStiffness
     nu_i: Annotated[np.ndarray, Variable("1", "share of each element in the Stribeck force", min=0.0, max=1.0)]
-    sigma_2: Annotated[
-        float,
-        Variable("force*time/length", "viscous friction coefficient", min=0.0, directional=True, excitation="speed"),
-    ] = 0.0
+    sigma_2: ViscousCoefficient = 0.0
 
 
 class State(NamedTuple):

@@ -24,38 +24,28 @@ from bristle.core.contracts import FrictionModel
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import direction, exp, relaxation
 from bristle.core.variable import Variable
+from bristle.friction.quantities import (
+    BristleStiffness,
+    CoulombForceAboveZero,
+    FadingVelocity,
+    MicroDamping,
+    StaticForceAboveZero,
+    StribeckVelocity,
+    ViscousCoefficient,
+)
 from bristle.friction.stribeck import STATIC_ABOVE_COULOMB
 
 
 class Parameters(NamedTuple):
     """Parameters of the LuGre model."""
 
-    F_C: Annotated[
-        float, Variable("force", "Coulomb friction force", min=1e-12, directional=True, excitation="sliding")
-    ]
-    F_S: Annotated[
-        float,
-        Variable("force", "static (break-away) friction force", min=1e-12, directional=True, excitation="stribeck"),
-    ]
-    v_S: Annotated[float, Variable("length/time", "Stribeck velocity", min=1e-9, nominal=1e-2, excitation="stribeck")]
-    sigma_0: Annotated[
-        float, Variable("force/length", "bristle stiffness", min=1e-9, nominal=1e6, excitation="presliding")
-    ]
-    sigma_1: Annotated[
-        float,
-        Variable(
-            "force*time/length",
-            "micro-damping of the bristles",
-            min=0.0,
-            nominal=1e2,
-            excitation="presliding",
-        ),
-    ] = 0.0
-    sigma_2: Annotated[
-        float,
-        Variable("force*time/length", "viscous friction coefficient", min=0.0, directional=True, excitation="speed"),
-    ] = 0.0
-    v_d: Annotated[float, Variable("length/time", "velocity at which micro-damping fades", min=1e-12)] = math.inf
+    F_C: CoulombForceAboveZero
+    F_S: StaticForceAboveZero
+    v_S: StribeckVelocity
+    sigma_0: BristleStiffness
+    sigma_1: MicroDamping = 0.0
+    sigma_2: ViscousCoefficient = 0.0
+    v_d: FadingVelocity = math.inf
 
 
 class State(NamedTuple):

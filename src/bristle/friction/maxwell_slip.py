@@ -19,23 +19,16 @@ import numpy as np
 from bristle.core.contracts import FrictionModel, Relation
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
+from bristle.friction.quantities import CoulombForceAboveZero, ElementStiffness, ViscousCoefficient
 
 
 class Parameters(NamedTuple):
     """Parameters of the Maxwell-slip model."""
 
-    F_C: Annotated[
-        float, Variable("force", "Coulomb friction force", min=1e-12, directional=True, excitation="sliding")
-    ]
-    k_i: Annotated[
-        np.ndarray,
-        Variable("force/length", "stiffness of each element", min=1e-9, nominal=1e6, excitation="presliding"),
-    ]
+    F_C: CoulombForceAboveZero
+    k_i: ElementStiffness
     nu_i: Annotated[np.ndarray, Variable("1", "share of each element in the Coulomb force", min=0.0, max=1.0)]
-    sigma_2: Annotated[
-        float,
-        Variable("force*time/length", "viscous friction coefficient", min=0.0, directional=True, excitation="speed"),
-    ] = 0.0
+    sigma_2: ViscousCoefficient = 0.0
 
 
 class State(NamedTuple):

@@ -41,6 +41,15 @@ from bristle.core.mathematics import direction
 from bristle.core.variable import Variable
 from bristle.friction.deflection import deflect
 from bristle.friction.lugre import micro_damping, stribeck_force
+from bristle.friction.quantities import (
+    CoulombForceAboveZero,
+    FadingVelocity,
+    MicroDamping,
+    ReversalStiffness,
+    StaticForceAboveZero,
+    StribeckVelocity,
+    ViscousCoefficient,
+)
 from bristle.friction.slip_law import SlipLaw
 from bristle.friction.stribeck import STATIC_ABOVE_COULOMB
 from bristle.hysteresis.everett import KERNELS, ClosedForm
@@ -54,29 +63,16 @@ TOLERANCE = 1e-12
 class Parameters(NamedTuple):
     """Parameters of the Preisach-LuGre model."""
 
-    s: Annotated[
-        float, Variable("force/length", "stiffness at a reversal", min=1e-9, nominal=1e6, excitation="presliding")
-    ]
+    s: ReversalStiffness
     f_p: Annotated[
         float, Variable("force", "force at which the operator saturates", min=1e-12, excitation="presliding")
     ]
-    F_C: Annotated[
-        float, Variable("force", "Coulomb friction force", min=1e-12, directional=True, excitation="sliding")
-    ]
-    F_S: Annotated[
-        float,
-        Variable("force", "static (break-away) friction force", min=1e-12, directional=True, excitation="stribeck"),
-    ]
-    v_S: Annotated[float, Variable("length/time", "Stribeck velocity", min=1e-9, nominal=1e-2, excitation="stribeck")]
-    sigma_1: Annotated[
-        float,
-        Variable("force*time/length", "micro-damping of the bristles", min=0.0, nominal=1e2, excitation="presliding"),
-    ] = 0.0
-    sigma_2: Annotated[
-        float,
-        Variable("force*time/length", "viscous friction coefficient", min=0.0, directional=True, excitation="speed"),
-    ] = 0.0
-    v_d: Annotated[float, Variable("length/time", "velocity at which micro-damping fades", min=1e-12)] = math.inf
+    F_C: CoulombForceAboveZero
+    F_S: StaticForceAboveZero
+    v_S: StribeckVelocity
+    sigma_1: MicroDamping = 0.0
+    sigma_2: ViscousCoefficient = 0.0
+    v_d: FadingVelocity = math.inf
     kernel: Annotated[int, Variable("1", "Everett function of the operator", choices=KERNELS)] = 0
     exponent: Annotated[float, Variable("1", "Dahl exponent i of dahl_masing", min=0.1, max=5.0)] = 2.0
     transition: Annotated[int, Variable("1", "how slip sets in", choices=TRANSITIONS)] = ELASTOPLASTIC

@@ -27,22 +27,18 @@ from bristle.core.contracts import FrictionModel
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import direction, hyperbolic_mean
 from bristle.core.variable import Variable
+from bristle.friction.quantities import ReversalStiffness, ViscousCoefficient
 
 
 class Parameters(NamedTuple):
     """Parameters of the reformed Dahl model."""
 
-    s: Annotated[
-        float, Variable("force/length", "stiffness at a reversal", min=1e-9, nominal=1e6, excitation="presliding")
-    ]
+    s: ReversalStiffness
     f_p: Annotated[
         float,
         Variable("force", "force that it tends to", min=1e-12, directional=True, excitation="sliding"),
     ]
-    sigma_2: Annotated[
-        float,
-        Variable("force*time/length", "viscous friction coefficient", min=0.0, directional=True, excitation="speed"),
-    ] = 0.0
+    sigma_2: ViscousCoefficient = 0.0
 
 
 class State(NamedTuple):

@@ -1,7 +1,8 @@
 r"""Slots: what any friction model can be given besides its own parameters.
 
-``+asymmetry`` lets the directional parameters of a model differ between the directions of motion (``F_C`` becomes
-``F_C_pos`` and ``F_C_neg``), and every model takes a constant ``offset``:
+``+position``, ``+periodic``, ``+load`` and ``+temperature`` let it vary (`bristle.friction.variation`). ``+asymmetry``
+lets the directional parameters of a model differ between the directions of motion (``F_C`` becomes ``F_C_pos`` and
+``F_C_neg``), and every model takes a constant ``offset``:
 
 .. math:: F = F_\pm(v, \dots) + F_\text{offset}
 
@@ -17,16 +18,17 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, NamedTuple
 
-from bristle.core.contracts import FrictionModel, Relation
+from bristle.core.contracts import FrictionModel, Model, Relation
 from bristle.core.dispatch import friction_commit, friction_rate, friction_trial
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import direction
 from bristle.core.variable import Variable
+from bristle.friction.variation import VARIATIONS, Place, Varied
 
-__all__ = ["OFFSET", "SLOTS", "Slotted", "SlottedModel", "slotted"]
+__all__ = ["OFFSET", "SLOTS", "Slotted", "SlottedModel", "base_of", "slotted", "unvaried"]
 
-SLOTS = ("asymmetry",)
+SLOTS = (*VARIATIONS, "asymmetry")
 OFFSET = Variable("force", "constant part of the friction force (gravity, bias)", excitation="sliding")
 
 
@@ -122,6 +124,23 @@ class SlottedModel(FrictionModel):
         return (name,)
 
 
+def base_of(component: FrictionModel) -> FrictionModel:
+    """Return the model inside all slots."""
+    found: Any = component
+    while hasattr(found, "inner"):
+        found = found.inner
+    return found
+
+
+def unvaried(friction: Model) -> Model:
+    """Return a friction model in which nothing varies: as it is in the middle, at nominal load and temperature."""
+    p = friction.parameters
+    if not isinstance(p, Slotted) or not isinstance(p.forward, Varied):
+        return friction
+    still = p._replace(forward=p.forward._replace(place=Place()), backward=p.backward._replace(place=Place()))
+    return Model(friction.component, still, friction.kind)
+
+
 _SIDES = {"_pos": ", moving forward", "_neg": ", moving backward"}
 
 
@@ -139,6 +158,7 @@ def slotted(model: FrictionModel, *, asymmetry: bool) -> SlottedModel:
         memory_size=lambda p: model.memory_size(p.forward),
         reference=model.reference,
         relations=tuple(_on_both_sides(relation) for relation in model.relations),
+        redundancies=model.redundancies,
         linear=model.linear,
         module=model.module,
         example=_slotted_example(model, asymmetry),

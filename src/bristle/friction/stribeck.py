@@ -17,21 +17,16 @@ from bristle.core.contracts import FrictionModel, Relation
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import direction, exp, power
 from bristle.core.variable import Variable
+from bristle.friction.quantities import CoulombForce, StaticForce, StribeckVelocity, ViscousCoefficient
 
 
 class Parameters(NamedTuple):
     """Parameters of static friction with the Stribeck effect."""
 
-    F_C: Annotated[float, Variable("force", "Coulomb friction force", min=0.0, directional=True, excitation="sliding")]
-    F_S: Annotated[
-        float,
-        Variable("force", "static (break-away) friction force", min=0.0, directional=True, excitation="stribeck"),
-    ]
-    v_S: Annotated[float, Variable("length/time", "Stribeck velocity", min=1e-9, nominal=1e-2, excitation="stribeck")]
-    F_v: Annotated[
-        float,
-        Variable("force*time/length", "viscous friction coefficient", min=0.0, directional=True, excitation="speed"),
-    ]
+    F_C: CoulombForce
+    F_S: StaticForce
+    v_S: StribeckVelocity
+    F_v: ViscousCoefficient
     delta_S: Annotated[float, Variable("1", "exponent of the Stribeck curve", min=0.1, max=10.0)] = 2.0
 
 

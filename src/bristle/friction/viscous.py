@@ -8,20 +8,17 @@ References
    methods for the control of machines with friction", Automatica 30(7), 1994. doi:10.1016/0005-1098(94)90209-7
 """
 
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
 from bristle.core.contracts import FrictionModel
 from bristle.core.kernel import kernel
-from bristle.core.variable import Variable
+from bristle.friction.quantities import ViscousCoefficient
 
 
 class Parameters(NamedTuple):
     """Parameters of viscous friction."""
 
-    F_v: Annotated[
-        float,
-        Variable("force*time/length", "viscous friction coefficient", min=0.0, directional=True, excitation="speed"),
-    ]
+    F_v: ViscousCoefficient
 
 
 class State(NamedTuple):

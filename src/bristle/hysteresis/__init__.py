@@ -22,9 +22,12 @@ from bristle.hysteresis.inverse_preisach import MODEL as inverse_preisach
 from bristle.hysteresis.play import MODEL as play
 from bristle.hysteresis.prandtl_ishlinskii import MODEL as prandtl_ishlinskii
 from bristle.hysteresis.preisach import MODEL as preisach
+from bristle.hysteresis.preisach_grid import MODEL as preisach_grid
 from bristle.hysteresis.relay_grid import MODEL as relay_grid
 from bristle.hysteresis.relay_grid import relays_of
+from bristle.hysteresis.reversal_table import MODEL as reversal_table
 from bristle.hysteresis.stop import MODEL as stop
+from bristle.hysteresis.table_of_curves import table_of_curves
 from bristle.hysteresis.tabulate import from_reversal_curves, tabulated
 from bristle.hysteresis.transition_branches import transition_branches
 
@@ -32,7 +35,7 @@ OPERATORS: dict[str, HysteresisOperator] = {
     operator.name: operator
     for operator in (
         play, stop, prandtl_ishlinskii, inverse_prandtl_ishlinskii, preisach, inverse_preisach, everett_table,
-        relay_grid,
+        reversal_table, preisach_grid, relay_grid,
     )
 }  # fmt: skip
 
@@ -47,10 +50,13 @@ __all__ = [
     "play",
     "prandtl_ishlinskii",
     "preisach",
+    "preisach_grid",
     "relay_grid",
     "relays_of",
+    "reversal_table",
     "saturated",
     "stop",
+    "table_of_curves",
     "tabulated",
     "transition_branches",
 ]

@@ -4,21 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.core.contracts import FrictionModel, Model
+from bristle.core.contracts import FrictionModel, Model, Plant
 from bristle.core.errors import InputError
 from bristle.core.typography import with_unit
 from bristle.core.units import quantity
 from bristle.core.variable import Kind, Variable, unit_of
-from bristle.friction import MODELS, find
+from bristle.friction import MODELS, base_of, find, maxwell_slip
 from bristle.friction.slots import OFFSET, SlottedModel, slotted
 from bristle.identification.given import number_or_text
+from bristle.identification.places import places_of
 from bristle.identification.regression import Regression
-from bristle.identification.unknowns import Held, Unknowns
+from bristle.identification.unknowns import Held, Unknowns, stroke_of
+from bristle.plants import PLANTS, inertia
 
 __all__ = ["Known", "known_of", "models_of", "unknowns_of"]
 
@@ -27,11 +30,17 @@ PUT_IN = 0.1  # share of the work besides inertia from which friction that puts 
 ONE_WAY = 0.01  # share of the samples below which a direction counts as not seen
 
 
-class Known(NamedTuple):
-    """What is known of the axis beforehand; None where it is to be identified."""
+@dataclass(frozen=True)
+class Known:
+    """What is known of the axis beforehand: the plant, those of its parameters that are known, and the offset.
 
-    mass: float | None
-    offset: float | None
+    An offset of None is to be identified; so is the pitch of the screw.
+    """
+
+    offset: float | None = None
+    values: Mapping[str, float] = field(default_factory=dict)
+    plant: Plant = inertia
+    pitch: float | None = None
 
 
 def models_of(model: Any) -> tuple[FrictionModel, ...]:
@@ -71,24 +80,30 @@ def _components_of(one: Any) -> list[SlottedModel]:
     if not isinstance(one, FrictionModel):
         raise InputError("must be a name, a friction model or a list of them", path="model", value=one)
     component = one if isinstance(one, SlottedModel) else slotted(one, asymmetry=False)
-    if MODELS.get(component.inner.name, component.inner) is not component.inner:
-        raise InputError("is the name of a model of bristle, and this is another one", path="model",
-                         value=component.inner.name,
+    base = base_of(component)
+    if MODELS.get(base.name, base) is not base:
+        raise InputError("is the name of a model of bristle, and this is another one", path="model", value=base.name,
                          mend='Give yours a name of its own: FrictionModel(name="...")')  # fmt: skip
     return [component]
 
 
 def _refuse_arrays(component: FrictionModel) -> None:
-    arrays = [name for name in component.variables if component.is_array(name)]
+    slips = base_of(component) is maxwell_slip
+    arrays = [name for name in component.variables if component.is_array(name) and not slips]
     choices = [
         name for name, variable in component.variables.items() if variable.choices and name not in component.defaults
     ]
+    if slips and "F_C" not in component.variables:
+        raise InputError(
+            "is not identified by direction: in pre-sliding that is an offset, once the motion has been to and fro",
+            path="model", value=component.name, mend=f"Write {component.name.replace('+asymmetry', '')}",
+        )  # fmt: skip
     for names, what in ((arrays, "lists of numbers"), (choices, "choices of names")):
         if names:
             raise InputError(
                 f"{component.name} has {what} ({', '.join(names)}), which inverse dynamics does not identify",
                 path="model", value=component.name,
-                mend="Fit dahl or lugre, or write the parameters into a model file yourself",
+                mend="Fit dahl, lugre or maxwell_slip, or write the parameters into a model file yourself",
             )  # fmt: skip
 
 
@@ -107,13 +122,17 @@ def known_of(axis: Axis | None, mass: float | str | None, offset: float | str | 
     if chosen_mass is not None and not (math.isfinite(chosen_mass) and chosen_mass >= 1e-15):
         raise InputError("out of range", path="mass", value=chosen_mass, allowed="> 0",
                          mend="Leave it out to have it identified")  # fmt: skip
+    values = {} if axis is None else {"c": axis.damping, "k": axis.stiffness}
+    values = {name: value for name, value in ({"M": chosen_mass} | values).items() if value is not None}
+    plant = PLANTS[axis.plant] if axis is not None else inertia
+    pitch = axis.pitch if axis is not None else None
     chosen = offset if offset is not None else (axis.offset if axis is not None else "identify")
     if chosen == "identify":
-        return Known(chosen_mass, None)
+        return Known(None, values, plant, pitch)
     value = quantity(chosen, OFFSET, kind, path="offset")
     if not math.isfinite(value):
         raise InputError("must be a number", path="offset", value=chosen, allowed='a force, or "identify"')
-    return Known(chosen_mass, value)
+    return Known(value, values, plant, pitch)
 
 
 def unknowns_of(component: FrictionModel, known: Known, regression: Regression) -> Unknowns:
@@ -124,13 +143,15 @@ def unknowns_of(component: FrictionModel, known: Known, regression: Regression) 
     InputError
         If parameters by direction are asked of a log that moves in one direction only.
     """
-    held: dict[str, Held] = {}
-    if known.mass is not None:
-        held["M"] = Held(known.mass, "given as known")
+    held = {name: Held(value, "given as known") for name, value in known.values.items()}
+    held |= _redundant(component, stroke_of(regression))
+    held |= places_of(component, regression, known.pitch)
     for name, variable in component.variables.items():
         if name == "offset":
             continue
-        if name in component.defaults and not variable.excitation:
+        if "c" in known.plant.variables and _is_damping(variable):
+            held[name] = Held(0.0, "it cannot be told from the damping c of the plant")
+        elif name in component.defaults and not variable.excitation and name not in held:
             default = component.defaults[name]
             code = variable.code(default, name) if variable.choices else default
             held[name] = Held(code, "a shape that is kept at its default")
@@ -139,8 +160,23 @@ def unknowns_of(component: FrictionModel, known: Known, regression: Regression) 
         held["offset"] = Held(known.offset, "given as known")
     elif reason:
         held["offset"] = Held(0.0, reason)
-    free = tuple(name for name in ("M", *component.variables) if name not in held)
-    return Unknowns(component, free, held)
+    free = tuple(name for name in (*known.plant.variables, *component.variables) if name not in held)
+    return Unknowns(component, free, held, known.plant)
+
+
+def _is_damping(variable: Variable) -> bool:
+    return (variable.quantity, variable.excitation) == ("force*time/length", "speed")
+
+
+def _redundant(component: FrictionModel, stroke: float) -> dict[str, Held]:
+    """Return the parameters that no log can tell, each held at a round number of the right magnitude."""
+    found = {}
+    for one in component.redundancies:
+        others = " and ".join(f"{one.name}*{other}" for other in one.factor_of)
+        length = 10.0 ** math.floor(math.log10(stroke))
+        value = 1.0 / length if component.variables[one.name].quantity == "1/length" else 1.0
+        found[one.name] = Held(value, f"only {others} show in the force, whatever {one.name} is", redundant=True)
+    return found
 
 
 def _why_no_offset(component: FrictionModel, regression: Regression) -> str:
@@ -178,7 +214,8 @@ def refuse_reversed_effort(regression: Regression, sliding: Mapping[str, float])
     regression : Regression
         The rows.
     sliding : mapping
-        ``M``, ``F_v``, ``F_C`` and ``offset`` of an unbounded Coulomb and viscous fit in which nothing is held [SI].
+        ``M``, ``F_v``, ``F_C``, ``offset`` and what else the plant has, of an unbounded Coulomb and viscous fit in
+        which nothing is held [SI].
 
     Raises
     ------
@@ -186,8 +223,10 @@ def refuse_reversed_effort(regression: Regression, sliding: Mapping[str, float])
         If so.
     """
     speed = np.abs(regression.velocity)
-    power = float(np.mean(sliding["F_C"] * speed + sliding["F_v"] * speed * speed))
-    rest = regression.effort - sliding["M"] * regression.acceleration - sliding["offset"]
+    damping = sliding["F_v"] + sliding.get("c", 0.0)
+    power = float(np.mean(sliding["F_C"] * speed + damping * speed * speed))
+    elastic = sliding.get("k", 0.0) * regression.position
+    rest = regression.effort - sliding["M"] * regression.acceleration - elastic - sliding["offset"]
     clearly = -PUT_IN * float(np.mean(np.abs(rest * regression.velocity)))
     if power < clearly or (power < 0.0 and sliding["M"] <= 0.0):
         dissipated = f"{power:.3g} W dissipated by friction, and an inertia of "

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bristle.core.contracts import FrictionModel, Model
-from bristle.identification.regression import Regression
+from bristle.identification.regression import Regression, mechanical
 from bristle.identification.resampling.half_cycles import HalfCycles
 from bristle.identification.resampling.levels import Levels
 
@@ -40,8 +40,8 @@ class Bands:
 
     Parameters
     ----------
-    draws : mapping of str to array_like, shape (member,)
-        Sets of free parameters that the log of the identification allows [SI].
+    draws : mapping of str to array_like, shape (member,) or (member, element)
+        Sets of free parameters that the log of the identification allows [SI], as the model takes them.
     scatter : float
         Standard deviation of the level of friction from reversal to reversal, as a share of it.
     noise : float
@@ -79,7 +79,8 @@ def half_width(bands: Bands, plant: Model, friction: Model, regression: Regressi
     cycles, rng = HalfCycles(regression), np.random.default_rng(SEED)
     values = {**plant.values, **numbers_of(friction)}
     members = [
-        _member(bands, index, values, friction.component, cycles, rng) for index in range(min(bands.count, MEMBERS))
+        _member(bands, index, values, plant, friction.component, cycles, rng)
+        for index in range(min(bands.count, MEMBERS))
     ]
     spread = np.var(members, axis=0, ddof=1) if len(members) > 1 else np.zeros(regression.time.size)
     in_rows = bands.noise**2 * min(2.0 * regression.bandwidth * regression.sample_time, 1.0)
@@ -96,15 +97,17 @@ def numbers_of(model: Model) -> dict[str, float]:
 
 
 def _member(
-    bands: Bands, index: int, values: Mapping[str, float], component: FrictionModel, cycles: HalfCycles,
+    bands: Bands, index: int, values: Mapping[str, float], plant: Model, component: FrictionModel, cycles: HalfCycles,
     rng: np.random.Generator,
 ) -> np.ndarray:  # fmt: skip
     """Return the effort of each row with one set of parameters [N or N*m]."""
     regression = cycles.regression
-    mine = dict(values) | {name: float(one[index]) for name, one in bands.draws.items()}
+    mine = dict(values) | {name: np.asarray(one[index])[()] for name, one in bands.draws.items()}
     levels = Levels(component, mine, regression.kind)
+    body = Model(plant.component, plant.component.assemble({name: mine[name] for name in plant.values}), plant.kind)
     parts = []
     for stretch, starts in zip(regression.stretches, cycles.starts, strict=True):
         force = levels.force(stretch, starts, regression.sample_time, bands.scatter, rng)
-        parts.append(mine["M"] * stretch.acceleration + regression.filtered(force))
+        inertial = mechanical(body, stretch.position, stretch.velocity, stretch.acceleration)
+        parts.append(inertial + regression.filtered(force))
     return regression.rows_of(parts)

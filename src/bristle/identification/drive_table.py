@@ -9,6 +9,7 @@ import numpy as np
 
 from bristle.core.contracts import Model, Motion
 from bristle.core.errors import InputError
+from bristle.friction import unvaried
 from bristle.identification.result import Fit
 
 __all__ = ["drive_table", "largest_deviation", "steady_curve", "steady_force"]
@@ -133,9 +134,10 @@ def _furthest(curve: np.ndarray, first: int, allowed: float) -> int:
 def steady_force(model: Model, v: float) -> float:
     """Return the force [N or N*m] that a friction model settles to at a constant velocity `v` [m/s or rad/s].
 
-    The model itself is run, over steps that grow until its force no longer changes.
+    The model itself is run, over steps that grow until its force no longer changes; one that varies along the axis as
+    it is in the middle.
     """
-    component, p = model.component, model.parameters
+    component, p = model.component, unvaried(model).parameters
     state, memory = component.initial_state(p), component.new_memory(p)
     dt, x, force, before = 1e-6, 0.0, math.nan, math.nan
     for _ in range(STEPS_MAX):

@@ -49,6 +49,11 @@ def why_unidentifiable(
             )
         case "presliding":
             return _about_presliding(regression, scales, values, variables)
+        case "displacement":
+            return (
+                f"over a stroke of {with_unit(scales.stroke, unit_of('length', kind))} the log does not show the force "
+                "bend"
+            )
         case "sliding":
             return (
                 f"the log holds {len(regression.reversals)} reversals over a stroke of "

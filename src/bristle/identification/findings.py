@@ -18,8 +18,7 @@ from bristle.identification.residual import about_held_effort, about_noise, abou
 from bristle.identification.result import Estimate, Fit, Traces
 from bristle.identification.solution import Solution
 from bristle.identification.uncertainty import Uncertainty, uncertainty_of
-from bristle.identification.unknowns import Scales, variables_with_plant
-from bristle.plants.inertia import MODEL as inertia
+from bristle.identification.unknowns import Scales
 from bristle.simulation.result import relative_error_percent
 
 __all__ = ["fit_of"]
@@ -41,13 +40,20 @@ def fit_of(problem: Problem, solution: Solution, scales: Scales) -> Fit:
     names = tuple(solution.values)
     error = relative_error_percent(regression.effort, predicted)
     return Fit(
-        plant=make_model(inertia, {"M": values["M"]}, kind=regression.kind, validate=False),
+        plant=problem.plant(values),
         friction=_valid(component, values, regression.kind),
         estimates=estimates,
         correlation=uncertainty.correlation,
         correlation_names=names,
         condition_number=uncertainty.condition_number,
-        traces=Traces(regression.time, regression.velocity, regression.acceleration, regression.effort, predicted),
+        traces=Traces(
+            regression.time,
+            regression.velocity,
+            regression.acceleration,
+            regression.effort,
+            predicted,
+            problem.mechanical(values),
+        ),
         force_error_percent=error,
         warnings=(
             *_warnings(estimates, uncertainty, names),
@@ -79,7 +85,7 @@ class _Findings:
         self, problem: Problem, solution: Solution, scales: Scales, uncertainty: Uncertainty, values: dict[str, float]
     ) -> None:
         self.problem, self.solution, self.scales, self.values = problem, solution, scales, values
-        self.variables = variables_with_plant(problem.unknowns.component)
+        self.variables = problem.unknowns.variables
         self.kind: Kind = problem.regression.kind
         free = tuple(solution.values)
         self.std = dict(zip(free, uncertainty.std.tolist(), strict=True))
@@ -94,7 +100,8 @@ class _Findings:
         variable, held = self.variables[name], self.problem.unknowns.held.get(name)
         unit, value = variable.unit(self.kind), self.values[name]
         if held is not None:
-            return Estimate(name, unit, variable.description, held.value, None, "held", held.note)
+            status = "unidentifiable" if held.redundant else "held"
+            return Estimate(name, unit, variable.description, held.value, None, status, held.note)
         unsure = self._why_unsure(name)
         if not unsure and name in self.solution.at_edge:
             return Estimate(name, unit, variable.description, value, None, "at_edge", self._why_at_edge(name))
@@ -182,7 +189,7 @@ def _warnings(estimates: tuple[Estimate, ...], uncertainty: Uncertainty, names: 
 
 
 def _assumptions(problem: Problem) -> tuple[str, ...]:
-    regression, variables = problem.regression, variables_with_plant(problem.unknowns.component)
+    regression, variables = problem.regression, problem.unknowns.variables
     found = [
         f"{name} is held at {_told(held.value, variables[name], regression.kind)}: {held.note}"
         for name, held in problem.unknowns.held.items()
@@ -191,7 +198,7 @@ def _assumptions(problem: Problem) -> tuple[str, ...]:
         f"position, effort and friction filtered at {regression.cutoff:g} Hz without phase, {regression.dropped} "
         f"samples dropped at each edge, one row for {regression.decimation} samples"
     )
-    if regression.rest_share > 0.0:
+    if regression.rest_share > 0.0 and not regression.keeps_rests:
         found.append(
             f"{100.0 * regression.rest_share:.3g} % of the samples are at rest and left out: there friction balances "
             "whatever effort there is"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import numbers
 import os
+from collections.abc import Sequence
 from typing import Any
 
 from bristle.core.axis import Axis
@@ -14,7 +15,15 @@ from bristle.core.units import quantity
 from bristle.core.variable import Kind, Variable
 from bristle.logs.log import Log
 
-__all__ = ["checked_model", "log_and_axis", "number_or_text", "treatment_of", "whole_number"]
+__all__ = [
+    "axes_for",
+    "checked_model",
+    "log_and_axis",
+    "logs_and_axes",
+    "number_or_text",
+    "treatment_of",
+    "whole_number",
+]
 
 CUTOFF = Variable("frequency", "cut-off of the zero-phase filter")
 
@@ -39,6 +48,38 @@ def log_and_axis(log: Any, axis: Any) -> tuple[Log, Axis | None]:
     if not isinstance(log, Log):
         raise InputError("must be a log or its file", path="log", value=log, mend='Write read_log("axis.csv", axis)')
     return log, axis
+
+
+def axes_for(axes: Sequence[Any], count: int) -> list[Any]:
+    """Return an axis for each of `count` logs: the only one there is for all of them, or each its own.
+
+    Raises
+    ------
+    InputError
+        If there is another number of them.
+    """
+    found = list(axes) or [None]
+    if len(found) == 1:
+        return found * count
+    if len(found) != count:
+        raise InputError(f"{len(found)} for {count} logs", path="axis", allowed=f"1, or {count}",
+                         mend="Give one axis file for all logs, or one for each, in their order")  # fmt: skip
+    return found
+
+
+def logs_and_axes(log: Any, axis: Any) -> list[tuple[Log, Axis | None]]:
+    """Return one log or several, each with what is known of its axis: one axis for all, or as many as logs.
+
+    Raises
+    ------
+    InputError
+        If one is neither a log nor its file, or the axes do not match the logs.
+    """
+    logs = list(log) if isinstance(log, (list, tuple)) else [log]
+    if not logs:
+        raise InputError("names no log", path="log", mend="Give at least one")
+    axes = axes_for(axis if isinstance(axis, (list, tuple)) else [axis], len(logs))
+    return [log_and_axis(one, its) for one, its in zip(logs, axes, strict=True)]
 
 
 def number_or_text(value: Any, variable: Variable, kind: Kind, path: str) -> float | None:

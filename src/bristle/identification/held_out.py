@@ -1,4 +1,4 @@
-"""Error on time blocks that were not fitted: how models with different numbers of parameters are compared."""
+"""Error on what was not fitted, time blocks or whole logs: how models of different size are compared."""
 
 from __future__ import annotations
 
@@ -8,9 +8,8 @@ from itertools import pairwise
 import numpy as np
 
 from bristle.core.errors import InputError
-from bristle.identification.problem import Problem
+from bristle.identification.regression import Regression
 from bristle.identification.result import HeldOut
-from bristle.identification.solution import Solution
 from bristle.simulation.result import relative_error_percent
 
 __all__ = ["held_out_error"]
@@ -19,17 +18,17 @@ ROWS_PER_BLOCK = 20
 
 
 def held_out_error(
-    problem: Problem, solve: Callable[[np.ndarray], Solution], blocks: int,
+    regression: Regression, predicted: Callable[[np.ndarray], np.ndarray], blocks: int,
     report: Callable[[float], None] = lambda share: None,
 ) -> HeldOut:  # fmt: skip
-    """Return the error on each of several contiguous blocks, fitted to all others.
+    """Return the error on each of several contiguous blocks, fitted to all others; of several logs, on each of them.
 
     Parameters
     ----------
-    problem : Problem
-        The problem.
-    solve : callable
-        Returns the solution on some rows, given as an array of bool.
+    regression : Regression
+        The rows.
+    predicted : callable
+        Returns the effort of every row [N or N*m] as predicted by a fit to some rows, given as an array of bool.
     blocks : int
         Number of blocks, at least 2.
     report : callable
@@ -44,20 +43,28 @@ def held_out_error(
     InputError
         If the log is too short for so many blocks.
     """
-    count, reach = problem.regression.effort.size, problem.regression.reach
+    count, reach = regression.effort.size, regression.reach
+    logs = np.flatnonzero(np.diff(regression.log_of_row)) + 1
+    if logs.size:
+        return _held_out(regression, predicted, [0, *logs.tolist(), count], 0, "logs", report)
     if count < blocks * (ROWS_PER_BLOCK + 2 * reach):
         raise InputError(
             "are too many for this log", path="blocks", value=blocks,
             allowed=f"2 to {max(count // (ROWS_PER_BLOCK + 2 * reach), 2)}, or 0 for no comparison on held-out blocks",
         )  # fmt: skip
-    edges = np.linspace(0, count, blocks + 1).astype(int)
-    errors = []
-    for number, (first, last) in enumerate(pairwise(edges.tolist())):
-        report(number / blocks)
-        fitted = np.ones(count, dtype=bool)
+    edges = np.linspace(0, count, blocks + 1).astype(int).tolist()
+    return _held_out(regression, predicted, edges, reach, "time blocks", report)
+
+
+def _held_out(
+    regression: Regression, predicted: Callable[[np.ndarray], np.ndarray], edges: list[int], reach: int, of: str,
+    report: Callable[[float], None],
+) -> HeldOut:  # fmt: skip
+    errors, count = [], len(edges) - 1
+    for number, (first, last) in enumerate(pairwise(edges)):
+        report(number / count)
+        fitted = np.ones(edges[-1], dtype=bool)
         fitted[max(first - reach, 0) : last + reach] = False
-        values = problem.unknowns.complete(solve(fitted).values)
         block = slice(first, last)
-        errors.append(relative_error_percent(problem.regression.effort[block], problem.predicted(values)[block]))
-    spread = float(np.std(errors, ddof=1)) if blocks > 1 else 0.0
-    return HeldOut(tuple(errors), float(np.mean(errors)), spread)
+        errors.append(relative_error_percent(regression.effort[block], predicted(fitted)[block]))
+    return HeldOut(tuple(errors), float(np.mean(errors)), float(np.std(errors, ddof=1)), of)

@@ -8,7 +8,7 @@ involved, and the controller that was running does not matter.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from os import PathLike
 from typing import Any
@@ -18,31 +18,37 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel
 from bristle.core.errors import InputError
-from bristle.friction import find
+from bristle.friction import base_of, find, maxwell_slip
 from bristle.identification.asked import Known, known_of, models_of, refuse_reversed_effort, unknowns_of
+from bristle.identification.elements import Elements
 from bristle.identification.findings import fit_of
-from bristle.identification.given import log_and_axis, treatment_of, whole_number
+from bristle.identification.given import logs_and_axes, treatment_of, whole_number
 from bristle.identification.held_out import held_out_error
+from bristle.identification.places import pitch_in
 from bristle.identification.problem import Problem
 from bristle.identification.ranking import ranked
 from bristle.identification.regression import Regression
 from bristle.identification.resampling.assessment import assessed
+from bristle.identification.resampling.refit import Space, space_of
 from bristle.identification.result import Fit, Identification
 from bristle.identification.search import Search
-from bristle.identification.solution import Solution, solve_linear
-from bristle.identification.treatment import treat
+from bristle.identification.several import treat_all
+from bristle.identification.shaped import in_lists, shaped
+from bristle.identification.solution import solve_linear
 from bristle.identification.unknowns import Scales, scales_of
 from bristle.logs.log import Log
 
 __all__ = ["identify"]
 
 FEWEST_DRAWS = 20
+LEAST_LEVEL = 0.01  # of the effort: a Coulomb force that says nothing of the magnitude of friction
 
 Progress = Callable[[float, str], None]
 
 
 def identify(
-    log: Log | str | PathLike[str], model: Any = "coulomb_viscous", *, axis: Axis | str | PathLike[str] | None = None,
+    log: Log | str | PathLike[str] | Sequence[Log | str | PathLike[str]], model: Any = "coulomb_viscous", *,
+    axis: Axis | str | PathLike[str] | Sequence[Axis | str | PathLike[str]] | None = None,
     cutoff: float | str | None = None, decimation: int | None = None, blocks: int = 5,
     offset: float | str | None = None, mass: float | str | None = None, draws: int = 200,
     progress: Progress | None = None,
@@ -51,12 +57,13 @@ def identify(
 
     Parameters
     ----------
-    log : Log or path-like
-        Position and effort, or the file that holds them.
+    log : Log or path-like, or list of either
+        Position and effort, or the file that holds them. Of several logs, each is held out in turn.
     model : str, FrictionModel, or list of either
         ``"lugre"``, ``"coulomb_viscous,stribeck+asymmetry"``, a model of your own.
-    axis : Axis or path-like, optional
-        What is known, or the file that says it: mass, offset, encoder resolution, cut-off and decimation.
+    axis : Axis or path-like, or list of either, optional
+        One for all logs, or one for each. What is known, or the file that says it: mass, offset, encoder resolution,
+        cut-off and decimation.
     cutoff : float or str, optional
         Cut-off of the zero-phase filter [Hz], or text such as ``"100 Hz"``; a tenth of the sampling frequency by
         default.
@@ -88,19 +95,22 @@ def identify(
     .. [1] A. Janot, P.-O. Vandanjon, M. Gautier, "A generic instrumental variable approach for industrial robot
        identification", IEEE Transactions on Control Systems Technology 22(1), 2014. doi:10.1109/TCST.2013.2246163
     """
-    log, axis = log_and_axis(log, axis)
+    given = logs_and_axes(log, axis)
+    logs, axes = [log for log, _ in given], [axis for _, axis in given]
     components = models_of(model)
     blocks = whole_number(blocks, "blocks", "0, or 2 and more")
     if blocks < 0 or blocks == 1:
         raise InputError("out of range", path="blocks", value=blocks, allowed="0, or 2 and more")
-    if log.effort is None:
-        raise InputError("has no effort, which inverse dynamics needs", path="log",
-                         mend="Name the column of force, torque or current in the axis file")  # fmt: skip
     draws = whole_number(draws, "draws", "0, or 20 and more")
     if draws != 0 and draws < FEWEST_DRAWS:
         raise InputError("out of range", path="draws", value=draws, allowed="0, or 20 and more")
-    known = known_of(axis, mass, offset, log.kind)
-    regression = treat(log, axis, *treatment_of(cutoff, decimation, log.kind))
+    for one in logs:
+        if one.effort is None:
+            raise InputError("has no effort, which inverse dynamics needs", path=f"log {one.source.name}".strip(),
+                             mend="Name the column of force, torque or current in the axis file")  # fmt: skip
+    kind = logs[0].kind
+    known = known_of(axes[0], mass, offset, kind)
+    regression = treat_all(logs, axes, *treatment_of(cutoff, decimation, kind))
     workbench = _Workbench.of(regression, known)
     fits = []
     for number, component in enumerate(components):
@@ -109,10 +119,11 @@ def identify(
     first, *others = (replace(fit, rank=rank) for rank, fit in enumerate(ranked(fits), 1))
     if draws:
         report = _share(progress, len(components), len(components) + 1, f"fitting {first.name} to simulated logs")
-        first = workbench.assessed(log, first, draws, report)
+        first = workbench.assessed(first, draws, report)
     return Identification(
         fits=(first, *others),
-        log=log,
+        log=logs[0],
+        further_logs=tuple(logs[1:]),
         treatment={
             "cutoff": regression.cutoff,
             "decimation": float(regression.decimation),
@@ -148,7 +159,7 @@ class _Workbench:
     known: Known
     sliding: dict[str, float]
     scales: Scales
-    found: dict[str, tuple[Problem, Solution]] = field(default_factory=dict)
+    found: dict[str, tuple[Problem, Space]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, regression: Regression, known: Known) -> _Workbench:
@@ -157,14 +168,23 @@ class _Workbench:
         if effort == 0.0:
             raise InputError("is zero throughout", path="log.effort", mend="Check which column holds the effort")
         # A mass that is known must not hide that the effort pushes the other way.
-        refuse_reversed_effort(regression, _unbounded(regression, Known(None, None)))
+        refuse_reversed_effort(regression, _unbounded(regression, Known(plant=known.plant)))
         unknowns = unknowns_of(find("coulomb_viscous"), known, regression)
         bounded = unknowns.complete(solve_linear(Problem(regression, unknowns)).values)
+        if bounded["F_C"] <= LEAST_LEVEL * effort:
+            # Pre-sliding over much of the stroke looks viscous: its level is that of all friction.
+            friction = bounded["F_v"] * regression.velocity + bounded["F_C"] * np.sign(regression.velocity)
+            bounded["F_C"] = max(float(np.sqrt(np.mean(friction**2))), bounded["F_C"])
         return cls(regression, known, bounded, scales_of(regression, max(bounded["F_C"], 0.01 * effort)))
 
     def fit(self, component: FrictionModel, blocks: int, report: Callable[[float], None]) -> Fit:
         """Fit one model."""
         report(0.0)
+        if "pitch" in component.variables and self.known.pitch is None:
+            known = replace(self.known, pitch=self._pitch())
+            return replace(self, known=known).fit(component, blocks, report)
+        if base_of(component) is maxwell_slip:
+            return self._fit_elements(component, blocks, report)
         problem = Problem(self.regression, unknowns_of(component, self.known, self.regression))
         if component.linear and not component.relations:
             solution = solve_linear(problem)
@@ -178,14 +198,41 @@ class _Workbench:
             def on_rows(rows: np.ndarray):
                 return search.refit(solution.values, rows)
 
+        def predicted(rows: np.ndarray) -> np.ndarray:
+            return problem.predicted(problem.unknowns.complete(on_rows(rows).values))
+
         held_out = None
         if blocks:
-            held_out = held_out_error(problem, on_rows, blocks, lambda share: report(0.6 + 0.4 * share))
-        self.found[component.name] = problem, solution
+            held_out = held_out_error(self.regression, predicted, blocks, lambda share: report(0.6 + 0.4 * share))
+        self.found[component.name] = problem, space_of(problem, solution, self.scales)
         fit = fit_of(problem, solution, self.scales)
         report(1.0)
         return replace(fit, held_out=held_out)
 
-    def assessed(self, log: Log, fit: Fit, draws: int, report: Callable[[float], None]) -> Fit:
+    def assessed(self, fit: Fit, draws: int, report: Callable[[float], None]) -> Fit:
         """Return a fit of this bench with its intervals from simulated logs."""
-        return assessed(log, fit, *self.found[fit.name], self.scales, draws, report)
+        return assessed(fit, *self.found[fit.name], draws, report)
+
+    def _fit_elements(self, component: FrictionModel, blocks: int, report: Callable[[float], None]) -> Fit:
+        """Fit elements that slip: their shape comes with the solution."""
+        prototype = shaped(component, np.ones(1), np.ones(1))
+        elements = Elements(self.regression, component, unknowns_of(prototype, self.known, self.regression))
+
+        def predicted(rows: np.ndarray) -> np.ndarray:
+            there, best = elements.solution(rows)
+            return there.predicted(there.unknowns.complete(best.values))
+
+        problem, solution = elements.solution()
+        self.found[component.name] = elements.space()
+        report(0.5)
+        held_out = None
+        if blocks:
+            held_out = held_out_error(self.regression, predicted, blocks, lambda share: report(0.5 + 0.5 * share))
+        fit = fit_of(problem, solution, self.scales)
+        report(1.0)
+        return replace(fit, friction=in_lists(fit.friction), held_out=held_out)
+
+    def _pitch(self) -> float:
+        """Return the pitch of the screw, found in what Coulomb and viscous friction leave."""
+        problem = Problem(self.regression, unknowns_of(find("coulomb_viscous"), self.known, self.regression))
+        return pitch_in(problem, self.sliding)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from os import PathLike
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,8 +20,10 @@ from bristle.core.variable import unit_of
 from bristle.engine import Trace, run_closed_loop, run_open_loop, settled
 from bristle.friction import is_static, with_presliding
 from bristle.identification.bands import Bands, half_width
+from bristle.identification.between_samples import finer
 from bristle.identification.doubts import with_doubts
 from bristle.identification.given import checked_model, log_and_axis, treatment_of
+from bristle.identification.open_loop import open_loop_of
 from bristle.identification.regression import Regression
 from bristle.identification.treatment import treat
 from bristle.logs.log import Log
@@ -52,7 +54,8 @@ def predict(
     mode : {"inverse", "closed-loop", "open-loop"}
         ``inverse``: the effort from the measured motion, filtered and decimated as in the identification.
         ``closed-loop``: effort and motion from the reference. ``open-loop``: the motion from the measured effort; it
-        begins at the 20th sample, where the velocity is known from both sides.
+        begins at the 20th sample, where the velocity is known from both sides, or at the first one where the axis
+        says that its logs begin at rest.
     cutoff, decimation : float or str, int, optional
         Those of the identification [Hz, or text with a unit], for the inverse mode; the axis decides where they are
         not given.
@@ -96,20 +99,21 @@ def predict(
         friction = with_presliding(friction, axis.presliding)
         distance = with_unit(axis.presliding, unit_of("length", log.kind))
         notes.append(f"friction turns over a pre-sliding distance of {distance} (axis file)")
-    run = _closed_loop if mode == "closed-loop" else _open_loop
+    run = _closed_loop if mode == "closed-loop" else _from_rest if axis.at_rest else _open_loop
     segments = log.segments or (slice(0, len(log)),)
-    traces, used = [], []
+    runs, used = [], []
     for part in segments:
         first, last, _ = part.indices(len(log))
-        first += START_SAMPLES if mode == "open-loop" else 0
+        first += START_SAMPLES if run is _open_loop else 0
         if last - first <= START_SAMPLES:
             notes.append(f"a stretch of {last - first} samples is too short to be predicted, and was left out")
             continue
-        traces.append(run(plant, friction, log, axis, slice(first, last)))
-        used.append(slice(first, first + traces[-1].time.size))
-    if not traces:
+        runs.append(run(plant, friction, log, axis, slice(first, last)))
+        used.append(slice(first, first + runs[-1].position.size))
+        notes += runs[-1].notes
+    if not runs:
         raise InputError("no stretch of the log is long enough", path="log", allowed=f"> {2 * START_SAMPLES} samples")
-    return with_doubts(_compare(mode, log, traces, used, tuple(notes)), log, velocity_max)
+    return with_doubts(_compare(mode, log, runs, used, tuple(dict.fromkeys(notes))), log, velocity_max)
 
 
 def _inverse(plant: Model, friction: Model, log: Log, regression: Regression) -> Prediction:
@@ -129,7 +133,20 @@ def _inverse(plant: Model, friction: Model, log: Log, regression: Regression) ->
     )
 
 
-def _closed_loop(plant: Model, friction: Model, log: Log, axis: Axis, part: slice) -> Trace:
+class _Run(NamedTuple):
+    """What became of one stretch of a log."""
+
+    position: np.ndarray
+    command: np.ndarray
+    status: Status
+    notes: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, trace: Trace) -> _Run:
+        return cls(trace.measured, trace.command, trace.status)
+
+
+def _closed_loop(plant: Model, friction: Model, log: Log, axis: Axis, part: slice) -> _Run:
     if not isinstance(axis.controller, Model):
         raise InputError(
             "is needed to predict the closed loop", path="axis.controller",
@@ -147,20 +164,31 @@ def _closed_loop(plant: Model, friction: Model, log: Log, axis: Axis, part: slic
     desired[2] = np.gradient(desired[1], log.sample_time)
     start, acceleration = _start(log, friction, part.start, axis.resolution)
     limit = axis.effort_limit or math.inf
-    return run_closed_loop(
+    return _Run.of(run_closed_loop(
         plant, friction, within_drive(axis.controller, limit),
         encoder(kind=log.kind, resolution=axis.resolution or 0.0), desired, log.sample_time,
         steps=substeps_for(log.sample_time), injected=log.injected_effort[part], limit=limit, acceleration=acceleration,
         **start,
-    )  # fmt: skip
+    ))  # fmt: skip
 
 
-def _open_loop(plant: Model, friction: Model, log: Log, axis: Axis, part: slice) -> Trace:
+def _open_loop(plant: Model, friction: Model, log: Log, axis: Axis, part: slice) -> _Run:
     assert log.effort is not None
     start, _ = _start(log, friction, part.start, axis.resolution)
-    return run_open_loop(
-        plant, friction, log.effort.values[part], log.sample_time, steps=substeps_for(log.sample_time), **start
-    )
+    effort, steps = log.effort.values[part], substeps_for(log.sample_time)
+    if axis.hold != "band_limited":
+        hold = axis.hold or "zero"
+        return _Run.of(run_open_loop(plant, friction, effort, log.sample_time, steps=steps, hold=hold, **start))
+    fine = finer(effort, steps, periodic=False)
+    trace = run_open_loop(plant, friction, fine, log.sample_time / steps, steps=1, hold="linear", **start)
+    return _Run(trace.position[::steps], effort, trace.status)
+
+
+def _from_rest(plant: Model, friction: Model, log: Log, axis: Axis, part: slice) -> _Run:
+    loop = open_loop_of(log, axis, part)
+    position, status = loop.position(plant, friction)
+    assert log.effort is not None
+    return _Run(position[np.isfinite(position)], log.effort.values[part], status, (loop.in_words,))
 
 
 def _start(log: Log, friction: Model, first: int, resolution: float | None) -> tuple[dict[str, Any], float]:
@@ -190,13 +218,13 @@ def _around(position: np.ndarray, first: int, distance: float) -> tuple[int, np.
     return low, position[low : low + 2 * START_SAMPLES + 1]
 
 
-def _compare(mode: str, log: Log, traces: list[Trace], used: list[slice], notes: tuple[str, ...]) -> Prediction:
+def _compare(mode: str, log: Log, runs: list[_Run], used: list[slice], notes: tuple[str, ...]) -> Prediction:
     assert log.effort is not None
     effort = np.concatenate([log.effort.values[part] for part in used])
     position = np.concatenate([log.position.values[part] for part in used])
-    command = np.concatenate([trace.command for trace in traces]) if mode == "closed-loop" else None
-    reached = np.concatenate([trace.measured for trace in traces])
-    status = max((trace.status for trace in traces), key=int)
+    command = np.concatenate([run.command for run in runs]) if mode == "closed-loop" else None
+    reached = np.concatenate([run.position for run in runs])
+    status = max((run.status for run in runs), key=int)
     return Prediction(
         mode=mode,
         time=np.concatenate([log.time.values[part] for part in used]),

@@ -1,4 +1,4 @@
-"""Inverse dynamics as a least-squares problem: measured effort against inertia and friction, on regression rows."""
+"""Inverse dynamics as a least-squares problem: measured effort against plant and friction, on regression rows."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from bristle.core.contracts import Model
-from bristle.identification.regression import Regression
+from bristle.identification.regression import Regression, mechanical
 from bristle.identification.unknowns import Unknowns
 
 __all__ = ["Problem"]
@@ -17,7 +17,7 @@ __all__ = ["Problem"]
 
 @dataclass(frozen=True)
 class Problem:
-    """Rows ``effort = M acceleration + F(motion)`` for one friction model.
+    """Rows ``effort = M acceleration + ... + F(motion)`` for one plant and one friction model.
 
     Parameters
     ----------
@@ -42,7 +42,18 @@ class Problem:
 
     def predicted(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the effort of each row [N or N*m] from all parameters, held ones included."""
-        return values["M"] * self.regression.acceleration + self.friction(values)
+        return self.mechanical(values) + self.friction(values)
+
+    def mechanical(self, values: Mapping[str, float]) -> np.ndarray:
+        """Return the effort that the plant takes in each row, friction apart [N or N*m]."""
+        one = self.regression
+        return mechanical(self.plant(values), one.position, one.velocity, one.acceleration)
+
+    def plant(self, values: Mapping[str, float]) -> Model:
+        """Return the plant with these values, whether or not it allows them."""
+        component = self.unknowns.plant
+        parameters = component.assemble({name: values[name] for name in component.variables})
+        return Model(component, parameters, self.regression.kind)
 
     def residual(self, free: Mapping[str, float]) -> np.ndarray:
         """Return measured minus predicted effort of each row [N or N*m], from the free parameters."""
@@ -54,13 +65,15 @@ class Problem:
 
         Each column is what the model answers to one parameter of 1 with all others 0.
         """
-        names = self.unknowns.component.variables
+        names, held = self.unknowns.component.variables, self.unknowns.held
+        # What a force does not depend on linearly keeps its value.
+        shapes = {name: held[name].value for name in ("pitch",) if name in names}
         found = []
         for name in self.unknowns.free:
-            if name == "M":
-                found.append(self.regression.acceleration)
+            if name in self.unknowns.plant.variables:
+                found.append(self.mechanical({one: float(one == name) for one in self.unknowns.plant.variables}))
             else:
-                found.append(self.friction({one: float(one == name) for one in names}))
+                found.append(self.friction({one: float(one == name) for one in names} | shapes))
         return np.stack(found, axis=1) if found else np.empty((self.regression.effort.size, 0))
 
     @cached_property

@@ -10,10 +10,11 @@ from functools import cache, cached_property
 import numpy as np
 
 from bristle.core.contracts import Model
+from bristle.core.errors import InputError
 from bristle.core.variable import Kind
 from bristle.engine import force_along
 
-__all__ = ["Regression", "Stretch", "low_passed"]
+__all__ = ["Regression", "Stretch", "low_passed", "mechanical"]
 
 REST_IN_ROW = 0.01  # weight of samples at rest that a row may contain
 REACH = 10  # rows on either side that the decimating filter takes in
@@ -41,6 +42,15 @@ def _taps(decimation: int) -> np.ndarray:
     return np.asarray(firwin(2 * REACH * decimation + 1, 1.0 / decimation, window="hamming"))
 
 
+def mechanical(plant: Model, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+    """Return the effort [N or N*m] that a plant takes along a motion, friction apart, shape (sample,)."""
+    inverse = plant.component.inverse
+    if inverse is None:
+        raise InputError("has no inverse: it cannot be identified from a motion", path="plant", value=plant.name,
+                         allowed="inertia, oscillator")  # fmt: skip
+    return inverse(x, v, a, plant.parameters)
+
+
 @dataclass(frozen=True)
 class Stretch:
     """A stretch of the log without gaps, at the rate of the log, filtered.
@@ -48,7 +58,8 @@ class Stretch:
     Each array has shape (sample,): time [s], position [m or rad], velocity, acceleration, effort [N or N*m].
     Position and effort have passed one and the same filter.
     A velocity of +0.0 or -0.0 stands for rest after a motion forward or backward. The edges are still there: a model
-    with a memory runs in over them.
+    with a memory runs in over them. `log` counts the logs that a regression was made of. A model with a memory has been
+    through the samples of `first_cycle` before: the motion repeats.
     """
 
     time: np.ndarray
@@ -56,6 +67,26 @@ class Stretch:
     velocity: np.ndarray
     acceleration: np.ndarray
     effort: np.ndarray
+    log: int = 0
+    load: np.ndarray | None = None
+    temperature: np.ndarray | None = None
+    first_cycle: int = 0
+
+    @property
+    def surroundings(self) -> dict[str, np.ndarray]:
+        """Load over its nominal value and temperature [K], as far as they were recorded."""
+        found = {"load": self.load, "temperature": self.temperature}
+        return {name: values for name, values in found.items() if values is not None}
+
+    def signals(self, dt: float) -> dict[str, np.ndarray]:
+        """Return what friction depends on along the stretch, with its first cycle before it where that is known."""
+        # The velocity at a sample is the mean over the step around it, which ends half a step later.
+        found = {"v": self.velocity, "x": self.position + 0.5 * dt * self.velocity} | self.surroundings
+        return {name: np.concatenate([values[: self.first_cycle], values]) for name, values in found.items()}
+
+    def answer(self, friction: Model, dt: float) -> np.ndarray:
+        """Return the force of a friction model along the stretch, after its first cycle where that is known."""
+        return force_along(friction, dt=dt, **self.signals(dt))[self.first_cycle :]
 
 
 @dataclass(frozen=True)
@@ -82,8 +113,12 @@ class Regression:
         Samples dropped at each edge of each stretch.
     held : bool or None
         Whether the recorded effort acts until the next sample; None where nobody said so.
+    keeps_rests : bool
+        Whether rows at rest are kept.
     kept : ndarray or None
         Which of the decimated samples are rows, shape (sample,) of bool; those in motion where not given.
+    effort_noise : float
+        Standard deviation of the noise of the effort, sample by sample [N or N*m].
     """
 
     stretches: tuple[Stretch, ...]
@@ -95,31 +130,28 @@ class Regression:
     decimation: int
     dropped: int
     held: bool | None = None
+    keeps_rests: bool = False
     kept: np.ndarray | None = None
+    effort_noise: float = 0.0
 
     def rows_of(self, parts: Sequence[np.ndarray]) -> np.ndarray:
         """Return the rows of a signal, which is given along each whole stretch, shape (row,)."""
         return self._thinned(parts)[self.in_motion]
 
     def explained(self, plant: Model, friction: Model) -> list[np.ndarray]:
-        """Return the effort that inertia and friction take along each stretch [N or N*m]."""
-        mass = plant.values["M"]
+        """Return the effort that plant and friction take along each stretch [N or N*m]."""
         return [
-            mass * stretch.acceleration + force
+            mechanical(plant, stretch.position, stretch.velocity, stretch.acceleration) + force
             for stretch, force in zip(self.stretches, self.friction_along(friction), strict=True)
         ]
 
     def friction_along(self, friction: Model) -> list[np.ndarray]:
         """Return the friction force along each stretch [N or N*m], filtered as the effort is."""
         dt = self.sample_time
-        # The velocity at a sample is the mean over the step around it, which ends half a step later.
-        return [
-            self.filtered(force_along(friction, one.velocity, dt, one.position + 0.5 * dt * one.velocity))
-            for one in self.stretches
-        ]
+        return [self.filtered(one.answer(friction, dt)) for one in self.stretches]
 
     def filtered(self, part: np.ndarray) -> np.ndarray:
-        """Return a signal along a stretch behind the filter of the identification."""
+        """Return a signal along a stretch behind the filter that effort and position have passed."""
         return low_passed(part, self.cutoff, self.sample_time)
 
     def without_edges(self, part: np.ndarray) -> np.ndarray:
@@ -144,6 +176,8 @@ class Regression:
         """Which of the decimated samples are rows, shape (sample,) of bool."""
         if self.kept is not None:
             return self.kept
+        if self.keeps_rests:
+            return np.ones(self._thinned([one.time for one in self.stretches]).size, dtype=bool)
         rests = [self.filtered((stretch.velocity == 0.0).astype(float)) for stretch in self.stretches]
         return np.abs(self._thinned(rests)) < REST_IN_ROW
 
@@ -172,6 +206,16 @@ class Regression:
             after = np.searchsorted(turns, sample)
             found.append(np.minimum(sample - turns[after - 1], turns[after] - sample))
         return self.sampled(found)
+
+    @cached_property
+    def log_of_row(self) -> np.ndarray:
+        """Which log each row is from."""
+        return self.sampled([np.full(stretch.time.size, stretch.log) for stretch in self.stretches])
+
+    @cached_property
+    def position(self) -> np.ndarray:
+        """Position of each row [m or rad]."""
+        return self.rows_of([stretch.position for stretch in self.stretches])
 
     @cached_property
     def velocity(self) -> np.ndarray:

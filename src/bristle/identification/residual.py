@@ -10,7 +10,6 @@ from bristle.core.typography import with_unit
 from bristle.friction import is_static
 from bristle.identification.problem import Problem
 from bristle.identification.result import Estimate
-from bristle.identification.unknowns import variables_with_plant
 
 __all__ = ["about_held_effort", "about_noise", "about_residual"]
 
@@ -26,7 +25,7 @@ LAGGING = 0.1  # of the friction force, by which friction is still behind there
 
 def about_held_effort(problem: Problem, estimates: Sequence[Estimate]) -> tuple[str, ...]:
     """Return a warning where half a sample between effort and position decides on the damping of the bristles."""
-    regression, variables = problem.regression, variables_with_plant(problem.unknowns.component)
+    regression, variables = problem.regression, problem.unknowns.variables
     shown = [one for one in estimates if one.status == "identified" and variables[one.name].excitation == "presliding"]
     stiffness = max((one.value for one in shown if variables[one.name].quantity == "force/length"), default=0.0)
     shift = 0.5 * regression.sample_time * stiffness

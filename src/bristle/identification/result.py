@@ -78,11 +78,12 @@ class Estimate:
 
 @dataclass(frozen=True)
 class HeldOut:
-    """Error on time blocks that were not fitted: 100 ||y - y_hat|| / ||y|| block by block [%]."""
+    """Error on time blocks, or whole logs, that were not fitted: 100 ||y - y_hat|| / ||y|| one by one [%]."""
 
     block_errors_percent: tuple[float, ...]
     mean_percent: float
     std_percent: float
+    of: str = "time blocks"
 
 
 class Scatter(NamedTuple):
@@ -111,6 +112,9 @@ class Resampling:
         Whether the residual is that of independent errors, so that the plain standard errors hold.
     jackknife : mapping of str to float
         Standard error of parameters [SI] by leaving out half-cycles; empty with fewer than five.
+    curve : tuple of (float, float, float, float)
+        Of elements that slip: displacement [m or rad], force on the virgin curve there [N or N*m], and the ends of its
+        95 % interval.
     """
 
     bands: Bands
@@ -119,17 +123,27 @@ class Resampling:
     resolution: float
     white: bool
     jackknife: Mapping[str, float]
+    curve: tuple[tuple[float, float, float, float], ...] = ()
 
 
 @dataclass(frozen=True)
 class Traces:
-    """Measured and predicted effort on the decimated grid of the identification, shape (sample,) each."""
+    """Measured and predicted effort on the decimated grid of the identification, shape (sample,) each.
+
+    `mechanical` is what the plant takes of it, friction apart.
+    """
 
     time: np.ndarray
     velocity: np.ndarray
     acceleration: np.ndarray
     measured: np.ndarray
     predicted: np.ndarray
+    mechanical: np.ndarray
+
+    @property
+    def friction(self) -> np.ndarray:
+        """Measured effort less what the plant takes [N or N*m]."""
+        return self.measured - self.mechanical
 
     @property
     def residual(self) -> np.ndarray:
@@ -191,8 +205,8 @@ class Fit:
 
     @property
     def friction_error_percent(self) -> float:
-        """What is left over, as a percentage of the effort less that of the inertia: 100 ||residual|| / ||u - M a||."""
-        friction = self.traces.measured - self.plant.values["M"] * self.traces.acceleration
+        """What is left over, as a percentage of the effort less that of the plant: 100 ||residual|| / ||u - M a||."""
+        friction = self.traces.friction
         return relative_error_percent(friction, friction - self.traces.residual)
 
     @property
@@ -219,15 +233,18 @@ class Identification:
         Ranked by the error on held-out time blocks; of those that the blocks do not tell apart, the simplest one
         comes first.
     log : Log
-        The log as it was used.
+        The log as it was used, the first of several.
     treatment : dict
         ``cutoff`` [Hz], ``decimation``, samples ``dropped`` at each edge, ``rows`` used, ``rest_percent``, the
         share of the samples at rest [%], and ``velocity_max``, the largest speed fitted to [m/s or rad/s].
+    further_logs : tuple of Log
+        Those that were fitted beside it.
     """
 
     fits: tuple[Fit, ...]
     log: Log
     treatment: dict[str, float] = field(default_factory=dict)
+    further_logs: tuple[Log, ...] = ()
 
     @property
     def best(self) -> Fit:

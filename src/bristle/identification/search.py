@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from bristle.core.variable import Variable
-from bristle.identification.problem import Problem
 from bristle.identification.solution import Solution
-from bristle.identification.unknowns import Coordinate, Scales, coordinates_of, natural_derivative, variables_with_plant
+from bristle.identification.unknowns import Coordinate, Scales, Unknowns, coordinates_of, natural_derivative
 
 __all__ = ["Search"]
 
@@ -20,6 +20,19 @@ STARTS = 3
 EVALUATIONS = 60
 SEED = 20_240_229
 EDGE = 1e-3  # in coordinates: of a typical magnitude, or of a factor e
+
+
+class Residual(Protocol):
+    """What a search makes small."""
+
+    @property
+    def unknowns(self) -> Unknowns:
+        """What is free and what is held."""
+        ...
+
+    def residual(self, free: Mapping[str, float]) -> np.ndarray:
+        """Return what is left over, shape (row,)."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -33,12 +46,16 @@ class Search:
     scales : Scales
         Typical magnitudes of the log, which bound the parameters of unknown magnitude.
     guess : mapping of str to float
-        ``M``, ``F_C``, ``F_v`` and ``offset`` of a Coulomb and viscous fit to the same log [SI].
+        ``M``, ``F_C``, ``F_v``, ``offset`` and what else the plant has, of a Coulomb and viscous fit to the same log
+        [SI].
+    unit : float, optional
+        Typical magnitude of the residual; that of the friction force where not given.
     """
 
-    problem: Problem
+    problem: Residual
     scales: Scales
     guess: Mapping[str, float]
+    unit: float = 0.0
 
     def solve(self, report: Callable[[float], None] = lambda share: None) -> Solution:
         """Return the best solution from several starts; `report` is told the share of the work done."""
@@ -54,11 +71,13 @@ class Search:
                 best = found
         return self._solution(coordinates, best)
 
-    def refit(self, start: Mapping[str, float], rows: np.ndarray) -> Solution:
-        """Return the solution on some rows only, from a start nearby."""
+    def refit(
+        self, start: Mapping[str, float], rows: np.ndarray | slice = slice(None), limit: int = EVALUATIONS // 3
+    ) -> Solution:
+        """Return the solution from a start nearby, on some rows only where they are given."""
         coordinates = coordinates_of(self.problem.unknowns, self.scales)
         phi = np.array([one.phi(start[one.name], start) for one in coordinates])
-        return self._solution(coordinates, self._descend(coordinates, phi, rows, EVALUATIONS // 3))
+        return self._solution(coordinates, self._descend(coordinates, phi, rows, limit))
 
     def _values(self, coordinates: tuple[Coordinate, ...], phi: np.ndarray) -> dict[str, float]:
         values = self.problem.unknowns.complete({})
@@ -67,7 +86,11 @@ class Search:
         return {coordinate.name: values[coordinate.name] for coordinate in coordinates}
 
     def _residual(self, coordinates: tuple[Coordinate, ...], phi: np.ndarray) -> np.ndarray:
-        return self.problem.residual(self._values(coordinates, phi)) / self.scales.force
+        return self.problem.residual(self._values(coordinates, phi)) / self._unit
+
+    @property
+    def _unit(self) -> float:
+        return self.unit or self.scales.force
 
     def _descend(self, coordinates: tuple[Coordinate, ...], phi: np.ndarray, rows: np.ndarray | slice, limit: int):
         from scipy.optimize import least_squares
@@ -90,11 +113,11 @@ class Search:
             elif coordinate.high - phi[index] < EDGE:
                 phi[index], at_edge[coordinate.name] = coordinate.high, "largest"
         values = self._values(coordinates, phi)
-        return Solution(values, at_edge, -found.jac * self.scales.force, natural_derivative(coordinates, values))
+        return Solution(values, at_edge, -found.jac * self._unit, natural_derivative(coordinates, values))
 
     def _start(self, coordinates: tuple[Coordinate, ...], rng: np.random.Generator) -> np.ndarray:
         """Return a start: the sliding part from the linear fit, all else drawn from the range it is sought in."""
-        variables = variables_with_plant(self.problem.unknowns.component)
+        variables = self.problem.unknowns.variables
         values = self.problem.unknowns.complete({})
         for coordinate in coordinates:
             drawn = self._draw(coordinate, variables[coordinate.name], rng)
@@ -103,8 +126,13 @@ class Search:
         return np.array([one.phi(values[one.name], values) for one in coordinates])
 
     def _draw(self, coordinate: Coordinate, variable: Variable, rng: np.random.Generator) -> float:
-        if coordinate.name in ("M", "offset"):
+        if coordinate.name == "k":
+            # Friction in front of its first slip is stiff too: both share what the log shows.
+            return self.guess["k"] * rng.uniform(0.2, 1.0)
+        if coordinate.name in ("M", "c", "offset"):
             return self.guess[coordinate.name]
+        if variable.excitation in ("place", "load", "temperature"):
+            return 0.0
         if coordinate.form == "excess":
             return self.guess["F_C"] * rng.exponential(0.3)
         if variable.quantity == "force":

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from bristle.identification.problem import Problem
-from bristle.identification.unknowns import variables_with_plant
 
 __all__ = ["Solution", "solve_linear"]
 
@@ -50,7 +49,7 @@ def solve_linear(problem: Problem, rows: np.ndarray | slice = slice(None)) -> So
     target = (problem.regression.effort - problem.held_effort)[rows]
     scale = np.linalg.norm(columns, axis=0)
     scale[scale == 0.0] = 1.0
-    variables = variables_with_plant(problem.unknowns.component)
+    variables = problem.unknowns.variables
     low = np.array([variables[name].min for name in names])
     high = np.array([variables[name].max for name in names])
     values = np.linalg.lstsq(columns / scale, target, rcond=None)[0] / scale

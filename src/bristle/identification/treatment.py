@@ -20,6 +20,7 @@ References
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -27,7 +28,7 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.errors import InputError
 from bristle.core.typography import with_unit
-from bristle.core.variable import unit_of
+from bristle.core.variable import Kind, unit_of
 from bristle.identification.regression import Regression, Stretch, low_passed
 
 __all__ = ["treat"]
@@ -37,6 +38,7 @@ DECIMATION = 10
 EDGE_PERIODS = 5  # of the cut-off frequency: the transient of the filter
 REST_PERIODS = 5  # of the cut-off frequency, without an encoder step, make a rest
 ROWS_MIN = 50
+COVERED, RETURNED = 0.9, 0.02  # of the range: a whole cycle is through, the motion is back
 GAUSSIAN = 1.4826  # standard deviation over median absolute deviation, of a normal distribution
 
 
@@ -80,9 +82,15 @@ def treat(log: Any, axis: Axis | None, cutoff: float | None = None, decimation: 
             mend="Record a longer motion, raise the cut-off or lower the decimation",
         )  # fmt: skip
     treated = [_stretch(log, part, dt, cutoff, resolution, held=bool(held)) for part in kept]
-    moving = tuple(stretch for stretch, _ in treated if np.any(stretch.velocity != 0.0))
-    noise = float(np.mean([one for _, one in treated]))
-    regression = Regression(moving, log.kind, dt, resolution, noise, cutoff, decimation, dropped, held)
+    moving = tuple(stretch for stretch, *_ in treated if np.any(stretch.velocity != 0.0))
+    if axis is not None and axis.in_cycle:
+        moving = tuple(replace(one, first_cycle=_first_cycle(one, log.kind)) for one in moving)
+    noise, effort_noise = (
+        float(np.mean(one)) for one in ([two for _, two, _ in treated], [two for *_, two in treated])
+    )
+    keeps = axis is not None and axis.keeps_rests
+    regression = Regression(moving, log.kind, dt, resolution, noise, cutoff, decimation, dropped, held, keeps,
+                            effort_noise=effort_noise)  # fmt: skip
     if not moving or regression.time.size < ROWS_MIN:
         raise InputError(
             "the axis hardly moves", path="log.position",
@@ -128,8 +136,8 @@ def _smallest_step(position: np.ndarray) -> float:
 
 def _stretch(
     log: Any, part: slice, dt: float, cutoff: float, resolution: float, *, held: bool
-) -> tuple[Stretch, float]:  # fmt: skip
-    """Return a stretch of the log and the standard deviation of the noise of its position [m or rad]."""
+) -> tuple[Stretch, float, float]:  # fmt: skip
+    """Return a stretch of the log, and the standard deviations of the noise of its position and of its effort."""
     raw = np.asarray(log.position.values[part], dtype=float)
     # The offset of a long stroke would cost digits in the second difference.
     origin = raw[0]
@@ -146,8 +154,36 @@ def _stretch(
         velocity=_with_sides(velocity, rest),
         acceleration=acceleration,
         effort=low_passed(_at_samples(effort) if held else effort, cutoff, dt),
+        load=None if log.load is None else low_passed(log.load.values[part], cutoff, dt),
+        temperature=None if log.temperature is None else low_passed(log.temperature.values[part], cutoff, dt),
     )
-    return stretch, noise
+    # White noise above the cut-off tells how much there is in all.
+    above = max(1.0 - 2.0 * cutoff * dt, 0.1)
+    lost = effort - low_passed(effort, cutoff, dt)
+    return stretch, noise, GAUSSIAN * float(np.median(np.abs(lost))) / above**0.5
+
+
+def _first_cycle(one: Stretch, kind: Kind) -> int:
+    """Return after how many samples a motion that repeats is where it began, and moves on alike.
+
+    Raises
+    ------
+    InputError
+        If it never is.
+    """
+    covered = np.maximum.accumulate(one.position) - np.minimum.accumulate(one.position)
+    away = np.abs(one.position - one.position[0])
+    back = (covered > COVERED * covered[-1]) & (away < RETURNED * covered[-1])
+    back &= np.signbit(one.velocity) == np.signbit(one.velocity[0])
+    if not back.any():
+        raise InputError(
+            "does not come back to where it began, so that its first cycle is not known", path="log.start",
+            value=f"cycle, from {with_unit(float(one.position[0]), unit_of('length', kind))}",
+            mend='Write start = "moving" under [log] of the axis file, or begin with a whole cycle',
+        )  # fmt: skip
+    first = int(np.argmax(back))
+    stay = int(np.argmin(back[first:])) or back.size - first
+    return first + int(np.argmin(away[first : first + stay]))
 
 
 def _at_samples(held: np.ndarray) -> np.ndarray:

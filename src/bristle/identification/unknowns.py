@@ -15,12 +15,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import FrictionModel
+from bristle.core.contracts import FrictionModel, Plant
 from bristle.core.variable import Variable
 from bristle.identification.regression import Regression
 from bristle.plants.inertia import MODEL as inertia
 
-__all__ = ["Coordinate", "Held", "Scales", "Unknowns", "coordinates_of", "scales_of", "variables_with_plant"]
+__all__ = ["Coordinate", "Held", "Scales", "Unknowns", "coordinates_of", "scales_of", "stroke_of"]
 
 AT_LEAST = re.compile(r"(\w+) >=? (\w+)")
 CLEARLY = 0.1  # of the force scale: by how much a force is above another one that it must exceed
@@ -30,15 +30,16 @@ STRIBECK_SHARE = 1.0 / 3.0  # of the greatest speed: beyond, the log would not s
 
 
 class Held(NamedTuple):
-    """A parameter that is not identified: its value and why."""
+    """A parameter that is not identified: its value and why; `redundant` where no log could tell it."""
 
     value: float
     note: str
+    redundant: bool = False
 
 
 @dataclass(frozen=True)
 class Unknowns:
-    """The parameters of an inertia with a friction model, free and held.
+    """The parameters of a plant with a friction model, free and held.
 
     Parameters
     ----------
@@ -48,20 +49,23 @@ class Unknowns:
         The plant first, then friction in the order of the model.
     held : mapping of str to Held
         All others.
+    plant : Plant
+        What the friction acts on.
     """
 
     component: FrictionModel
     free: tuple[str, ...]
     held: Mapping[str, Held]
+    plant: Plant = inertia
+
+    @property
+    def variables(self) -> dict[str, Variable]:
+        """The `Variable` of each parameter, plant first."""
+        return self.plant.variables | self.component.variables
 
     def complete(self, values: Mapping[str, float]) -> dict[str, float]:
         """Return every parameter, from the free ones."""
         return {name: held.value for name, held in self.held.items()} | dict(values)
-
-
-def variables_with_plant(component: FrictionModel) -> dict[str, Variable]:
-    """Return the `Variable` of each parameter, plant first."""
-    return inertia.variables | component.variables
 
 
 class Scales(NamedTuple):
@@ -86,6 +90,7 @@ class Scales(NamedTuple):
             "force/length": self.force / math.sqrt(self.stroke * self.shortest),
             "force*time/length": self.force / self.speed,
             "mass": self.force / self.acceleration,
+            "1/length": 1.0 / self.stroke,
             "time": math.sqrt(self.sample_time * self.duration),
             "1/time": 1.0 / math.sqrt(self.sample_time * self.duration),
         }.get(variable.quantity, variable.nominal)
@@ -101,13 +106,18 @@ class Scales(NamedTuple):
         }.get(variable.quantity, (1e-3 * self.magnitude(variable), 1e2 * self.magnitude(variable)))
 
 
+def stroke_of(regression: Regression) -> float:
+    """Return how far the axis goes within a stretch of the log [m or rad]."""
+    return max(float(np.ptp(stretch.position)) for stretch in regression.stretches)
+
+
 def scales_of(regression: Regression, force: float) -> Scales:
     """Return the typical magnitudes of a log, for a friction force of this magnitude [N or N*m]."""
     speeds = np.abs(regression.all_velocities)
     speeds = speeds[speeds > 0.0]
     speed = float(np.quantile(speeds, 0.995))
     slowest = max(float(np.quantile(speeds, SLOWEST_SHARE)), 1e-4 * speed)
-    stroke = max(float(np.ptp(stretch.position)) for stretch in regression.stretches)
+    stroke = stroke_of(regression)
     return Scales(
         force=force,
         peak=float(np.max(np.abs(regression.effort))),
@@ -116,7 +126,7 @@ def scales_of(regression: Regression, force: float) -> Scales:
         acceleration=max(float(np.sqrt(np.mean(regression.acceleration**2))), 1e-9 * speed / regression.sample_time),
         stroke=stroke,
         shortest=min(max(regression.resolution, slowest * regression.sample_time), 0.1 * stroke),
-        duration=float(regression.time[-1] - regression.time[0]),
+        duration=float(np.ptp(regression.time)),
         sample_time=regression.sample_time,
     )
 
@@ -156,7 +166,7 @@ def coordinates_of(unknowns: Unknowns, scales: Scales) -> tuple[Coordinate, ...]
 
     What other relations say is left to the check of the finished model.
     """
-    variables = variables_with_plant(unknowns.component)
+    variables = unknowns.variables
     floors = _floors(unknowns)
     found = []
     for name in _in_turn(unknowns.free, floors):

@@ -49,7 +49,7 @@ def problems_of(found: Gathered, axis: Axis, source: str) -> Iterator[InputError
     if not usable:
         return
     for name, channel in found.channels.items():
-        if name != "time" and np.ptp(channel.values) == 0:
+        if name not in ("time", "load", "temperature") and np.ptp(channel.values) == 0:
             yield InputError(
                 f"is constant ({channel.values[0]:.6g} {channel.unit}), which tells nothing as the {name}",
                 path=f"{source}: column {channel.column!r}",

@@ -102,7 +102,7 @@ def _channel(table: Table, column: Column, key: str, kind: Kind, found: Gathered
         return None
     quantity = CHANNELS.get(key, CHANNELS["effort"])
     with np.errstate(over="ignore"):  # what is too large is refused with its sample
-        values = table.columns[name] * scale
+        values = table.columns[name] * scale + column.shift
     return Channel(values, unit_of(quantity, kind), name)
 
 

@@ -19,6 +19,8 @@ CHANNELS = {
     "velocity": "length/time",
     "effort": "force",
     "reference": "length",
+    "load": "1",
+    "temperature": "temperature",
 }
 
 
@@ -58,6 +60,8 @@ class Log:
         Position [m or rad].
     velocity, effort, reference : Channel or None
         Velocity [m/s or rad/s], effort [N or N*m], reference of position [m or rad]; None where not recorded.
+    load, temperature : Channel or None
+        Normal load over its nominal value, temperature [K]; None where not recorded.
     injected : tuple of Channel
         Known inputs added to the controller's output [N or N*m]; `effort` contains them.
     sample_time : float
@@ -79,6 +83,8 @@ class Log:
     velocity: Channel | None = None
     effort: Channel | None = None
     reference: Channel | None = None
+    load: Channel | None = None
+    temperature: Channel | None = None
     injected: tuple[Channel, ...] = ()
     sample_time: float = 1.0
     segments: tuple[slice, ...] = ()

@@ -15,6 +15,7 @@ from bristle.logs.gather import Gathered, axis_of, gather
 from bristle.logs.log import Channel, Log
 from bristle.logs.readers import read_table
 from bristle.logs.sign import sign_of_effort
+from bristle.logs.span import within
 from bristle.logs.table import Table
 from bristle.logs.velocity import doubts_about_velocity
 
@@ -27,7 +28,7 @@ def read_log(path: str | os.PathLike[str], axis: Axis | None = None) -> Log:
     Parameters
     ----------
     path : path-like
-        CSV and other text, MAT (version 5 to 7.2), or TDMS.
+        CSV and other text, MAT, TDMS, Parquet, HDF5, or NPZ; ``FILE::TABLE`` names a table in it.
     axis : Axis, optional
         Which columns are which, in what units and signs. Without it columns called as usual (``t``,
         ``position``, ``force``) are taken, in the units that the file says.
@@ -38,13 +39,14 @@ def read_log(path: str | os.PathLike[str], axis: Axis | None = None) -> Log:
         If the file is truncated, a column is missing, of the wrong unit, not finite, constant or saturated,
         or time is not even; it names the column and the sample.
     """
-    table = read_table(path)
+    table = read_table(path, axis and axis.table)
     if axis is None:
         axis = axis_of(table)
     found = gather(table, axis)
     for problem in (*found.problems, *problems_of(found, axis, str(table.source))):
         raise problem
-    return assembled(table, axis, found, clock_for(table, axis, found))
+    log = assembled(table, axis, found, clock_for(table, axis, found))
+    return within(log, axis.span) if axis.span else log
 
 
 def clock_for(table: Table, axis: Axis, found: Gathered) -> Clock:
@@ -94,6 +96,8 @@ def assembled(table: Table, axis: Axis, found: Gathered, clock: Clock) -> Log:
         velocity=on_grid("velocity"),
         effort=on_grid("effort", axis.delay),
         reference=on_grid("reference"),
+        load=on_grid("load"),
+        temperature=on_grid("temperature"),
         injected=tuple(
             Channel(clock.sampled(known.values, axis.delay, smooth=False), known.unit, known.column)
             for known in found.injected

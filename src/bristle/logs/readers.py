@@ -10,44 +10,70 @@ from pathlib import Path
 
 from bristle.core.errors import InputError
 from bristle.logs.table import Table, close_matches
+from bristle.logs.tables import located
 
 __all__ = ["read_table"]
 
-_MAT_73 = "It is of MATLAB's version 7.3 (HDF5), not read here: save it again in MATLAB with save(..., '-v7')"
+HDF5, PARQUET, ARCHIVE = b"\x89HDF", b"PAR1", b"PK\x03\x04"
 
 # First bytes -> why the file is not read, and what to do.
 REFUSED = {
-    b"MATLAB 7.3": _MAT_73,
-    b"\x89HDF": _MAT_73,
-    b"PK\x03\x04": "It is a spreadsheet or an archive: export the log as CSV, or unpack it",
+    ARCHIVE: "It is a spreadsheet or an archive: export the log as CSV, or unpack it",
     b"\xd0\xcf\x11\xe0": "It is an old spreadsheet: export the log as CSV",
     b"\x1f\x8b": "It is compressed: unpack it first (gunzip)",
-    b"PAR1": "It is a Parquet file: write the log as CSV",
     b"%PDF": "It is a document: export the log as CSV",
     b"MDF ": "It is a measurement data file (MDF): export the log as CSV",
 }
 
 
-def read_table(path: str | os.PathLike[str]) -> Table:
+def read_table(path: str | os.PathLike[str], table: str | None = None) -> Table:
     """Return the columns of a log, whatever the file is.
 
     Parameters
     ----------
     path : path-like
-        CSV and other text, MAT (version 5 to 7.2), or TDMS.
+        CSV and other text, MAT, TDMS, Parquet, HDF5, or NPZ; ``FILE::TABLE`` names a table in it.
+    table : str, optional
+        Name of the table, group or array in a file that holds several; where the path names none.
 
     Raises
     ------
     InputError
         If there is no such file, or it is empty, truncated, or of a kind that is not read.
     """
-    source = Path(path)
+    source, named = located(path)
     data = _bytes_of(source)
-    for magic, mend in REFUSED.items():
-        if data.startswith(magic):
-            raise InputError("is not a log that can be read", path=str(source), mend=mend)
-    table = _reader(data, source)(data, source)
-    return dataclasses.replace(table, source=source, checksum=hashlib.sha256(data).hexdigest())
+    container = _container(data)
+    if container is not None:
+        found = container(data, source, named or table)
+    else:
+        for magic, mend in REFUSED.items():
+            if data.startswith(magic):
+                raise InputError("is not a log that can be read", path=str(source), mend=mend)
+        if named is not None:
+            raise InputError("is no file with several tables", path=str(source), value=named,
+                             mend="Leave out what follows the name of the file")  # fmt: skip
+        found = _reader(data, source)(data, source)
+    return dataclasses.replace(found, source=source, checksum=hashlib.sha256(data).hexdigest())
+
+
+def _container(data: bytes) -> Callable[[bytes, Path, str | None], Table] | None:
+    """Return the reader of a file that may hold several tables; None for any other file."""
+    from bristle.logs.hdf5 import MAT_73
+
+    if data.startswith((HDF5, MAT_73)):
+        from bristle.logs.hdf5 import read_hdf5
+
+        return read_hdf5
+    if data.startswith(PARQUET):
+        from bristle.logs.parquet import read_parquet
+
+        return read_parquet
+    from bristle.logs.npz import ARRAY, holds_arrays, read_npz
+
+    if data.startswith(ARRAY) or (data.startswith(ARCHIVE) and holds_arrays(data)):
+        return read_npz
+    return None
 
 
 def _reader(data: bytes, source: Path) -> Callable[[bytes, Path], Table]:

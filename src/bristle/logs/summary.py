@@ -40,7 +40,7 @@ def summarize(path: str | os.PathLike[str], axis: Axis | None = None) -> dict[st
     InputError
         If the file cannot be read at all.
     """
-    table = read_table(path)
+    table = read_table(path, axis and axis.table)
     summary: dict[str, Any] = {
         "file": str(table.source),
         "format": table.format,

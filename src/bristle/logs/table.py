@@ -12,7 +12,7 @@ import numpy as np
 
 from bristle.core.errors import InputError
 
-__all__ = ["Table", "close_matches", "split_unit"]
+__all__ = ["Table", "close_matches", "some_of", "split_unit"]
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,8 @@ class Table:
         The file.
     checksum : str
         SHA-256 of the file, in hexadecimal.
+    tables : tuple of str
+        Names of the tables that the columns are from, where there are several and none was chosen.
     """
 
     columns: Mapping[str, np.ndarray]
@@ -50,6 +52,7 @@ class Table:
     format: str = ""
     source: Path = Path()
     checksum: str = ""
+    tables: tuple[str, ...] = ()
 
     def name_of(self, name: str) -> str | None:
         """Return the column called `name`, with or without a unit in brackets; None if there is none."""
@@ -67,11 +70,18 @@ class Table:
             said = f"{why.message}, and the column is to be the {key}"
             return InputError(said, path=why.path, value=why.value, mend=mend)
         close = close_matches(name, self.columns)
+        if self.tables:
+            return InputError(
+                f"holds {len(self.tables)} tables, and no column {name!r} beside them, which is to be the {key}",
+                path=str(self.source),
+                allowed=some_of(self.tables),
+                mend='Name the table: table = "..." under [log] of the axis file, or FILE::TABLE in place of the file',
+            )
         constant = f"{name!r} is a single number there. " if name in self.constants else ""
         return InputError(
             f"has no column {name!r}, which is to be the {key}",
             path=str(self.source),
-            allowed=", ".join(self.columns),
+            allowed=some_of(self.columns, 40),
             mend=constant + (f"Did you mean {close[0]!r}?" if close else f"Name the {key} in the axis file"),
         )
 
@@ -80,6 +90,19 @@ def close_matches(name: str, names: Iterable[str]) -> list[str]:
     """Return those of `names` that resemble `name`, the closest first, whatever their case."""
     lowered = {one.lower(): one for one in names}
     return [lowered[one] for one in difflib.get_close_matches(name.lower(), lowered, cutoff=0.5)]
+
+
+def some_of(names: Iterable[str], most: int = 8) -> str:
+    """Return the first of several names, and how many more there are.
+
+    Examples
+    --------
+    >>> some_of(["t", "u", "y"], 2)
+    't, u and 1 more'
+    """
+    listed = list(names)
+    left = len(listed) - most
+    return ", ".join(listed[:most]) + (f" and {left} more" if left > 0 else "")
 
 
 def split_unit(header: str) -> tuple[str, str]:

@@ -53,6 +53,11 @@ def rate(state, effort, force, p):
     return State(state.v, (effort - force) / p.M)
 
 
+def inverse(x, v, a, p):
+    """Return the effort [N or N*m] that the motion takes without friction, each an array of one shape."""
+    return p.M * a
+
+
 MODEL = Plant(
     name="inertia",
     description="one mass or inertia, driven by the effort against the friction",
@@ -62,4 +67,5 @@ MODEL = Plant(
     step=step,
     rest=rest,
     rate=rate,
+    inverse=inverse,
 )

@@ -20,6 +20,10 @@ ADVICE = {
         "Reverse gently and often, at amplitudes of the break-away distance and below (slow triangles of a few "
         "encoder counts to some ten times that), sampled so that a reversal lasts at least fifty samples."
     ),
+    "displacement": (
+        "Move at several amplitudes, up to the largest that matters and through the resonance if there is one, so that "
+        "the force yields or hardens visibly."
+    ),
     "acceleration": "Accelerate harder, or weigh the moving mass and give it in the axis file.",
 }
 

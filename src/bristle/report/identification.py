@@ -78,8 +78,9 @@ def identification_report(
         comparison=comparison_table(identification),
         pictures=pictures,
         assumptions=_assumed(fit, prediction),
-        log=log_facts(identification.log) + treatment_facts(identification.treatment, kind),
-        notes=identification.log.notes,
+        log=log_facts(identification.log, identification.further_logs)
+        + treatment_facts(identification.treatment, kind),
+        notes=[note for one in (identification.log, *identification.further_logs) for note in one.notes],
     )
 
 

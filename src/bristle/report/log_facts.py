@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,8 +25,8 @@ TREATMENT = {
 }
 
 
-def log_facts(log: Log) -> list[tuple[str, str]]:
-    """Return what there is to know of a log."""
+def log_facts(log: Log, further: Sequence[Log] = ()) -> list[tuple[str, str]]:
+    """Return what there is to know of a log, and the names of those that were used beside it."""
     count = log.time.values.size
     facts = [
         ("File", log.source.name),
@@ -43,6 +43,8 @@ def log_facts(log: Log) -> list[tuple[str, str]]:
         column = Quantity.of(channel.unit, (low, high), digits=4)
         span = f"{column.cell(low)} to {column.cell(high)} {column.scale.unit}"
         facts.append((name.capitalize(), f"column {channel.column}, {span}"))
+    if further:
+        facts.append(("Further logs", ", ".join(one.source.name for one in further)))
     return facts
 
 

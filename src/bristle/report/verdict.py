@@ -21,7 +21,7 @@ def figures_of_merit(fit: Fit, gain: Gain | None) -> list[tuple[str, str]]:
     """Return the few numbers that decide, each with what it is."""
     found = [("Friction model", fit.name), ("Effort error", _percent(fit.force_error_percent))]
     if fit.held_out is not None:
-        found.append(("On held-out time blocks", _percent(fit.held_out.mean_percent)))
+        found.append((f"On held-out {fit.held_out.of}", _percent(fit.held_out.mean_percent)))
     if gain is not None and gain.steps:
         found.append((f"Following error, peak to peak, simulated: {gain.names}", gain.peaks))
     return found
@@ -59,7 +59,7 @@ def sentences(
 
 def _model(identification: Identification, axis_name: str) -> str:
     fit, others = identification.best, identification.fits[1:]
-    where = "held-out time blocks" if fit.held_out is not None else "the log they were fitted to"
+    where = f"held-out {fit.held_out.of}" if fit.held_out is not None else "the log they were fitted to"
     compared = f", the best of {len(others) + 1} models by their error on {where}" if others else ""
     text = f"The friction of {axis_name} is described by {fit.name} ({fit.friction.component.description}){compared}."
     closer = [one for one in others if _held_out(one) < float(f"{_held_out(fit):.3g}")]
@@ -84,7 +84,7 @@ def _error(fit: Fit) -> str:
     )
     if fit.held_out is None:
         return f"{text}; nothing was held out, so how it does on another log is open."
-    text += f", and to {_percent(fit.held_out.mean_percent)} on time blocks that it was not fitted to."
+    text += f", and to {_percent(fit.held_out.mean_percent)} on {fit.held_out.of} that it was not fitted to."
     if fit.held_out.mean_percent > WIDER_OUTSIDE * fit.force_error_percent:
         text += " The second is clearly larger: either the model has more freedom than this log supports, or the "
         text += "friction changed while it was recorded."

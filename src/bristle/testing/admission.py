@@ -8,6 +8,7 @@ from typing import Any
 from bristle.core.contracts import FrictionModel, Model
 from bristle.core.errors import InputError, InputWarning
 from bristle.engine import interpreted
+from bristle.friction import base_of
 from bristle.testing.contract import CHECKS, FORM, check_model, drives_a_mass, same_bits_compiled
 
 __all__ = ["admit"]
@@ -31,7 +32,7 @@ def admit(model: FrictionModel | Model) -> None:
     InputError
         If a demand of the form is not met.
     """
-    own = _innermost(model.component if isinstance(model, Model) else model)
+    own = base_of(model.component if isinstance(model, Model) else model)
     if own.module.partition(".")[0] == "bristle":
         return
     file = _file_of(own)
@@ -50,12 +51,6 @@ def admit(model: FrictionModel | Model) -> None:
             InputWarning,
             stacklevel=2,
         )
-
-
-def _innermost(component: Any) -> Any:
-    while hasattr(component, "inner"):
-        component = component.inner
-    return component
 
 
 def _file_of(component: Any) -> str:

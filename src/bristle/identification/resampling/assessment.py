@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from itertools import pairwise
 
@@ -15,66 +15,57 @@ from bristle.identification.problem import Problem
 from bristle.identification.resampling.bootstrap import Bootstrap, bootstrap
 from bristle.identification.resampling.half_cycles import HalfCycles
 from bristle.identification.resampling.jackknife import jackknife_std
-from bristle.identification.resampling.refit import Refit, Space, space_of
+from bristle.identification.resampling.refit import Refit, Space
 from bristle.identification.resampling.sight import Unseen, unseen
 from bristle.identification.resampling.whiteness import is_white
 from bristle.identification.result import Estimate, Fit, Resampling
-from bristle.identification.solution import Solution
-from bristle.identification.unknowns import Scales
-from bristle.logs.log import Log
 
 __all__ = ["assessed"]
 
 BLOCKS = 5
-FLAT = 0.1  # rise of the held-out error, in units of its variance, below which a parameter does nothing at all
 AT_ODDS = 3.0  # ratio of the jackknife to the bootstrap from which the reader is told
 
 
 def assessed(
-    log: Log, fit: Fit, problem: Problem, solution: Solution, scales: Scales, draws: int,
-    report: Callable[[float], None] = lambda share: None,
-) -> Fit:  # fmt: skip
+    fit: Fit, problem: Problem, space: Space, draws: int, report: Callable[[float], None] = lambda share: None
+) -> Fit:
     """Return a fit with what resampling says of it.
 
     Parameters
     ----------
-    log : Log
-        The log.
     fit : Fit
         The fit.
-    problem, solution, scales : Problem, Solution, Scales
-        How it came about.
+    problem, space : Problem, Space
+        What was fitted, and the coordinates of the solution.
     draws : int
         Number of twins.
     report : callable
         Is told the share of the work done.
     """
-    space = space_of(problem, solution, scales)
-    residual = fit.traces.residual
-    asked = frozenset(one.name for one in fit.estimates if one.status == "identified")
-    blind = unseen(problem, space, asked)
+    residual, cycles = fit.traces.residual, HalfCycles(problem.regression)
+    blind = unseen(problem, space, frozenset(one.name for one in fit.estimates if one.status == "identified"))
     # What is only weakly seen stays free: held, it would make the others look surer than they are.
-    flat = {one.name for one in blind if one.rise < FLAT}
+    flat = {one.name for one in blind if one.flat}
     free = np.array([name not in flat for name in space.names])
-    found = bootstrap(log, problem, space, draws, free=free, report=report)
+    found = bootstrap(problem, space, draws, free=free, report=report)
     bands = Bands(
-        draws={name: found.draws[:, column] for column, name in enumerate(space.names)},
+        draws={name: np.array([one[name] for one in found.members]) for name in found.members[0]},
         scatter=found.scatter.value, noise=found.disturbance.noise, unexplained=found.unexplained,
     )  # fmt: skip
-    jackknife = _jackknife(space, HalfCycles(problem.regression), residual, free, solution)
     resampling = Resampling(
         bands=replace(bands, inflation=_inflation(bands, fit, problem, space, free)),
         scatter=found.scatter,
-        half_cycles=HalfCycles(problem.regression).count,
+        half_cycles=cycles.count,
         resolution=found.disturbance.resolution,
         white=is_white(residual),
-        jackknife=jackknife,
+        jackknife=jackknife_std(space, cycles, residual),
+        curve=found.curve,
     )
-    estimates = tuple(_estimate(one, found, blind, solution) for one in fit.estimates)
+    estimates = tuple(_estimate(one, found, blind) for one in fit.estimates)
     told = [f"{one.name} cannot be identified: {one.note}" for one in blind]
     return replace(
         fit, estimates=estimates, resampling=resampling,
-        warnings=(*fit.warnings, *told, *_at_odds(estimates, found, jackknife)),
+        warnings=(*fit.warnings, *told, *_at_odds(estimates, found, resampling.jackknife)),
         assumptions=(*fit.assumptions, _how(fit, resampling)),
     )  # fmt: skip
 
@@ -94,32 +85,18 @@ def _inflation(bands: Bands, fit: Fit, problem: Problem, space: Space, free: np.
     return max(float(np.quantile(np.concatenate(share), 0.95)), 1.0) if share else 1.0
 
 
-def _jackknife(
-    space: Space, cycles: HalfCycles, residual: np.ndarray, free: np.ndarray, solution: Solution
-) -> dict[str, float]:
-    """Return the standard error of each parameter [SI] by the jackknife, where there are half-cycles enough."""
-    inner = free & np.array([name not in solution.at_edge for name in space.names])
-    std = jackknife_std(space, cycles, residual, inner)
-    if std is None:
-        return {}
-    slopes = np.abs(np.diag(solution.derivative))
-    return {name: float(slope * one) for name, slope, one in zip(space.names, slopes, std, strict=True) if one > 0.0}
-
-
-def _estimate(one: Estimate, found: Bootstrap, blind: tuple[Unseen, ...], solution: Solution) -> Estimate:
+def _estimate(one: Estimate, found: Bootstrap, blind: tuple[Unseen, ...]) -> Estimate:
     lost = next((other for other in blind if other.name == one.name), None)
     if lost is not None:
         one = replace(one, status="unidentifiable", note=lost.note)
-    if one.name not in found.space.names:
-        return one
-    return replace(one, interval=found.interval(one.name, at_edge=one.name in solution.at_edge))
+    return replace(one, interval=found.interval(one.name)) if one.name in found.space.told else one
 
 
 def _at_odds(
-    estimates: tuple[Estimate, ...], found: Bootstrap, jackknife: dict[str, float]
+    estimates: tuple[Estimate, ...], found: Bootstrap, jackknife: Mapping[str, float]
 ) -> list[str]:  # fmt: skip
     """Return a warning for what scatters more from half-cycle to half-cycle than the twins do."""
-    spread = dict(zip(found.space.names, found.std.tolist(), strict=True))
+    spread = dict(zip(found.space.told, found.std.tolist(), strict=False))
     names = [
         one.name
         for one in estimates

@@ -13,10 +13,10 @@ References
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,7 +25,6 @@ from bristle.identification.resampling.half_cycles import HalfCycles, level_slop
 from bristle.identification.resampling.refit import Refit, Space
 from bristle.identification.resampling.twin import Disturbance, Twin, disturbance_of
 from bristle.identification.result import Scatter
-from bristle.logs.log import Log
 
 __all__ = ["Bootstrap", "basic_interval", "bootstrap"]
 
@@ -43,8 +42,10 @@ class Bootstrap:
     ----------
     space : Space
         The coordinates of the fit to the log itself.
-    draws : ndarray, shape (draw, free)
-        What was fitted to each twin [SI]; a coordinate that is held has its value in each.
+    draws : ndarray, shape (draw, told and curve)
+        What was fitted to each twin, as `Space.numbers` tells it [SI].
+    members : tuple of mapping
+        The same, as the model takes it.
     free : ndarray, shape (free,) of bool
         Coordinates that were fitted.
     disturbance : Disturbance
@@ -57,6 +58,7 @@ class Bootstrap:
 
     space: Space
     draws: np.ndarray
+    members: tuple[Mapping[str, Any], ...]
     free: np.ndarray
     disturbance: Disturbance
     scatter: Scatter
@@ -64,22 +66,32 @@ class Bootstrap:
 
     @property
     def estimate(self) -> np.ndarray:
-        """What was fitted to the log itself [SI], shape (free,)."""
-        return np.array(list(self.space.values(self.space.phi).values()))
+        """What was fitted to the log itself [SI], shape (told and curve,)."""
+        return self.space.numbers(self.space.phi)
 
     @property
     def std(self) -> np.ndarray:
-        """Standard deviation of the draws [SI], shape (free,)."""
+        """Standard deviation of the draws [SI], shape (told and curve,)."""
         return np.std(self.draws, axis=0, ddof=1)
 
-    def interval(self, name: str, *, at_edge: bool = False) -> tuple[float, float]:
+    def interval(self, name: str) -> tuple[float, float]:
         """Return the 95 % interval of a parameter [SI]."""
-        column = self.space.names.index(name)
+        column = self.space.told.index(name)
         draws = self.draws[:, column]
-        if at_edge:
+        if name in self.space.at_edge:
             low, high = np.percentile(draws, [TAIL, 100.0 - TAIL])
             return float(low), float(high)
         return basic_interval(draws, self.estimate[column], logarithmic=name in self.space.logarithmic)
+
+    @property
+    def curve(self) -> tuple[tuple[float, float, float, float], ...]:
+        """The virgin curve: displacement [m or rad], force [N or N*m], and the ends of its 95 % interval."""
+        first, found = len(self.space.told), self.estimate
+        return tuple(
+            (x, float(found[first + place]),
+             *basic_interval(self.draws[:, first + place], found[first + place], logarithmic=False))
+            for place, x in enumerate(self.space.curve)
+        )  # fmt: skip
 
 
 def basic_interval(draws: np.ndarray, estimate: float, *, logarithmic: bool) -> tuple[float, float]:
@@ -92,17 +104,15 @@ def basic_interval(draws: np.ndarray, estimate: float, *, logarithmic: bool) -> 
 
 
 def bootstrap(
-    log: Log, problem: Problem, space: Space, count: int, *, free: np.ndarray | None = None, seed: int = SEED,
+    problem: Problem, space: Space, count: int, *, free: np.ndarray | None = None, seed: int = SEED,
     report: Callable[[float], None] = lambda share: None,
 ) -> Bootstrap:  # fmt: skip
     """Return fits to twins of a log.
 
     Parameters
     ----------
-    log : Log
-        The log.
     problem : Problem
-        What was fitted to it.
+        What was fitted.
     space : Space
         The coordinates of the solution.
     count : int
@@ -120,15 +130,15 @@ def bootstrap(
     residual = problem.regression.effort - problem.predicted(values)
     slope = level_slope(problem, values)
     seen = scatter_seen(cycles, slope, residual) if cycles.count >= FEWEST_CYCLES else 0.0
-    twin = Twin(problem, cycles, values, disturbance_of(log, problem.regression, seen))
-    fits = _Fits(twin, Refit(space, free, slice(None)), slope)
+    twin = Twin(problem, cycles, values, disturbance_of(problem.regression, seen))
+    fits = _Fits(twin, Refit(space, free, slice(None)), slope, np.ones(1))
     seeds = np.random.SeedSequence(seed).spawn(2 * PILOT + count)
     with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
         # A fit takes part of the scatter into its parameters: what is seen of it is less than there is.
         pilot = list(pool.map(fits.one, seeds[:PILOT]))
         again = float(np.sqrt(np.mean([one.scatter**2 for one in pilot])))
         scatter = seen * seen / again if again > 0.0 else 0.0
-        fits = fits.disturbed(scatter=scatter)
+        fits = replace(fits.disturbed(scatter=scatter), ratios=_ratios([one.scatter for one in pilot]))
         pilot = list(pool.map(fits.one, seeds[PILOT : 2 * PILOT]))
         square = float(np.mean(residual**2))
         lacking = max(square - float(np.mean([one.square for one in pilot])), 0.0)
@@ -138,8 +148,8 @@ def bootstrap(
             found.append(one)
             report(len(found) / count)
     return Bootstrap(
-        space, np.array([one.values for one in found]), free, fits.twin.disturbance,
-        _scatter(scatter, np.array([one.scatter for one in found])), lacking**0.5,
+        space, np.array([one.numbers for one in found]), tuple(one.values for one in found), free,
+        fits.twin.disturbance, _scatter(scatter, np.array([one.scatter for one in found])), lacking**0.5,
     )  # fmt: skip
 
 
@@ -151,21 +161,32 @@ def _scatter(scatter: float, drawn: np.ndarray) -> Scatter:
     return Scatter(scatter, low, high)
 
 
-class _Drawn(NamedTuple):
-    """A fit to one twin: parameters [SI], the scatter seen in it, and the mean square of its residual."""
+def _ratios(drawn: list[float]) -> np.ndarray:
+    """Return by which factors the scatter may be another than its estimate: as that of twins differs from theirs."""
+    typical = float(np.sqrt(np.mean(np.square(drawn))))
+    return typical / np.array(drawn) if typical > 0.0 and min(drawn) > 0.0 else np.ones(1)
 
-    values: np.ndarray
+
+class _Drawn(NamedTuple):
+    """A fit to one twin: as a person is told and as the model takes it, the scatter seen, the mean square residual."""
+
+    numbers: np.ndarray
+    values: dict[str, Any]
     scatter: float
     square: float
 
 
 @dataclass(frozen=True)
 class _Fits:
-    """What fits a model to its twins."""
+    """What fits a model to its twins.
+
+    Nobody knows the scatter exactly: each twin has that of the estimate times one of the `ratios`.
+    """
 
     twin: Twin
     refit: Refit
     slope: np.ndarray
+    ratios: np.ndarray
 
     def disturbed(self, **changes: float) -> _Fits:
         """Return the same with another disturbance."""
@@ -173,11 +194,12 @@ class _Fits:
 
     def one(self, seed: np.random.SeedSequence) -> _Drawn:
         """Draw a twin and fit the model to it."""
-        space, again = self.refit.space, self.twin.drawn(np.random.default_rng(seed))
+        space, rng = self.refit.space, np.random.default_rng(seed)
+        again = self.twin.drawn(rng, float(rng.choice(self.ratios)))
         phi, residual = self.refit.solve(again, space.phi)
-        values = space.values(phi)
         return _Drawn(
-            np.array([values[name] for name in space.names]),
+            space.numbers(phi),
+            space.values(phi),
             scatter_seen(self.twin.cycles, self.slope, residual) if self.twin.disturbance.scatter > 0.0 else 0.0,
             float(np.mean(residual**2)),
         )

@@ -12,8 +12,8 @@ __all__ = ["jackknife_std"]
 FEWEST = 5  # half-cycles
 
 
-def jackknife_std(space: Space, cycles: HalfCycles, residual: np.ndarray, free: np.ndarray) -> np.ndarray | None:
-    r"""Return the standard error of each coordinate by leaving out one half-cycle after the other.
+def jackknife_std(space: Space, cycles: HalfCycles, residual: np.ndarray) -> dict[str, float]:
+    r"""Return the standard error of each parameter [SI] by leaving out one half-cycle after the other.
 
     Without half-cycle `k` the solution moves, to first order, by
 
@@ -25,24 +25,22 @@ def jackknife_std(space: Space, cycles: HalfCycles, residual: np.ndarray, free: 
     Parameters
     ----------
     space : Space
-        The coordinates of the solution.
+        The coordinates of the solution; those on a bound stay there.
     cycles : HalfCycles
         Of its log.
     residual : ndarray, shape (row,)
         Measured minus predicted effort [N or N*m].
-    free : ndarray, shape (free,) of bool
-        Coordinates that were fitted; the error of the others is 0.
 
     Returns
     -------
-    ndarray, shape (free,), or None
-        None with fewer than five half-cycles.
+    dict
+        Empty with fewer than five half-cycles.
     """
     if cycles.count < FEWEST:
-        return None
-    columns = space.jacobian[:, free]
+        return {}
+    inner = (space.phi > space.low) & (space.phi < space.high) & (np.linalg.norm(space.jacobian, axis=0) > 0.0)
+    columns = space.jacobian[:, inner]
     scale = np.linalg.norm(columns, axis=0)
-    scale[scale == 0.0] = 1.0
     columns = columns / scale
     parts = cycles.summed(np.einsum("ri,rj->rij", columns, columns))
     pulls = cycles.summed(columns * residual[:, None])
@@ -50,7 +48,7 @@ def jackknife_std(space: Space, cycles: HalfCycles, residual: np.ndarray, free: 
     moved = np.stack(
         [-np.linalg.lstsq(whole - part, pull, rcond=1e-12)[0] for part, pull in zip(parts, pulls, strict=True)]
     )
-    found = np.zeros(free.size)
+    told = moved @ (space.derivative[:, inner] / scale).T
     count = len(moved)
-    found[free] = np.sqrt((count - 1) / count * np.sum((moved - moved.mean(axis=0)) ** 2, axis=0)) / scale
-    return found
+    std = np.sqrt((count - 1) / count * np.sum((told - told.mean(axis=0)) ** 2, axis=0))
+    return {name: float(one) for name, one in zip(space.told, std, strict=True) if name not in space.at_edge}

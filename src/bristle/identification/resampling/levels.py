@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -48,7 +49,7 @@ class Levels:
     """
 
     component: FrictionModel
-    values: Mapping[str, float]
+    values: Mapping[str, Any]
     kind: Kind
 
     def force(
@@ -71,9 +72,10 @@ class Levels:
         """
         levels = np.maximum(1.0 + scatter * rng.standard_normal(len(starts)), LEAST)
         model, once, more = self._models
-        # The velocity at a sample is the mean over the step around it, which ends half a step later.
-        end = stretch.position + 0.5 * dt * stretch.velocity
-        return force_in_turns(model, once + (levels[:, None] - 1.0) * more, stretch.velocity, dt, end, starts)
+        first = stretch.first_cycle
+        signals = stretch.signals(dt)
+        turns = [0, *(first + start for start in starts[1:])]
+        return force_in_turns(model, once + (levels[:, None] - 1.0) * more, dt=dt, starts=turns, **signals)[first:]
 
     @cached_property
     def _models(self) -> tuple[Model, np.ndarray, np.ndarray]:

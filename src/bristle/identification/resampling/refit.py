@@ -13,12 +13,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from bristle.identification.problem import Problem
 from bristle.identification.solution import Solution
-from bristle.identification.unknowns import Scales, coordinates_of, variables_with_plant
+from bristle.identification.unknowns import Scales, coordinates_of
 
 __all__ = ["Refit", "Space", "space_of"]
 
@@ -34,19 +35,29 @@ class Space:
     Parameters
     ----------
     names : tuple of str
-        The free parameters, in the order of the coordinates.
-    phi : ndarray, shape (free,)
-        Coordinates of the solution.
-    low, high : ndarray, shape (free,)
+        The coordinates.
+    phi : ndarray, shape (coordinate,)
+        Those of the solution.
+    low, high : ndarray, shape (coordinate,)
         Bounds of the coordinates.
-    jacobian : ndarray, shape (row, free)
+    jacobian : ndarray, shape (row, coordinate)
         Derivative of the predicted effort with respect to the coordinates.
     values : callable
-        Returns the free parameters [SI] at some coordinates.
+        Returns what the model takes at some coordinates [SI].
+    told : tuple of str
+        The parameters that a person is told.
+    derivative : ndarray, shape (told, coordinate)
+        Their derivative with respect to the coordinates.
+    at_edge : frozenset of str
+        Those of them that lie on an edge of their range.
     logarithmic : frozenset of str
-        Parameters that are sought in their logarithm.
+        Those of them that are sought in their logarithm.
     linear : bool
         Whether the effort is linear in the coordinates.
+    curve : tuple of float
+        Displacements [m or rad] at which the virgin curve is told, too.
+    tell : callable or None
+        Returns the parameters that a person is told, and the curve, at some coordinates; `values` where None.
     """
 
     names: tuple[str, ...]
@@ -54,20 +65,34 @@ class Space:
     low: np.ndarray
     high: np.ndarray
     jacobian: np.ndarray
-    values: Callable[[np.ndarray], dict[str, float]]
+    values: Callable[[np.ndarray], dict[str, Any]]
+    told: tuple[str, ...]
+    derivative: np.ndarray
+    at_edge: frozenset[str] = frozenset()
     logarithmic: frozenset[str] = frozenset()
     linear: bool = False
+    curve: tuple[float, ...] = ()
+    tell: Callable[[np.ndarray], np.ndarray] | None = None
+
+    def numbers(self, phi: np.ndarray) -> np.ndarray:
+        """Return the parameters that a person is told [SI], and the curve after them, shape (told and curve,)."""
+        if self.tell is not None:
+            return self.tell(phi)
+        found = self.values(phi)
+        return np.array([found[name] for name in self.told])
 
 
 def space_of(problem: Problem, solution: Solution, scales: Scales) -> Space:
     """Return the coordinates around a solution, linear model or not."""
     component, names = problem.unknowns.component, tuple(solution.values)
+    at_edge = frozenset(solution.at_edge)
     if component.linear and not component.relations:
-        variables = variables_with_plant(component)
+        variables = problem.unknowns.variables
         low, high = (np.array([getattr(variables[name], side) for name in names]) for side in ("min", "max"))
         phi = np.array(list(solution.values.values()))
         return Space(
-            names, phi, low, high, solution.jacobian, lambda at: dict(zip(names, at.tolist(), strict=True)), linear=True
+            names, phi, low, high, solution.jacobian, lambda at: dict(zip(names, at.tolist(), strict=True)), names,
+            solution.derivative, at_edge, linear=True,
         )  # fmt: skip
     coordinates = coordinates_of(problem.unknowns, scales)
 
@@ -80,7 +105,9 @@ def space_of(problem: Problem, solution: Solution, scales: Scales) -> Space:
     low, high = np.array([one.low for one in coordinates]), np.array([one.high for one in coordinates])
     phi = np.array([one.phi(solution.values[one.name], solution.values) for one in coordinates])
     logarithmic = frozenset(one.name for one in coordinates if one.form == "log")
-    return Space(names, phi, low, high, solution.jacobian, values, logarithmic)
+    return Space(
+        names, phi, low, high, solution.jacobian, values, names, solution.derivative, at_edge, logarithmic
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -117,10 +144,7 @@ class Refit:
         low, high = ((bound - phi)[self.free] * scale for bound in (self.space.low, self.space.high))
         found = np.linalg.lstsq(r, target, rcond=SINGULAR)[0]
         if np.any(found < low) or np.any(found > high):
-            from scipy.optimize import lsq_linear
-
-            found = lsq_linear(r, target, (np.minimum(low, -1e-300), np.maximum(high, 1e-300)), method="bvls").x
-            found = np.clip(found, low, high)
+            found = _bounded(r, target, low, high)
         step = np.zeros_like(phi)
         step[self.free] = found / scale
         return step
@@ -153,6 +177,22 @@ class Refit:
                     break
             phi, residual = tried, after
         return phi, residual
+
+
+def _bounded(r: np.ndarray, target: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Return the least-squares solution within bounds, of which each is finite on one side at most or on both."""
+    from scipy.optimize import lsq_linear, nnls
+
+    floored = np.isfinite(low)
+    if np.any(np.isfinite(high)):
+        found = lsq_linear(r, target, (np.minimum(low, -1e-300), np.maximum(high, 1e-300)), method="bvls").x
+        return np.clip(found, low, high)
+    # Above a floor only: non-negative least squares, in which what has no floor is a difference.
+    base = np.where(floored, low, 0.0)
+    found = nnls(np.hstack([r, -r[:, ~floored]]), target - r @ base)[0]
+    whole = base + found[: low.size]
+    whole[~floored] -= found[low.size :]
+    return whole
 
 
 def _less(one: np.ndarray, other: np.ndarray) -> bool:

@@ -1,9 +1,9 @@
 r"""What a log does not see: parameters that can be moved far away without a price, once the others follow.
 
-A parameter is changed by 30 %, up and down, and all others are fitted again, on all rows but a block of them. If the
-error on the block rises in neither case by more than the 95 % threshold of a likelihood ratio,
+A parameter is changed by 30 %, up and down, and all others are fitted again, on three quarters of the rows in turn. If
+the error on the last quarter rises in neither case by more than the 95 % threshold of a likelihood ratio,
 
-.. math:: \sum_\text{blocks} \left(\|r'\|^2 - \|r\|^2\right) < \chi^2_{1,\,0.95}\; s^2,
+.. math:: \sum_\text{quarters} \left(\|r'\|^2 - \|r\|^2\right) < \chi^2_{1,\,0.95}\; s^2,
 
 the log does not see that parameter. With it held where it is, the others are asked again: of a product of two, only
 one is not seen.
@@ -12,7 +12,6 @@ one is not seen.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
@@ -23,7 +22,8 @@ __all__ = ["Unseen", "unseen"]
 
 CHANGES = (1.3, 0.7)
 THRESHOLD = 3.841  # of chi-square with one degree of freedom, 95 %
-BLOCKS = 4
+CHUNKS = 40
+FLAT = 0.1  # rise of the error, in units of the variance, that is none
 FOLLOWS = 0.1  # relative change of another parameter that makes up for it
 
 
@@ -36,13 +36,16 @@ class Unseen:
     name : str
         The parameter.
     rise : float
-        By how much the error rises at most, in units of the variance of the residual; 3.84 is the threshold.
+        By how much the error on rows that were held out rises at most, in units of the variance of the residual.
+    flat : bool
+        Whether the error on the fitted rows does not rise either: nothing in the log depends on it.
     instead : tuple of str
         Parameters that take its place: the log sees its combination with them only.
     """
 
     name: str
     rise: float
+    flat: bool
     instead: tuple[str, ...]
 
     @property
@@ -72,14 +75,14 @@ def unseen(problem: Problem, space: Space, candidates: frozenset[str]) -> tuple[
     found: list[Unseen] = []
     asked = [name for name in space.names if name in candidates and space.values(space.phi)[name] != 0.0]
     while asked:
-        rises = {name: _Change(problem, space, free, name).rise() for name in asked}
-        least = min(rises, key=lambda name: rises[name][0])
-        if rises[least][0] >= THRESHOLD:
+        rises = {name: _Change(problem, space, free, name).found() for name in asked}
+        least = min(asked, key=lambda name: rises[name].rise)
+        if rises[least].rise >= THRESHOLD:
             break
-        found.append(Unseen(least, *rises[least]))
+        found.append(rises[least])
         free[space.names.index(least)] = False
         # Those that are clearly seen now are seen with one parameter less to follow, too.
-        asked = [name for name in asked if name != least and rises[name][0] < THRESHOLD]
+        asked = [name for name in asked if name != least and rises[name].rise < THRESHOLD]
     return tuple(found)
 
 
@@ -92,27 +95,28 @@ class _Change:
     free: np.ndarray
     name: str
 
-    def rise(self) -> tuple[float, tuple[str, ...]]:
-        """Return the larger of the rises of the held-out error, and which parameters made up for the change."""
-        count, reach = self.problem.regression.effort.size, self.problem.regression.reach
-        edges = np.linspace(0, count, BLOCKS + 1).astype(int)
-        followers = self.free.copy()
-        followers[self.space.names.index(self.name)] = False
-        rises, instead = np.zeros(len(CHANGES)), set()
+    def found(self) -> Unseen:
+        """Return by how much the error rises, and which parameters made up for the change."""
+        count = self.problem.regression.effort.size
         start = self.problem.residual(self.space.values(self.space.phi))
         variance = float(start @ start) / max(count - len(self.space.names), 1)
-        for first, last in pairwise(edges.tolist()):
-            fitted = np.ones(count, dtype=bool)
-            fitted[max(first - reach, 0) : last + reach] = False
-            if not fitted.any():
-                continue
-            _, before = Refit(self.space, self.free, fitted).solve(self.problem, self.space.phi)
-            for number, change in enumerate(CHANGES):
-                moved = self._moved(change)
-                phi, after = Refit(self.space, followers, fitted).solve(self.problem, moved)
-                rises[number] += float(np.sum(after[first:last] ** 2) - np.sum(before[first:last] ** 2))
-                instead |= self._made_up(phi)
-        return float(np.max(rises)) / variance, tuple(name for name in self.space.names if name in instead)
+        whole = np.ones(count, dtype=bool)
+        fitted, instead = self._rises(whole, whole)
+        held_out = np.sum([self._rises(~quarter, quarter)[0] for quarter in _quarters(count)], axis=0)
+        names = tuple(name for name in self.space.names if name in instead)
+        return Unseen(self.name, float(np.max(held_out)) / variance, bool(np.max(fitted) < FLAT * variance), names)
+
+    def _rises(self, fitted: np.ndarray, judged: np.ndarray) -> tuple[np.ndarray, set[str]]:
+        """Return the rise of the squared error on some rows for each change, and what made up for it."""
+        followers = self.free.copy()
+        followers[self.space.names.index(self.name)] = False
+        _, before = Refit(self.space, self.free, fitted).solve(self.problem, self.space.phi)
+        rises, instead = [], set()
+        for change in CHANGES:
+            phi, after = Refit(self.space, followers, fitted).solve(self.problem, self._moved(change))
+            rises.append(float(np.sum(after[judged] ** 2) - np.sum(before[judged] ** 2)))
+            instead |= self._made_up(phi)
+        return np.array(rises), instead
 
     def _moved(self, change: float) -> np.ndarray:
         """Return the coordinates at which only this parameter is another one."""
@@ -139,5 +143,12 @@ class _Change:
         return {
             name
             for name in self.space.names
-            if name != self.name and abs(now[name] - then[name]) > FOLLOWS * abs(then[name]) > 0.0
+            if name in now and name != self.name and abs(now[name] - then[name]) > FOLLOWS * abs(then[name]) > 0.0
         }
+
+
+def _quarters(count: int) -> list[np.ndarray]:
+    """Return four sets of rows, each of short stretches from all over the log, as arrays of bool."""
+    chunk = np.arange(count) * CHUNKS // count
+    quarter = np.random.default_rng(CHUNKS).permutation(CHUNKS) % 4
+    return [quarter[chunk] == one for one in range(4)]

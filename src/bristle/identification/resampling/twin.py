@@ -20,8 +20,9 @@ from functools import cached_property
 import numpy as np
 
 from bristle.core.axis import Axis
+from bristle.core.contracts import Model
 from bristle.identification.problem import Problem
-from bristle.identification.regression import Regression, Stretch, low_passed
+from bristle.identification.regression import Regression, Stretch, low_passed, mechanical
 from bristle.identification.resampling.half_cycles import HalfCycles
 from bristle.identification.resampling.levels import Levels
 from bristle.identification.treatment import treat
@@ -29,7 +30,6 @@ from bristle.logs.log import Channel, Log
 
 __all__ = ["Disturbance", "Twin", "disturbance_of"]
 
-GAUSSIAN = 1.4826
 ROUNDING = 0.37  # of an encoder step: what the robust measure of noise says of rounding alone
 BLOCKS = 40  # of a stretch, in which what the model lacks keeps its sign
 
@@ -59,22 +59,11 @@ class Disturbance:
     unexplained: float = 0.0
 
 
-def disturbance_of(log: Log, regression: Regression, scatter: float) -> Disturbance:
+def disturbance_of(regression: Regression, scatter: float) -> Disturbance:
     """Return what disturbs a log: its encoder, its noise, and a scatter that is known from elsewhere."""
     # Rounding alone looks like noise, too.
     jitter = max(regression.noise**2 - (ROUNDING * regression.resolution) ** 2, 0.0) ** 0.5
-    return Disturbance(scatter, _effort_noise(log, regression), regression.resolution, jitter)
-
-
-def _effort_noise(log: Log, regression: Regression) -> float:
-    """Return the standard deviation of the noise of the effort [N or N*m], from what lies above the cut-off."""
-    assert log.effort is not None
-    parts = []
-    for one in regression.stretches:
-        first = int(np.searchsorted(log.time.values, one.time[0]))
-        parts.append(regression.without_edges(log.effort.values[first : first + one.effort.size] - one.effort))
-    above = max(1.0 - 2.0 * regression.cutoff * regression.sample_time, 0.1)
-    return GAUSSIAN * float(np.median(np.abs(np.concatenate(parts)))) / above**0.5
+    return Disturbance(scatter, regression.effort_noise, regression.resolution, jitter)
 
 
 @dataclass(frozen=True)
@@ -98,21 +87,26 @@ class Twin:
     values: Mapping[str, float]
     disturbance: Disturbance
 
-    def drawn(self, rng: np.random.Generator) -> Problem:
-        """Return the same problem on a log that is drawn anew."""
+    def drawn(self, rng: np.random.Generator, ratio: float = 1.0) -> Problem:
+        """Return the same problem on a log that is drawn anew, with `ratio` times the scatter."""
         regression = self.problem.regression
-        log = self.log(rng)
+        log = self.log(rng, ratio)
         axis = Axis(kind=regression.kind, resolution=regression.resolution)
         again = treat(log, axis, regression.cutoff, regression.decimation)
-        return replace(self.problem, regression=replace(again, kept=regression.in_motion))
+        stretches = tuple(
+            replace(one, load=old.load, temperature=old.temperature, first_cycle=old.first_cycle, log=old.log)
+            for one, old in zip(again.stretches, regression.stretches, strict=True)
+        )
+        return replace(self.problem, regression=replace(again, stretches=stretches, kept=regression.in_motion))
 
-    def log(self, rng: np.random.Generator) -> Log:
+    def log(self, rng: np.random.Generator, ratio: float = 1.0) -> Log:
         """Return a log that is drawn anew: the stretches of the motion, one after the other."""
         regression, disturbance = self.problem.regression, self.disturbance
+        scatter = ratio * disturbance.scatter
         efforts, positions, segments, first = [], [], [], 0
         for stretch, starts, left in zip(self._motion, self.cycles.starts, self._left, strict=True):
-            force = self._levels.force(stretch, starts, regression.sample_time, disturbance.scatter, rng)
-            pure = self.values["M"] * stretch.acceleration + force
+            force = self._levels.force(stretch, starts, regression.sample_time, scatter, rng)
+            pure = force + mechanical(self._plant, stretch.position, stretch.velocity, stretch.acceleration)
             pure += disturbance.unexplained * _signs(pure.size, rng) * left
             efforts.append(pure + disturbance.noise * rng.standard_normal(pure.size))
             positions.append(stretch.position + disturbance.jitter * rng.standard_normal(pure.size))
@@ -140,12 +134,12 @@ class Twin:
     @cached_property
     def _left(self) -> tuple[np.ndarray, ...]:
         """What the model leaves over along each stretch [N or N*m]."""
-        regression = self.problem.regression
-        friction = regression.friction_along(self.problem.model(self.values))
-        return tuple(
-            one.effort - self.values["M"] * one.acceleration - force
-            for one, force in zip(regression.stretches, friction, strict=True)
-        )
+        explained = self.problem.regression.explained(self._plant, self.problem.model(self.values))
+        return tuple(one.effort - part for one, part in zip(self.problem.regression.stretches, explained, strict=True))
+
+    @cached_property
+    def _plant(self) -> Model:
+        return self.problem.plant(self.values)
 
     @cached_property
     def _time(self) -> np.ndarray:

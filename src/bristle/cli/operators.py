@@ -1,0 +1,89 @@
+"""``bristle identify`` and ``bristle predict`` on recorded hysteresis: operators, of friction or of magnets."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import nullcontext
+from pathlib import Path
+
+from bristle.cli.terminal import complain, progress, say, show_table
+
+__all__ = ["identify_operators", "predict_operator"]
+
+
+def identify_operators(
+    logs: list[Path], axes: list[Path], model: str | None, out: Path | None, *, force: bool, as_json: bool, command: str
+) -> None:
+    """Identify hysteresis operators from recorded curves, and write them where `out` says."""
+    from bristle.core import InputError
+    from bristle.files.curves import read_curves
+    from bristle.files.operator import write_operator
+    from bristle.files.provenance import provenance
+    from bristle.files.results import SUMMARY, results_folder
+    from bristle.files.summary import as_json as json_text
+    from bristle.identification.operators import FITTED, identify_operator
+    from bristle.report.operators import comparison_of_operators, operator_summary
+
+    if len(logs) > 1 or len(axes) > 1:
+        raise InputError("takes one file of curves, and its axis file", path="LOG", value=f"{len(logs)} files",
+                         mend="Put all curves into one file, a column telling them apart")  # fmt: skip
+    log, axis = logs[0], axes[0]
+    with results_folder(out, force=force) if out else nullcontext() as folder, progress("identifying") as report:
+        recorded = read_curves(log, axis)
+        found = identify_operator(recorded, model or tuple(FITTED), progress=report)
+        source = provenance(command, log=log, axis=axis)
+        summary = operator_summary(found, provenance=source)
+        if folder:
+            write_operator(folder / "model.toml", found.best.operator, found.best.offset, provenance=source)
+            (folder / SUMMARY).write_text(json_text(summary), encoding="utf-8")
+    if as_json:
+        sys.stdout.write(json_text(summary))
+    else:
+        show_table(comparison_of_operators(found))
+        for fit in found.fits:
+            for note in fit.notes:
+                say(f"{fit.name}: {note}")
+        for note in recorded.notes:
+            say(f"Note: {note}")
+    if out:
+        complain(f"wrote {out}")
+
+
+def predict_operator(
+    model: Path, log: Path, axis: Path | None, out: Path | None, *, force: bool, as_json: bool, command: str
+) -> None:
+    """Predict recorded curves with an operator."""
+    from bristle.core import InputError
+    from bristle.core.typography import with_unit
+    from bristle.core.variable import unit_of
+    from bristle.files.curves import read_curves
+    from bristle.files.operator import read_operator
+    from bristle.files.provenance import provenance
+    from bristle.files.results import SUMMARY, results_folder
+    from bristle.files.summary import as_json as json_text
+    from bristle.identification.operators import predict_operator as predicted
+    from bristle.report.operators import operator_prediction_summary
+
+    if axis is None:
+        raise InputError("is needed: it says which columns are input and output", path="--axis",
+                         mend="Name them under [columns] of an axis file")  # fmt: skip
+    with results_folder(out, force=force) if out else nullcontext() as folder, progress("predicting"):
+        operator, offset, _ = read_operator(model)
+        recorded = read_curves(log, axis)
+        if recorded.kind != operator.kind:
+            raise InputError("model and curves are of different kinds", path=str(model), value=operator.kind,
+                             allowed=recorded.kind)  # fmt: skip
+        prediction = predicted(operator, recorded, offset)
+        source = provenance(command, model=model, log=log, axis=axis)
+        summary = operator_prediction_summary(prediction, operator, recorded, provenance=source)
+        if folder:
+            (folder / SUMMARY).write_text(json_text(summary), encoding="utf-8")
+    if as_json:
+        sys.stdout.write(json_text(summary))
+    else:
+        rmse = with_unit(prediction.rmse, unit_of("force", operator.kind))
+        say(f"Error: {rmse} root mean square, {prediction.error_percent:.3g} % of full scale")
+        for note in recorded.notes:
+            say(f"Note: {note}")
+    if out:
+        complain(f"wrote {out}")

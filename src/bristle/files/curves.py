@@ -1,0 +1,134 @@
+"""What a file says of recorded hysteresis: which columns are input and output, and how each curve began."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, Field
+
+from bristle.core import units
+from bristle.core.errors import InputError
+from bristle.core.variable import Kind, unit_of
+from bristle.files.schema import Strict, validated
+from bristle.files.toml import read_toml
+from bristle.logs.curves import Curves
+from bristle.logs.read_curves import CurveColumns, SignalColumn
+from bristle.logs.read_curves import read_curves as curves_in
+
+__all__ = ["describes_curves", "read_curve_columns", "read_curves"]
+
+
+class SignalEntry(Strict):
+    """One signal: which column it is, in what unit, with what sign."""
+
+    column: str
+    unit: str | None = None
+    sign: Literal[1, -1] = 1
+
+
+def _entry(value: Any) -> Any:
+    return {"column": value} if isinstance(value, str) else value
+
+
+Entry = Annotated[SignalEntry, BeforeValidator(_entry)]
+
+
+class Columns(Strict):
+    """The signals of the curves."""
+
+    input: Entry
+    output: Entry
+    curve: str = ""
+
+
+class LogEntry(Strict):
+    """Where in the file the curves are."""
+
+    tables: str = ""
+
+
+class CurvesEntry(Strict):
+    """How each curve began, and which are too short."""
+
+    start: Literal["virgin", "saturated"] = "virgin"
+    shortest: Annotated[int, Field(ge=2)] = 2
+
+
+class HysteresisFile(Strict):
+    """A description of recorded hysteresis as a whole."""
+
+    schema_version: Literal[1] = Field(alias="schema")
+    name: str = "hysteresis"
+    kind: Kind
+    log: LogEntry = LogEntry()
+    columns: Columns
+    curves: CurvesEntry = CurvesEntry()
+
+
+def describes_curves(path: str | os.PathLike[str]) -> bool:
+    """Return whether an axis file names the input and the output of a hysteresis, not the channels of an axis.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or it is no TOML.
+    """
+    data = read_toml(path)
+    columns = data.get("columns")
+    named = isinstance(columns, dict) and bool({"input", "output"} & set(columns)) and "position" not in columns
+    return named or data.get("kind") == "magnetic"
+
+
+def read_curve_columns(path: str | os.PathLike[str]) -> CurveColumns:
+    """Return where the curves are, as a file says it.
+
+    Raises
+    ------
+    InputError
+        With file, key, value and what is allowed there.
+    """
+    source = Path(path)
+    try:
+        return _columns_from(read_toml(source))
+    except InputError as error:
+        raise error.at(str(source)) from None
+
+
+def _columns_from(data: dict[str, Any]) -> CurveColumns:
+    file = validated(HysteresisFile, data)
+    return CurveColumns(
+        input=_signal(file.columns.input, "length", file.kind, "columns.input.unit"),
+        output=_signal(file.columns.output, "force", file.kind, "columns.output.unit"),
+        kind=file.kind,
+        start=file.curves.start,
+        tables=file.log.tables,
+        curve=file.columns.curve,
+        shortest=file.curves.shortest,
+        name=file.name,
+    )
+
+
+def _signal(entry: SignalEntry, quantity: str, kind: Kind, path: str) -> SignalColumn:
+    if entry.unit is not None:
+        units.factor(entry.unit, unit_of(quantity, kind), path=path)
+    return SignalColumn(entry.column, entry.unit or "", float(entry.sign))
+
+
+def read_curves(path: str | os.PathLike[str], axis: CurveColumns | str | os.PathLike[str]) -> Curves:
+    """Return recorded hysteresis: curves of input and output, in SI.
+
+    Parameters
+    ----------
+    path : path-like
+        Any file that a log can be in.
+    axis : CurveColumns or path-like
+        Where the curves are in it, or the file that says so.
+
+    Raises
+    ------
+    InputError
+        If the files cannot be used; the message names file, key or column, and the mend.
+    """
+    return curves_in(path, axis if isinstance(axis, CurveColumns) else read_curve_columns(axis))

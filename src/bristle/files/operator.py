@@ -1,0 +1,108 @@
+"""Model files of hysteresis operators: ``[operator]`` with its values, and the constant output beside it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError
+from bristle.core.variable import KINDS, Variable
+from bristle.files.components import check_keys, check_schema, key_of, model_from, number_at, table_at
+from bristle.files.toml import read_toml
+from bristle.hysteresis import OPERATORS
+
+__all__ = ["OperatorFile", "holds_operator", "read_operator", "write_operator"]
+
+KEYS = ("schema", "kind", "provenance", "operator", "output")
+OFFSET = Variable("force", "constant output beside the operator")
+
+
+class OperatorFile(NamedTuple):
+    """What a model file of an operator holds; `provenance` says where the values come from."""
+
+    operator: Model
+    offset: float
+    provenance: dict[str, Any]
+
+
+def write_operator(
+    path: str | os.PathLike[str], operator: Model, offset: float = 0.0, *, provenance: Mapping[str, str] | None = None
+) -> None:
+    """Write a model file of an operator; numbers come back to the bit.
+
+    Parameters
+    ----------
+    path : path-like
+        The file.
+    operator : Model
+        A hysteresis operator with parameters.
+    offset : float
+        Constant output beside it [N, N*m or A*m^2].
+    provenance : mapping of str to str
+        Where the values come from: version, files, command.
+    """
+    lines = ["schema = 1", f"kind = {_written(operator.kind)}", ""]
+    if provenance:
+        lines += ["[provenance]", *(f"{key_of(name)} = {_written(text)}" for name, text in provenance.items()), ""]
+    lines += ["[operator]", f"model = {_written(operator.name)}"]
+    for name, value in operator.values.items():
+        variable = operator.component.variables[name]
+        lines += [f"# {variable.unit(operator.kind)}: {variable.description}", f"{key_of(name)} = {_written(value)}"]
+    unit = OFFSET.unit(operator.kind)
+    lines += ["", "[output]", f"# {unit}: {OFFSET.description}", f"offset = {_written(float(offset))}", ""]
+    Path(path).write_text("\n".join(lines), encoding="utf-8")
+
+
+def _written(value: Any) -> str:
+    """Return a value as TOML. A library would take seconds for a table of fifty thousand numbers."""
+    if isinstance(value, str):
+        import tomlkit
+
+        return tomlkit.item(value).as_string()
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    return f"[{', '.join(map(repr, value))}]" if isinstance(value, list) else repr(value)
+
+
+def holds_operator(path: str | os.PathLike[str]) -> bool:
+    """Return whether a model file is one of a hysteresis operator.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or it is no TOML.
+    """
+    return "operator" in read_toml(path)
+
+
+def read_operator(path: str | os.PathLike[str]) -> OperatorFile:
+    """Return the operator in a model file.
+
+    Raises
+    ------
+    InputError
+        With file, key, value and what is allowed there.
+    """
+    source = Path(path)
+    data = read_toml(source)
+    try:
+        return _operator_from(data)
+    except InputError as error:
+        raise error.at(str(source)) from None
+
+
+def _operator_from(data: dict[str, Any]) -> OperatorFile:
+    check_keys(data, KEYS, "")
+    check_schema(data)
+    kinds = (*KINDS, "magnetic")
+    kind = data.get("kind", KINDS[0])
+    if kind not in kinds:
+        raise InputError("unknown kind", path="kind", value=kind, allowed=", ".join(kinds))
+    operator = model_from(data.get("operator", {}), OPERATORS, kind=kind, path="operator")
+    output = table_at(data.get("output", {}), "output")
+    check_keys(output, ("offset",), "output")
+    offset = number_at(output.get("offset", 0.0), OFFSET, kind, "output.offset")
+    return OperatorFile(operator, offset, table_at(data.get("provenance", {}), "provenance"))

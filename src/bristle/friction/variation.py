@@ -1,0 +1,210 @@
+r"""Slots that let friction vary: with the place on the axis, the angle of a screw, the load and the temperature.
+
+.. math::
+    F = \left(1 + p_1 \xi + p_2 \xi^2 + k_L (L - 1) + k_T (T - T_0)\right) F_\text{model}
+        + a_1 \xi + a_2 \xi^2 + c_1 \cos\varphi + s_1 \sin\varphi
+
+with :math:`\xi = (x - x_0)/x_L`, held at :math:`\pm 1` beyond the range that it was identified over, :math:`\varphi =
+2\pi x/\text{pitch}`, the load :math:`L` over its nominal value and :math:`T_0` = 293.15 K. ``+position`` takes both its
+factor and its additive part: friction that varies along a guide and a force that does, such as of a cable or a cover,
+look alike on a drive in one direction only. Each part is linear in its coefficients, of first order in each cause.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Annotated, Any, NamedTuple
+
+from bristle.core.contracts import NOMINAL_TEMPERATURE, FrictionModel, Relation
+from bristle.core.dispatch import friction_commit, friction_rate, friction_trial
+from bristle.core.kernel import kernel
+from bristle.core.variable import Variable, variables_of
+
+__all__ = ["SMALLEST_FACTOR", "VARIATIONS", "Place", "Varied", "VariedModel", "varied"]
+
+SMALLEST_FACTOR = 0.01
+TWO_PI = 2.0 * math.pi
+
+
+class Place(NamedTuple):
+    """Coefficients of all variations; those of a slot that is not asked for are zero."""
+
+    x_0: Annotated[float, Variable("length", "middle of the range of positions")] = 0.0
+    x_L: Annotated[float, Variable("length", "half of the range of positions", min=1e-12)] = 1.0
+    p_1: Annotated[
+        float, Variable("1", "change of friction from x_0 to x_0 + x_L", nominal=0.1, excitation="place")
+    ] = 0.0
+    p_2: Annotated[
+        float, Variable("1", "change of friction, its even part", nominal=0.1, excitation="place")
+    ] = 0.0  # fmt: skip
+    a_1: Annotated[float, Variable("force", "force that rises from x_0 to x_0 + x_L", excitation="place")] = 0.0
+    a_2: Annotated[float, Variable("force", "force that varies along x, its even part", excitation="place")] = 0.0
+    pitch: Annotated[float, Variable("length", "travel for one turn of the screw", min=1e-12)] = 1.0
+    c_1: Annotated[float, Variable("force", "force once a turn, cosine of the angle", excitation="place")] = 0.0
+    s_1: Annotated[float, Variable("force", "force once a turn, sine of the angle", excitation="place")] = 0.0
+    k_L: Annotated[float, Variable("1", "change of friction for twice the nominal load", excitation="load")] = 0.0
+    k_T: Annotated[
+        float, Variable("1/temperature", "change of friction for a kelvin", nominal=1e-2, excitation="temperature")
+    ] = 0.0  # fmt: skip
+
+
+VARIATIONS: dict[str, tuple[str, ...]] = {
+    "position": ("x_0", "x_L", "p_1", "p_2", "a_1", "a_2"),
+    "periodic": ("pitch", "c_1", "s_1"),
+    "load": ("k_L",),
+    "temperature": ("k_T",),
+}
+"""The parameters of each slot."""
+
+
+class Varied(NamedTuple):
+    """Parameters of a model that varies."""
+
+    inner: Any
+    place: Place
+
+
+@kernel
+def share_of(x, q):
+    """Return the position over half the range, from -1 to 1."""
+    return max(-1.0, min((x - q.x_0) / q.x_L, 1.0))
+
+
+@kernel
+def factor_at(x, load, temperature, q):
+    """Return the factor of friction at a position, a load and a temperature."""
+    xi = share_of(x, q)
+    causes = q.k_L * (load - 1.0) + q.k_T * (temperature - NOMINAL_TEMPERATURE)
+    return max(1.0 + xi * (q.p_1 + xi * q.p_2) + causes, SMALLEST_FACTOR)
+
+
+@kernel
+def force_at(x, q):
+    """Return the force [N or N*m] beside friction at a position [m or rad]."""
+    xi = share_of(x, q)
+    phase = TWO_PI * x / q.pitch
+    return xi * (q.a_1 + xi * q.a_2) + q.c_1 * math.cos(phase) + q.s_1 * math.sin(phase)
+
+
+@kernel
+def trial(state, memory, motion, dt, p):
+    """Return the mean force [N or N*m] of the model at the middle of the step, as it varies."""
+    force, move = friction_trial(state, memory, motion, dt, p.inner)
+    x = motion.x - 0.5 * dt * motion.v
+    return factor_at(x, motion.load, motion.temperature, p.place) * force + force_at(x, p.place), move
+
+
+@kernel
+def commit(state, memory, move, p):
+    """Commit the move of the model."""
+    return friction_commit(state, memory, move, p.inner)
+
+
+@kernel
+def rate(state, motion, p):
+    """Return the force [N or N*m] of the model as it varies, and the rate of its state."""
+    force, d_state = friction_rate(state, motion, p.inner)
+    factor = factor_at(motion.x, motion.load, motion.temperature, p.place)
+    return factor * force + force_at(motion.x, p.place), d_state
+
+
+@dataclass(frozen=True, kw_only=True)
+class VariedModel(FrictionModel):
+    """A friction model with slots that let it vary."""
+
+    inner: FrictionModel
+    slots: tuple[str, ...]
+
+    @property
+    def places(self) -> tuple[str, ...]:
+        """The parameters of its slots."""
+        return tuple(name for slot in self.slots for name in VARIATIONS[slot])
+
+    @property
+    def variables(self) -> dict[str, Variable]:
+        """Each parameter that a person sets: those of the model, then those of its slots."""
+        known = variables_of(Place)
+        return self.inner.variables | {name: known[name] for name in self.places}
+
+    @property
+    def defaults(self) -> dict[str, Any]:
+        """The parameters that have a default value: a range and a pitch must be given."""
+        there = {name: 0.0 for name in self.places if name not in ("x_L", "pitch")}
+        return self.inner.defaults | there
+
+    def is_array(self, name: str) -> bool:
+        """Return whether this parameter is a 1-D array."""
+        return name not in self.places and self.inner.is_array(name)
+
+    def is_integer(self, name: str) -> bool:
+        """Return whether this parameter is a whole number."""
+        return name not in self.places and self.inner.is_integer(name)
+
+    def assemble(self, values: Mapping[str, Any]) -> Varied:
+        """Return what kernels receive, from the values that a person sets."""
+        inner = {name: values[name] for name in self.inner.variables}
+        return Varied(self.inner.assemble(inner), Place(**{name: values[name] for name in self.places}))
+
+    def values(self, parameters: Varied) -> dict[str, Any]:
+        """Return the values that a person sets, from what kernels receive."""
+        return self.inner.values(parameters.inner) | {name: getattr(parameters.place, name) for name in self.places}
+
+
+def varied(model: FrictionModel, slots: Iterable[str]) -> FrictionModel:
+    """Return `model` with slots that let it vary; the model itself where there are none of them."""
+    chosen = tuple(slot for slot in VARIATIONS if slot in set(slots))
+    return _varied(model, chosen) if chosen else model
+
+
+@cache
+def _varied(model: FrictionModel, slots: tuple[str, ...]) -> VariedModel:
+    return VariedModel(
+        name="+".join((model.name, *slots)),
+        description=f"{model.description}, varying with {' and '.join(_CAUSES[slot] for slot in slots)}",
+        Parameters=Varied,
+        State=model.State,
+        trial=trial,
+        commit=commit,
+        rate=rate if model.rate else None,
+        memory_size=lambda p: model.memory_size(p.inner),
+        reference=model.reference,
+        relations=(*(_of_inner(relation) for relation in model.relations), *_relations(slots)),
+        # A factor times a coefficient of the model is not linear in both.
+        linear=model.linear and slots == ("periodic",),
+        module=model.module,
+        example=dict(model.example) | {name: _EXAMPLE[name] for slot in slots for name in VARIATIONS[slot]},
+        inner=model,
+        slots=slots,
+    )
+
+
+_CAUSES = {"position": "position", "periodic": "the angle of the screw", "load": "load", "temperature": "temperature"}
+_EXAMPLE = {
+    "x_0": 0.1, "x_L": 0.1, "p_1": 0.05, "p_2": -0.08, "a_1": 0.6, "a_2": 0.4, "pitch": 5e-3, "c_1": 0.7, "s_1": -0.3,
+    "k_L": 0.8, "k_T": -0.01,
+}  # fmt: skip
+
+
+def _of_inner(relation: Relation) -> Relation:
+    return relation._replace(holds=lambda p: relation.holds(p.inner))
+
+
+def _relations(slots: tuple[str, ...]) -> tuple[Relation, ...]:
+    if "position" not in slots:
+        return ()
+    return (
+        Relation(
+            "1 + p_1 xi + p_2 xi^2 > 0 for xi from -1 to 1",
+            lambda p: _least_factor(p.place) > SMALLEST_FACTOR,
+            "Friction must not change its sign along the axis: take smaller p_1 and p_2",
+        ),
+    )
+
+
+def _least_factor(q: Place) -> float:
+    turn = -0.5 * q.p_1 / q.p_2 if q.p_2 else 0.0
+    at = (-1.0, 1.0, max(-1.0, min(turn, 1.0)))
+    return min(1.0 + xi * (q.p_1 + xi * q.p_2) for xi in at)

@@ -1,0 +1,104 @@
+"""A table along measured first-order reversal curves: what a `reversal_table` operator is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError
+from bristle.core.variable import Kind
+from bristle.hysteresis.reversal_table import MODEL, Curves
+
+__all__ = ["table_of_curves"]
+
+COLUMNS = 257
+SAME = 1e-9  # of the range of inputs: two reversals that are one
+
+
+class Curve(NamedTuple):
+    """A reversal curve, mirrored if need be so that it rises."""
+
+    u: np.ndarray
+    f: np.ndarray
+
+
+def table_of_curves(
+    curves: Sequence[tuple[Any, Any]], *, columns: int = COLUMNS, kind: Kind = "translational", **settings: Any
+) -> Model:
+    """Return the operator that has these first-order reversal curves.
+
+    Every curve comes from saturation on the side that it returns to: the major branch is what the first samples of all
+    curves lie on. The largest input of all is taken for saturation. Nothing is assumed of the sign of the measure.
+
+    Parameters
+    ----------
+    curves : sequence of (u, f)
+        Input [m, rad or T] and output [N, N*m or A*m^2] of each curve, shape (sample,), from its reversal on; all
+        rise or all fall.
+    columns : int
+        Number of nodes along each curve.
+    kind : {"translational", "rotational", "magnetic"}
+        What the units are.
+    **settings
+        ``capacity`` and ``tolerance`` of the operator.
+
+    Returns
+    -------
+    Model
+        A `reversal_table` operator; the output that it has along each curve is that of the data.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than two curves, one is not monotone, or some rise and some fall.
+    """
+    if columns < 2:
+        raise InputError("is too small", path="columns", value=columns, allowed=">= 2")
+    if len(curves) < 2:
+        raise InputError("needs at least two curves", path="curves", value=len(curves))
+    side = _side(curves[0])
+    read = sorted((_curve(u, f, side, index) for index, (u, f) in enumerate(curves)), key=lambda one: one.u[0])
+    last = max(read, key=lambda one: one.u[-1])
+    top, saturation = float(last.u[-1]), float(last.f[-1])
+    kept = _apart([one for one in read if one.u[0] < top], SAME * (top - read[0].u[0]))
+    share = np.linspace(0.0, 1.0, columns)
+    rows = [0.5 * (np.interp(one.u[0] + share * np.ptp(one.u), one.u, one.f) - one.f[0]) for one in kept]
+    table = Curves(
+        reversals=np.array([*(one.u[0] for one in kept), top]),
+        ends=np.array([*(one.u[-1] for one in kept), top]),
+        E=np.concatenate([*rows, np.zeros(columns)]),
+        E_top=np.array([*(0.5 * (saturation - one.f[0]) for one in kept), 0.0]),
+        side=side,
+        offset=0.0,
+    )
+    offset = side * (saturation - float(table.E_top[0]))
+    return MODEL(kind=kind, **(table._asdict() | {"offset": offset}), **settings)
+
+
+def _side(curve: tuple[Any, Any]) -> float:
+    path = np.asarray(curve[0], dtype=float)
+    return -1.0 if path.size > 1 and path[-1] < path[0] else 1.0
+
+
+def _curve(u: Any, f: Any, side: float, index: int) -> Curve:
+    path, output = side * np.asarray(u, dtype=float), side * np.asarray(f, dtype=float)
+    if path.ndim != 1 or path.shape != output.shape or path.size < 2 or not np.all(np.diff(path) > 0.0):
+        raise InputError(
+            f"must {'rise' if side > 0.0 else 'fall'} throughout, as the first one does, each input with its output",
+            path=f"curves[{index}]", mend="Begin each curve at its reversal; leave out curves of one sample",
+        )  # fmt: skip
+    return Curve(path, output)
+
+
+def _apart(curves: list[Curve], least: float) -> list[Curve]:
+    """Return the curves without those that turned where another one did."""
+    found: list[Curve] = []
+    for one in curves:
+        if not found or one.u[0] - found[-1].u[0] > least:
+            found.append(one)
+    if len(found) < 2:
+        raise InputError("needs curves that turned at different inputs", path="curves", value=len(curves))
+    return found

@@ -1,0 +1,80 @@
+r"""What an effort does between its samples, and whether a log repeats itself.
+
+A sampled controller holds its effort; a measured force runs about straight on; a signal without content above half the
+sampling frequency is known everywhere from its samples (Whittaker, Shannon): the only interpolation that does not
+falsify a structure that is excited at a tenth of the sampling frequency. Of a periodic record it is exact: the
+spectrum of one period, evaluated on a finer grid.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+__all__ = ["closes", "finer", "period_of"]
+
+EQUAL = 1e-9  # of the largest value: a difference of two periods that is none
+BEYOND = 4096  # samples that a record is continued by before it is interpolated
+ORDER = 6  # of the differences that tell a seam from the record
+SEAM = 1.5  # times the largest difference of the record: a seam that does not show
+
+
+def finer(effort: np.ndarray, steps: int, *, periodic: bool) -> np.ndarray:
+    """Return a band-limited effort on a grid that is finer, the samples among its points.
+
+    Parameters
+    ----------
+    effort : ndarray, shape (sample,)
+        The samples [N or N*m].
+    steps : int
+        Points for one sample.
+    periodic : bool
+        Whether the samples are whole periods; else the record is continued beyond its ends, turned about them, so
+        that no jump rings into it.
+
+    Returns
+    -------
+    ndarray, shape (sample * steps,)
+        The effort from the first sample on; the last points lie beyond the last sample.
+    """
+    from scipy.signal import resample
+
+    if periodic:
+        return np.asarray(resample(effort, effort.size * steps))
+    beyond = min(effort.size - 1, BEYOND)
+    before = 2.0 * effort[0] - effort[beyond:0:-1]
+    after = 2.0 * effort[-1] - effort[-2 : -2 - beyond : -1]
+    fade = 0.5 * (1.0 - np.cos(np.pi * np.arange(1, beyond + 1) / (beyond + 1)))
+    whole = np.concatenate([fade * before, effort, fade[::-1] * after])
+    fine = np.asarray(resample(whole, whole.size * steps))
+    return fine[beyond * steps : (beyond + effort.size) * steps]
+
+
+def period_of(effort: np.ndarray) -> int | None:
+    """Return the period of a record that holds at least two equal ones, in samples; None for any other record."""
+    size = effort.size
+    if size < 4 or not np.any(effort != effort[0]):
+        return None
+    tolerance = EQUAL * float(np.max(np.abs(effort)))
+    whole = effort - effort.mean()
+    spectrum = np.fft.rfft(whole, 2 * size)
+    overlap = np.arange(size, 0, -1)
+    alike = np.fft.irfft(np.abs(spectrum) ** 2)[:size] / overlap
+    # Shifted by a period, a record is as much like itself as unshifted.
+    for period in np.flatnonzero(alike[: size // 2 + 1] > (1.0 - 1e-6) * alike[0]).tolist():
+        if period >= 2 and np.all(np.abs(effort[period:] - effort[:-period]) <= tolerance):
+            return period
+    return None
+
+
+def closes(signal: np.ndarray) -> bool:
+    """Return whether a record goes on from its end to its beginning as it goes on inside: it is a whole period.
+
+    Where a period is cut out, the differences of high order across the seam are like all others; a jump, or a bend,
+    multiplies them.
+    """
+    if signal.size < 8 * ORDER:
+        return False
+    inside = float(np.max(np.abs(np.diff(signal, ORDER))))
+    seam = np.concatenate([signal[-ORDER:], signal[:ORDER]])
+    across = float(np.max(np.abs(np.diff(seam, ORDER))))
+    return inside > 0.0 and across <= SEAM * inside

@@ -1,0 +1,293 @@
+r"""Elements that slip, from a log: the thresholds are laid out beforehand, the forces come from least squares.
+
+.. math:: u = M \ddot q + \Bigl(1 + \sum_j c_j\,g_j\Bigr)\Bigl(\sum_i k_i\,e_i + \sigma_2 \dot q\Bigr) + \dots, \qquad
+    k_i \ge 0
+
+with :math:`e_i` the deflection of an element that slips at :math:`r_i`, :math:`|e_i| \le r_i`. For given factors
+:math:`c_j` of the slots the problem is convex and has one solution, which non-negative least squares finds; around it
+the factors are searched for. Elements that get no force are left out. The last threshold is half the range of the log:
+such an element does not slip any more once the motion has been through its range, and stands for all that never does.
+
+The shape of the elements is many numbers that trade places under noise; what counts are their level :math:`F_C`, their
+stiffness :math:`s = \sum k_i`, and the virgin curve between. Both have standard errors in which the shape is free.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE
+from bristle.core.errors import InputError
+from bristle.core.typography import with_unit
+from bristle.core.variable import unit_of
+from bristle.friction import maxwell_slip
+from bristle.friction.slots import SlottedModel
+from bristle.identification.operators.stops import thresholds_over
+from bristle.identification.operators.weights import NormalEquations
+from bristle.identification.problem import Problem
+from bristle.identification.regression import Regression, Stretch
+from bristle.identification.resampling.refit import Space
+from bristle.identification.shaped import shaped
+from bristle.identification.solution import Solution
+from bristle.identification.unknowns import Unknowns
+
+__all__ = ["Elements"]
+
+COUNT = 30
+CURVE = 12  # displacements at which the virgin curve has intervals
+STEPS_LEAST, NOISE_LEAST = 2.0, 5.0  # of the encoder, of the noise of the position: the smallest threshold
+DECADES_MOST = 5.0
+COVERED = 0.9  # of the range of a stretch: from there on no element remembers how the log began
+FITTED_LEAST = 0.5  # of the rows: with fewer left, all are fitted
+FACTORS = ("p_1", "p_2", "k_L", "k_T")
+FACTOR_MOST = 20.0
+EVALUATIONS = 40
+
+
+class Found(NamedTuple):
+    """Stiffness of each element, factors of the slots, all other free parameters, and what the rows say of each."""
+
+    stiffness: np.ndarray
+    factors: np.ndarray
+    others: dict[str, float]
+    columns: np.ndarray
+    rms: float
+
+
+@dataclass(frozen=True)
+class Elements:
+    """The problem of one log.
+
+    Parameters
+    ----------
+    regression : Regression
+        The rows.
+    component : SlottedModel
+        ``maxwell_slip`` with its slots.
+    unknowns : Unknowns
+        What is free and what is held, the elements by their level and stiffness.
+    count : int
+        Number of thresholds.
+    """
+
+    regression: Regression
+    component: SlottedModel
+    unknowns: Unknowns
+    count: int = COUNT
+
+    @cached_property
+    def thresholds(self) -> np.ndarray:
+        """Deflections at which elements slip, shape (element,) [m or rad]."""
+        one = self.regression
+        reach = 0.5 * max(float(np.ptp(stretch.position)) for stretch in one.stretches)
+        least = max(STEPS_LEAST * one.resolution, NOISE_LEAST * one.noise, reach * 10.0**-DECADES_MOST)
+        if not least < reach:
+            told, step = (with_unit(value, unit_of("length", one.kind)) for value in (2.0 * reach, least))
+            raise InputError(
+                f"moves by {told} only, which the position recorded does not resolve", path="log.position",
+                allowed=f"several times {step}", mend="Fit coulomb_viscous, or record a finer position",
+            )  # fmt: skip
+        return thresholds_over(reach, self.count, least)
+
+    def solution(self, rows: np.ndarray | slice = slice(None)) -> tuple[Problem, Solution]:
+        """Return the problem with the elements of the best shape, and its solution, from some of the rows."""
+        found = self._best(rows)
+        kept = np.flatnonzero(found.stiffness > 0.0)
+        if kept.size == 0:
+            raise InputError(
+                "shows no friction that opposes the motion", path="log.effort",
+                mend="Check the sign of the effort and the mass in the axis file",
+            )  # fmt: skip
+        stiffness, r = found.stiffness[kept], self.thresholds[kept]
+        view = shaped(self.component, stiffness, stiffness * r)
+        values = found.others | {"F_C": float(stiffness @ r), "s": float(np.sum(stiffness))}
+        values |= dict(zip(self._factors, found.factors.tolist(), strict=True))
+        values = {name: values[name] for name in self.unknowns.free}
+        jacobian = self._jacobian(found, kept, r)
+        at_edge = {name: "smallest" for name in ("sigma_2", "M") if found.others.get(name) == 0.0}
+        solution = Solution(values, at_edge, jacobian, np.eye(len(values)))
+        return Problem(self.regression, replace(self.unknowns, component=view)), solution
+
+    def space(self) -> tuple[Problem, Space]:
+        """Return the problem with all its elements, and the coordinates of its solution: one stiffness for each."""
+        found, r = self._best(slice(None)), self.thresholds
+        weights = np.append(found.stiffness, found.others.get("sigma_2", 0.0))
+        factors = [self._varying[place + 1] @ weights for place in range(len(self._factors))]
+        names = (*(f"k_{number}" for number in range(r.size)), *self._others, *self._factors)
+        told = tuple(name for name in self.unknowns.free if name not in ("F_C", "s"))
+        first = np.zeros((2, len(names)))
+        first[0, : r.size], first[1, : r.size] = r, 1.0
+        curve = np.geomspace(r[0], r[-1], CURVE)
+        reach = np.minimum.outer(curve, r)
+        rest = [names.index(name) for name in told]
+        low = np.array([*(0.0 if sign > 0.0 else -np.inf for sign in self._signs), *([-np.inf] * len(factors))])
+
+        def values(phi: np.ndarray) -> dict[str, Any]:
+            # An element without force still has its threshold.
+            stiffness = np.maximum(phi[: r.size], 1e-12 * np.sum(phi[: r.size]))
+            level = float(stiffness @ r)
+            lists = {"F_C": level, "k_i": stiffness, "nu_i": stiffness * r / level}
+            return lists | dict(zip(names[r.size :], phi[r.size :].tolist(), strict=True))
+
+        return Problem(self.regression, replace(self.unknowns, component=self.component)), Space(
+            names, np.concatenate([found.stiffness, list(found.others.values()), found.factors]), low,
+            np.full(len(names), np.inf), np.column_stack([found.columns, *factors]), values, ("F_C", "s", *told),
+            np.vstack([first, np.eye(len(names))[rest]]), linear=True, curve=tuple(curve.tolist()),
+            tell=lambda phi: np.concatenate([first @ phi, phi[rest], reach @ phi[: r.size]]),
+        )  # fmt: skip
+
+    @property
+    def _factors(self) -> tuple[str, ...]:
+        return tuple(name for name in FACTORS if name in self.unknowns.free)
+
+    @property
+    def _others(self) -> tuple[str, ...]:
+        """The free parameters that count once, whatever the elements do."""
+        return tuple(name for name in self.unknowns.free if name not in ("F_C", "s", *self._factors))
+
+    def _best(self, rows: np.ndarray | slice) -> Found:
+        chosen = self._fitted(rows)
+        if not self._factors:
+            return self._given(np.zeros(0), chosen)
+        from scipy.optimize import least_squares
+
+        target = self._target[chosen]
+
+        def residual(factors: np.ndarray) -> np.ndarray:
+            found = self._given(factors, chosen)
+            return (found.columns[chosen] @ self._weights(found) - target) / float(np.std(target))
+
+        best = least_squares(residual, np.zeros(len(self._factors)), bounds=(-FACTOR_MOST, FACTOR_MOST), x_scale=0.1,
+                             max_nfev=EVALUATIONS)  # fmt: skip
+        return self._given(best.x, chosen)
+
+    def _given(self, factors: np.ndarray, chosen: np.ndarray) -> Found:
+        """Return the best of all else for given factors of the slots."""
+        columns = self._columns(factors)
+        found = NormalEquations.of(columns[chosen], self._target[chosen], constant=False).solve(self._signs)
+        count = self.thresholds.size
+        others = dict(zip(self._others, found.weights[count:].tolist(), strict=True))
+        return Found(found.weights[:count], factors, others, columns, found.rms)
+
+    @staticmethod
+    def _weights(found: Found) -> np.ndarray:
+        return np.concatenate([found.stiffness, list(found.others.values())])
+
+    @property
+    def _signs(self) -> np.ndarray:
+        positive = [name in ("M", "c", "k", "sigma_2") for name in self._others]
+        return np.concatenate([np.ones(self.thresholds.size), np.where(positive, 1.0, 0.0)])
+
+    def _columns(self, factors: np.ndarray) -> np.ndarray:
+        """Return the regressor, shape (row, elements and others)."""
+        varying = self._varying[0] + np.tensordot(factors, self._varying[1:], axes=1)
+        elements, viscous = varying[:, :-1], varying[:, -1:]
+        others = [viscous if name == "sigma_2" else self._constant[name] for name in self._others]
+        return np.hstack([elements, *others])
+
+    @cached_property
+    def _varying(self) -> np.ndarray:
+        """What the slots multiply, each element and the velocity: plain, then times each cause; (cause, row, column)."""
+        parts = []
+        for r in (*self.thresholds.tolist(), None):
+            forces = [self._answer(one, r) for one in self.regression.stretches]
+            plain = [self.regression.filtered(force) for force in forces]
+            caused = [
+                [
+                    self.regression.filtered(force * self._cause(name, one))
+                    for force, one in zip(forces, self.regression.stretches, strict=True)
+                ]
+                for name in self._factors
+            ]
+            parts.append([self.regression.rows_of(one) for one in (plain, *caused)])
+        return np.moveaxis(np.array(parts), 0, -1)
+
+    def _answer(self, one: Stretch, r: float | None) -> np.ndarray:
+        """Return the deflection of an element along a stretch [m or rad], or the velocity for no threshold."""
+        if r is None:
+            return one.velocity
+        return one.answer(maxwell_slip(F_C=r, k_i=[1.0], nu_i=[1.0], validate=False), self.regression.sample_time)
+
+    def _cause(self, name: str, one: Stretch) -> np.ndarray:
+        """Return what a factor multiplies along a stretch, shape (sample,)."""
+        if name == "k_L":
+            return one.load - NOMINAL_LOAD
+        if name == "k_T":
+            return one.temperature - NOMINAL_TEMPERATURE
+        share = self._share(one)
+        return share if name == "p_1" else share * share
+
+    def _share(self, one: Stretch) -> np.ndarray:
+        x_0, x_L = (self.unknowns.held[name].value for name in ("x_0", "x_L"))
+        return np.clip((one.position - x_0) / x_L, -1.0, 1.0)
+
+    @cached_property
+    def _constant(self) -> Mapping[str, np.ndarray]:
+        """The columns that do not depend on the factors, shape (row, 1) each."""
+        return {name: self._column(name)[:, None] for name in self._others if name != "sigma_2"}
+
+    def _column(self, name: str) -> np.ndarray:
+        if name in self.unknowns.plant.variables:
+            problem = Problem(self.regression, self.unknowns)
+            return problem.mechanical({one: float(one == name) for one in self.unknowns.plant.variables})
+        stretches = self.regression.stretches
+        if name == "offset":
+            signals = [np.ones(one.position.size) for one in stretches]
+        elif name in ("a_1", "a_2"):
+            signals = [self._share(one) ** (1 if name == "a_1" else 2) for one in stretches]
+        else:
+            turn = 2.0 * np.pi / self.unknowns.held["pitch"].value
+            wave = np.cos if name == "c_1" else np.sin
+            signals = [wave(turn * one.position) for one in stretches]
+        return self.regression.rows_of([self.regression.filtered(one) for one in signals])
+
+    @cached_property
+    def _target(self) -> np.ndarray:
+        """Effort of each row [N or N*m], what the held parameters take left out."""
+        held = self.unknowns.held
+        plant = {name: held[name].value if name in held else 0.0 for name in self.unknowns.plant.variables}
+        offset = held["offset"].value if "offset" in held else 0.0
+        return self.regression.effort - Problem(self.regression, self.unknowns).mechanical(plant) - offset
+
+    def _fitted(self, rows: np.ndarray | slice) -> np.ndarray:
+        """Return which rows are fitted: those asked for, without the start of each stretch."""
+        wanted = np.zeros(self._target.size, dtype=bool)
+        wanted[rows] = True
+        settled = wanted & self._run_in
+        return settled if np.sum(settled) > FITTED_LEAST * np.sum(wanted) else wanted
+
+    @cached_property
+    def _run_in(self) -> np.ndarray:
+        """Which rows come after the motion has been through its range, shape (row,) of bool."""
+        marks = []
+        for one in self.regression.stretches:
+            covered = np.maximum.accumulate(one.position) - np.minimum.accumulate(one.position)
+            marks.append(covered > COVERED * covered[-1])
+        return self.regression.sampled(marks)
+
+    def _jacobian(self, found: Found, kept: np.ndarray, r: np.ndarray) -> np.ndarray:
+        """Return the derivative of the effort by the free parameters, what the shape of the elements can take left out.
+
+        Level and stiffness are two numbers of the forces of all elements; the rest is the shape.
+        """
+        elements = found.columns[:, kept]
+        named = np.vstack([r, np.ones_like(r)])
+        if kept.size < named.shape[0]:
+            named = named[:1]
+        by_level = elements @ np.linalg.pinv(named)
+        if by_level.shape[1] < 2:
+            # One element has one level at its one threshold: its stiffness says the same.
+            by_level = np.hstack([by_level, np.zeros_like(by_level)])
+        *_, directions = np.linalg.svd(named)
+        shape = elements @ directions[named.shape[0] :].T
+        count, columns = self.thresholds.size, {"F_C": by_level[:, 0], "s": by_level[:, 1]}
+        columns |= {name: found.columns[:, count + place] for place, name in enumerate(self._others)}
+        weights = np.append(found.stiffness, found.others.get("sigma_2", 0.0))
+        columns |= {name: self._varying[place + 1] @ weights for place, name in enumerate(self._factors)}
+        whole = np.stack([columns[name] for name in self.unknowns.free], axis=1)
+        return whole - shape @ np.linalg.lstsq(shape, whole, rcond=None)[0] if shape.size else whole

@@ -1,0 +1,75 @@
+"""`Curves`: what was recorded of a hysteresis, output over input, along one path or several that start alike."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from bristle.core.variable import Kind
+
+__all__ = ["STARTS", "Curve", "Curves"]
+
+STARTS = ("virgin", "saturated")
+SATURATED = 10.0  # times the largest input of the record
+
+
+class Curve(NamedTuple):
+    """One path of the input and the output along it, shape (sample,) each, in SI."""
+
+    u: np.ndarray
+    f: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Curves:
+    """Hysteresis as it was recorded: no time, only the order of the samples.
+
+    Parameters
+    ----------
+    curves : tuple of Curve
+        Each begins anew from `start`.
+    start : {"virgin", "saturated"}
+        The state before each curve: demagnetised, or saturated at the end of the range that the curve heads for, so
+        that its first sample lies on the major branch.
+    kind : {"translational", "rotational", "magnetic"}
+        Input and output are displacement and force, angle and torque, or field and moment.
+    source : Path
+        The file.
+    checksum : str
+        SHA-256 of the file, in hexadecimal.
+    notes : tuple of str
+        What was left out.
+    """
+
+    curves: tuple[Curve, ...]
+    start: str = "virgin"
+    kind: Kind = "translational"
+    source: Path = Path()
+    checksum: str = ""
+    notes: tuple[str, ...] = ()
+
+    @cached_property
+    def full_scale(self) -> float:
+        """Largest output of all."""
+        return max(float(np.max(np.abs(one.f))) for one in self.curves)
+
+    @cached_property
+    def low(self) -> float:
+        """Smallest input of all."""
+        return min(float(np.min(one.u)) for one in self.curves)
+
+    @cached_property
+    def high(self) -> float:
+        """Largest input of all."""
+        return max(float(np.max(one.u)) for one in self.curves)
+
+    def history(self, curve: Curve) -> np.ndarray:
+        """Return the inputs that the operator went through before a curve, from its virgin state."""
+        if self.start == "virgin":
+            return np.empty(0)
+        far = SATURATED * max(abs(self.low), abs(self.high))
+        return np.array([far if curve.u[-1] >= curve.u[0] else -far])

@@ -1,0 +1,133 @@
+"""`read_curves`: from a file of any kind to the curves of a hysteresis, in SI."""
+
+from __future__ import annotations
+
+import fnmatch
+import os
+from dataclasses import dataclass
+
+import numpy as np
+
+from bristle.core import units
+from bristle.core.errors import InputError
+from bristle.core.variable import Kind, unit_of
+from bristle.logs.curves import Curve, Curves
+from bristle.logs.readers import read_table
+from bristle.logs.table import Table
+
+__all__ = ["CurveColumns", "SignalColumn", "read_curves"]
+
+
+@dataclass(frozen=True)
+class SignalColumn:
+    """Which column holds a signal, in what unit (empty: what the file says, else SI), and with what sign."""
+
+    name: str
+    unit: str = ""
+    sign: float = 1.0
+
+
+@dataclass(frozen=True)
+class CurveColumns:
+    """Where the curves of a hysteresis are in a file.
+
+    Parameters
+    ----------
+    input, output : SignalColumn
+        The columns.
+    kind : {"translational", "rotational", "magnetic"}
+        What the units are.
+    start : {"virgin", "saturated"}
+        The state before each curve.
+    tables : str
+        Pattern of the names of the tables that hold one curve each, such as ``"forc_*"``; empty for one table.
+    curve : str
+        Column whose changes begin a new curve; empty for none.
+    shortest : int
+        Number of samples below which a curve is left out.
+    name : str
+        What people call it.
+    """
+
+    input: SignalColumn
+    output: SignalColumn
+    kind: Kind = "translational"
+    start: str = "virgin"
+    tables: str = ""
+    curve: str = ""
+    shortest: int = 2
+    name: str = "hysteresis"
+
+
+def read_curves(path: str | os.PathLike[str], columns: CurveColumns) -> Curves:
+    """Return the curves in a file.
+
+    Parameters
+    ----------
+    path : path-like
+        Any file that a log can be in.
+    columns : CurveColumns
+        Where they are in it.
+
+    Raises
+    ------
+    InputError
+        If a table or column is missing, of the wrong unit or not finite, or no curve is long enough.
+    """
+    table = read_table(path)
+    notes = list(table.notes)
+    found = [one for part in _parts(table, columns) for one in _curves(table, part, columns)]
+    kept = [one for one in found if one.u.size >= columns.shortest]
+    if not kept:
+        raise InputError("holds no curve that is long enough", path=str(table.source),
+                         value=f"{len(found)} curves", allowed=f"at least {columns.shortest} samples")  # fmt: skip
+    if len(kept) < len(found):
+        notes.append(f"{len(found) - len(kept)} curves of less than {columns.shortest} samples were left out")
+    if not np.ptp(np.concatenate([one.u for one in kept])) > 0.0:
+        raise InputError("is constant", path=f"{table.source}: {columns.input.name}", mend="Which column is the input?")
+    return Curves(tuple(kept), columns.start, columns.kind, table.source, table.checksum, tuple(notes))
+
+
+def _parts(table: Table, columns: CurveColumns) -> list[str]:
+    """Return what goes before the names of the columns, table by table."""
+    if not columns.tables:
+        return [""]
+    names = [name for name in table.tables if fnmatch.fnmatchcase(name, columns.tables)]
+    if not names:
+        there = ", ".join(table.tables[:5]) or "one table only"
+        raise InputError("fits the name of no table of the log", path="log.tables", value=columns.tables,
+                         allowed=there + (" and more" if len(table.tables) > 5 else ""))  # fmt: skip
+    return [f"{name}/" for name in names]
+
+
+def _curves(table: Table, part: str, columns: CurveColumns) -> list[Curve]:
+    u = _signal(table, part, columns.input, "input", "length", columns.kind)
+    f = _signal(table, part, columns.output, "output", "force", columns.kind)
+    if u.size != f.size:
+        raise InputError(f"has an input of {u.size} samples and an output of {f.size}", path=str(table.source))
+    if not columns.curve:
+        return [Curve(u, f)]
+    number = _column(table, part, columns.curve, "curve")
+    if number.size != u.size:
+        raise InputError(f"has {number.size} samples, and the input has {u.size}", path=f"{table.source}: curve")
+    starts = np.flatnonzero(np.diff(number)) + 1
+    return [Curve(one, other) for one, other in zip(np.split(u, starts), np.split(f, starts), strict=True)]
+
+
+def _signal(table: Table, part: str, column: SignalColumn, key: str, quantity: str, kind: Kind) -> np.ndarray:
+    values = _column(table, part, column.name, key)
+    place = f"{table.source}: column {part}{column.name}"
+    unit = column.unit or table.units.get(table.name_of(part + column.name) or "", "")
+    scale = units.factor(unit, unit_of(quantity, kind), path=place) if unit else 1.0
+    bad = np.flatnonzero(~np.isfinite(values))
+    if bad.size:
+        raise InputError("is not a finite number", path=f"{place}[{bad[0]}]", value=float(values[bad[0]]),
+                         mend="Cut the curve before that sample, or repair it")  # fmt: skip
+    return column.sign * scale * values
+
+
+def _column(table: Table, part: str, name: str, key: str) -> np.ndarray:
+    there = table.name_of(part + name)
+    if there is None:
+        raise table.missing(part + name, key)
+    return np.asarray(table.columns[there], dtype=float)

@@ -1,0 +1,43 @@
+"""A part of a log: what lies between two times."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bristle.core.errors import InputError
+from bristle.logs.log import CHANNELS, Channel, Log
+
+__all__ = ["within"]
+
+FEWEST = 10
+
+
+def within(log: Log, span: tuple[float, float]) -> Log:
+    """Return the part of a log between two times [s] of its own clock.
+
+    Raises
+    ------
+    InputError
+        If next to nothing of the log lies there.
+    """
+    time = log.time.values
+    first, last = (int(one) for one in np.searchsorted(time, span))
+    if last - first < FEWEST:
+        raise InputError(
+            "holds next to nothing of the log", path="log.span", value=f"{span[0]:g} to {span[1]:g} s",
+            allowed=f"within {time[0]:g} to {time[-1]:g} s",
+        )  # fmt: skip
+
+    def part(channel: Channel | None) -> Channel | None:
+        return channel and replace(channel, values=channel.values[first:last])
+
+    segments = [(max(one.start, first) - first, min(one.stop, last) - first) for one in log.segments]
+    return replace(
+        log,
+        **{name: part(getattr(log, name)) for name in CHANNELS},
+        injected=tuple(replace(one, values=one.values[first:last]) for one in log.injected),
+        segments=tuple(slice(start, stop) for start, stop in segments if stop > start),
+        notes=(*log.notes, f"only what lies between {span[0]:g} and {span[1]:g} s was used"),
+    )

@@ -1,0 +1,169 @@
+"""HDF5, NPZ and Parquet: several tables in one file, and how one of them is named."""
+
+from __future__ import annotations
+
+import dataclasses
+import datetime
+import sys
+
+import numpy as np
+import pytest
+from tests.logs.conftest import WRITERS, write_hdf5, write_npz, write_parquet
+
+from bristle.core.errors import InputError, MissingExtraError
+from bristle.files import read_axis
+from bristle.logs import read_log
+from bristle.logs.readers import read_table
+
+h5py = pytest.importorskip("h5py")
+
+
+@pytest.fixture
+def two_groups(tmp_path, recording):
+    """Two tests of an axis in one HDF5 file, the second one turned, with a unit and a single number."""
+    path = write_hdf5(tmp_path / "tests.h5", recording, "bench/first")
+    with h5py.File(path, "a") as file:
+        for name, values in recording.items():
+            file[f"bench/second/{name}"] = -values
+        file["bench/second/q"].attrs["units"] = "mm"
+        file["bench/second/fs"] = np.array([[750.0]])
+        file["bench/second/remark"] = "a text"
+        file["bench/second/cube"] = np.zeros((2, 3, 4))
+    return path
+
+
+def test_a_group_of_an_hdf5_file_is_a_table(two_groups, recording):
+    table = read_table(two_groups, "bench/second")
+    assert set(table.columns) == set(recording)
+    np.testing.assert_array_equal(table.columns["q"], -recording["q"])
+    assert (dict(table.units), dict(table.constants), table.tables) == ({"q": "mm"}, {"fs": 750.0}, ())
+    assert {note.split()[0] for note in table.notes} == {"bench/second/remark", "bench/second/cube"}
+
+
+def test_without_a_name_every_column_of_every_table_has_its_full_name(two_groups, recording, axis):
+    table = read_table(two_groups)
+    assert table.tables == ("bench/first", "bench/second")
+    assert set(table.columns) == {f"bench/{test}/{name}" for test in ("first", "second") for name in recording}
+    assert table.units == {"bench/second/q": "mm"}
+    with pytest.raises(InputError, match=r"holds 2 tables.*FILE::TABLE") as caught:
+        read_log(two_groups, axis)
+    assert caught.value.allowed == "bench/first, bench/second"
+
+
+def test_the_path_names_a_table_before_the_axis_does(two_groups, recording, axis):
+    chosen = dataclasses.replace(axis, table="bench/second")
+    log = read_log(f"{two_groups}::bench/first", chosen)
+    np.testing.assert_allclose(log.position.values, recording["q"])
+    assert log.source == two_groups
+
+
+def test_a_table_that_is_not_there(two_groups, tmp_path, recording):
+    with pytest.raises(InputError, match=r"holds no table 'bench/fist'.*Did you mean 'bench/first'"):
+        read_table(two_groups, "bench/fist")
+    only = write_hdf5(tmp_path / "one.h5", recording, "sweep")
+    table = read_table(only, "multisine")
+    assert set(table.columns) == set(recording)
+    assert table.notes == ("there is no table 'multisine' in this log: 'sweep', its only one, was taken",)
+    with pytest.raises(InputError, match="is no file with several tables"):
+        read_table(f"{WRITERS['csv'](tmp_path / 'log.csv', recording)}::sweep")
+
+
+def test_columns_without_names_and_with_names_in_an_npz_file(tmp_path, recording):
+    matrix = np.stack(list(recording.values()), axis=1)
+    named = np.zeros(5, dtype=[("t", float), ("q", "<f4"), ("remark", "U3")])
+    named["q"] = 2.5
+    np.savez(tmp_path / "tests.npz", first=matrix, wide=matrix[:5].T, named=named, fs=np.array(1000.0), text=["a"])
+    table = read_table(tmp_path / "tests.npz", "first")
+    assert list(table.columns) == ["column_1", "column_2", "column_3", "column_4"]
+    np.testing.assert_array_equal(table.columns["column_2"], recording["q"])
+    assert read_table(tmp_path / "tests.npz", "wide").columns["column_4"].shape == (5,)
+    assert {name: values[0] for name, values in read_table(f"{tmp_path}/tests.npz::named").columns.items()} == {
+        "t": 0.0, "q": 2.5,
+    }  # fmt: skip
+    assert any(note.startswith("text holds no column") for note in table.notes)
+    np.save(tmp_path / "single.npy", matrix)
+    np.testing.assert_array_equal(read_table(tmp_path / "single.npy").columns["column_2"], recording["q"])
+
+
+def test_objects_of_python_are_not_loaded(tmp_path):
+    np.savez(tmp_path / "log.npz", t=np.array([{"a": 1}], dtype=object))
+    with pytest.raises(InputError, match="holds objects of Python"):
+        read_table(tmp_path / "log.npz")
+
+
+def test_parquet_knows_units_time_stamps_and_gaps(tmp_path):
+    pyarrow = pytest.importorskip("pyarrow")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    start = datetime.datetime(2026, 1, 1, 12, 0, 0)
+    stamps = [start + datetime.timedelta(milliseconds=2 * k) for k in range(4)]
+    columns = {
+        "when": pyarrow.array(stamps), "count": pyarrow.array([1, None, 3, 4]),
+        "q": pyarrow.array([0.1, 0.2, 0.3, 0.4]), "note": pyarrow.array(["a", "b", "c", "d"]),
+    }  # fmt: skip
+    fields = [
+        pyarrow.field(name, one.type, metadata={"unit": "mm"} if name == "q" else None) for name, one in columns.items()
+    ]
+    parquet.write_table(pyarrow.table(columns, schema=pyarrow.schema(fields)), tmp_path / "log.parquet")
+    table = read_table(tmp_path / "log.parquet")
+    np.testing.assert_allclose(table.columns["when"], [0.0, 2e-3, 4e-3, 6e-3])
+    np.testing.assert_array_equal(table.columns["count"], [1, np.nan, 3, 4])
+    assert table.units == {"when": "s", "q": "mm"}
+    assert table.notes == ("column 'note' holds no numbers and was left out",)
+
+
+def test_a_file_that_matlab_saved_as_version_7_3(tmp_path, recording):
+    path = tmp_path / "log.mat"
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, values in recording.items():
+            file[f"log/{name}"] = values.reshape(1, -1)
+        file["remark"] = np.array([[104, 105]], dtype=np.uint16)
+        file["remark"].attrs["MATLAB_class"] = np.bytes_(b"char")
+        file["#refs#/a"] = np.arange(3.0)
+    with path.open("r+b") as raw:
+        raw.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512, b" "))
+    table = read_table(path)
+    assert set(table.columns) == set(recording)
+    np.testing.assert_array_equal(table.columns["u"], recording["u"])
+
+
+@pytest.mark.parametrize("kind", ["h5", "npz", "parquet"])
+def test_a_file_cut_anywhere_is_refused(tmp_path, recording, kind):
+    data = WRITERS[kind](tmp_path / f"whole.{kind}", recording).read_bytes()
+    part = tmp_path / f"part.{kind}"
+    for cut in {*np.random.default_rng(3).integers(8, len(data), 25).tolist(), len(data) - 1}:
+        part.write_bytes(data[:cut])
+        with pytest.raises(InputError, match=r"truncated|damaged|archive"):
+            read_table(part)
+
+
+@pytest.mark.parametrize(("kind", "module"), [("h5", "h5py"), ("parquet", "pyarrow.parquet")])
+def test_a_missing_extra_names_the_line_to_type(tmp_path, recording, monkeypatch, kind, module):
+    path = WRITERS[kind](tmp_path / f"log.{kind}", recording)
+    monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(MissingExtraError, match=r'pip install "bristle\[io\]"'):
+        read_table(path)
+
+
+def test_the_axis_file_names_the_table_and_the_rate(tmp_path, two_groups, recording):
+    text = """schema = 1
+kind = "translational"
+[log]
+table = "bench/first"
+[columns]
+position = { column = "q", unit = "m" }
+effort = { column = "u", unit = "N" }
+[timing]
+sample_rate = "1000 Hz"
+"""
+    (tmp_path / "axis.toml").write_text(text)
+    log = read_log(two_groups, read_axis(tmp_path / "axis.toml"))
+    assert log.sample_time == pytest.approx(1e-3)
+    np.testing.assert_allclose(log.effort.values, recording["u"])
+    (tmp_path / "axis.toml").write_text(f'{text}sample_time = "1 ms"\n')
+    with pytest.raises(InputError, match="has both a sample_time and a sample_rate"):
+        read_axis(tmp_path / "axis.toml")
+
+
+def test_single_columns_of_an_npz_and_a_parquet_file_need_no_table(tmp_path, recording, axis):
+    for path in (write_npz(tmp_path / "a.npz", recording), write_parquet(tmp_path / "a.parquet", recording)):
+        np.testing.assert_allclose(read_log(path, axis).position.values, recording["q"])

@@ -1,0 +1,73 @@
+"""Bouc-Wen in its customary amplitudes: its differential equation, hardening, and what is redundant in it."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from bristle import friction
+from bristle.engine import force_along
+from bristle.engine.contact import Contact
+
+ALPHA = 5e4
+SHAPES = [
+    (1.0, 1e3, 0.8, -1.1), (1.0, 1e3, 0.8, 0.3), (1.0, 1e3, 0.2, 0.7), (1.7, 50.0, 0.8, 0.3), (2.0, 0.1, 0.8, -0.9),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("nu", "beta", "gamma", "delta"), SHAPES)
+def test_it_solves_its_differential_equation(nu, beta, gamma, delta):
+    model = friction.bouc_wen_classic(alpha=ALPHA, beta=beta, gamma=gamma, delta=delta, nu=nu)
+
+    def slope(x, z, way):
+        rest = gamma * way * np.abs(z) ** (nu - 1.0) * z + delta * np.abs(z) ** nu
+        return ALPHA - beta * rest
+
+    turns, z = [0.0, 2e-3, -1.5e-3, 1e-3, -2.5e-3], 0.0
+    for a, b in pairwise(turns):
+        z = solve_ivp(slope, (a, b), [z], args=(np.sign(b - a),), rtol=1e-11, atol=1e-9, max_step=1e-4).y[0, -1]
+    errors = []
+    for count in (80, 160, 320):
+        contact = Contact(model)
+        for turn in turns[1:]:
+            contact.move(turn - contact.x, 1.0, count)
+        errors.append(abs(contact.force(0.0) - z) / abs(z))
+    if nu == 1.0:  # exact along a move, through zero too
+        assert max(errors) < 1e-8
+    else:
+        assert errors[-1] < 1e-4
+        assert np.log2(errors[0] / errors[-1]) / 2 > 1.6, errors
+
+
+def test_where_it_yields_it_is_the_model_in_stiffness_and_force():
+    v = 10 ** np.random.default_rng(4).uniform(-6, -2, 300) * np.random.default_rng(5).choice((-1, 1), 300)
+    bound, exponent, beta = 20.0, 2.0, 0.6
+    plain = friction.bouc_wen(s=ALPHA, F_C=bound, exponent=exponent, beta=beta)
+    amplitude = ALPHA / bound**exponent
+    classic = friction.bouc_wen_classic(alpha=ALPHA, beta=amplitude, gamma=beta, delta=1.0 - beta, nu=exponent)
+    np.testing.assert_allclose(force_along(classic, v, 1e-3), force_along(plain, v, 1e-3), rtol=1e-9, atol=1e-9)
+
+
+def test_only_the_products_of_its_amplitudes_show():
+    v = 1e-2 * np.sin(np.linspace(0.0, 40.0, 500))
+    one, other = (
+        friction.bouc_wen_classic(alpha=ALPHA, beta=beta, gamma=800.0 / beta, delta=-1100.0 / beta)
+        for beta in (1e3, 20.0)
+    )
+    np.testing.assert_allclose(force_along(one, v, 1e-3), force_along(other, v, 1e-3), atol=1e-9)
+
+
+def test_it_hardens_where_its_amplitudes_add_up_to_less_than_nothing():
+    hard = friction.bouc_wen_classic(alpha=ALPHA, beta=1e3, gamma=0.8, delta=-1.1)
+    force = force_along(hard, np.full(100, 1e-3), 1e-2)
+    assert np.all(np.diff(np.diff(force)) > 0.0)
+    assert force[-1] > ALPHA * 1e-3
+
+
+def test_a_closed_cycle_dissipates_whether_it_yields_or_hardens():
+    v = 0.02 * np.cos(np.linspace(0.0, 4.0 * np.pi, 2001)[:-1])
+    for delta in (0.3, -1.1):
+        model = friction.bouc_wen_classic(alpha=ALPHA, beta=1e3, gamma=0.8, delta=delta)
+        power = force_along(model, v, 1e-4) * v
+        assert np.sum(power[1000:]) > 0.0
