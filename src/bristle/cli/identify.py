@@ -51,6 +51,9 @@ def identify(
     decimation: Annotated[
         int | None, typer.Option("--decimation", metavar="COUNT", help="Keep one of so many filtered samples.")
     ] = None,
+    draws: Annotated[
+        int, typer.Option("--draws", metavar="COUNT", help="Simulated logs for the 95 % intervals; 0 for none.")
+    ] = 200,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
@@ -84,8 +87,9 @@ def identify(
         axes = axes_for([read_axis(one) for one in axis or ()], len(log))
         recorded = [read_log(one, its) for one, its in zip(log, axes, strict=True)]
         found = identified(
-            recorded, _models(model), axis=axes, cutoff=_hertz(cutoff), decimation=decimation, progress=report
-        )
+            recorded, _models(model), axis=axes, cutoff=_hertz(cutoff), decimation=decimation, draws=draws,
+            progress=report,
+        )  # fmt: skip
         table = drive_table(found.best, 20)
         described = axes[0]
         simulation, prediction = _in_the_loop(found, found.log, described or Axis(), report)

@@ -24,6 +24,7 @@ from bristle.identification.elements import Elements
 from bristle.identification.findings import fit_of
 from bristle.identification.given import logs_and_axes, treatment_of, whole_number
 from bristle.identification.held_out import held_out_error
+from bristle.identification.information import with_information
 from bristle.identification.places import pitch_in
 from bristle.identification.problem import Problem
 from bristle.identification.ranking import ranked
@@ -116,7 +117,7 @@ def identify(
     for number, component in enumerate(components):
         report = _share(progress, number, len(components) + bool(draws), f"fitting {component.name}")
         fits.append(workbench.fit(component, blocks, report))
-    first, *others = (replace(fit, rank=rank) for rank, fit in enumerate(ranked(fits), 1))
+    first, *others = (replace(fit, rank=rank) for rank, fit in enumerate(with_information(ranked(fits)), 1))
     if draws:
         report = _share(progress, len(components), len(components) + 1, f"fitting {first.name} to simulated logs")
         first = workbench.assessed(first, draws, report)

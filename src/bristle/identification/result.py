@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from bristle.identification.bands import Bands
     from bristle.logs.log import Log
 
-__all__ = ["Estimate", "Fit", "HeldOut", "Identification", "Resampling", "Scatter", "Traces"]
+__all__ = ["Estimate", "Fit", "HeldOut", "Identification", "Information", "Resampling", "Scatter", "Traces"]
 
 NORMAL_95 = 1.96
 
@@ -84,6 +84,14 @@ class HeldOut:
     mean_percent: float
     std_percent: float
     of: str = "time blocks"
+
+
+class Information(NamedTuple):
+    """Akaike's and the Bayesian information criterion above those of the best model, and the measurements counted."""
+
+    aic: float
+    bic: float
+    measurements: float
 
 
 class Scatter(NamedTuple):
@@ -177,6 +185,8 @@ class Fit:
         1 for the best of the models compared.
     resampling : Resampling or None
         How sure the fit is; None where that was not asked.
+    information : Information or None
+        What the fit costs in parameters, against the other models.
     """
 
     plant: Model
@@ -192,6 +202,7 @@ class Fit:
     assumptions: tuple[str, ...] = ()
     rank: int = 1
     resampling: Resampling | None = None
+    information: Information | None = None
 
     @property
     def name(self) -> str:
@@ -220,6 +231,8 @@ class Fit:
         if self.held_out is not None:
             found["held_out_error_percent"] = self.held_out.mean_percent
             found["held_out_error_std_percent"] = self.held_out.std_percent
+        if self.information is not None:
+            found |= {"aic": self.information.aic, "bic": self.information.bic}
         return found
 
 

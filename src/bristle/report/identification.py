@@ -10,7 +10,7 @@ from bristle.core.variable import unit_of
 from bristle.identification.drive_table import largest_deviation, steady_curve
 from bristle.report.advice import next_measurements
 from bristle.report.compensation import gain_of
-from bristle.report.log_facts import log_facts, treatment_facts
+from bristle.report.log_facts import log_facts, scatter_facts, treatment_facts
 from bristle.report.loop_tables import variant_table
 from bristle.report.model_tables import as_csv, comparison_table, drive_rows, parameter_table
 from bristle.report.page import render
@@ -79,7 +79,8 @@ def identification_report(
         pictures=pictures,
         assumptions=_assumed(fit, prediction),
         log=log_facts(identification.log, identification.further_logs)
-        + treatment_facts(identification.treatment, kind),
+        + treatment_facts(identification.treatment, kind)
+        + scatter_facts(fit.resampling, kind),
         notes=[note for one in (identification.log, *identification.further_logs) for note in one.notes],
     )
 

@@ -29,6 +29,7 @@ def identification_summary(
         "kind": kind,
         "parameters": _parameters(best),
         "metrics": best.metrics,
+        "resampling": _resampling(best),
         "warnings": best.warnings,
         "assumptions": best.assumptions,
         "models": [
@@ -82,11 +83,31 @@ def _parameters(fit: Fit) -> dict[str, Any]:
             "relative_std_percent": one.relative_std_percent,
             "robust_std": one.robust_std,
             "interval_percent": one.interval_percent,
+            "interval": one.interval,
             "status": one.status,
             "note": one.note,
             "description": one.description,
         }
         for one in fit.estimates
+    }
+
+
+def _resampling(fit: Fit) -> dict[str, Any] | None:
+    """Return what fits to simulated logs say beside the intervals of the parameters, in SI."""
+    found = fit.resampling
+    if found is None:
+        return None
+    return {
+        "draws": found.bands.count,
+        "scatter": found.scatter._asdict(),
+        "half_cycles": found.half_cycles,
+        "noise": found.bands.noise,
+        "resolution": found.resolution,
+        "unexplained": found.bands.unexplained,
+        "inflation": found.bands.inflation,
+        "white": found.white,
+        "jackknife_std": dict(found.jackknife),
+        "virgin_curve": [dict(zip(("x", "force", "low", "high"), one, strict=True)) for one in found.curve],
     }
 
 
@@ -100,7 +121,7 @@ def _variants(result: SimulationResult) -> dict[str, Any]:
 def _prediction(prediction: Prediction) -> dict[str, Any]:
     return {
         "mode": prediction.mode,
-        "metrics": dict(prediction.metrics),
+        "metrics": dict(prediction.metrics) | {"inside_band_percent": prediction.inside_percent},
         "status": prediction.status.sentence,
         "completed": prediction.status is not Status.NOT_FINITE,
         "notes": prediction.notes,
