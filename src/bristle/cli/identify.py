@@ -14,6 +14,7 @@ from bristle.cli.options import AxisFiles, Force, Json, Out
 from bristle.cli.terminal import complain, progress
 
 if TYPE_CHECKING:
+    from bristle.certificates import Certificate
     from bristle.core import Axis
     from bristle.identification import Identification
     from bristle.logs import Log
@@ -94,9 +95,11 @@ def identify(
         described = axes[0]
         simulation, prediction = _in_the_loop(found, found.log, described or Axis(), report)
         source = provenance_of_all(context.obj, log=log, axis=axis or ())
+        certificates = _certificates(found)
         summary = identification_summary(
-            found, table=table, simulation=simulation, prediction=prediction, provenance=source
-        )
+            found, table=table, simulation=simulation, prediction=prediction, provenance=source,
+            certificates=certificates,
+        )  # fmt: skip
         if folder:
             from bristle.report.identification import identification_report
             from bristle.report.results import write_identification
@@ -104,6 +107,7 @@ def identify(
             page = identification_report(
                 found, prediction=prediction, simulation=simulation, table=table, command=context.obj,
                 axis_name=described.name if described else log[0].stem, provenance=source,
+                certificates=certificates,
             )  # fmt: skip
             write_identification(folder, found, table=table, report=page, summary=summary, provenance=source)
     if as_json:
@@ -139,6 +143,18 @@ def _hertz(text: str | None) -> float | None:
     from bristle.core.units import quantity
 
     return quantity(text, Variable("frequency", "cut-off of the filter"), path="--cutoff")
+
+
+def _certificates(found: Identification) -> dict[str, Certificate]:
+    """Return whether the best model is fit to be used; nothing where it cannot be asked, as of one without friction."""
+    from bristle.certificates import check
+    from bristle.core import InputError
+
+    try:
+        return check(found.best.friction)
+    except InputError as error:
+        complain(f"no certificates: {error}")
+        return {}
 
 
 def _in_the_loop(

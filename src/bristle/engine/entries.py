@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion, Reference
+from bristle.core.contracts import Motion, Reference
 from bristle.core.dispatch import (
     controller_step,
     friction_commit,

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
 from bristle.identification.drive_table import largest_deviation, steady_curve
+from bristle.logs.experiments import experiments_in
 from bristle.report.advice import next_measurements
+from bristle.report.certificates import certificate_table
 from bristle.report.compensation import gain_of
-from bristle.report.log_facts import log_facts, scatter_facts, treatment_facts
+from bristle.report.log_facts import log_facts, motion_table, scatter_facts, treatment_facts
 from bristle.report.loop_tables import variant_table
 from bristle.report.model_tables import as_csv, comparison_table, drive_rows, parameter_table
 from bristle.report.page import render
@@ -20,7 +23,10 @@ from bristle.report.simulation import following_picture
 from bristle.report.verdict import figures_of_merit, sentences
 
 if TYPE_CHECKING:
+    from bristle.certificates import Certificate
     from bristle.identification.result import Fit, Identification
+    from bristle.logs.log import Log
+    from bristle.report.table import Table
     from bristle.simulation.result import Prediction, SimulationResult
 
 __all__ = ["identification_report"]
@@ -29,7 +35,8 @@ __all__ = ["identification_report"]
 def identification_report(
     identification: Identification, *, prediction: Prediction | None = None,
     simulation: SimulationResult | None = None, table: Sequence[tuple[float, float]] | None = None, command: str,
-    axis_name: str, provenance: Mapping[str, str], banner: str | None = None,
+    axis_name: str, provenance: Mapping[str, str], certificates: Mapping[str, Certificate] | None = None,
+    banner: str | None = None,
 ) -> str:  # fmt: skip
     """Return the report of an identification as one HTML page.
 
@@ -49,6 +56,8 @@ def identification_report(
         What people call the axis.
     provenance : mapping of str to str
         Versions, files, checksums.
+    certificates : mapping of str to Certificate, optional
+        Whether the best model is fit to be used.
     banner : str, optional
         What a reader must know before anything else.
     """
@@ -81,8 +90,15 @@ def identification_report(
         log=log_facts(identification.log, identification.further_logs)
         + treatment_facts(identification.treatment, kind)
         + scatter_facts(fit.resampling, kind),
+        motion=_motion(identification.log),
+        certificates=certificate_table(fit.name, certificates) if certificates else None,
         notes=[note for one in (identification.log, *identification.further_logs) for note in one.notes],
     )
+
+
+def _motion(log: Log) -> Table | None:
+    found = [asdict(one) for one in experiments_in(log)]
+    return motion_table(found, log.kind) if found else None
 
 
 def _assumed(fit: Fit, prediction: Prediction | None) -> list[str]:

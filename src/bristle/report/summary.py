@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from bristle.core.status import Status
 from bristle.core.variable import unit_of
 from bristle.identification.drive_table import largest_deviation
+from bristle.logs.experiments import experiments_in
 
 if TYPE_CHECKING:
+    from bristle.certificates import Certificate
     from bristle.core.contracts import Model
     from bristle.identification.result import Fit, Identification
     from bristle.simulation.result import Prediction, SimulationResult
@@ -20,6 +23,7 @@ __all__ = ["identification_summary", "prediction_summary", "simulation_summary"]
 def identification_summary(
     identification: Identification, *, table: Sequence[tuple[float, float]], simulation: SimulationResult | None,
     prediction: Prediction | None, provenance: Mapping[str, str],
+    certificates: Mapping[str, Certificate] | None = None,
 ) -> dict[str, Any]:  # fmt: skip
     """Return an identification in numbers: the best model on top, all of them under ``models``."""
     best, log = identification.best, identification.log
@@ -30,6 +34,8 @@ def identification_summary(
         "parameters": _parameters(best),
         "metrics": best.metrics,
         "resampling": _resampling(best),
+        "certificates": {name: vars(one) for name, one in (certificates or {}).items()},
+        "experiments": [asdict(one) for one in experiments_in(log)],
         "warnings": best.warnings,
         "assumptions": best.assumptions,
         "models": [

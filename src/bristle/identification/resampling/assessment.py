@@ -23,6 +23,7 @@ from bristle.identification.result import Estimate, Fit, Resampling
 __all__ = ["assessed"]
 
 BLOCKS = 5
+CLEAR = 0.5  # relative standard error
 AT_ODDS = 3.0  # ratio of the jackknife to the bootstrap from which the reader is told
 
 
@@ -43,7 +44,7 @@ def assessed(
         Is told the share of the work done.
     """
     residual, cycles = fit.traces.residual, HalfCycles(problem.regression)
-    blind = unseen(problem, space, frozenset(one.name for one in fit.estimates if one.status == "identified"))
+    blind = unseen(problem, space, frozenset(one.name for one in fit.estimates if _is_clear(one)))
     # What is only weakly seen stays free: held, it would make the others look surer than they are.
     flat = {one.name for one in blind if one.flat}
     free = np.array([name not in flat for name in space.names])
@@ -83,6 +84,11 @@ def _inflation(bands: Bands, fit: Fit, problem: Problem, space: Space, free: np.
             _, residual = Refit(space, free, fitted).solve(problem, space.phi)
             share.append(np.abs(residual[first:last]) / width[first:last])
     return max(float(np.quantile(np.concatenate(share), 0.95)), 1.0) if share else 1.0
+
+
+def _is_clear(one: Estimate) -> bool:
+    """Return whether 30 % of a value mean anything: not so where it is known to be next to nothing."""
+    return one.status == "identified" and one.larger_std is not None and one.larger_std <= CLEAR * abs(one.value)
 
 
 def _estimate(one: Estimate, found: Bootstrap, blind: tuple[Unseen, ...]) -> Estimate:
