@@ -16,11 +16,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from benchmarks.legs import Leg, Motion, along
 from bristle import friction
 from bristle.core import Axis
 from bristle.core.packing import pack
 from bristle.engine import force_in_turns
-from bristle.excitation.motion import Leg, Motion, along
 from bristle.identification import identify, predict
 from bristle.logs.log import Channel, Log
 

@@ -54,10 +54,6 @@ def _show(summary: dict[str, Any]) -> None:
     if summary["rate"]:
         duration = f", {summary['duration']:.6g} s" if summary["duration"] else ""
         say(f"{summary['rate']:.6g} samples a second{duration}.")
-    if summary["experiments"]:
-        from bristle.report.log_facts import motion_table
-
-        show_table(motion_table(summary["experiments"], summary["kind"]))
     for note in summary["notes"]:
         say(f"Note: {note}")
 

@@ -28,7 +28,7 @@ __all__ = ["SUMMARY", "results_folder"]
 SUMMARY = "summary.json"
 """The file that every folder of results holds, and by which it is known as one."""
 
-WRITTEN = frozenset({SUMMARY, "report.html", "model.toml", "drive_table.csv", "motion.csv"})
+WRITTEN = frozenset({SUMMARY, "report.html", "model.toml", "drive_table.csv"})
 WRITTEN_BY_DEMO = frozenset({"axis.toml", "log.csv", "unseen.csv"})
 NAMES_SHOWN = 5
 ATTEMPTS = 100

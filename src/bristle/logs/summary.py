@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,6 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.errors import InputError
 from bristle.logs.checks import problems_of, quantisation
-from bristle.logs.experiments import experiments_in
 from bristle.logs.gather import axis_of, gather
 from bristle.logs.read import assembled, clock_for
 from bristle.logs.readers import read_table
@@ -35,8 +33,7 @@ def summarize(path: str | os.PathLike[str], axis: Axis | None = None) -> dict[st
     dict
         ``file``, ``format``, ``checksum``, ``columns`` (as the file holds them: name, unit, samples, min,
         max, mean, std, step), ``constants``, ``channels`` (in SI of the axis, likewise), ``sample_time`` [s],
-        ``rate`` [Hz], ``duration`` [s], ``segments``, ``experiments`` (what kind of motion is where), ``notes`` and
-        ``problems``; None where not known.
+        ``rate`` [Hz], ``duration`` [s], ``segments``, ``notes`` and ``problems``; None where not known.
 
     Raises
     ------
@@ -58,7 +55,6 @@ def summarize(path: str | os.PathLike[str], axis: Axis | None = None) -> dict[st
         "rate": None,
         "duration": None,
         "segments": None,
-        "experiments": [],
         "notes": list(table.notes),
         "problems": [],
     }
@@ -90,8 +86,7 @@ def _as_log(table: Table, axis: Axis) -> dict[str, Any]:
         part |= {"sample_time": clock.sample_time, "segments": len(clock.pieces)}
         part |= {"duration": clock.time.size * clock.sample_time, "notes": [*found.notes, *clock.notes]}
     if clock is not None and not problems:
-        log = assembled(table, axis, found, clock)
-        part |= {"notes": list(log.notes), "experiments": [asdict(one) for one in experiments_in(log)]}
+        part["notes"] = list(assembled(table, axis, found, clock).notes)
     return part | {"problems": [str(problem) for problem in problems]}
 
 

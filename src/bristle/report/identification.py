@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
 from bristle.identification.drive_table import largest_deviation, steady_curve
-from bristle.logs.experiments import experiments_in
 from bristle.report.advice import next_measurements
 from bristle.report.certificates import certificate_table
 from bristle.report.compensation import gain_of
-from bristle.report.log_facts import log_facts, motion_table, scatter_facts, treatment_facts
+from bristle.report.log_facts import log_facts, scatter_facts, treatment_facts
 from bristle.report.loop_tables import variant_table
 from bristle.report.model_tables import as_csv, comparison_table, drive_rows, parameter_table
 from bristle.report.page import render
@@ -25,8 +23,6 @@ from bristle.report.verdict import figures_of_merit, sentences
 if TYPE_CHECKING:
     from bristle.certificates import Certificate
     from bristle.identification.result import Fit, Identification
-    from bristle.logs.log import Log
-    from bristle.report.table import Table
     from bristle.simulation.result import Prediction, SimulationResult
 
 __all__ = ["identification_report"]
@@ -90,15 +86,9 @@ def identification_report(
         log=log_facts(identification.log, identification.further_logs)
         + treatment_facts(identification.treatment, kind)
         + scatter_facts(fit.resampling, kind),
-        motion=_motion(identification.log),
         certificates=certificate_table(fit.name, certificates) if certificates else None,
         notes=[note for one in (identification.log, *identification.further_logs) for note in one.notes],
     )
-
-
-def _motion(log: Log) -> Table | None:
-    found = [asdict(one) for one in experiments_in(log)]
-    return motion_table(found, log.kind) if found else None
 
 
 def _assumed(fit: Fit, prediction: Prediction | None) -> list[str]:

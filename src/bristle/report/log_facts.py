@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bristle.core.typography import number, with_unit
 from bristle.core.variable import Kind, unit_of
-from bristle.report.table import Quantity, Table
+from bristle.report.table import Quantity
 
 if TYPE_CHECKING:
     from bristle.identification.result import Resampling
     from bristle.logs.log import Log
 
-__all__ = ["log_facts", "motion_table", "scatter_facts", "treatment_facts"]
+__all__ = ["log_facts", "scatter_facts", "treatment_facts"]
 
-EXPERIMENTS = 40  # that are told
 TREATMENT = {
     "cutoff": ("Cut-off of the zero-phase filter", "{:g} Hz"),
     "decimation": ("Samples for one row of the regression", "{:.0f}"),
@@ -71,23 +70,3 @@ def scatter_facts(resampling: Resampling | None, kind: Kind) -> list[tuple[str, 
     left = with_unit(bands.unexplained, unit_of("force", kind))
     facts.append(("Residual that noise, encoder and scatter do not explain", f"{left}, root mean square"))
     return facts
-
-
-def motion_table(experiments: Sequence[Mapping[str, Any]], kind: Kind) -> Table:
-    """Return which experiments there are in a log: when, how many half-cycles, how far, how fast."""
-    length, speed = unit_of("length", kind), unit_of("length/time", kind)
-    rows = [
-        (
-            one["kind"], f"{one['start']:.2f} to {one['end']:.2f} s", str(one["half_cycles"]),
-            _span(one["reach"], length), _span(one["speed"], speed),
-        )
-        for one in experiments[:EXPERIMENTS]
-    ]  # fmt: skip
-    more = len(experiments) - len(rows)
-    head = "Motion in the log" + (f", the first {len(rows)} of {len(experiments)} parts" if more else "")
-    return Table(head, ("Experiment", "When", "Half-cycles", "Reach to either side", "Speed"), rows)
-
-
-def _span(ends: Sequence[float], unit: str) -> str:
-    low, high = (with_unit(one, unit, 3) for one in ends)
-    return low if low == high else f"{low} to {high}"

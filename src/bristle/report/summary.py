@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from bristle.core.status import Status
 from bristle.core.variable import unit_of
 from bristle.identification.drive_table import largest_deviation
-from bristle.logs.experiments import experiments_in
 
 if TYPE_CHECKING:
     from bristle.certificates import Certificate
@@ -35,7 +33,6 @@ def identification_summary(
         "metrics": best.metrics,
         "resampling": _resampling(best),
         "certificates": {name: vars(one) for name, one in (certificates or {}).items()},
-        "experiments": [asdict(one) for one in experiments_in(log)],
         "warnings": best.warnings,
         "assumptions": best.assumptions,
         "models": [

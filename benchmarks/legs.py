@@ -1,4 +1,4 @@
-"""Motions made of legs at constant velocity, with the acceleration and the travel of an axis kept."""
+"""Motions made of legs at constant velocity."""
 
 from __future__ import annotations
 
@@ -9,18 +9,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["Leg", "Motion", "along", "joined"]
+__all__ = ["Leg", "Motion", "along"]
 
 
 class Leg(NamedTuple):
-    """A move to a position [m or rad] at a speed [m/s or rad/s], after which the axis stops or turns.
-
-    With a speed of zero the axis rests where it is, for the time `rest` [s].
-    """
+    """A move to a position [m] at a speed [m/s], after which the axis turns."""
 
     target: float
     speed: float
-    rest: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -59,10 +55,6 @@ def along(legs: Sequence[Leg], acceleration: float, sample_time: float, start: f
     """
     durations, changes, at = [], [], start
     for leg in legs:
-        if leg.speed == 0.0:
-            durations.append(leg.rest)
-            changes.append(0.0)
-            continue
         way = leg.target - at
         top = min(leg.speed, math.sqrt(acceleration * abs(way)))
         if top > 0.0:
@@ -83,16 +75,3 @@ def _sampled(durations: np.ndarray, accelerations: np.ndarray, dt: float, start:
     into = time - edges[part]
     a = accelerations[part]
     return Motion(time, position[part] + velocity[part] * into + 0.5 * a * into**2, velocity[part] + a * into, a)
-
-
-def joined(parts: Sequence[Motion]) -> Motion:
-    """Return motions one after the other; each begins where the last one ended."""
-    dt = parts[0].sample_time
-    position, velocity, acceleration = [], [], []
-    for number, part in enumerate(parts):
-        kept = slice(0 if number == 0 else 1, None)
-        position.append(part.position[kept])
-        velocity.append(part.velocity[kept])
-        acceleration.append(part.acceleration[kept])
-    count = sum(one.size for one in position)
-    return Motion(dt * np.arange(count), *(np.concatenate(one) for one in (position, velocity, acceleration)))
