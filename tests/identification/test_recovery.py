@@ -145,8 +145,9 @@ def test_progress_runs_from_start_to_end_and_an_interrupt_passes():
     ("model", "words"),
     [
         ("karnopp", "no such friction model"),
-        ("coulomb+temperature", "no such slot"),
-        ("maxwell_slip", "lists of numbers"),
+        ("coulomb+humidity", "no such slot"),
+        ("gms", "lists of numbers"),
+        ("maxwell_slip+asymmetry", "not identified by direction"),
         ([], "names no friction model"),
         ([3.0], "must be a name"),
     ],

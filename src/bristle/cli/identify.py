@@ -55,6 +55,10 @@ def identify(
     draws: Annotated[
         int, typer.Option("--draws", metavar="COUNT", help="Simulated logs for the 95 % intervals; 0 for none.")
     ] = 200,
+    free: Annotated[
+        str,
+        typer.Option("--free", metavar="NAME[,NAME...]", help="Shapes to identify too, such as exponent of dahl."),
+    ] = "",
     force: Force = False,
     as_json: Json = False,
 ) -> None:
@@ -70,9 +74,18 @@ def identify(
     if axis and describes_curves(axis[0]):
         from bristle.cli.operators import identify_operators
 
-        asked = None if model == DEFAULT else model
-        identify_operators(log, axis, asked, out, force=force, as_json=as_json, command=context.obj)
+        named = None if model == DEFAULT else model
+        identify_operators(log, axis, named, out, force=force, as_json=as_json, command=context.obj)
         return
+    asked = {"model": _models(model), "cutoff": _hertz(cutoff), "decimation": decimation, "free": free,
+             "draws": draws}  # fmt: skip
+    _identify_friction(log, axis or [], asked, out, force=force, as_json=as_json, command=context.obj)
+
+
+def _identify_friction(
+    log: list[Path], axis: list[Path], asked: dict[str, Any], out: Path | None, *, force: bool, as_json: bool,
+    command: str,
+) -> None:  # fmt: skip
     from bristle.core import Axis
     from bristle.files.axis import read_axis
     from bristle.files.provenance import provenance_of_all
@@ -85,16 +98,13 @@ def identify(
     from bristle.report.summary import identification_summary
 
     with results_folder(out, force=force) if out else nullcontext() as folder, progress("identifying") as report:
-        axes = axes_for([read_axis(one) for one in axis or ()], len(log))
+        axes = axes_for([read_axis(one) for one in axis], len(log))
         recorded = [read_log(one, its) for one, its in zip(log, axes, strict=True)]
-        found = identified(
-            recorded, _models(model), axis=axes, cutoff=_hertz(cutoff), decimation=decimation, draws=draws,
-            progress=report,
-        )  # fmt: skip
+        found = identified(recorded, axis=axes, progress=report, **asked)
         table = drive_table(found.best, 20)
         described = axes[0]
         simulation, prediction = _in_the_loop(found, found.log, described or Axis(), report)
-        source = provenance_of_all(context.obj, log=log, axis=axis or ())
+        source = provenance_of_all(command, log=log, axis=axis)
         certificates = _certificates(found)
         summary = identification_summary(
             found, table=table, simulation=simulation, prediction=prediction, provenance=source,
@@ -105,7 +115,7 @@ def identify(
             from bristle.report.results import write_identification
 
             page = identification_report(
-                found, prediction=prediction, simulation=simulation, table=table, command=context.obj,
+                found, prediction=prediction, simulation=simulation, table=table, command=command,
                 axis_name=described.name if described else log[0].stem, provenance=source,
                 certificates=certificates,
             )  # fmt: skip

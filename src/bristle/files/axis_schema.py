@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Field
 
 from bristle.core.transmission import Side
-from bristle.core.variable import Kind
+from bristle.core.variable import AxisKind
 from bristle.files.schema import Quantity, Strict
 
 __all__ = ["AxisFile", "ColumnEntry", "InjectedEntry"]
@@ -112,6 +112,8 @@ class LimitsEntry(Strict):
     """How fast and how far the axis may go."""
 
     velocity: Quantity | None = None
+    acceleration: Quantity | None = None
+    jerk: Quantity | None = None
     stroke: Annotated[list[Quantity], Field(min_length=2, max_length=2)] | None = None
 
 
@@ -129,7 +131,7 @@ class AxisFile(Strict):
 
     schema_version: Literal[1] = Field(alias="schema")
     name: str = "axis"
-    kind: Kind
+    kind: AxisKind
     log: LogEntry = LogEntry()
     columns: Columns
     effort: EffortEntry = EffortEntry()

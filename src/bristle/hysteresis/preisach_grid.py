@@ -24,6 +24,7 @@ import numpy as np
 from bristle.core.contracts import HysteresisOperator, Relation
 from bristle.core.dispatch import register
 from bristle.core.kernel import kernel
+from bristle.core.mathematics import direction
 from bristle.core.variable import Variable
 from bristle.hysteresis.preisach import CAPACITY, TOLERANCE
 from bristle.hysteresis.turning_points import Stack, stack_commit, stack_size, stack_trial
@@ -110,7 +111,7 @@ def slope(alpha, beta, side, q):
 @kernel
 def virgin(u, q):
     """Return the output [N or N*m] at the first input `u` [m or rad] of a demagnetised operator."""
-    return q.offset + math.copysign(value(abs(u), -abs(u), q), u)
+    return q.offset + direction(u) * value(abs(u), -abs(u), q)
 
 
 @kernel

@@ -19,7 +19,6 @@ References
    first order reversal curves", Journal of Applied Physics 85(9), 1999. doi:10.1063/1.370176
 """
 
-import math
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -27,6 +26,7 @@ import numpy as np
 from bristle.core.contracts import HysteresisOperator, Relation
 from bristle.core.dispatch import register
 from bristle.core.kernel import kernel
+from bristle.core.mathematics import direction
 from bristle.core.variable import Variable
 from bristle.hysteresis.preisach import CAPACITY, TOLERANCE
 from bristle.hysteresis.preisach_grid import OUTPUT_OFFSET
@@ -182,7 +182,7 @@ def slope(alpha, beta, side, q):
 @kernel
 def virgin(u, q):
     """Return the output [N or N*m] at the first input `u` [m or rad] of a demagnetised operator."""
-    return q.offset + math.copysign(value(abs(u), -abs(u), q), u)
+    return q.offset + direction(u) * value(abs(u), -abs(u), q)
 
 
 @kernel

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -23,7 +23,7 @@ from bristle.identification.regression import Regression
 from bristle.identification.unknowns import Held, Unknowns, stroke_of
 from bristle.plants import PLANTS, inertia
 
-__all__ = ["Known", "known_of", "models_of", "unknowns_of"]
+__all__ = ["Known", "freed", "known_of", "models_of", "unknowns_of"]
 
 MASS = Variable("mass", "moving mass or inertia")
 PUT_IN = 0.1  # share of the work besides inertia from which friction that puts energy in is a wrong sign
@@ -34,13 +34,14 @@ ONE_WAY = 0.01  # share of the samples below which a direction counts as not see
 class Known:
     """What is known of the axis beforehand: the plant, those of its parameters that are known, and the offset.
 
-    An offset of None is to be identified; so is the pitch of the screw.
+    An offset of None is to be identified; so is the pitch of the screw. Shapes in `free` are identified too.
     """
 
     offset: float | None = None
     values: Mapping[str, float] = field(default_factory=dict)
     plant: Plant = inertia
     pitch: float | None = None
+    free: tuple[str, ...] = ()
 
 
 def models_of(model: Any) -> tuple[FrictionModel, ...]:
@@ -107,6 +108,28 @@ def _refuse_arrays(component: FrictionModel) -> None:
             )  # fmt: skip
 
 
+def freed(free: str | Sequence[str], components: Sequence[FrictionModel]) -> tuple[str, ...]:
+    """Return the shapes that are to be identified.
+
+    Raises
+    ------
+    InputError
+        If none of the models has a shape of that name.
+    """
+    names = [one.strip() for one in free.split(",") if one.strip()] if isinstance(free, str) else list(free)
+    shapes = {
+        name
+        for one in components
+        for name, variable in one.variables.items()
+        if name in one.defaults and not variable.excitation and not variable.choices and name not in ("offset", "x_0")
+    }
+    for name in names:
+        if name not in shapes:
+            raise InputError("is no shape that is kept at a default", path="free", value=name,
+                             allowed=", ".join(sorted(shapes)) or "none for these models")  # fmt: skip
+    return tuple(names)
+
+
 def known_of(axis: Axis | None, mass: float | str | None, offset: float | str | None, kind: Kind) -> Known:
     """Return what is known beforehand: the arguments, else the axis file.
 
@@ -151,7 +174,7 @@ def unknowns_of(component: FrictionModel, known: Known, regression: Regression) 
             continue
         if "c" in known.plant.variables and _is_damping(variable):
             held[name] = Held(0.0, "it cannot be told from the damping c of the plant")
-        elif name in component.defaults and not variable.excitation and name not in held:
+        elif name in component.defaults and not variable.excitation and name not in (*held, *known.free):
             default = component.defaults[name]
             code = variable.code(default, name) if variable.choices else default
             held[name] = Held(code, "a shape that is kept at its default")

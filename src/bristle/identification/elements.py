@@ -23,8 +23,6 @@ import numpy as np
 
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE
 from bristle.core.errors import InputError
-from bristle.core.typography import with_unit
-from bristle.core.variable import unit_of
 from bristle.friction import maxwell_slip
 from bristle.friction.slots import SlottedModel
 from bristle.identification.operators.stops import thresholds_over
@@ -38,7 +36,7 @@ from bristle.identification.unknowns import Unknowns
 
 __all__ = ["Elements"]
 
-COUNT = 30
+COUNT_LEAST, PER_DECADE = 20, 12  # of the thresholds
 CURVE = 12  # displacements at which the virgin curve has intervals
 STEPS_LEAST, NOISE_LEAST = 2.0, 5.0  # of the encoder, of the noise of the position: the smallest threshold
 DECADES_MOST = 5.0
@@ -71,14 +69,11 @@ class Elements:
         ``maxwell_slip`` with its slots.
     unknowns : Unknowns
         What is free and what is held, the elements by their level and stiffness.
-    count : int
-        Number of thresholds.
     """
 
     regression: Regression
     component: SlottedModel
     unknowns: Unknowns
-    count: int = COUNT
 
     @cached_property
     def thresholds(self) -> np.ndarray:
@@ -86,13 +81,8 @@ class Elements:
         one = self.regression
         reach = 0.5 * max(float(np.ptp(stretch.position)) for stretch in one.stretches)
         least = max(STEPS_LEAST * one.resolution, NOISE_LEAST * one.noise, reach * 10.0**-DECADES_MOST)
-        if not least < reach:
-            told, step = (with_unit(value, unit_of("length", one.kind)) for value in (2.0 * reach, least))
-            raise InputError(
-                f"moves by {told} only, which the position recorded does not resolve", path="log.position",
-                allowed=f"several times {step}", mend="Fit coulomb_viscous, or record a finer position",
-            )  # fmt: skip
-        return thresholds_over(reach, self.count, least)
+        count = max(COUNT_LEAST, round(PER_DECADE * np.log10(max(reach / least, 1.0))))
+        return thresholds_over(reach, count, least)
 
     def solution(self, rows: np.ndarray | slice = slice(None)) -> tuple[Problem, Solution]:
         """Return the problem with the elements of the best shape, and its solution, from some of the rows."""
@@ -192,7 +182,7 @@ class Elements:
 
     @cached_property
     def _varying(self) -> np.ndarray:
-        """What the slots multiply, each element and the velocity: plain, then times each cause; (cause, row, column)."""
+        """What the slots multiply, elements and velocity: plain, then times each cause; shape (cause, row, column)."""
         parts = []
         for r in (*self.thresholds.tolist(), None):
             forces = [self._answer(one, r) for one in self.regression.stretches]
@@ -215,10 +205,9 @@ class Elements:
 
     def _cause(self, name: str, one: Stretch) -> np.ndarray:
         """Return what a factor multiplies along a stretch, shape (sample,)."""
-        if name == "k_L":
-            return one.load - NOMINAL_LOAD
-        if name == "k_T":
-            return one.temperature - NOMINAL_TEMPERATURE
+        if name in ("k_L", "k_T"):
+            signal, nominal = ("load", NOMINAL_LOAD) if name == "k_L" else ("temperature", NOMINAL_TEMPERATURE)
+            return one.surroundings[signal] - nominal
         share = self._share(one)
         return share if name == "p_1" else share * share
 

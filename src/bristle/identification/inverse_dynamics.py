@@ -19,25 +19,29 @@ from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel
 from bristle.core.errors import InputError
 from bristle.friction import base_of, find, maxwell_slip
-from bristle.identification.asked import Known, known_of, models_of, refuse_reversed_effort, unknowns_of
+from bristle.friction.slots import SlottedModel
+from bristle.identification.asked import Known, freed, known_of, models_of, refuse_reversed_effort, unknowns_of
 from bristle.identification.elements import Elements
 from bristle.identification.findings import fit_of
 from bristle.identification.given import logs_and_axes, treatment_of, whole_number
 from bristle.identification.held_out import held_out_error
 from bristle.identification.information import with_information
+from bristle.identification.output_error import OutputError, held_out_position, one_period, refined
 from bristle.identification.places import pitch_in
 from bristle.identification.problem import Problem
 from bristle.identification.ranking import ranked
 from bristle.identification.regression import Regression
+from bristle.identification.repetition import about_repetition
 from bristle.identification.resampling.assessment import assessed
 from bristle.identification.resampling.refit import Space, space_of
-from bristle.identification.result import Fit, Identification
+from bristle.identification.result import Fit, HeldOut, Identification
 from bristle.identification.search import Search
 from bristle.identification.several import treat_all
 from bristle.identification.shaped import in_lists, shaped
-from bristle.identification.solution import solve_linear
+from bristle.identification.solution import Solution, solve_linear
 from bristle.identification.unknowns import Scales, scales_of
 from bristle.logs.log import Log
+from bristle.simulation.result import relative_error_percent
 
 __all__ = ["identify"]
 
@@ -51,7 +55,8 @@ def identify(
     log: Log | str | PathLike[str] | Sequence[Log | str | PathLike[str]], model: Any = "coulomb_viscous", *,
     axis: Axis | str | PathLike[str] | Sequence[Axis | str | PathLike[str]] | None = None,
     cutoff: float | str | None = None, decimation: int | None = None, blocks: int = 5,
-    offset: float | str | None = None, mass: float | str | None = None, draws: int = 200,
+    offset: float | str | None = None, mass: float | str | None = None, free: str | Sequence[str] = (),
+    draws: int = 200,
     progress: Progress | None = None,
 ) -> Identification:  # fmt: skip
     """Identify one friction model or several from a log, with the inertia, and rank them.
@@ -76,6 +81,9 @@ def identify(
         Constant part of the force [N or N*m] if known, or text with a unit; the axis decides where it is not given.
     mass : float or str, optional
         Moving mass [kg] or inertia [kg*m^2] if known, or text with a unit; the axis decides where it is not given.
+    free : str or sequence of str
+        Shapes that are identified too, instead of being kept at their default: ``"exponent"`` of the Dahl model;
+        several separated by commas.
     draws : int
         Logs that are simulated with the best model and fitted again, for its 95 % intervals; 0 for none.
     progress : callable, optional
@@ -110,9 +118,11 @@ def identify(
             raise InputError("has no effort, which inverse dynamics needs", path=f"log {one.source.name}".strip(),
                              mend="Name the column of force, torque or current in the axis file")  # fmt: skip
     kind = logs[0].kind
-    known = known_of(axes[0], mass, offset, kind)
-    regression = treat_all(logs, axes, *treatment_of(cutoff, decimation, kind))
-    workbench = _Workbench.of(regression, known)
+    known = replace(known_of(axes[0], mass, offset, kind), free=freed(free, components))
+    by_output = any(axis is not None and axis.method == "output_error" for axis in axes)
+    treated = [one_period(log, axis) for log, axis in zip(logs, axes, strict=True)] if by_output else logs
+    regression = treat_all(treated, axes, *treatment_of(cutoff, decimation, kind))
+    workbench = _Workbench.of(regression, known, tuple(zip(logs, axes, strict=True)) if by_output else ())
     fits = []
     for number, component in enumerate(components):
         report = _share(progress, number, len(components) + bool(draws), f"fitting {component.name}")
@@ -160,10 +170,13 @@ class _Workbench:
     known: Known
     sliding: dict[str, float]
     scales: Scales
+    simulated: tuple[tuple[Log, Axis | None], ...] = ()
     found: dict[str, tuple[Problem, Space]] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, regression: Regression, known: Known) -> _Workbench:
+    def of(
+        cls, regression: Regression, known: Known, simulated: tuple[tuple[Log, Axis | None], ...] = ()
+    ) -> _Workbench:
         """Fit Coulomb and viscous friction first: it checks the sign of the effort and sets the scale of all else."""
         effort = float(np.sqrt(np.mean(regression.effort**2)))
         if effort == 0.0:
@@ -176,7 +189,7 @@ class _Workbench:
             # Pre-sliding over much of the stroke looks viscous: its level is that of all friction.
             friction = bounded["F_v"] * regression.velocity + bounded["F_C"] * np.sign(regression.velocity)
             bounded["F_C"] = max(float(np.sqrt(np.mean(friction**2))), bounded["F_C"])
-        return cls(regression, known, bounded, scales_of(regression, max(bounded["F_C"], 0.01 * effort)))
+        return cls(regression, known, bounded, scales_of(regression, max(bounded["F_C"], 0.01 * effort)), simulated)
 
     def fit(self, component: FrictionModel, blocks: int, report: Callable[[float], None]) -> Fit:
         """Fit one model."""
@@ -184,7 +197,7 @@ class _Workbench:
         if "pitch" in component.variables and self.known.pitch is None:
             known = replace(self.known, pitch=self._pitch())
             return replace(self, known=known).fit(component, blocks, report)
-        if base_of(component) is maxwell_slip:
+        if isinstance(component, SlottedModel) and base_of(component) is maxwell_slip:
             return self._fit_elements(component, blocks, report)
         problem = Problem(self.regression, unknowns_of(component, self.known, self.regression))
         if component.linear and not component.relations:
@@ -194,10 +207,13 @@ class _Workbench:
                 return solve_linear(problem, rows)
         else:
             search = Search(problem, self.scales, self.sliding)
-            solution = search.solve(lambda share: report(0.6 * share))
+            solution = search.solve(lambda share: report((0.2 if self.simulated else 0.6) * share))
 
             def on_rows(rows: np.ndarray):
                 return search.refit(solution.values, rows)
+
+        if self.simulated:
+            return self._by_output(problem, solution, blocks, report)
 
         def predicted(rows: np.ndarray) -> np.ndarray:
             return problem.predicted(problem.unknowns.complete(on_rows(rows).values))
@@ -208,13 +224,30 @@ class _Workbench:
         self.found[component.name] = problem, space_of(problem, solution, self.scales)
         fit = fit_of(problem, solution, self.scales)
         report(1.0)
-        return replace(fit, held_out=held_out)
+        return self._finished(fit, held_out)
 
     def assessed(self, fit: Fit, draws: int, report: Callable[[float], None]) -> Fit:
         """Return a fit of this bench with its intervals from simulated logs."""
-        return assessed(fit, *self.found[fit.name], draws, report)
+        return assessed(fit, *self.found[fit.name], draws, report) if fit.name in self.found else fit
 
-    def _fit_elements(self, component: FrictionModel, blocks: int, report: Callable[[float], None]) -> Fit:
+    def _by_output(self, problem: Problem, start: Solution, blocks: int, report: Callable[[float], None]) -> Fit:
+        """Fit one model to the position, from where inverse dynamics ended."""
+        logs, axes = [log for log, _ in self.simulated], [axis for _, axis in self.simulated]
+        solution, fine, coarse = refined(
+            problem, start, logs, axes, self.scales, self.sliding, lambda share: report(0.2 + 0.6 * share)
+        )
+        assert isinstance(fine.problem, OutputError)
+        measured, residual = fine.problem.measured, fine.problem.residual(solution.values)
+        fit = replace(
+            fit_of(problem, solution, self.scales, residual),
+            position_error_percent=relative_error_percent(measured, measured - residual),
+            position_rmse=float(np.sqrt(np.mean(residual**2))),
+            held_out=held_out_position(coarse, solution.values, blocks) if blocks else None,
+        )
+        report(1.0)
+        return fit
+
+    def _fit_elements(self, component: SlottedModel, blocks: int, report: Callable[[float], None]) -> Fit:
         """Fit elements that slip: their shape comes with the solution."""
         prototype = shaped(component, np.ones(1), np.ones(1))
         elements = Elements(self.regression, component, unknowns_of(prototype, self.known, self.regression))
@@ -231,7 +264,14 @@ class _Workbench:
             held_out = held_out_error(self.regression, predicted, blocks, lambda share: report(0.5 + 0.5 * share))
         fit = fit_of(problem, solution, self.scales)
         report(1.0)
-        return replace(fit, friction=in_lists(fit.friction), held_out=held_out)
+        friction = in_lists(fit.friction)
+        # Level and stiffness count among the parameters.
+        further = max(len(friction.values["k_i"]) - 2, 0)
+        return self._finished(replace(fit, friction=friction, further=further), held_out)
+
+    def _finished(self, fit: Fit, held_out: HeldOut | None) -> Fit:
+        repeated = about_repetition(self.regression) if held_out and held_out.of == "time blocks" else ()
+        return replace(fit, held_out=held_out, warnings=(*fit.warnings, *repeated))
 
     def _pitch(self) -> float:
         """Return the pitch of the screw, found in what Coulomb and viscous friction leave."""

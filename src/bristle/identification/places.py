@@ -1,4 +1,4 @@
-"""What the slots of a model need to know of a log: the range of positions, the pitch of the screw, load, temperature."""
+"""What the slots of a model need to know of a log: range of positions, pitch of the screw, load, temperature."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from bristle.identification.unknowns import Held
 
 __all__ = ["pitch_in", "places_of"]
 
-TURNS_LEAST, ROWS_A_TURN = 3.0, 4.0  # in the log, for a pitch to be looked for
+TURNS_LEAST = 3.0  # over the range, for a pitch to be looked for
 STEPS_A_TURN = 8.0  # of the scan, over one more turn in the whole range
 SCAN_MOST = 20_000
 REFINED = 40
@@ -33,7 +33,7 @@ def places_of(component: FrictionModel, regression: Regression, pitch: float | N
     regression : Regression
         The log.
     pitch : float or None
-        Travel for one turn of the screw [m or rad], where it is known.
+        Travel for one turn of the screw [m or rad].
 
     Raises
     ------
@@ -53,12 +53,12 @@ def places_of(component: FrictionModel, regression: Regression, pitch: float | N
         found["x_0"] = Held(0.5 * (low + high), "the middle of the range of the log")
         found["x_L"] = Held(0.5 * (high - low), "half of the range of the log")
     if "pitch" in component.variables and pitch is not None:
-        found["pitch"] = Held(pitch, "known from the axis file")
+        found["pitch"] = Held(pitch, "the lead of the axis file, or else the period of what simple friction leaves")
     return found
 
 
-def pitch_in(problem: Problem, values: Mapping[str, float]) -> Held:
-    """Return the period over the position of what a model leaves of a log.
+def pitch_in(problem: Problem, values: Mapping[str, float]) -> float:
+    """Return the period over the position of what a model leaves of a log [m or rad].
 
     The wave that takes most of the residual is looked for, evenly in the number of turns over the range, and refined.
 
@@ -72,12 +72,13 @@ def pitch_in(problem: Problem, values: Mapping[str, float]) -> Held:
     Raises
     ------
     InputError
-        If the log goes through less than three turns of any pitch that its rows resolve.
+        If the log goes through less than three turns of any pitch that passes its filter.
     """
     regression = problem.regression
     x, residual = regression.position, regression.effort - problem.predicted(values)
     stroke = float(np.ptp(x))
-    most = stroke / (ROWS_A_TURN * float(np.quantile(np.abs(np.diff(x)), 0.9)))
+    # At half of the speeds the wave passes the filter.
+    most = stroke * regression.cutoff / float(np.median(np.abs(regression.velocity)))
     if most <= TURNS_LEAST:
         raise InputError("does not resolve a pitch", path="log.position",
                          value=f"a range of {with_unit(stroke, unit_of('length', regression.kind))}",
@@ -87,7 +88,7 @@ def pitch_in(problem: Problem, values: Mapping[str, float]) -> Held:
     best = turns[int(np.argmax([_explained(x, residual, one / stroke) for one in turns.tolist()]))]
     near = np.linspace(best - step, best + step, REFINED)
     best = near[int(np.argmax([_explained(x, residual, one / stroke) for one in near.tolist()]))]
-    return Held(stroke / float(best), "the period over the position of what Coulomb and viscous friction leave")
+    return stroke / float(best)
 
 
 def _explained(x: np.ndarray, residual: np.ndarray, frequency: float) -> float:

@@ -241,11 +241,15 @@ def _compare(mode: str, log: Log, runs: list[_Run], used: list[slice], notes: tu
 def _metrics(
     log: Log, effort: Any, effort_hat: Any, position: Any, position_hat: Any, *, failed: bool = False
 ) -> dict[str, float | str | None]:
-    rmse = None
+    rmse = force_rmse = None
+    if effort_hat is not None and not failed:
+        force_rmse = float(np.sqrt(np.mean((effort - effort_hat) ** 2)))
     if position_hat is not None and not failed:
         rmse = float(np.sqrt(np.mean((position - position_hat) ** 2)))
     return {
         "force_error_percent": None if failed else _error_percent(effort, effort_hat),
+        "force_rmse": force_rmse,
+        "force_unit": unit_of("force", log.kind),
         "position_error_percent": None if failed else _error_percent(position, position_hat),
         "position_rmse": rmse,
         "position_unit": unit_of("length", log.kind),

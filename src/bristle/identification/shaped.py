@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -70,11 +69,6 @@ class ShapedModel(FrictionModel):
         """Return the values that a person sets, from what kernels receive."""
         whole = self.inner.values(parameters)
         return {name: float(np.sum(whole["k_i"])) if name == "s" else whole[name] for name in self.variables}
-
-    @cached_property
-    def element_count(self) -> int:
-        """Number of elements."""
-        return len(self.shape[0])
 
 
 def shaped(model: SlottedModel, stiffness: np.ndarray, levels: np.ndarray) -> ShapedModel:

@@ -32,7 +32,9 @@ def parameter_table(fit: Fit) -> Table:
              "95 % interval [%]", "Remark")  # fmt: skip
     plain = fit.resampling is None or fit.resampling.white
     return Table(
-        f"Parameters of {fit.name}", heads, [_parameter_row(one, plain=plain) for one in fit.estimates]
+        f"Parameters of {fit.name}",
+        heads,
+        [_parameter_row(one, plain=plain) for one in (*fit.estimates, *fit.combinations)],
     ).without_empty_columns()
 
 
@@ -79,7 +81,7 @@ def comparison_table(identification: Identification) -> Table:
             str(sum(one.status != "held" for one in fit.estimates)),
             "–" if held_out is None else number(held_out.mean_percent, digits=3),
             "–" if held_out is None else f"± {number(held_out.std_percent, digits=2)}",
-            number(fit.force_error_percent, digits=3),
+            number(fit.error_percent, digits=3),
             "–" if fit.information is None else number(fit.information.aic, digits=3),
             "–" if fit.information is None else number(fit.information.bic, digits=3),
             number(fit.condition_number, digits=3),

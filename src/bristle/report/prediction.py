@@ -88,6 +88,9 @@ def metrics_in_words(prediction: Prediction) -> list[tuple[str, str]]:
         value = prediction.metrics.get(key)
         if isinstance(value, (int, float)):
             found.append((word, f"{number(float(value), digits=3)} %"))
+    rmse, unit = prediction.metrics.get("force_rmse"), prediction.metrics.get("force_unit")
+    if isinstance(rmse, (int, float)):
+        found.append(("Effort error, root mean square", with_unit(float(rmse), str(unit or "N"))))
     rmse, unit = prediction.metrics.get("position_rmse"), prediction.metrics.get("position_unit")
     if isinstance(rmse, (int, float)):
         found.append(("Position error, root mean square", with_unit(float(rmse), str(unit or "m"))))

@@ -28,7 +28,7 @@ EXPRESSIONS = (
 )  # fmt: skip
 OPERATORS = (
     ast.Add, ast.Sub, ast.Mult, ast.Div, ast.Mod, ast.FloorDiv, ast.USub, ast.UAdd, ast.Not, ast.And, ast.Or,
-    ast.Lt, ast.LtE, ast.Gt, ast.GtE, ast.Eq, ast.NotEq,
+    ast.Lt, ast.LtE, ast.Gt, ast.GtE, ast.Eq, ast.NotEq, ast.BitAnd, ast.BitXor, ast.RShift,
 )  # fmt: skip
 GRAMMAR = (ast.arguments, ast.arg, ast.expr_context, ast.Slice)
 BUILTINS = frozenset({"abs", "min", "max", "range", "float", "int", "len"})

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import Model
+from bristle.core.contracts import Model, make_model
 from bristle.core.errors import InputError
 from bristle.engine import response
 from bristle.hysteresis import preisach
@@ -80,10 +80,10 @@ class _Search:
 
     def operator(self, x: np.ndarray) -> Model:
         f_p = self.level * math.exp(x[0])
-        exponent = {"exponent": float(x[2])} if self.shaped else {}
-        return preisach(
-            kind=self.recorded.kind, kernel=self.kernel, s=f_p * math.exp(x[1]) / self.extent, f_p=f_p, **exponent
-        )
+        values = {"s": f_p * math.exp(x[1]) / self.extent, "f_p": f_p}
+        if self.shaped:
+            values["exponent"] = float(x[2])
+        return make_model(preisach, values | {"kernel": self.kernel}, kind=self.recorded.kind, validate=True)
 
     def output(self, x: np.ndarray) -> np.ndarray:
         operator = self.operator(x)

@@ -23,6 +23,7 @@ __all__ = ["StopsFit", "fit_stops", "thresholds_over", "virgin_curve_of"]
 
 COUNT = 30
 DECADES = 2.0  # from the smallest threshold to the largest
+NOTHING = 1e-5  # of the largest force of a stop: a weight that rounding left
 
 
 class StopsFit(NamedTuple):
@@ -79,7 +80,7 @@ def fit_stops(
     target = outputs_of(recorded, rows)
     found = NormalEquations.of(columns, target).solve()
     weights, spring = found.weights[:-1], float(found.weights[-1])
-    kept = weights > 0.0
+    kept = weights * r > NOTHING * float(np.max(weights * r))
     kept[-1] |= not kept.any()
     operator = prandtl_ishlinskii(kind=recorded.kind, thresholds=r[kept], weights=weights[kept], spring=spring)
     return StopsFit(operator, found.offset, found.rms)

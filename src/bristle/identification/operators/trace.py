@@ -116,7 +116,7 @@ def design(trace: Trace, features: Features, rows: np.ndarray | None = None) -> 
     bases = trace.base[index]
     order = np.argsort(bases, kind="stable")
     edges = np.flatnonzero(np.diff(bases[order])) + 1
-    for group in np.split(order, edges):
+    for group in np.split(order, edges) if order.size else ():
         base = bases[group[0]]
         if base != VIRGIN:
             values[group] = values[place[base]] + 2.0 * values[group]

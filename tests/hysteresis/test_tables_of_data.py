@@ -1,0 +1,80 @@
+"""Operators made from data: a grid of cells and a table along reversal curves, against what they are made of."""
+
+import numpy as np
+import pytest
+from tests.hysteresis.paths import of, walk
+
+from bristle import hysteresis, response
+from bristle.core.dispatch import everett, everett_slope, virgin_curve, virgin_slope
+from bristle.core.errors import InputError
+from bristle.hysteresis import relays_of, table_of_curves
+
+GRID = hysteresis.preisach_grid(**hysteresis.preisach_grid.example)
+
+
+def curves_of(operator, extent=4.0, count=81, side=1.0, samples=80):
+    # Denser where a curve is steepest.
+    found = []
+    for turn in np.linspace(-extent, 0.95 * extent, count).tolist():
+        u = side * (turn + (extent - turn) * np.linspace(0.0, 1.0, samples) ** 2)
+        found.append((u, response(operator, u, history=[side * extent])))
+    return found
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_table_along_curves_is_the_operator_that_has_them(side):
+    truth = of("reformed_dahl_exact")
+    table = table_of_curves(curves_of(truth, side=side))
+    u = walk(1, 1500)
+    # From saturation on, of which the curves tell; the virgin curve is half-way for this symmetric measure too.
+    for history in ([4.0], [-4.0], []):
+        difference = response(table, u, history=history) - response(truth, u, history=history)
+        assert np.max(np.abs(difference)) < 0.01
+
+
+def test_a_table_gives_its_curves_back_and_nothing_beyond():
+    curves = curves_of(of("dahl_masing"), count=9)
+    table = table_of_curves(curves, columns=4001)
+    for u, f in curves:
+        assert np.max(np.abs(response(table, u, history=[4.0]) - f)) < 2e-5
+    assert np.ptp(response(table, [4.0, 9.0, 50.0])) == 0.0
+    assert np.ptp(response(table, [-4.0, -9.0, -50.0], history=[4.0])) == 0.0
+
+
+@pytest.mark.parametrize("name", ["reversal_table", "preisach_grid", "mirrored"])
+def test_slopes_are_those_of_the_surface(name):
+    if name == "mirrored":
+        operator = table_of_curves(curves_of(of("dahl_masing"), extent=1e-5, count=7, side=-1.0))
+    else:
+        operator = getattr(hysteresis, name)(**getattr(hysteresis, name).example)
+    q = operator.component.measure(operator.parameters)
+    rng, h = np.random.default_rng(0), 1e-11
+    for alpha, beta in np.sort(rng.uniform(-0.95e-5, 0.95e-5, (200, 2)))[:, ::-1].tolist():
+        up = (everett(alpha + h, beta, q) - everett(alpha - h, beta, q)) / (2.0 * h)
+        down = (everett(alpha, beta - h, q) - everett(alpha, beta + h, q)) / (2.0 * h)
+        scale = 1e-3 * 1e6
+        assert everett_slope(alpha, beta, 1.0, q) == pytest.approx(up, rel=1e-3, abs=scale)
+        assert everett_slope(alpha, beta, -1.0, q) == pytest.approx(down, rel=1e-3, abs=scale)
+        both = (virgin_curve(alpha + h, q) - virgin_curve(alpha - h, q)) / (2.0 * h)
+        assert virgin_slope(alpha, q) == pytest.approx(both, rel=1e-3, abs=scale)
+    assert everett_slope(2e-5, 0.0, 1.0, q) == 0.0
+    assert everett_slope(0.0, -2e-5, -1.0, q) == 0.0
+
+
+def test_cells_agree_with_their_relays_where_both_are_exact():
+    relays = relays_of(GRID, 1e-5, 3)
+    levels = np.linspace(-1e-5, 1e-5, 4)
+    path = levels[np.random.default_rng(2).integers(0, 4, 200)]
+    assert np.allclose(response(GRID, path, history=[1e-5]), response(relays, path, history=[1e-5]), atol=1e-12)
+
+
+def test_curves_that_make_no_table_are_refused():
+    rise = np.linspace(0.0, 1.0, 9)
+    with pytest.raises(InputError, match="at least two curves"):
+        table_of_curves([(rise, rise)])
+    with pytest.raises(InputError, match=r"curves\[1\]: must rise throughout"):
+        table_of_curves([(rise, rise), (-rise, rise)])
+    with pytest.raises(InputError, match="turned at different inputs"):
+        table_of_curves([(rise, rise), (rise, rise)])
+    with pytest.raises(InputError, match="columns: is too small"):
+        table_of_curves([(rise, rise), (rise, rise)], columns=1)

@@ -1,0 +1,116 @@
+"""Elements that slip, from logs with known elements: level, stiffness and the curve between come back."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.identification.known_logs import log_of, sines
+
+from bristle.core.errors import InputError
+from bristle.engine import force_along
+from bristle.files.model import read_model, write_model
+from bristle.friction import find
+from bristle.identification import identify, predict
+from bristle.logs.log import Channel
+
+# Level by level: 20 N, of which each element takes its share where it slips: 2, 6, 15 um.
+ELEMENTS = {"F_C": 20.0, "nu_i": [0.3, 0.4, 0.3], "k_i": [3e6, 8e6 / 6.0, 0.4e6]}
+MASS = 12.0
+
+
+def virgin_curve(values, x):
+    levels = np.asarray(values["nu_i"]) * values["F_C"]
+    return np.sum(np.minimum(np.outer(x, values["k_i"]), levels), axis=1)
+
+
+def elements_log(name="maxwell_slip", *, noise=0.05, seed=0, duration=12.0, load=None, temperature=None, **more):
+    """Slow motion in and out of pre-sliding, with the truth run ten times as fine as the log."""
+    fine, dt = 10, 1e-3
+    motion = sines(duration, dt / fine, (30e-6, 14e-6, 6e-6), (0.31, 0.83, 1.97))
+    truth = find(name)(**(ELEMENTS | {"sigma_2": 300.0, "offset": 1.5} | more))
+    around = {"load": load, "temperature": temperature}
+    given = {key: np.repeat(one, fine) for key, one in around.items() if one is not None}
+    friction = force_along(truth, motion.velocity, dt / fine, motion.position, **given)
+    coarse = type(motion)(*(one[::fine] for one in motion))
+    scatter = np.random.default_rng(seed).normal(0.0, noise, coarse.time.size)
+    log = log_of(coarse, MASS * coarse.acceleration + friction[::fine] + scatter)
+    units = {"load": "1", "temperature": "K"}
+    return replace(log, **{key: Channel(one, units[key], key) for key, one in around.items() if one is not None})
+
+
+def test_level_stiffness_and_the_curve_between_come_back():
+    fit = identify(elements_log(), "maxwell_slip", mass=MASS, cutoff=80.0, decimation=2).best
+    values = fit.friction.values
+    assert fit.name == "maxwell_slip"
+    assert sum(values["nu_i"]) == pytest.approx(1.0)
+    x = np.linspace(1e-6, 20e-6, 20)
+    assert np.max(np.abs(virgin_curve(values, x) - virgin_curve(ELEMENTS, x))) < 0.4
+    level, stiffness = fit.parameters["F_C"], fit.parameters["s"]
+    assert (level.status, stiffness.status) == ("identified", "identified")
+    assert level.value == pytest.approx(20.0, abs=0.2)
+    assert stiffness.value == pytest.approx(sum(ELEMENTS["k_i"]), rel=0.15)
+    assert stiffness.value == pytest.approx(float(np.sum(values["k_i"])))
+    assert fit.parameters["offset"].value == pytest.approx(1.5, abs=0.1)
+    assert fit.further == len(values["k_i"]) - 2
+
+
+def test_they_come_before_models_of_local_memory_where_loops_lie_inside_loops():
+    found = identify(elements_log(), "dahl,maxwell_slip", mass=MASS, cutoff=80.0, decimation=10)
+    assert found.best.name == "maxwell_slip"
+    errors = {fit.name: fit.held_out.mean_percent for fit in found.fits}
+    assert errors["maxwell_slip"] < 0.7 * errors["dahl"]
+
+
+def test_a_model_file_with_elements_predicts_another_log(tmp_path):
+    fit = identify(elements_log(), "maxwell_slip", mass=MASS, cutoff=80.0, decimation=2, blocks=0).best
+    write_model(tmp_path / "model.toml", fit.plant, fit.friction, estimates=fit.estimates)
+    read = read_model(tmp_path / "model.toml")
+    assert read.friction == fit.friction
+    said = predict(read.plant, read.friction, elements_log(seed=1), cutoff=80.0, decimation=2)
+    assert said.metrics["force_rmse"] < 0.15
+    assert said.metrics["force_unit"] == "N"
+
+
+def test_friction_that_varies_along_the_axis_is_told_from_a_force_that_does():
+    truth = {"x_0": 0.0, "x_L": 50e-6, "p_1": 0.15, "p_2": -0.2, "a_1": 1.2, "a_2": -0.8}
+    log = elements_log("maxwell_slip+position", **truth)
+    found = identify(log, "maxwell_slip,maxwell_slip+position", mass=MASS, cutoff=80.0, decimation=2)
+    assert found.best.name == "maxwell_slip+position"
+    fit = found.best
+    x = np.linspace(-40e-6, 40e-6, 9)
+
+    def along(p):
+        xi = np.clip((x - p["x_0"]) / p["x_L"], -1.0, 1.0)
+        return p["F_C"] * (1.0 + xi * (p["p_1"] + xi * p["p_2"])), xi * (p["a_1"] + xi * p["a_2"]) + p["offset"]
+
+    level, beside = along({name: one.value for name, one in fit.parameters.items()})
+    true_level, true_beside = along(ELEMENTS | truth | {"offset": 1.5})
+    assert np.max(np.abs(level - true_level)) < 0.5
+    assert np.max(np.abs(beside - true_beside)) < 0.25
+    assert fit.parameters["x_0"].status == "held"
+
+
+def test_load_and_temperature_are_factors_of_friction():
+    t = 1e-3 * np.arange(12_000)
+    load, temperature = 1.0 + 0.3 * np.sin(0.9 * t), 293.15 + 10.0 * np.cos(0.37 * t)
+    log = elements_log("maxwell_slip+load+temperature", load=load, temperature=temperature, k_L=0.8, k_T=-0.01)
+    fit = identify(log, "maxwell_slip+load+temperature", mass=MASS, cutoff=80.0, decimation=2, blocks=0).best
+    assert fit.parameters["k_L"].value == pytest.approx(0.8, abs=0.03)
+    assert fit.parameters["k_T"].value == pytest.approx(-0.01, abs=1e-3)
+    # The search finds the same for a model that is no list of elements.
+    coulomb = identify(log, "coulomb_viscous+load", mass=MASS, cutoff=80.0, decimation=20, blocks=0).best
+    assert coulomb.parameters["k_L"].value == pytest.approx(0.8, abs=0.15)
+    with pytest.raises(InputError, match=r"has no load, which \+load needs"):
+        identify(elements_log(), "maxwell_slip+load", mass=MASS)
+
+
+def test_intervals_of_level_and_stiffness_leave_the_shape_free():
+    fit = identify(elements_log(), "maxwell_slip", mass=MASS, cutoff=80.0, decimation=2, blocks=0).best
+    level = [
+        identify(elements_log(seed=seed), "maxwell_slip", mass=MASS, cutoff=80.0, decimation=2, blocks=0).best
+        for seed in range(1, 9)
+    ]
+    for name in ("F_C", "s", "offset"):
+        spread = float(np.std([one.parameters[name].value for one in level], ddof=1))
+        assert fit.parameters[name].larger_std > 0.5 * spread, name
+        assert fit.parameters[name].std < 10.0 * spread, name

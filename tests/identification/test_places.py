@@ -1,0 +1,44 @@
+"""Slots along the axis: the pitch of a screw is found in a log, or taken from the axis file."""
+
+import numpy as np
+import pytest
+from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
+
+from bristle.core import Axis
+from bristle.core.errors import InputError
+from bristle.identification import identify
+
+PITCH = 2.5e-3
+
+
+def screw_log(**changes):
+    motion = sines(20.0)
+    angle = 2.0 * np.pi * motion.position / PITCH
+    wave = 0.8 * np.cos(angle) - 0.5 * np.sin(angle)
+    return log_of(motion, sliding_effort(motion, noise=0.2) + wave, **changes)
+
+
+def test_the_pitch_is_found_and_the_wave_with_it():
+    found = identify(screw_log(), "coulomb_viscous,coulomb_viscous+periodic")
+    fit = found.best
+    assert fit.name == "coulomb_viscous+periodic"
+    assert fit.parameters["pitch"].value == pytest.approx(PITCH, rel=2e-3)
+    known = identify(screw_log(), "coulomb_viscous+periodic", axis=Axis(pitch=PITCH)).best
+    assert known.parameters["pitch"].value == PITCH
+    assert known.parameters["c_1"].value == pytest.approx(0.8, abs=0.03)
+    assert known.parameters["s_1"].value == pytest.approx(-0.5, abs=0.03)
+    assert known.parameters["F_C"].value == pytest.approx(TRUTH["F_C"], rel=0.02)
+    assert {known.parameters[name].status for name in ("c_1", "s_1")} == {"identified"}
+
+
+def test_a_search_takes_slots_as_well():
+    fit = identify(screw_log(), "coulomb_viscous+periodic+position", axis=Axis(pitch=PITCH), blocks=0).best
+    assert np.hypot(fit.parameters["c_1"].value, fit.parameters["s_1"].value) == pytest.approx(0.943, abs=0.05)
+    for name in ("p_1", "p_2", "a_1", "a_2"):
+        assert abs(fit.parameters[name].value) < 0.2, name
+
+
+def test_a_range_of_less_than_three_turns_shows_no_pitch():
+    motion = sines(10.0, amplitudes=(2e-3, 0.0, 0.0))
+    with pytest.raises(InputError, match="does not resolve a pitch"):
+        identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous+periodic", cutoff=2.0)
