@@ -210,7 +210,7 @@ def of_bristle() -> Iterator[Method]:
     tolerances = tuple(10.0 ** (-0.5 * k) for k in range(4, 17))
     yield Method("bristle, Rodas5P", tolerances, by(lugre, "rosenbrock"), role="bristle")
     yield Method("bristle, EFIM by step doubling", tolerances[:-2], by(lugre, "efim"), role="bristle")
-    yield Method("bristle, composite", tolerances[:-2], by(composite, "efim"), role="bristle", friction=COMPOSITE)
+    yield Method("bristle, composite", tolerances, by(composite, "auto"), role="bristle", friction=COMPOSITE)
 
 
 FAMILIES = (of_scipy, of_rumoca, of_diffrax, of_mujoco, of_bristle)

@@ -7,8 +7,9 @@ from tests.identification.known_logs import sliding_log, slow_log
 
 from bristle import friction
 from bristle.core import InputError
+from bristle.engine.steady import steady_force
 from bristle.identification import drive_table, identify
-from bristle.identification.drive_table import largest_deviation, steady_force
+from bristle.identification.drive_table import largest_deviation
 
 
 @pytest.fixture(scope="module")

@@ -2,10 +2,23 @@
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import log_of, sines, sliding_effort, slow_log
+from tests.identification.known_logs import Motion, log_of, sines, sliding_effort, slow_log
 
 from bristle import friction
 from bristle.identification import identify
+from bristle.references import triangle
+
+
+def planned_sweeps(speeds):
+    """A motion to and fro at constant velocities."""
+    t = 1e-3 * np.arange(40_000)
+    motion, at = np.zeros((3, t.size)), 0.0
+    for speed in speeds:
+        sweep = triangle(amplitude=0.2, velocity=speed, acceleration=5.0, jerk=500.0, cycle_count=2)
+        motion += sweep.component.sample(t - at, sweep.parameters)
+        at += sweep.component.duration(sweep.parameters)
+    used = t < at
+    return Motion(t[used], *motion[:, used]), at
 
 
 def warning_about(name: str, warnings: tuple[str, ...]) -> str:
@@ -52,6 +65,13 @@ def test_friction_that_does_not_fall_hides_the_stribeck_velocity():
     assert estimate.status in ("unidentifiable", "at_edge")
     assert estimate.std is None or estimate.relative_std_percent > 50.0
     assert "fall with speed" in estimate.note
+    assert "none of its motion is a slide at constant velocity" in estimate.note
+
+
+def test_the_speeds_at_which_a_log_slides_steadily_are_named():
+    motion, _ = planned_sweeps((0.05, 0.2))
+    fit = identify(log_of(motion, sliding_effort(motion)), "stribeck", blocks=0).best
+    assert "slides steadily at 49.8 mm/s to 200 mm/s" in fit.parameters["v_S"].note
 
 
 def test_an_offset_of_zero_is_identified_as_zero():

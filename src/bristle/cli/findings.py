@@ -16,6 +16,8 @@ __all__ = ["show_identification"]
 
 def show_identification(found: Identification, simulation: SimulationResult | None, notes: Iterable[str]) -> None:
     """Write parameters, the models compared, and what compensation gains; warnings go to the error stream."""
+    from bristle.core.typography import with_unit
+    from bristle.core.variable import unit_of
     from bristle.report.compensation import gain_of
     from bristle.report.model_tables import comparison_table, parameter_table
 
@@ -24,8 +26,12 @@ def show_identification(found: Identification, simulation: SimulationResult | No
     if len(found.fits) > 1:
         show_table(comparison_table(found))
     held_out = f", {best.held_out.mean_percent:.3g} % on held-out {best.held_out.of}" if best.held_out else ""
-    friction = f"{best.friction_error_percent:.3g} % of what friction takes of it"
-    say(f"Force error {best.force_error_percent:.3g} % of the effort, {friction}{held_out}.")
+    if best.position_rmse is not None:
+        rmse = with_unit(best.position_rmse, unit_of("length", best.plant.kind))
+        say(f"Position error {best.error_percent:.3g} % of the motion, {rmse} root mean square{held_out}.")
+    else:
+        friction = f"{best.friction_error_percent:.3g} % of what friction takes of it"
+        say(f"Force error {best.force_error_percent:.3g} % of the effort, {friction}{held_out}.")
     gain = gain_of(simulation) if simulation else None
     for sentence in gain.sentences() if gain else ():
         say(sentence)

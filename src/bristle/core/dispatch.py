@@ -18,9 +18,13 @@ __all__ = [
     "controller_step",
     "everett",
     "everett_slope",
+    "friction_arrival",
     "friction_commit",
+    "friction_flow",
+    "friction_piece",
     "friction_rate",
     "friction_trial",
+    "friction_trial_sided",
     "functions_of",
     "is_dispatch",
     "operator_commit",
@@ -94,6 +98,11 @@ def friction_trial(state, memory, motion, dt, p):
     return _functions["friction", "trial", type(p)](state, memory, motion, dt, p)
 
 
+def friction_trial_sided(state, memory, motion, dt, backward, forward):
+    """Call ``trial_sided`` of the friction model with parameters `forward` and, on the other side, `backward`."""
+    return _functions["friction", "trial_sided", type(forward)](state, memory, motion, dt, backward, forward)
+
+
 def friction_commit(state, memory, move, p):
     """Call ``commit`` of the friction model with parameters `p`."""
     return _functions["friction", "commit", type(p)](state, memory, move, p)
@@ -102,6 +111,21 @@ def friction_commit(state, memory, move, p):
 def friction_rate(state, motion, p):
     """Call ``rate`` of the friction model with parameters `p`."""
     return _functions["friction", "rate", type(p)](state, motion, p)
+
+
+def friction_piece(state, memory, motion, p):
+    """Call ``piece`` of the friction model with parameters `p`."""
+    return _functions["friction", "piece", type(p)](state, memory, motion, p)
+
+
+def friction_flow(contact, piece, motion, p):
+    """Call ``flow`` of the friction model with parameters `p`."""
+    return _functions["friction", "flow", type(p)](contact, piece, motion, p)
+
+
+def friction_arrival(state, memory, contact, p):
+    """Call ``arrival`` of the friction model with parameters `p`."""
+    return _functions["friction", "arrival", type(p)](state, memory, contact, p)
 
 
 def plant_port(state, effort, dt, p):
@@ -142,8 +166,12 @@ _DISPATCHERS = {
     virgin_curve: ("everett", "virgin"),
     virgin_slope: ("everett", "virgin_slope"),
     friction_trial: ("friction", "trial"),
+    friction_trial_sided: ("friction", "trial_sided"),
     friction_commit: ("friction", "commit"),
     friction_rate: ("friction", "rate"),
+    friction_piece: ("friction", "piece"),
+    friction_flow: ("friction", "flow"),
+    friction_arrival: ("friction", "arrival"),
     plant_port: ("plant", "port"),
     plant_step: ("plant", "step"),
     plant_rest: ("plant", "rest"),

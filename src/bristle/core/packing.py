@@ -86,13 +86,13 @@ def _extend(value: Any, numbers: list[float]) -> None:
 
 
 @cache
-def unpacker(structure: Structure) -> Callable[[Any], Any]:
-    """Return the kernel ``unpack(vector) -> NamedTuple`` for this structure.
+def unpacker(structure: Structure, first: int = 0) -> Callable[[Any], Any]:
+    """Return the kernel ``unpack(vector) -> NamedTuple`` for this structure, whose numbers begin at number `first`.
 
     It is generated as text, as NamedTuple itself is, because the compiler must see one plain expression for
     each field; arrays are views of the vector.
     """
-    return _unpacker(structure, "unpack(vector)", "0", "vector[at]", "vector[at + 1 : at + 1 + {size}]")
+    return _unpacker(structure, "unpack(vector)", str(first), "vector[at]", "vector[at + 1 : at + 1 + {size}]")
 
 
 @cache
@@ -140,10 +140,18 @@ def _unpack_expression(
 
 
 @cache
-def packer(structure: Structure) -> Callable[[Any, Any], None]:
-    """Return the kernel ``store(value, vector)`` that writes a NamedTuple of scalars into a vector."""
-    lines = [f"vector[{i}] = value[{i}]" for i, _ in enumerate(structure[1])]
+def packer(structure: Structure, first: int = 0) -> Callable[[Any, Any], None]:
+    """Return the kernel ``store(value, vector)`` that writes a NamedTuple of scalars into a vector from `first` on."""
+    lines = [f"vector[{first + i}] = value{place}" for i, place in enumerate(_places(structure))]
     return _define("store(value, vector)", lines or ["return"], {})
+
+
+def _places(structure: Structure) -> list[str]:
+    """Return how each number of a NamedTuple is reached, such as ``[1][0]``, in the order of the layout."""
+    found: list[str] = []
+    for i, part in enumerate(structure[1]):
+        found += [f"[{i}]{inner}" for inner in _places(part)] if isinstance(part, tuple) else [f"[{i}]"]
+    return found
 
 
 @cache

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -16,12 +17,13 @@ from bristle.engine.compilation import compiled
 from bristle.engine.part import Part, check_run, memory_of, vector, warn_of_lost
 from bristle.engine.path import after, output_along
 
-__all__ = ["force_along", "presliding_distance", "response", "settled"]
+__all__ = ["conditioned", "force_along", "presliding_distance", "response", "settled"]
 
 
 # From a picometre to a metre, and each step takes so long [s] that viscous parts do not show.
 FARTHER = np.geomspace(1e-12, 1.0, 120)
 SLOW = 1e6
+SWEEP_CYCLES, SWEEP_STEPS = 12, 40  # of conditioning
 CREEP = np.diff(FARTHER) / SLOW
 
 
@@ -92,6 +94,22 @@ def settled(model: Model, v: float) -> tuple[Any, np.ndarray]:
     return unpacker(part.structures[1])(part.state), memory
 
 
+def conditioned(model: Model, amplitude: float) -> tuple[Any, np.ndarray]:
+    """Return the state and the memory of a friction model after a sweep that decays from `amplitude` [m or rad] to 0.
+
+    A contact whose history is not known is brought to a state that is: one whose memory of turning points holds the
+    sweep, whatever was before it inside this amplitude. The sweep ends where it began, and is slow.
+    """
+    part = Part(model)
+    memory = part.component.new_memory(model.parameters)
+    if amplitude > 0.0:
+        turn = np.arange(SWEEP_CYCLES * SWEEP_STEPS + 1) / SWEEP_STEPS
+        path = amplitude * (1.0 - turn / SWEEP_CYCLES) * np.sin(2.0 * np.pi * turn)
+        _follow(part, memory, np.diff(path) / SLOW, path[1:], SLOW)
+    return unpacker(part.structures[1])(part.state), memory
+
+
+@lru_cache(maxsize=256)
 def presliding_distance(model: Model) -> float:
     """Return the distance [m or rad] over which a virgin contact, moved slowly, reaches half of its largest force.
 

@@ -17,10 +17,13 @@ from bristle.friction.coulomb import MODEL as coulomb
 from bristle.friction.coulomb_viscous import MODEL as coulomb_viscous
 from bristle.friction.dahl import MODEL as dahl
 from bristle.friction.elastoplastic import MODEL as elastoplastic
+from bristle.friction.gap_slider import MODEL as gap_slider
 from bristle.friction.gms import MODEL as gms
 from bristle.friction.leuven import MODEL as leuven
 from bristle.friction.lugre import MODEL as lugre
 from bristle.friction.maxwell_slip import MODEL as maxwell_slip
+from bristle.friction.maxwell_stribeck import MODEL as maxwell_stribeck
+from bristle.friction.preisach_contact import MODEL as preisach_contact
 from bristle.friction.preisach_lugre import MODEL as preisach_lugre
 from bristle.friction.presliding import is_static, with_presliding
 from bristle.friction.reformed_dahl import MODEL as reformed_dahl
@@ -33,7 +36,7 @@ MODELS: dict[str, FrictionModel] = {
     model.name: model
     for model in (
         coulomb, viscous, coulomb_viscous, stribeck, dahl, reformed_dahl, bouc_wen, bouc_wen_classic, lugre,
-        elastoplastic, maxwell_slip, gms, preisach_lugre, leuven,
+        elastoplastic, maxwell_slip, maxwell_stribeck, gms, gap_slider, preisach_contact, preisach_lugre, leuven,
     )
 }  # fmt: skip
 
@@ -47,11 +50,14 @@ __all__ = [
     "dahl",
     "elastoplastic",
     "find",
+    "gap_slider",
     "gms",
     "is_static",
     "leuven",
     "lugre",
     "maxwell_slip",
+    "maxwell_stribeck",
+    "preisach_contact",
     "preisach_lugre",
     "reformed_dahl",
     "slotted",

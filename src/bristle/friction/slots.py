@@ -19,7 +19,15 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from bristle.core.contracts import FrictionModel, Model, Relation
-from bristle.core.dispatch import friction_commit, friction_rate, friction_trial
+from bristle.core.dispatch import (
+    friction_arrival,
+    friction_commit,
+    friction_flow,
+    friction_piece,
+    friction_rate,
+    friction_trial,
+    friction_trial_sided,
+)
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import direction
@@ -34,6 +42,14 @@ OFFSET = Variable("force", "constant part of the friction force (gravity, bias)"
 
 class Slotted(NamedTuple):
     """Parameters of a model with slots: one set for each direction, and the offset."""
+
+    forward: Any
+    backward: Any
+    offset: float
+
+
+class Sided(NamedTuple):
+    """The same of a model that depends on the side that the contact leans to."""
 
     forward: Any
     backward: Any
@@ -57,6 +73,13 @@ def trial(state, memory, motion, dt, p):
 
 
 @kernel
+def trial_sided(state, memory, motion, dt, p):
+    """Return the mean force [N or N*m] of a model that knows both sides, plus the offset."""
+    force, move = friction_trial_sided(state, memory, motion, dt, p.backward, p.forward)
+    return force + p.offset, SlottedMove(move, direction(motion.v))
+
+
+@kernel
 def commit(state, memory, move, p):
     """Commit the move of the model with the parameters of the side that it was made on."""
     q = p.forward if move.side > 0.0 else p.backward
@@ -69,6 +92,25 @@ def rate(state, motion, p):
     q = p.forward if direction(motion.v) > 0.0 else p.backward
     force, d_state = friction_rate(state, motion, q)
     return force + p.offset, d_state
+
+
+@kernel
+def piece(state, memory, motion, p):
+    """Return what varies and what holds until the next event, with the parameters of this side."""
+    return friction_piece(state, memory, motion, p.forward if direction(motion.v) > 0.0 else p.backward)
+
+
+@kernel
+def flow(contact, piece, motion, p):
+    """Return force [N or N*m], rate and margin with the parameters of the side of the piece, plus the offset."""
+    force, d_contact, margin = friction_flow(contact, piece, motion, p.forward if piece.side > 0.0 else p.backward)
+    return force + p.offset, d_contact, margin
+
+
+@kernel
+def arrival(state, memory, contact, p):
+    """Return the move to an event; memory does not depend on the direction."""
+    return SlottedMove(friction_arrival(state, memory, contact, p.forward), 1.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,13 +143,13 @@ class SlottedModel(FrictionModel):
         """Return whether this parameter is a whole number."""
         return name in self.inner.variables and self.inner.is_integer(name)
 
-    def assemble(self, values: Mapping[str, Any]) -> Slotted:
+    def assemble(self, values: Mapping[str, Any]) -> Any:
         """Return both sides and the offset from the values that a person sets."""
         forward = {name: values[self._keys(name)[0]] for name in self.inner.variables}
         backward = {name: values[self._keys(name)[-1]] for name in self.inner.variables}
-        return Slotted(self.inner.assemble(forward), self.inner.assemble(backward), values["offset"])
+        return self.Parameters(self.inner.assemble(forward), self.inner.assemble(backward), values["offset"])
 
-    def values(self, parameters: Slotted) -> dict[str, Any]:
+    def values(self, parameters: Any) -> dict[str, Any]:
         """Return the values that a person sets from both sides and the offset."""
         forward, backward = self.inner.values(parameters.forward), self.inner.values(parameters.backward)
         found = {}
@@ -147,14 +189,20 @@ _SIDES = {"_pos": ", moving forward", "_neg": ", moving backward"}
 @cache
 def slotted(model: FrictionModel, *, asymmetry: bool) -> SlottedModel:
     """Return `model` with an offset and, where asked for, parameters of its own for each direction."""
+    sided = asymmetry and model.trial_sided is not None
+    first = model.start
     return SlottedModel(
         name=model.name + "+asymmetry" * asymmetry,
         description=model.description + ", by direction" * asymmetry,
-        Parameters=Slotted,
+        Parameters=Sided if sided else Slotted,
         State=model.State,
-        trial=trial,
+        trial=trial_sided if sided else trial,
         commit=commit,
-        rate=rate if model.rate else None,
+        rate=rate if model.rate and not sided else None,
+        piece=piece if model.piece else None,
+        flow=flow if model.flow else None,
+        arrival=arrival if model.arrival else None,
+        start=None if first is None else lambda place, p: first(place, p.backward, p.forward),
         memory_size=lambda p: model.memory_size(p.forward),
         reference=model.reference,
         relations=tuple(_on_both_sides(relation) for relation in model.relations),

@@ -31,19 +31,37 @@ HOPELESS = 100.0  # relative standard error above which no number is given
 INSEPARABLE = 0.99  # correlation
 
 
-def fit_of(problem: Problem, solution: Solution, scales: Scales) -> Fit:
-    """Return the fit at a solution, all but its error on held-out blocks."""
+def fit_of(problem: Problem, solution: Solution, scales: Scales, residual: np.ndarray | None = None) -> Fit:
+    """Return the fit at a solution, all but its error on held-out blocks.
+
+    Parameters
+    ----------
+    problem : Problem
+        Inverse dynamics of the model.
+    solution : Solution
+        Where the search ended.
+    scales : Scales
+        Typical magnitudes of the log.
+    residual : ndarray, optional
+        What the solution made small, where that is not the error of the effort.
+    """
     regression, component = problem.regression, problem.unknowns.component
     values = problem.unknowns.complete(solution.values)
     predicted = problem.predicted(values)
-    uncertainty = uncertainty_of(solution, regression.effort - predicted)
+    uncertainty = uncertainty_of(solution, regression.effort - predicted if residual is None else residual)
     estimates = _Findings(problem, solution, scales, uncertainty, values).estimates()
     names = tuple(solution.values)
     error = relative_error_percent(regression.effort, predicted)
+    about: tuple[str, ...] = ()
+    if residual is None:
+        about = (
+            *about_held_effort(problem, estimates), *about_noise(problem), *about_residual(problem, values, error),
+        )  # fmt: skip
     return Fit(
         plant=problem.plant(values),
         friction=_valid(component, values, regression.kind),
         estimates=estimates,
+        combinations=_combinations(component, {one.name: one for one in estimates}),
         correlation=uncertainty.correlation,
         correlation_names=names,
         condition_number=uncertainty.condition_number,
@@ -58,13 +76,27 @@ def fit_of(problem: Problem, solution: Solution, scales: Scales) -> Fit:
         force_error_percent=error,
         warnings=(
             *_warnings(estimates, uncertainty, names),
-            *about_held_effort(problem, estimates),
-            *about_noise(problem),
-            *about_residual(problem, values, error),
+            *about,
             *about_amplitudes(regression, problem.model(values)),
         ),
-        assumptions=_assumptions(problem),
+        assumptions=_assumptions(problem, by_output=residual is not None),
     )
+
+
+def _combinations(component: FrictionModel, known: Mapping[str, Estimate]) -> tuple[Estimate, ...]:
+    """Return the products of a redundant parameter with each one that it is a factor of."""
+    found = []
+    for redundancy in component.redundancies:
+        factor = known[redundancy.name]
+        for name in redundancy.factor_of:
+            other = known[name]
+            unit = "*".join(one for one in (factor.unit, other.unit) if one != "1") or "1"
+            std, robust = (None if one is None else abs(factor.value) * one for one in (other.std, other.robust_std))
+            found.append(Estimate(
+                f"{factor.name}*{name}", unit, f"product of {factor.name} and {name}", factor.value * other.value, std,
+                other.status, other.note, robust,
+            ))  # fmt: skip
+    return tuple(found)
 
 
 def _valid(component: FrictionModel, values: Mapping[str, float], kind: Kind) -> Model:
@@ -185,12 +217,17 @@ def _warnings(estimates: tuple[Estimate, ...], uncertainty: Uncertainty, names: 
     return tuple(found)
 
 
-def _assumptions(problem: Problem) -> tuple[str, ...]:
+def _assumptions(problem: Problem, *, by_output: bool) -> tuple[str, ...]:
     regression, variables = problem.regression, problem.unknowns.variables
     found = [
         f"{name} is held at {with_unit(held.value, variables[name].unit(regression.kind))}: {held.note}"
         for name, held in problem.unknowns.held.items()
     ]
+    if by_output:
+        found.append(
+            "the parameters make the position that the effort causes the measured one, unfiltered; what is said of the "
+            "effort holds along the measured motion, differentiated twice, and serves as the start only"
+        )
     found.append(
         f"position, effort and friction filtered at {regression.cutoff:g} Hz without phase, {regression.dropped} "
         f"samples dropped at each edge, one row for {regression.decimation} samples"

@@ -25,6 +25,7 @@ from bristle.identification.elements import Elements
 from bristle.identification.findings import fit_of
 from bristle.identification.given import logs_and_axes, treatment_of, whole_number
 from bristle.identification.held_out import held_out_error
+from bristle.identification.output_error import OutputError, held_out_position, one_period, refined
 from bristle.identification.places import pitch_in
 from bristle.identification.problem import Problem
 from bristle.identification.ranking import ranked
@@ -34,9 +35,10 @@ from bristle.identification.result import Fit, HeldOut, Identification
 from bristle.identification.search import Search
 from bristle.identification.several import treat_all
 from bristle.identification.shaped import in_lists, shaped
-from bristle.identification.solution import solve_linear
+from bristle.identification.solution import Solution, solve_linear
 from bristle.identification.unknowns import Scales, scales_of
 from bristle.logs.log import Log
+from bristle.simulation.result import relative_error_percent
 
 __all__ = ["identify"]
 
@@ -101,14 +103,13 @@ def identify(
     blocks = whole_number(blocks, "blocks", "0, or 2 and more")
     if blocks < 0 or blocks == 1:
         raise InputError("out of range", path="blocks", value=blocks, allowed="0, or 2 and more")
-    for one in logs:
-        if one.effort is None:
-            raise InputError("has no effort, which inverse dynamics needs", path=f"log {one.source.name}".strip(),
-                             mend="Name the column of force, torque or current in the axis file")  # fmt: skip
+    _refuse_without_effort(logs)
     kind = logs[0].kind
     known = replace(known_of(axes[0], mass, offset, kind), free=freed(free, components))
-    regression = treat_all(logs, axes, *treatment_of(cutoff, decimation, kind))
-    workbench = _Workbench.of(regression, known)
+    by_output = any(axis is not None and axis.method == "output_error" for axis in axes)
+    treated = [one_period(log, axis) for log, axis in zip(logs, axes, strict=True)] if by_output else logs
+    regression = treat_all(treated, axes, *treatment_of(cutoff, decimation, kind))
+    workbench = _Workbench.of(regression, known, tuple(zip(logs, axes, strict=True)) if by_output else ())
     fits = []
     for number, component in enumerate(components):
         report = _share(progress, number, len(components), component.name)
@@ -126,6 +127,13 @@ def identify(
             "velocity_max": float(np.max(np.abs(regression.velocity))),
         },
     )
+
+
+def _refuse_without_effort(logs: Sequence[Log]) -> None:
+    for one in logs:
+        if one.effort is None:
+            raise InputError("has no effort, which inverse dynamics needs", path=f"log {one.source.name}".strip(),
+                             mend="Name the column of force, torque or current in the axis file")  # fmt: skip
 
 
 def _share(progress: Progress | None, number: int, count: int, name: str) -> Callable[[float], None]:
@@ -152,9 +160,12 @@ class _Workbench:
     known: Known
     sliding: dict[str, float]
     scales: Scales
+    simulated: tuple[tuple[Log, Axis | None], ...] = ()
 
     @classmethod
-    def of(cls, regression: Regression, known: Known) -> _Workbench:
+    def of(
+        cls, regression: Regression, known: Known, simulated: tuple[tuple[Log, Axis | None], ...] = ()
+    ) -> _Workbench:
         """Fit Coulomb and viscous friction first: it checks the sign of the effort and sets the scale of all else."""
         effort = float(np.sqrt(np.mean(regression.effort**2)))
         if effort == 0.0:
@@ -167,7 +178,7 @@ class _Workbench:
             # Pre-sliding over much of the stroke looks viscous: its level is that of all friction.
             friction = bounded["F_v"] * regression.velocity + bounded["F_C"] * np.sign(regression.velocity)
             bounded["F_C"] = max(float(np.sqrt(np.mean(friction**2))), bounded["F_C"])
-        return cls(regression, known, bounded, scales_of(regression, max(bounded["F_C"], 0.01 * effort)))
+        return cls(regression, known, bounded, scales_of(regression, max(bounded["F_C"], 0.01 * effort)), simulated)
 
     def fit(self, component: FrictionModel, blocks: int, report: Callable[[float], None]) -> Fit:
         """Fit one model."""
@@ -185,10 +196,13 @@ class _Workbench:
                 return solve_linear(problem, rows)
         else:
             search = Search(problem, self.scales, self.sliding)
-            solution = search.solve(lambda share: report(0.6 * share))
+            solution = search.solve(lambda share: report((0.2 if self.simulated else 0.6) * share))
 
             def on_rows(rows: np.ndarray):
                 return search.refit(solution.values, rows)
+
+        if self.simulated:
+            return self._by_output(problem, solution, blocks, report)
 
         def predicted(rows: np.ndarray) -> np.ndarray:
             return problem.predicted(problem.unknowns.complete(on_rows(rows).values))
@@ -199,6 +213,23 @@ class _Workbench:
         fit = fit_of(problem, solution, self.scales)
         report(1.0)
         return self._finished(fit, held_out)
+
+    def _by_output(self, problem: Problem, start: Solution, blocks: int, report: Callable[[float], None]) -> Fit:
+        """Fit one model to the position, from where inverse dynamics ended."""
+        logs, axes = [log for log, _ in self.simulated], [axis for _, axis in self.simulated]
+        solution, fine, coarse = refined(
+            problem, start, logs, axes, self.scales, self.sliding, lambda share: report(0.2 + 0.6 * share)
+        )
+        assert isinstance(fine.problem, OutputError)
+        measured, residual = fine.problem.measured, fine.problem.residual(solution.values)
+        fit = replace(
+            fit_of(problem, solution, self.scales, residual),
+            position_error_percent=relative_error_percent(measured, measured - residual),
+            position_rmse=float(np.sqrt(np.mean(residual**2))),
+            held_out=held_out_position(coarse, solution.values, blocks) if blocks else None,
+        )
+        report(1.0)
+        return fit
 
     def _fit_elements(self, component: SlottedModel, blocks: int, report: Callable[[float], None]) -> Fit:
         """Fit elements that slip: their shape comes with the solution."""

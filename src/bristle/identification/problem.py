@@ -32,7 +32,8 @@ class Problem:
 
     def friction(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the friction force of each row [N or N*m], of the model run along the recorded motion."""
-        return self.regression.rows_of(self.regression.friction_along(self.model(values)))
+        plant = self.plant(values) if self.unknowns.component.start is not None else None
+        return self.regression.rows_of(self.regression.friction_along(self.model(values), plant))
 
     def model(self, values: Mapping[str, float]) -> Model:
         """Return the friction model with these values, whether or not it allows them."""

@@ -59,7 +59,7 @@ def _no_worse(fit: Fit, leader: Fit) -> bool:
 
 
 def _error(fit: Fit) -> float:
-    return fit.held_out.mean_percent if fit.held_out is not None else fit.force_error_percent
+    return fit.held_out.mean_percent if fit.held_out is not None else fit.error_percent
 
 
 def _size(fit: Fit) -> int:

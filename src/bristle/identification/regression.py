@@ -13,6 +13,7 @@ from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.variable import Kind
 from bristle.engine import force_along
+from bristle.identification.starts import starting_state
 
 __all__ = ["Regression", "Stretch", "low_passed", "mechanical"]
 
@@ -64,12 +65,19 @@ class Stretch:
         found = {"load": self.load, "temperature": self.temperature}
         return {name: values for name, values in found.items() if values is not None}
 
-    def answer(self, friction: Model, dt: float) -> np.ndarray:
-        """Return the force of a friction model along the stretch, after its first cycle where that is known."""
+    def answer(self, friction: Model, dt: float, plant: Model | None = None) -> np.ndarray:
+        """Return the force of a friction model along the stretch, after its first cycle where that is known.
+
+        Where the state of the contact before the log matters, it is the one that fits the effort best beside `plant`.
+        """
         # The velocity at a sample is the mean over the step around it, which ends half a step later.
         signals = {"v": self.velocity, "x": self.position + 0.5 * dt * self.velocity} | self.surroundings
         before = {name: np.concatenate([values[: self.first_cycle], values]) for name, values in signals.items()}
-        return force_along(friction, dt=dt, **before)[self.first_cycle :]
+        state = None
+        if plant is not None and friction.component.start is not None:
+            wanted = self.effort - mechanical(plant, self.position, self.velocity, self.acceleration)
+            state = starting_state(friction, signals, dt, wanted)
+        return force_along(friction, dt=dt, state=state, **before)[self.first_cycle :]
 
 
 @dataclass(frozen=True)
@@ -119,13 +127,16 @@ class Regression:
         """Return the effort that plant and friction take along each stretch [N or N*m]."""
         return [
             mechanical(plant, stretch.position, stretch.velocity, stretch.acceleration) + force
-            for stretch, force in zip(self.stretches, self.friction_along(friction), strict=True)
+            for stretch, force in zip(self.stretches, self.friction_along(friction, plant), strict=True)
         ]
 
-    def friction_along(self, friction: Model) -> list[np.ndarray]:
-        """Return the friction force along each stretch [N or N*m], filtered as the effort is."""
+    def friction_along(self, friction: Model, plant: Model | None = None) -> list[np.ndarray]:
+        """Return the friction force along each stretch [N or N*m], filtered as the effort is.
+
+        Where the state of the contact before the log matters, it is the one that fits the effort best beside `plant`.
+        """
         dt = self.sample_time
-        return [self.filtered(one.answer(friction, dt)) for one in self.stretches]
+        return [self.filtered(one.answer(friction, dt, plant)) for one in self.stretches]
 
     def filtered(self, part: np.ndarray) -> np.ndarray:
         """Return a signal along a stretch behind the filter that effort and position have passed."""

@@ -94,5 +94,7 @@ def _lacks_presliding(problem: Problem, values: Mapping[str, float], residual: n
         return False
     share = float(residual[near] @ residual[near]) / whole
     friction = np.abs(problem.friction(values))
+    if not friction.any():
+        return False
     behind = -float(np.mean(residual[near] * np.sign(regression.velocity[near]))) / float(np.mean(friction))
     return share > max(AT_REVERSALS, TIMES_THE_ROWS * float(np.mean(near))) and behind > LAGGING

@@ -128,6 +128,10 @@ class Fit:
         What cannot be identified and why; what was taken for granted.
     rank : int
         1 for the best of the models compared.
+    position_error_percent, position_rmse : float or None
+        Of the position that the effort makes of the model [%, and m or rad], where that is what was made small.
+    combinations : tuple of Estimate
+        Products that the log tells where it does not tell one of their factors.
     further : int
         Free numbers besides the parameters: the shape of the elements of ``maxwell_slip``.
     """
@@ -144,6 +148,9 @@ class Fit:
     warnings: tuple[str, ...] = ()
     assumptions: tuple[str, ...] = ()
     rank: int = 1
+    position_error_percent: float | None = None
+    position_rmse: float | None = None
+    combinations: tuple[Estimate, ...] = ()
     further: int = 0
 
     @property
@@ -163,6 +170,11 @@ class Fit:
         return relative_error_percent(friction, friction - self.traces.residual)
 
     @property
+    def error_percent(self) -> float:
+        """What was made small: the error of the position where there is one, else of the effort [%]."""
+        return self.force_error_percent if self.position_error_percent is None else self.position_error_percent
+
+    @property
     def metrics(self) -> dict[str, float]:
         """Numbers that say how good the fit is."""
         found = {
@@ -170,6 +182,8 @@ class Fit:
             "friction_error_percent": self.friction_error_percent,
             "condition_number": self.condition_number,
         }
+        if self.position_error_percent is not None and self.position_rmse is not None:
+            found |= {"position_error_percent": self.position_error_percent, "position_rmse": self.position_rmse}
         if self.held_out is not None:
             found["held_out_error_percent"] = self.held_out.mean_percent
             found["held_out_error_std_percent"] = self.held_out.std_percent

@@ -19,6 +19,7 @@ CANDIDATES = 24
 STARTS = 3
 EVALUATIONS = 60
 SEED = 20_240_229
+FAR = 1e6  # times a typical residual: a model that left the finite numbers, or nearly
 EDGE = 1e-3  # in coordinates: of a typical magnitude, or of a factor e
 
 
@@ -86,7 +87,9 @@ class Search:
         return {coordinate.name: values[coordinate.name] for coordinate in coordinates}
 
     def _residual(self, coordinates: tuple[Coordinate, ...], phi: np.ndarray) -> np.ndarray:
-        return self.problem.residual(self._values(coordinates, phi)) / self._unit
+        with np.errstate(over="ignore", invalid="ignore"):
+            residual = self.problem.residual(self._values(coordinates, phi)) / self._unit
+        return np.clip(np.nan_to_num(residual, nan=FAR, posinf=FAR, neginf=-FAR), -FAR, FAR)
 
     @property
     def _unit(self) -> float:
@@ -113,7 +116,9 @@ class Search:
             elif coordinate.high - phi[index] < EDGE:
                 phi[index], at_edge[coordinate.name] = coordinate.high, "largest"
         values = self._values(coordinates, phi)
-        return Solution(values, at_edge, -found.jac * self._unit, natural_derivative(coordinates, values))
+        return Solution(
+            values, at_edge, -found.jac * self._unit, natural_derivative(coordinates, values), float(found.cost)
+        )
 
     def _start(self, coordinates: tuple[Coordinate, ...], rng: np.random.Generator) -> np.ndarray:
         """Return a start: the sliding part from the linear fit, all else drawn from the range it is sought in."""

@@ -26,12 +26,15 @@ class Solution:
         Derivative of the predicted effort with respect to the coordinates of the search.
     derivative : ndarray, shape (free, free)
         Derivative of the parameters with respect to those coordinates.
+    cost : float
+        Half the sum of squares that is left over, in units of the search.
     """
 
     values: Mapping[str, float]
     at_edge: Mapping[str, str]
     jacobian: np.ndarray
     derivative: np.ndarray
+    cost: float = 0.0
 
 
 def solve_linear(problem: Problem, rows: np.ndarray | slice = slice(None)) -> Solution:

@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
 from bristle.identification.drive_table import largest_deviation, steady_curve
+from bristle.logs.passages import passages
 from bristle.report.advice import next_measurements
 from bristle.report.compensation import gain_of
 from bristle.report.log_facts import log_facts, treatment_facts
 from bristle.report.loop_tables import variant_table
 from bristle.report.model_tables import as_csv, comparison_table, drive_rows, parameter_table
 from bristle.report.page import render
+from bristle.report.passages import passage_table
 from bristle.report.pictures import identification_pictures
 from bristle.report.prediction import prediction_picture
 from bristle.report.simulation import following_picture
@@ -78,6 +80,7 @@ def identification_report(
         comparison=comparison_table(identification),
         pictures=pictures,
         assumptions=_assumed(fit, prediction),
+        passages=passage_table([one.as_data() for one in passages(identification.log)], kind),
         log=log_facts(identification.log, identification.further_logs)
         + treatment_facts(identification.treatment, kind),
         notes=[note for one in (identification.log, *identification.further_logs) for note in one.notes],

@@ -28,7 +28,7 @@ def parameter_table(fit: Fit) -> Table:
     heads = ("Parameter", "Meaning", "Value", "Standard error", "Unit", "Standard error [%]", "95 % interval [%]",
              "Remark")  # fmt: skip
     return Table(
-        f"Parameters of {fit.name}", heads, [_parameter_row(one) for one in fit.estimates]
+        f"Parameters of {fit.name}", heads, [_parameter_row(one) for one in (*fit.estimates, *fit.combinations)]
     ).without_empty_columns()
 
 
@@ -66,7 +66,7 @@ def comparison_table(identification: Identification) -> Table:
             str(sum(one.status != "held" for one in fit.estimates)),
             "–" if held_out is None else number(held_out.mean_percent, digits=3),
             "–" if held_out is None else f"± {number(held_out.std_percent, digits=2)}",
-            number(fit.force_error_percent, digits=3),
+            number(fit.error_percent, digits=3),
             number(fit.condition_number, digits=3),
             ", ".join(unknown) or "–",
         ))  # fmt: skip

@@ -75,7 +75,8 @@ def _focus(result: SimulationResult) -> tuple[str, ...]:
 
 def _sentences(result: SimulationResult) -> list[str]:
     failed = [one.name for one in result.variants.values() if one.status is Status.NOT_FINITE]
-    found = [f"{name}: {Status.NOT_FINITE.sentence}." for name in failed]
+    found = [f"{name}: {reason}." for name, reason in result.refused.items()]
+    found += [f"{name}: {Status.NOT_FINITE.sentence}." for name in failed]
     unit = unit_of("length", result.experiment.kind)
     found += [
         f"{one.name}: following error {with_unit(one.following_error.peak_to_peak, unit)} peak to peak, "

@@ -11,10 +11,13 @@ from bristle.identification.drive_table import largest_deviation
 
 if TYPE_CHECKING:
     from bristle.core.contracts import Model
-    from bristle.identification.result import Fit, Identification
+    from bristle.identification.result import Estimate, Fit, Identification
     from bristle.simulation.result import Prediction, SimulationResult
 
 __all__ = ["identification_summary", "prediction_summary", "simulation_summary"]
+
+
+NO_POSITION: dict[str, Any] = {"position_error_percent": None, "position_rmse": None}
 
 
 def identification_summary(
@@ -28,11 +31,12 @@ def identification_summary(
         "model": best.name,
         "kind": kind,
         "parameters": _parameters(best),
-        "metrics": best.metrics,
+        "combinations": _described(best.combinations),
+        "metrics": NO_POSITION | best.metrics,
         "warnings": best.warnings,
         "assumptions": best.assumptions,
         "models": [
-            {"name": fit.name, "rank": fit.rank, "parameters": _parameters(fit), "metrics": fit.metrics,
+            {"name": fit.name, "rank": fit.rank, "parameters": _parameters(fit), "metrics": NO_POSITION | fit.metrics,
              "warnings": fit.warnings}
             for fit in identification.fits
         ],
@@ -67,13 +71,18 @@ def simulation_summary(result: SimulationResult, *, provenance: Mapping[str, str
         "kind": kind,
         "error_unit": unit_of("length", kind),
         "effort_unit": unit_of("force", kind),
-        "runs": 1,
-        "variants": _variants(result),
+        "runs": max((one.runs for one in result.variants.values()), default=0),
+        "variants": _variants(result)
+        | {name: {"status": reason, "completed": False, "runs": 0} for name, reason in result.refused.items()},
         "provenance": provenance,
     }
 
 
 def _parameters(fit: Fit) -> dict[str, Any]:
+    return _described(fit.estimates)
+
+
+def _described(estimates: Sequence[Estimate]) -> dict[str, Any]:
     return {
         one.name: {
             "value": one.value,
@@ -86,13 +95,13 @@ def _parameters(fit: Fit) -> dict[str, Any]:
             "note": one.note,
             "description": one.description,
         }
-        for one in fit.estimates
+        for one in estimates
     }
 
 
 def _variants(result: SimulationResult) -> dict[str, Any]:
     return {
-        name: one.as_dict() | {"completed": one.status is not Status.NOT_FINITE, "runs": 1}
+        name: one.as_dict() | {"completed": one.status is not Status.NOT_FINITE}
         for name, one in result.variants.items()
     }
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from bristle.core.typography import number
+from bristle.core.typography import number, with_unit
+from bristle.core.variable import unit_of
 from bristle.report.compensation import Gain
 
 if TYPE_CHECKING:
@@ -19,7 +20,8 @@ WIDER_OUTSIDE = 1.25  # ratio of held-out to fitted error from which the reader 
 
 def figures_of_merit(fit: Fit, gain: Gain | None) -> list[tuple[str, str]]:
     """Return the few numbers that decide, each with what it is."""
-    found = [("Friction model", fit.name), ("Effort error", _percent(fit.force_error_percent))]
+    what = "Effort error" if fit.position_error_percent is None else "Position error"
+    found = [("Friction model", fit.name), (what, _percent(fit.error_percent))]
     if fit.held_out is not None:
         found.append((f"On held-out {fit.held_out.of}", _percent(fit.held_out.mean_percent)))
     if gain is not None and gain.steps:
@@ -78,14 +80,20 @@ def _held_out(fit: Fit) -> float:
 
 
 def _error(fit: Fit) -> str:
-    text = (
-        f"It reproduces the effort of the log to {_percent(fit.force_error_percent)} of its root mean square "
-        f"({_percent(fit.friction_error_percent)} of what friction takes of it)"
-    )
+    if fit.position_rmse is not None:
+        rmse = with_unit(fit.position_rmse, unit_of("length", fit.plant.kind))
+        text = (
+            f"From the effort of the log it makes the motion to {_percent(fit.error_percent)} ({rmse} root mean square)"
+        )
+    else:
+        text = (
+            f"It reproduces the effort of the log to {_percent(fit.force_error_percent)} of its root mean square "
+            f"({_percent(fit.friction_error_percent)} of what friction takes of it)"
+        )
     if fit.held_out is None:
         return f"{text}; nothing was held out, so how it does on another log is open."
     text += f", and to {_percent(fit.held_out.mean_percent)} on {fit.held_out.of} that it was not fitted to."
-    if fit.held_out.mean_percent > WIDER_OUTSIDE * fit.force_error_percent:
+    if fit.held_out.mean_percent > WIDER_OUTSIDE * fit.error_percent:
         text += " The second is clearly larger: either the model has more freedom than this log supports, or the "
         text += "friction changed while it was recorded."
     return text

@@ -1,0 +1,118 @@
+"""Output error: a ringing structure with hysteresis, identified from a noisy position."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.identification.test_between_samples import multisine
+
+from bristle import friction, plants
+from bristle.core import InputError
+from bristle.core.axis import Axis
+from bristle.engine import run_open_loop
+from bristle.identification import identify, predict
+from bristle.logs.log import Channel, Log
+
+RATE, SIZE, FINE = 750.0, 1500, 40
+PLANT = plants.oscillator(M=2.0, c=40.0, k=5e4)
+YIELDING = friction.bouc_wen_classic(alpha=4e4, beta=1e3, gamma=0.9, delta=0.3)
+AXIS = Axis(
+    plant="oscillator", offset=0.0, hold="band_limited", at_rest=True, method="output_error", cutoff=150.0, decimation=1
+)
+
+
+def recorded(periods: int = 2, noise: float = 5e-6) -> Log:
+    """A steady motion: the last of many periods, driven by a smooth force."""
+    one = 4.0 * multisine(np.arange(SIZE * FINE) / (RATE * FINE))
+    trace = run_open_loop(PLANT, YIELDING, np.tile(one, 6), 1.0 / (RATE * FINE), hold="linear")
+    position = np.tile(trace.position[-one.size :: FINE], periods)
+    position = position + np.random.default_rng(2).normal(0.0, noise, position.size)
+    time = np.arange(position.size) / RATE
+    return Log(
+        time=Channel(time, "s", "t"), position=Channel(position, "m", "y"),
+        effort=Channel(np.tile(one[::FINE], periods), "N", "u"), sample_time=1.0 / RATE,
+        segments=(slice(0, time.size),),
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def log() -> Log:
+    return recorded()
+
+
+@pytest.fixture(scope="module")
+def fit(log):
+    return identify(log, "bouc_wen_classic", axis=AXIS).best
+
+
+def test_the_truth_comes_back_within_its_intervals(fit):
+    truth = {"M": 2.0, "c": 40.0, "k": 5e4, "alpha": 4e4}
+    for name, true in truth.items():
+        estimate = fit.parameters[name]
+        assert estimate.status == "identified"
+        assert abs(estimate.value - true) < 4.0 * estimate.larger_std, name
+        assert estimate.relative_std_percent < 5.0
+    for one, true in zip(fit.combinations, (900.0, 300.0), strict=True):
+        assert abs(one.value - true) < 4.0 * one.larger_std, one.name
+    assert fit.position_rmse == pytest.approx(5e-6, rel=0.05)
+
+
+def test_a_factor_that_nothing_shows_is_named(fit):
+    beta = fit.parameters["beta"]
+    assert (beta.status, beta.std) == ("unidentifiable", None)
+    assert "only beta*gamma and beta*delta show" in beta.note
+    assert [one.name for one in fit.combinations] == ["beta*gamma", "beta*delta"]
+
+
+def test_what_is_held_out_is_no_repetition(fit):
+    assert fit.held_out.of == "time blocks"
+    assert fit.held_out.mean_percent == pytest.approx(fit.position_error_percent, rel=0.1)
+
+
+def test_the_wrong_hold_costs_more_than_the_noise(fit, log):
+    errors = {
+        hold: predict(fit.plant, fit.friction, log, replace(AXIS, hold=hold), "open-loop").metrics["position_rmse"]
+        for hold in ("band_limited", "linear", "zero")
+    }
+    assert errors["band_limited"] == pytest.approx(5e-6, rel=0.05)
+    assert errors["zero"] > 5.0 * errors["band_limited"]
+    assert errors["band_limited"] < errors["linear"] < errors["zero"]
+
+
+def test_a_held_effort_is_simulated_as_one_that_is_held():
+    log = recorded(noise=0.0)
+    held = run_open_loop(
+        PLANT, YIELDING, np.tile(log.effort.values, 3), log.sample_time, steps=FINE, hold="zero"
+    ).position[-log.position.values.size :]
+    exact = replace(log, position=Channel(held, "m", "y"))
+    found = predict(PLANT, YIELDING, exact, replace(AXIS, hold="zero"), "open-loop")
+    assert found.metrics["position_error_percent"] < 0.5
+    assert "2 equal periods" in found.notes[-1]
+
+
+def test_a_record_said_not_to_be_periodic_begins_at_rest(log, fit):
+    found = predict(fit.plant, fit.friction, log, replace(AXIS, periodic=False), "open-loop")
+    assert found.notes[-1] == "the motion begins at rest"
+    error = np.abs(found.position - found.position_predicted)
+    assert np.max(error[:100]) > 5.0 * np.max(error[-SIZE:])
+
+
+def test_a_model_that_leaves_all_numbers_ends_with_a_status(log):
+    wild = friction.bouc_wen_classic(alpha=4e4, beta=1e5, gamma=-1.0, delta=0.0)  # each cycle puts energy in
+    found = predict(PLANT, wild, log, AXIS, "open-loop")
+    assert found.metrics["position_rmse"] is None
+    assert found.status.name == "NOT_FINITE"
+
+
+def test_the_axis_file_refuses_what_contradicts_itself(tmp_path):
+    from bristle.files import read_axis
+
+    head = 'schema = 1\nkind = "translational"\n[columns]\nposition = "y"\n'
+    for text, said in (
+        ('[effort]\nheld = true\nhold = "linear"\n', "effort.hold: contradicts `held`"),
+        ('[plant]\nstiffness = "5 N/mm"\n', "plant.stiffness: belongs to an oscillator"),
+        ('[effort]\nhold = "sinc"\n', "effort.hold"),
+    ):
+        (tmp_path / "axis.toml").write_text(head + text)
+        with pytest.raises(InputError, match=said):
+            read_axis(tmp_path / "axis.toml")
