@@ -204,8 +204,8 @@ class Elements:
             signals = [self._share(one) ** (1 if name == "a_1" else 2) for one in stretches]
         else:
             turn = 2.0 * np.pi / self.unknowns.held["pitch"].value
-            wave = np.cos if name == "c_1" else np.sin
-            signals = [wave(turn * one.position) for one in stretches]
+            wave, times = np.cos if name.startswith("c_") else np.sin, int(name.rpartition("_")[2])
+            signals = [wave(times * turn * one.position) for one in stretches]
         return self.regression.rows_of([self.regression.filtered(one) for one in signals])
 
     @cached_property
