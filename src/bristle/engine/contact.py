@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import Model
+from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Model
 from bristle.engine import entries
 from bristle.engine.compilation import compiled
 from bristle.engine.part import Part
@@ -32,7 +32,7 @@ class Contact:
         self._entry = compiled(
             f"force_along-{self._part.key}",
             lambda: entries.make_force_along(*self._part.structures),
-            "aaaaafa",
+            "aaaaaaafa",
             self._part.functions,
         )
 
@@ -83,5 +83,6 @@ class Contact:
 
     def _follow(self, state: np.ndarray, memory: Any, v: np.ndarray, x: np.ndarray, dt: float) -> np.ndarray:
         force = np.empty(v.size)
-        self._entry(self._part.parameters, state, memory, v, x, float(dt), force)
+        load, temperature = np.full(v.size, NOMINAL_LOAD), np.full(v.size, NOMINAL_TEMPERATURE)
+        self._entry(self._part.parameters, state, memory, v, x, load, temperature, float(dt), force)
         return force
