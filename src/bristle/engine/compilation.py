@@ -121,7 +121,7 @@ def compiled(
 
 
 SIGNATURES = {
-    "C": "aaffffff", "S": "aaff", "B": "aaaaafffia",
+    "C": "aaffffff", "S": "aaff", "F": "aaaaff", "B": "aaaaafffia",
     "K": "aaaafffiaaaaaaaaaa", "R": "aaaafa", "E": "aaaaaffffaaaaa", "T": "aaaaa",
 }  # fmt: skip
 
