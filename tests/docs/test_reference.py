@@ -70,6 +70,7 @@ RUNS = {
     "identify": "identify log.csv --axis axis.toml --model coulomb_viscous+asymmetry",
     "predict": "predict results/model.toml log.csv --axis axis.toml --mode closed-loop",
     "run": "run experiment.toml",
+    "paper": "paper --figure 4",
     "design": "design experiment.toml",
     "check": "check quadratic_drag.py",
     "models": "models lugre",

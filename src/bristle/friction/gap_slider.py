@@ -126,5 +126,6 @@ MODEL = FrictionModel(
     commit=commit,
     trial_sided=trial_sided,
     start=start,
+    reference="doi:10.1016/j.engstruct.2016.01.035",
     example={"F_C": 20.0, "give": 4e-6, "gap": 4e-6, "n": 2.0, "share": 0.1, "sigma_2": 200.0},
 )
