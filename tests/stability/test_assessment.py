@@ -213,7 +213,7 @@ def test_every_friction_model_has_a_linear_form_or_sticks(model):
     typical = model(**model.example)
     stuck = stiffness_at_rest(typical, 1e-3)
     assert stuck is None or (stuck.k >= 0.0 and stuck.c >= 0.0)
-    # At 1 m/s the Stribeck curve has come down, and what is left is viscous friction, of the same order in all examples.
+    # At 1 m/s the Stribeck curve has come down: what is left is viscous friction, of one order in all examples.
     assert 0.0 <= slope_in_sliding(typical, 1.0).c <= 1000.0
 
 
