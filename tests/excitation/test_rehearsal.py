@@ -57,3 +57,10 @@ def test_a_model_with_lists_is_rehearsed_and_another_fitted():
     found = excite(AXIS, duration="6 s", purposes="presliding", model=elements)
     assert found.rehearsal.identification.best.name == "lugre"
     assert set(found.rehearsal.truth) == {"M"}
+
+
+def test_a_loop_that_the_guessed_mass_would_make_unstable_is_not_run():
+    guessed = replace(AXIS, mass=None, effort_limit=None, controller=cascade(k_p=160.0, k_v=8500.0, limit=350.0))
+    found = excite(guessed, duration="6 s", purposes="break-away")
+    assert found.rehearsal.loop is False
+    assert any("mass of" in one for one in found.prior.assumed)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import ModuleType
 from typing import Any, NamedTuple
 
@@ -135,7 +135,10 @@ def excite(
     found = Excitation(motion, axis, room, prior, tuple(notes))
     if not rehearsed:
         return found
-    return Excitation(motion, axis, room, prior, tuple(notes), rehearse(motion, axis, prior, progress))
+    try:
+        return replace(found, rehearsal=rehearse(motion, axis, prior, progress))
+    except InputError as reason:
+        return replace(found, notes=(*notes, f"it could not be rehearsed: {reason}"))
 
 
 def _axis(axis: Any) -> Axis:
