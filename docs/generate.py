@@ -63,9 +63,10 @@ def page(title: str, *parts: str) -> str:
 def models() -> str:
     """Return the page of all models: what `bristle models` tells, in one place."""
     parts = [
-        "What `bristle models` and `bristle models NAME` tell. Every friction model also takes an `offset`, and "
-        "`+asymmetry` behind its name: the parameters marked *by direction* then have one value forward (`_pos`) and "
-        "one backward (`_neg`). Which one to take: [how to choose a model](../how-to/choose-a-model.md)."
+        "What `bristle models` and `bristle models NAME` tell. Every friction model also takes an `offset`, and slots "
+        "behind its name. With `+asymmetry` the parameters marked *by direction* have one value forward (`_pos`) and "
+        "one backward (`_neg`); `+position`, `+periodic`, `+load` and `+temperature` let friction "
+        "[vary](../theory/models.md#what-varies). Which model to take: [how to choose](../how-to/choose-a-model.md)."
     ]
     for family, members in families().items():
         parts.append(f"## {family}")

@@ -75,7 +75,7 @@ def test_two_samples_of_delay_degrade_and_three_diverge_as_their_poles_say():
 def low_gain(name):
     variants = read_experiment(EXPERIMENTS / "low_gain.toml").variants
     found = next(one for one in variants if one.name == name)
-    return replace(found, run=replace(found.run, seeds=1))
+    return replace(found, run=replace(found.run, duration=14.0, seeds=1))
 
 
 def measured_is_warned_of(variant):
