@@ -62,7 +62,9 @@ class Rehearsal:
     loop: bool
 
 
-def rehearse(motion: Motion, axis: Axis, prior: Prior, progress: Progress | None = None) -> Rehearsal:
+def rehearse(
+    motion: Motion, axis: Axis, prior: Prior, *, draws: int, progress: Progress | None = None
+) -> Rehearsal:  # fmt: skip
     """Run a motion on the prior, and identify the prior from the log.
 
     Friction scatters by 5 % from one reversal to the next, the effort has a noise of 0.5 % of friction, and the
@@ -76,6 +78,8 @@ def rehearse(motion: Motion, axis: Axis, prior: Prior, progress: Progress | None
         Its controller, encoder and limit.
     prior : Prior
         What is believed of it.
+    draws : int
+        Simulated logs for the intervals of the identification; 0 for none.
     progress : callable, optional
         Called with the share done and what comes next.
     """
@@ -85,7 +89,7 @@ def rehearse(motion: Motion, axis: Axis, prior: Prior, progress: Progress | None
     name = model_to_fit(prior.friction)
     told = replace(axis, delay=0.0, held=loop)
     found = identify(
-        log, name, axis=told, blocks=0,
+        log, name, axis=told, blocks=0, draws=draws,
         progress=None if progress is None else lambda share, text: progress(0.2 + 0.6 * share, text),
     )  # fmt: skip
     same = name.partition("+")[0] == prior.friction.name.partition("+")[0]
