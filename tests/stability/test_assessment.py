@@ -126,13 +126,48 @@ def test_the_linear_loop_goes_where_the_simulation_goes(k_v, k_i, delay):
     variant = replace(rig(0), plant=mass, friction=film, controller=law, run=Run(1.0, 1e-3, delay=delay))
     loop = point(assess(variant), Motions.ALL, Friction.SLIDING).loop
     trace = run_closed_loop(mass, film, law, encoder(), np.zeros((4, 120)), 1e-3, steps=4, delay=delay, x=moved)
-    body, state, line = np.array([moved, 0.0, 0.0]), np.array([moved, moved, 0.0]), [0.0] * delay
+    body, state, line = np.zeros(loop.plant.B.size), np.array([moved, moved, 0.0]), [0.0] * delay
+    body[0] = moved
     for simulated in trace.position:
         position = loop.plant.C @ body
         assert position == pytest.approx(simulated, rel=1e-6, abs=1e-6 * moved)
         line.append(loop.law.C @ state + loop.law.D * position)
         state = loop.law.A @ state + loop.law.B * position
         body = loop.plant.A @ body + loop.plant.B * line.pop(0)
+
+
+@pytest.mark.parametrize("side", ["motor", "load"])
+def test_a_table_behind_a_screw_goes_where_the_simulation_goes(side):
+    screw = plants.ball_screw(kind="rotational", J=1e-4, M=20.0, lead=5e-3, k=1e7, d=200.0)
+    film, guide = friction.viscous(kind="rotational", F_v=1e-3), friction.viscous(F_v=300.0)
+    law, moved = controllers.cascade(kind="rotational", k_p=40.0, k_v=0.02), 1e-3
+    variant = replace(
+        rig(0), plant=screw, friction=film, table=guide, sensor_at=side, controller=law,
+        run=Run(1.0, 5e-4, substeps=10, delay=1, current_lag=2e-4),
+    )  # fmt: skip
+    loop = point(assess(variant), Motions.ALL, Friction.SLIDING).loop
+    trace = run_closed_loop(
+        screw, film, law, encoder(kind="rotational"), np.zeros((4, 300)), 5e-4, table=guide, sensor_at=side, steps=10,
+        delay=1, lag=2e-4, x=moved,
+    )  # fmt: skip
+    body, state, line = np.zeros(loop.plant.B.size), np.array([moved, moved, 0.0]), [0.0]
+    body[0] = body[2] = moved
+    seen = trace.position if side == "load" else trace.motor_position
+    for simulated in seen:
+        position = loop.plant.C @ body
+        assert position == pytest.approx(simulated, rel=1e-5, abs=1e-5 * moved)
+        line.append(loop.law.C @ state + loop.law.D * position)
+        state = loop.law.A @ state + loop.law.B * position
+        body = loop.plant.A @ body + loop.plant.B * line.pop(0)
+
+
+def test_a_loop_closed_behind_a_screw_stands_less_gain_than_one_at_the_motor():
+    screw = plants.ball_screw(kind="rotational", J=1e-4, M=200.0, lead=5e-3, k=1e7, d=2e3)
+    variant = replace(
+        rig(0), plant=screw, controller=controllers.cascade(kind="rotational", k_p=40.0, k_v=0.1), run=Run(1.0, 5e-4)
+    )
+    gains = [assess(replace(variant, sensor_at=side)).bare[0].margins.gain for side in ("motor", "load")]
+    assert gains[0] > 1.3 * gains[1] > 0.0
 
 
 def test_a_mode_that_nothing_drives_is_no_pole_of_the_loop():

@@ -13,7 +13,6 @@ from bristle.cli.options import Json
 from bristle.cli.terminal import complain, progress, show_table
 
 if TYPE_CHECKING:
-    from bristle.certificates import Certificate
     from bristle.testing import Check
 
 __all__ = ["EXAMPLE", "check"]
@@ -62,7 +61,9 @@ def _check_values(model: Path, force_ripple: Any, loop: Any, as_json: bool) -> i
     if as_json:
         _print_json(chosen.name, not failed, {name: vars(one) for name, one in found.items()})
     else:
-        _show_certificates(chosen.name, found)
+        from bristle.report.certificates import certificate_table
+
+        show_table(certificate_table(chosen.name, found))
     for name, one in failed.items():
         complain(f"{name}: {one.advice}")
     return NO if failed else 0
@@ -119,22 +120,6 @@ def _outcome(one: Check) -> str:
     if not one.applies:
         return "–"
     return "met" if one.passed else "NOT MET"
-
-
-def _show_certificates(name: str, found: dict[str, Certificate]) -> None:
-    from bristle.core.typography import with_unit
-    from bristle.report.table import Table
-
-    def told(value: float | None, unit: str) -> str:
-        return "" if value is None else with_unit(value, unit)
-
-    verdicts = {True: "passed", False: "FAILED", None: "does not apply"}
-    rows = [
-        (key, verdicts[one.passed], told(one.value, one.unit), told(one.threshold, one.unit), one.advice)
-        for key, one in found.items()
-    ]
-    heads = ("Certificate", "Verdict", "Found", "Limit", "What it means, what to do")
-    show_table(Table(f"Is it fit to be used: {name}", heads, rows))
 
 
 def _show_demands(name: str, results: list[Check]) -> None:

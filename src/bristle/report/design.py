@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = ["design_report", "design_sentences", "design_summary"]
 
+MUCH = 0.5  # of the friction: effort for a single count that is worth a word
 FREE = 0.95  # of an error: less than that is an improvement
 
 
@@ -66,6 +67,7 @@ def design_sentences(design: Design) -> list[str]:
         f"The loop has {with_unit(delays.total, 's')} of delay. As a rule of thumb that allows the sum of its two "
         f"bandwidths, such as λ + K_1, {number(0.5 / delays.total, digits=2)} 1/s."
     )
+    found += _about_a_count(design)
     if design.budget is not None and design.budget.entries:
         first, length = design.budget.entries[0], unit_of("length", design.experiment.kind)
         found.append(
@@ -73,6 +75,18 @@ def design_sentences(design: Design) -> list[str]:
             f"than this one, {first.cause}: without it, that is {_told(first.without.peak_to_peak, length)}."
         )
     return found + _advice(design)
+
+
+def _about_a_count(design: Design) -> list[str]:
+    present, kind = design.proposals[0], design.experiment.kind
+    if present.count_effort <= MUCH * design.friction or design.friction <= 0.0:
+        return []
+    effort, friction = (with_unit(one, unit_of("force", kind)) for one in (present.count_effort, design.friction))
+    return [
+        f"One count of the encoder calls up {effort}, {number(present.count_effort / design.friction, digits=2)} times "
+        f"the friction ({friction}): much of the effort is noise. A finer encoder, a lower cut-off of the velocity or "
+        "less gain lowers it."
+    ]
 
 
 def _advice(design: Design) -> list[str]:
@@ -209,6 +223,7 @@ def _proposal(proposal: Proposal) -> dict[str, Any]:
     error = proposal.following_error
     return {
         "controller": proposal.variant.controller.name,
+        "bandwidth": proposal.bandwidth,
         "parameters": proposal.variant.controller.values,
         "stiffness": proposal.stiffness,
         "count_effort": proposal.count_effort,

@@ -13,7 +13,7 @@ from bristle.stability import stiffness_text
 
 if TYPE_CHECKING:
     from bristle.core.contracts import Model
-    from bristle.loop_design import Budget, Circle, Delays, Design
+    from bristle.loop_design import Budget, Circle, Delays, Design, Proposal
 
 MICROMETRE = 1e-6  # the errors of servos are told in no smaller unit
 
@@ -91,22 +91,29 @@ def proposal_table(design: Design) -> Table:
     effort = Quantity.of(unit_of("force", kind), [one.effort_rms for one in proposals if one.effort_rms])
     count = Quantity.of(unit_of("force", kind), [one.count_effort for one in proposals])
     heads = (
-        "Loop", "Law", "Smallest phase margin [°]", "Crossover [Hz]", "Stiffness", count.head("Effort of one count"),
-        length.head("Following error, peak to peak"), effort.head("Effort, rms"),
+        "Loop", "Law", "Bandwidth [1/s]", "Smallest phase margin [°]", "Crossover [Hz]", "Stiffness",
+        count.head("Effort of one count"), length.head("Following error, peak to peak"), effort.head("Effort, rms"),
     )  # fmt: skip
-    rows = []
-    for one in proposals:
-        margins = [point.margins for point in one.assessment.bare if point.margins.phase is not None]
-        least = min(margins, key=lambda margin: margin.phase or 0.0, default=None)
-        hertz = None if least is None or least.crossover is None else least.crossover / (2.0 * math.pi)
-        rows.append((
-            one.name, one.variant.controller.name, _cell(None if least is None else least.phase), _cell(hertz),
+    rows = [
+        (
+            one.name, one.variant.controller.name, _cell(one.bandwidth), *_least_margin(one),
             "∞" if math.isinf(one.stiffness) else stiffness_text(one.stiffness, kind).replace(" ", "\u00a0"),
             count.cell(one.count_effort),
             "–" if one.following_error is None else length.cell(one.following_error.peak_to_peak),
             "–" if one.effort_rms is None else effort.cell(one.effort_rms),
-        ))  # fmt: skip
+        )
+        for one in proposals
+    ]  # fmt: skip
     return Table("The loop as it is, and what is proposed", heads, rows)
+
+
+def _least_margin(proposal: Proposal) -> tuple[str, str]:
+    """Return the smallest phase margin of a loop without friction, and where it is, as text."""
+    margins = [point.margins for point in proposal.assessment.bare if point.margins.phase is not None]
+    least = min(margins, key=lambda margin: margin.phase or 0.0, default=None)
+    if least is None or least.crossover is None:
+        return "–", "–"
+    return _cell(least.phase), _cell(least.crossover / (2.0 * math.pi))
 
 
 def controller_text(controller: Model) -> str:
