@@ -19,16 +19,20 @@ if TYPE_CHECKING:
     from bristle import controllers, engine, friction, hysteresis, plants, references, sensors, simulation
     from bristle.certificates import check
     from bristle.engine import response
+    from bristle.excitation import excite
     from bristle.files import read_axis, read_curves, read_experiment, read_model
     from bristle.identification import identify, predict
     from bristle.identification.operators import identify_operator
     from bristle.logs import read_log
+    from bristle.loop_design import design
     from bristle.simulation import simulate
 
 __version__ = "0.1.0"
 
 _FROM = {
     "check": "bristle.certificates",
+    "design": "bristle.loop_design",
+    "excite": "bristle.excitation",
     "response": "bristle.engine",
     "read_axis": "bristle.files",
     "read_curves": "bristle.files",
@@ -46,7 +50,9 @@ __all__ = [
     "__version__",
     "check",
     "controllers",
+    "design",
     "engine",
+    "excite",
     "friction",
     "hysteresis",
     "identify",

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from bristle.logs.passages import KINDS
+
 
 def test_columns_channels_and_rate(bristle, place):
     found = bristle("log", "log.csv", "--axis", "axis.toml", "--json")
@@ -39,3 +41,29 @@ def test_a_name_that_would_paint_the_terminal_does_not(bristle, place):
     found = bristle("log", "log.csv")
     assert "\x1b" not in found.out + found.err
     assert "[bold]u" in found.out
+
+
+def test_the_experiments_in_a_log_are_told(bristle, place):
+    found = bristle("log", "log.csv", "--axis", "axis.toml", "--json")
+    assert {one["kind"] for one in found.data["passages"]} <= set(KINDS)
+    assert found.data["passages"][0]["begin"] == pytest.approx(0.0, abs=0.2)
+    told = bristle("log", "log.csv", "--axis", "axis.toml")
+    assert "What the motion of the log is" in told.out
+
+
+def test_a_report_of_a_log(bristle, place):
+    found = bristle("log", "log.csv", "--axis", "axis.toml", "--out", "contents")
+    assert found.code == 0
+    assert {one.name for one in Path("contents").iterdir()} == {"summary.json", "report.html"}
+    page = Path("contents/report.html").read_text()
+    assert "What it contains" in page
+    assert "<svg" in page
+
+
+def test_a_log_with_problems_has_its_numbers_and_no_report(bristle, place):
+    lines = Path("log.csv").read_text().splitlines()
+    lines[100] = "nan," + lines[100].partition(",")[2]
+    Path("log.csv").write_text("\n".join(lines))
+    found = bristle("log", "log.csv", "--axis", "axis.toml", "--out", "contents")
+    assert found.code == 1
+    assert [one.name for one in Path("contents").iterdir()] == ["summary.json"]

@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from unittest.mock import ANY
 
 STATISTICS = {"peak_to_peak", "mean", "std", "rms", "min", "max"}
 
@@ -34,8 +35,31 @@ def test_a_loop_that_diverges_is_a_no_and_prints_no_nan(bristle, place):
     ended = bristle("run", "experiment.toml", "--json", "--out", "run")
     assert ended.code == 1
     assert ended.data["variants"]["base"]["completed"] is False
-    assert "unstable" in ended.err
-    assert (Path("run") / "report.html").is_file()
+    assert "base, none: unstable" in ended.err
+    assert "the sampled loop has a pole at" in ended.err
+    assert ended.data["variants"]["none"] == {"status": ANY, "completed": False, "runs": 0}
+    assert "the sampled loop has a pole at" in (Path("run") / "report.html").read_text()
+
+
+def test_the_variants_whose_loops_are_stable_are_simulated_all_the_same(bristle, place):
+    text = Path("experiment.toml").read_text()
+    slow = "[compare.base]\n\n[compare.slow.run]\ndelay = 9\n\n"
+    Path("experiment.toml").write_text(text.partition("[compare")[0] + slow)
+    ended = bristle("run", "experiment.toml", "--json")
+    assert ended.code == 1
+    assert ended.data["variants"]["base"]["completed"] is True
+    assert "slow: unstable" in ended.err
+    assert "nine samples of delay" in ended.data["variants"]["slow"]["status"]
+
+
+def test_a_small_margin_is_warned_of(bristle, place):
+    text = Path("experiment.toml").read_text()
+    Path("experiment.toml").write_text(text.replace("[run]", "[run]\ndelay = 3"))
+    ended = bristle("run", "experiment.toml", "--json", "--out", "run")
+    assert ended.code == 0
+    assert "base, none: warning: the phase margin is" in ended.err
+    assert "the phase margin is" in ended.data["warnings"][0]
+    assert "the phase margin is" in (Path("run") / "report.html").read_text()
 
 
 def test_a_user_model_runs_from_its_file(bristle, place):

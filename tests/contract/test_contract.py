@@ -90,6 +90,30 @@ def wrong_rate(state, motion, p):
     return 2.0 * p.F_C * direction(motion.v), State(0.0)
 
 
+class Side(NamedTuple):
+    side: float
+
+
+@kernel
+def begins(state, memory, motion, p):
+    return state, Side(direction(motion.v))
+
+
+@kernel
+def arrives(state, memory, contact, p):
+    return Nothing()
+
+
+@kernel
+def wrong_flow(contact, piece, motion, p):
+    return 2.0 * p.F_C * piece.side, State(0.0), piece.side * motion.v
+
+
+@kernel
+def flows_past_its_end(contact, piece, motion, p):
+    return p.F_C * piece.side, State(0.0), -piece.side * motion.v
+
+
 def faulty(trial, **changes):
     class Parameters(NamedTuple):
         F_C: Annotated[float, Variable("force", "Coulomb friction force", min=0.0)] = 1.0
@@ -124,6 +148,9 @@ class Arrays(NamedTuple):
         (lambda: faulty(pulls), "dissipates"),
         (lambda: faulty(forgets_the_mean), "refines"),
         (lambda: faulty(sound_trial, rate=wrong_rate), "rate agrees"),
+        (lambda: faulty(sound_trial, flow=wrong_flow), "flow agrees"),
+        (lambda: faulty(sound_trial, piece=begins, flow=wrong_flow, arrival=arrives), "flow agrees"),
+        (lambda: faulty(sound_trial, piece=begins, flow=flows_past_its_end, arrival=arrives), "flow agrees"),
     ],
 )
 def test_each_fault_is_found_by_name(model, demand):

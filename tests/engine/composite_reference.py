@@ -68,13 +68,15 @@ class Composite:
             self.turns.append((y[2], self.hysteretic(y[2])))
             self.way = way
 
-    def solve(self, times):
-        """Position at some times, from rest and virgin."""
+    def solve(self, times, bends=()):
+        """Position at some times, from rest and virgin; the effort bends at others."""
         t, y = 0.0, np.zeros(3)
         position = np.zeros(times.size)
+        ends = np.append([bend for bend in bends if bend < times[-1]], times[-1])
         while t < times[-1]:
+            end = ends[np.searchsorted(ends, t, side="right")]
             part = solve_ivp(
-                self.slope, (t, times[-1]), y, method="DOP853", rtol=1e-12, atol=1e-13, events=self.events(),
+                self.slope, (t, end), y, method="DOP853", rtol=1e-12, atol=1e-13, events=self.events(),
                 dense_output=True, max_step=1e-3,
             )  # fmt: skip
             within = (times >= t) & (times <= part.t[-1])

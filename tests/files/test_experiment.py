@@ -153,7 +153,7 @@ def test_another_controller_keeps_what_is_fed_forward():
 def test_an_axis_gives_what_the_file_leaves_out(experiment):
     (base,) = experiment(BY_AXIS).variants
     assert base.plant.values == {"M": 7.0}
-    assert base.sensor.values == {"resolution": 2e-6}
+    assert base.sensor.values["resolution"] == 2e-6
     assert base.controller.values["k_v"] == 20.0  # 4 V*s/m at 5 N/V
     assert base.run.effort_limit == 50.0
     assert base.run.sample_time == pytest.approx(1e-3, rel=1e-12)
@@ -258,3 +258,30 @@ def test_what_is_wrong_is_named_with_its_place(experiment, text, words):
     assert "experiment.toml: " in message
     for word in words:
         assert word in message
+
+
+SCREW = """
+schema = 1
+kind = "rotational"
+plant = { model = "ball_screw", J = 1e-4, M = "20 kg", lead = "5 mm", k = "100 N/um" }
+friction = { model = "coulomb", F_C = "20 mN*m" }
+table_friction = { model = "coulomb", F_C = "40 N" }
+controller = { model = "cascade", k_p = "60 1/s", k_v = "30 mN*m*s/rad" }
+reference = { model = "sine", amplitude = "1 rad", frequency = "1 Hz" }
+run = { duration = "1 s", sample_time = "1 ms" }
+"""
+
+
+def test_a_table_behind_a_screw_has_friction_in_its_own_units(tmp_path):
+    (tmp_path / "screw.toml").write_text(SCREW + "[compare.table.sensor]\nside = 'load'\n")
+    base, other = read_experiment(tmp_path / "screw.toml").variants
+    assert base.table.kind == "translational"
+    assert base.table.values["F_C"] == 40.0
+    assert (base.sensor_at, other.sensor_at) == ("motor", "load")
+
+
+def test_one_mass_has_no_table(tmp_path):
+    text = SCREW.replace('"ball_screw", J = 1e-4, M = "20 kg", lead = "5 mm", k = "100 N/um"', '"inertia", M = 1e-4')
+    (tmp_path / "screw.toml").write_text(text)
+    with pytest.raises(InputError, match=r"table_friction.*needs a plant with a table"):
+        read_experiment(tmp_path / "screw.toml")

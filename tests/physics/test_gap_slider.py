@@ -66,4 +66,4 @@ def test_where_it_stood_is_found_from_what_followed():
     for place in (-0.8, 0.0, 0.55):
         state = model.component.start(place, model.parameters)
         measured = force_along(model, v, 1e-3, signals["x"], state=state) + rng.normal(0.0, 0.2, v.size)
-        assert place_of(model, 1e-3, signals, measured) == pytest.approx(place, abs=0.05)
+        assert place_of(model, signals, 1e-3, measured) == pytest.approx(place, abs=0.05)

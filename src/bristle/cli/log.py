@@ -3,22 +3,27 @@
 from __future__ import annotations
 
 import sys
+from contextlib import nullcontext
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from bristle.cli.failure import NO
-from bristle.cli.options import AxisFile, Json
+from bristle.cli.options import AxisFile, Force, Json, Out
 from bristle.cli.terminal import complain, say, show_table
+
+if TYPE_CHECKING:
+    from bristle.core import Axis
 
 __all__ = ["EXAMPLE", "log"]
 
 EXAMPLE = """Example:
-  bristle log axis.mat --axis axis.toml"""
+  bristle log axis.mat --axis axis.toml --out what-is-in-it"""
 
 
 def log(
+    context: typer.Context,
     file: Annotated[
         Path,
         typer.Argument(
@@ -26,18 +31,31 @@ def log(
         ),
     ],
     axis: AxisFile = None,
+    out: Out = None,
+    force: Force = False,
     as_json: Json = False,
 ) -> int:
     """Tell what is in a log.
 
-    Columns, channels, rates, ranges, and every problem.
+    Columns, channels, rates, ranges, the experiments that it contains, and every problem.
     Without an axis file, columns that are called as usual are taken. The exit code is 1 if the log has problems.
+
+    Writes summary.json and report.html into DIR; the report needs a log without problems.
     """
     from bristle.files.axis import read_axis
+    from bristle.files.provenance import provenance
+    from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
     from bristle.logs import summarize
 
-    summary = summarize(file, read_axis(axis) if axis else None)
+    described = read_axis(axis) if axis else None
+    with results_folder(out, force=force) if out else nullcontext() as folder:
+        summary = summarize(file, described)
+        if folder:
+            source = provenance(context.obj, log=file, axis=axis)
+            _write(folder, file, described, summary | {"provenance": source}, context.obj)
+    if out:
+        complain(f"wrote {out}" + ("" if summary["problems"] else f"; open {out / 'report.html'} in a browser"))
     if as_json:
         sys.stdout.write(json_text(summary))
     else:
@@ -47,10 +65,34 @@ def log(
     return NO if summary["problems"] else 0
 
 
+def _write(folder: Path, file: Path, axis: Axis | None, summary: dict[str, Any], command: str) -> None:
+    """Write the numbers, and the report of a log that can be used."""
+    from bristle.files.results import SUMMARY
+    from bristle.files.summary import as_json
+
+    if summary["problems"]:
+        (folder / SUMMARY).write_text(as_json(summary), encoding="utf-8")
+        return
+    from bristle.logs import passages, read_log
+    from bristle.report.log import log_report
+    from bristle.report.results import write_report
+
+    found = read_log(file, axis)
+    page = log_report(
+        found, passages(found, axis), name=axis.name if axis else file.stem, command=command,
+        provenance=summary["provenance"],
+    )  # fmt: skip
+    write_report(folder, page, summary)
+
+
 def _show(summary: dict[str, Any]) -> None:
     show_table(_table("Columns of the file", "name", summary["columns"]))
     if summary["channels"]:
         show_table(_table(f"Channels of the axis, {summary['kind']}", "name", summary["channels"]))
+    if summary["passages"]:
+        from bristle.report.passages import passage_table
+
+        show_table(passage_table(summary["passages"], summary["kind"]))
     if summary["rate"]:
         duration = f", {summary['duration']:.6g} s" if summary["duration"] else ""
         say(f"{summary['rate']:.6g} samples a second{duration}.")

@@ -34,7 +34,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _asks_for_results(arguments: list[str]) -> bool:
-    return arguments[:1] == ["demo"] or any(one.partition("=")[0] == "--out" for one in arguments)
+    return arguments[:1] in (["demo"], ["paper"]) or any(one.partition("=")[0] == "--out" for one in arguments)
 
 
 def _flushed(code: int) -> int:

@@ -68,6 +68,8 @@ def _one(name: str) -> dict[str, list[Component]]:
 
 
 def _described(family: str, one: Component) -> dict[str, Any]:
+    from bristle.files.components import key_of
+
     return {
         "name": one.name,
         "family": family,
@@ -75,7 +77,7 @@ def _described(family: str, one: Component) -> dict[str, Any]:
         "reference": one.reference,
         "relations": [relation.condition for relation in one.relations],
         "parameters": {
-            name: {
+            key_of(name): {
                 "description": variable.description,
                 "quantity": variable.quantity,
                 "unit": variable.unit("translational"),
@@ -93,12 +95,16 @@ def _described(family: str, one: Component) -> dict[str, Any]:
 
 
 def _show_families(families: dict[str, list[Component]]) -> None:
+    from bristle.files.components import key_of
     from bristle.report.table import Table
 
     for family, members in families.items():
-        rows = [(one.name, ", ".join(one.variables), one.description) for one in members]
+        rows = [(one.name, ", ".join(key_of(name) for name in one.variables), one.description) for one in members]
         show_table(Table(family.capitalize(), ("Name", "Parameters", "What it is"), rows))
-    say("Every friction model takes an offset, and +asymmetry behind its name: parameters by direction of motion.")
+    say(
+        "Every friction model takes an offset, and slots behind its name: +asymmetry for parameters by direction of "
+        "motion; +position, +periodic, +load, +temperature for friction that varies."
+    )
 
 
 def _show_one(one: Component) -> None:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,7 +15,10 @@ from bristle.cli.failure import NO
 from bristle.cli.options import Force, Json, Out
 from bristle.cli.terminal import complain, progress, say, show_table
 
-__all__ = ["EXAMPLE", "run"]
+if TYPE_CHECKING:
+    from bristle.stability import Assessment
+
+__all__ = ["EXAMPLE", "about_loops", "run"]
 
 EXAMPLE = """Example:
   bristle run experiment.toml --out results"""
@@ -28,7 +33,8 @@ def run(
 ) -> int:
     """Simulate an experiment.
 
-    With [compare] in the file, several variants of the loop side by side. The exit code is 1 if a loop diverges.
+    With [compare] in the file, several variants of the loop side by side. A loop that is unstable is named before it
+    is simulated, and one that would diverge is not simulated at all. The exit code is 1 if a loop diverges.
     """
     from bristle.files.experiment import read_experiment
     from bristle.files.provenance import provenance
@@ -38,6 +44,7 @@ def run(
     from bristle.report.loop_tables import variant_table
     from bristle.report.summary import simulation_summary
     from bristle.simulation import simulate
+    from bristle.stability import Verdict, runnable, sentence
     from bristle.testing import admit
 
     with results_folder(out, force=force) if out else nullcontext() as folder, progress("simulating") as report:
@@ -46,17 +53,23 @@ def run(
             one for each in described.variants for one in (each.friction, each.feedforward.friction) if one
         }:
             admit(friction)
-        result = simulate(described, report)
+        stable, judged = runnable(described)
+        warnings = about_loops(judged)
+        for warning in warnings:
+            complain(warning)
+        refused = {name: sentence(one) for name, one in judged.items() if one.verdict is Verdict.DIVERGES}
+        result = replace(simulate(stable, report), refused=refused)
         source = provenance(context.obj, experiment=experiment)
-        summary = simulation_summary(result, provenance=source)
+        summary = simulation_summary(result, provenance=source, warnings=warnings)
         if folder:
             from bristle.report.results import write_report
             from bristle.report.simulation import simulation_report
 
-            write_report(folder, simulation_report(result, command=context.obj, provenance=source), summary)
+            page = simulation_report(result, command=context.obj, provenance=source, warnings=warnings)
+            write_report(folder, page, summary)
     if as_json:
         sys.stdout.write(json_text(summary))
-    else:
+    elif result.variants:
         show_table(variant_table(result))
         gain = gain_of(result)
         if gain is not None:
@@ -66,5 +79,18 @@ def run(
         complain(f"wrote {out}; open {out / 'report.html'} in a browser")
     failed = [name for name, one in summary["variants"].items() if not one["completed"]]
     for name in failed:
-        complain(f"{name}: {summary['variants'][name]['status']}")
+        if name not in refused:
+            complain(f"{name}: {summary['variants'][name]['status']}")
     return NO if failed else 0
+
+
+def about_loops(judged: Mapping[str, Assessment]) -> list[str]:
+    """Return what is to be said of the loops, those that are unstable or have small margins: once for alike ones."""
+    from bristle.stability import Verdict, remarks, sentence
+
+    found: dict[str, list[str]] = {}
+    for name, one in judged.items():
+        texts = [sentence(one)] if one.verdict is not Verdict.STABLE else []
+        for text in texts or [f"warning: {remark}" for remark in remarks(one)]:
+            found.setdefault(text, []).append(name)
+    return [f"{', '.join(names)}: {text}" for text, names in found.items()]

@@ -1,8 +1,13 @@
 """Controllers, one a file."""
 
 from bristle.controllers.cascade import MODEL as cascade
+from bristle.controllers.disturbance_observer import MODEL as disturbance_observer
+from bristle.controllers.sliding_mode import MODEL as sliding_mode
+from bristle.controllers.super_twisting import MODEL as super_twisting
 from bristle.core.contracts import Controller
 
-CONTROLLERS: dict[str, Controller] = {controller.name: controller for controller in (cascade,)}
+CONTROLLERS: dict[str, Controller] = {
+    controller.name: controller for controller in (cascade, sliding_mode, disturbance_observer, super_twisting)
+}
 
-__all__ = ["CONTROLLERS", "cascade"]
+__all__ = ["CONTROLLERS", "cascade", "disturbance_observer", "sliding_mode", "super_twisting"]

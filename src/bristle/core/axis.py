@@ -98,6 +98,10 @@ class Axis:
         Whether each log begins at rest and relaxed, or, where it is periodic, has run in from there.
     velocity_limit : float or None
         Largest velocity [m/s or rad/s].
+    acceleration_limit : float or None
+        Largest acceleration [m/s^2 or rad/s^2].
+    jerk_limit : float or None
+        Largest jerk [m/s^3 or rad/s^3].
     stroke : tuple of float or None
         Smallest and largest position [m or rad].
     controller : Model or None
@@ -141,6 +145,8 @@ class Axis:
     in_cycle: bool = False
     span: tuple[float, float] | None = None
     velocity_limit: float | None = None
+    acceleration_limit: float | None = None
+    jerk_limit: float | None = None
     stroke: tuple[float, float] | None = None
     controller: Any = None
     pitch: float | None = None

@@ -16,8 +16,6 @@ parameters.
 
 from __future__ import annotations
 
-import math
-import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
@@ -25,11 +23,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from bristle.core import dispatch
-from bristle.core.errors import InputError, InputWarning
+from bristle.core.errors import InputError
 from bristle.core.motion import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion, Reference
 from bristle.core.packing import pack
 from bristle.core.relation import Redundancy, Relation
+from bristle.core.transmission import Screw
 from bristle.core.typography import typed
+from bristle.core.values import check_relations, check_value, coerced
 from bristle.core.variable import KINDS, Kind, Variable, is_array, is_integer, variables_of
 
 __all__ = [
@@ -89,8 +89,9 @@ class Component:
     def __post_init__(self) -> None:
         object.__setattr__(self, "module", self.module or self.Parameters.__module__)
         functions = {name: getattr(self, name) for name in (*self.functions, *self.optional)}
-        given = {name: function for name, function in functions.items() if function is not None}
-        dispatch.register(self.family, self.Parameters, given)
+        dispatch.register(
+            self.family, self.Parameters, {name: one for name, one in functions.items() if one is not None}
+        )
 
     @property
     def variables(self) -> dict[str, Variable]:
@@ -186,24 +187,30 @@ class FrictionModel(Component):
     ``motion.v``, positive when it opposes ``v > 0``, and what `commit` needs. ``v = +0.0`` and ``-0.0`` give the two
     one-sided limits, so that a set-valued model needs no flag. ``commit(state, memory, move, p) -> state`` is
     called once for each accepted step and is the only writer of ``memory``, a 1-D array (or ``()``) of
-    ``memory_size(p)`` numbers. ``rate(state, motion, p) -> (force, d_state)`` is optional, for smooth models: the same
-    equations in continuous time. ``trial_sided(state, memory, motion, dt, backward, forward)`` is optional too, for
-    models whose parameters depend on the side that the contact leans to rather than on the direction of motion.
-    ``start(place, backward, forward) -> state`` is given by those whose state before a log matters and is not known:
-    the states that it may be, for a place from -1 to 1.
+    ``memory_size(p)`` numbers. The same equations in continuous time are optional: ``rate(state, motion, p) -> (force,
+    d_state)`` for a smooth model. For one that is smooth from event to event ``piece(state, memory, motion, p) ->
+    (contact, piece)`` are what varies and what holds, the ``side`` of the motion included; ``flow(contact, piece,
+    motion, p) -> (force, d_contact, margin)`` is smooth past the event too, at which the margin falls below zero; and
+    ``arrival(state, memory, contact, p) -> move`` is what to commit there. Optional too is ``trial_sided(state, memory,
+    motion, dt, backward, forward)``, for models whose parameters depend on the side that the contact leans to rather
+    than on the direction of motion. ``start(place, backward, forward) -> state`` is given by those whose state before
+    a log matters and is not known: the states that it may be, for a place from -1 to 1.
     """
 
     trial: Callable[..., Any]
     commit: Callable[..., Any]
     memory_size: Callable[[Any], int] = field(default=lambda p: 0)
     rate: Callable[..., Any] | None = None
+    piece: Callable[..., Any] | None = None
+    flow: Callable[..., Any] | None = None
+    arrival: Callable[..., Any] | None = None
     trial_sided: Callable[..., Any] | None = None
     start: Callable[..., Any] | None = None
     linear: bool = False
 
     family: ClassVar[str] = "friction"
     functions: ClassVar[tuple[str, ...]] = ("trial", "commit")
-    optional: ClassVar[tuple[str, ...]] = ("rate", "trial_sided")
+    optional: ClassVar[tuple[str, ...]] = ("rate", "piece", "flow", "arrival", "trial_sided")
 
     def new_memory(self, parameters: Any) -> np.ndarray:
         """Return the memory of a virgin model, shape (memory_size,)."""
@@ -220,12 +227,14 @@ class Plant(Component):
     ``rate(state, effort, force, p) -> d_state`` is optional: the same equations in continuous time.
     ``inverse(x, v, a, p) -> effort`` is what a motion takes without friction, for arrays; linear in the parameters.
     Fields ``x`` and ``v`` of its `State` are the position and velocity at the port.
+    ``screw(p)`` is given by one with a second port: what lies between the first one and the friction of its table.
     """
 
     port: Callable[..., Any]
     step: Callable[..., Any]
     rest: Callable[..., Any]
     rate: Callable[..., Any] | None = None
+    screw: Callable[[Any], Screw] | None = None
     inverse: Callable[..., Any] | None = None
 
     family: ClassVar[str] = "plant"
@@ -330,9 +339,7 @@ def make_model(
     variables = component.variables
     for name in values:
         if name not in variables:
-            raise InputError(
-                f"{component.name} has no such parameter", path=f"{where}{name}", allowed=", ".join(variables)
-            )
+            raise InputError(f"{component.name} has no such parameter", path=where + name, allowed=", ".join(variables))
     missing = [name for name in variables if name not in values and name not in component.defaults]
     if missing:
         raise InputError(
@@ -348,51 +355,9 @@ def make_model(
     numbers: dict[str, Any] = {}
     for name, variable in variables.items():
         given = values.get(name, component.defaults.get(name))
-        numbers[name] = _coerce(component, name, variable, given, chosen, f"{where}{name}")
+        numbers[name] = coerced(component, name, variable, given, chosen, f"{where}{name}")
         if validate:
-            _validate(component, name, variable, numbers[name], chosen, f"{where}{name}")
+            check_value(component, name, variable, numbers[name], chosen, f"{where}{name}")
     parameters = component.assemble(numbers)
     check_relations(component, parameters, path or component.name, structural_only=not (validate and related))
     return Model(component, parameters, chosen)
-
-
-def check_relations(component: Component, parameters: Any, path: str, *, structural_only: bool = False) -> None:
-    """Refuse parameters that break a relation of the component; warn of those that break an advisory one."""
-    for relation in component.relations:
-        if (structural_only and not relation.structural) or relation.holds(parameters):
-            continue
-        names = [name for name in component.variables if name.split("_pos")[0].split("_neg")[0] in relation.condition]
-        values = component.values(parameters)
-        found = ", ".join(f"{name} = {typed(values[name])}" for name in names) or "it does not hold"
-        if relation.advisory:
-            message = f"{path}: should have {relation.condition}, but {found}. {relation.mend}"
-            warnings.warn(message, InputWarning, stacklevel=4)
-        else:
-            raise InputError(f"needs {relation.condition}, but {found}", path=path, mend=relation.mend)
-
-
-def _coerce(component: Component, name: str, variable: Variable, given: Any, kind: Kind, path: str) -> Any:
-    from bristle.core import units
-
-    if variable.choices:
-        return variable.code(given, path)
-    if component.is_integer(name):
-        number = units.quantity(given, variable, kind, path=path)
-        if not number.is_integer():
-            raise InputError("must be a whole number", path=path, value=given, allowed=variable.allowed(kind))
-        return int(number)
-    if component.is_array(name):
-        if isinstance(given, (str, bytes)) or not hasattr(given, "__len__"):
-            raise InputError("must be a list of numbers", path=path, value=given)
-        return np.array([units.quantity(one, variable, kind, path=path) for one in given], dtype=float)
-    return units.quantity(given, variable, kind, path=path)
-
-
-def _validate(component: Component, name: str, variable: Variable, value: Any, kind: Kind, path: str) -> None:
-    default = component.defaults.get(name)
-    may_be_infinite = isinstance(default, float) and math.isinf(default)
-    if not np.all(np.isfinite(value)) and not (may_be_infinite and value == default):
-        raise InputError(
-            "is not a finite number", path=path, value=float(np.max(value)), allowed=variable.allowed(kind)
-        )
-    variable.validate(value, path, kind)

@@ -18,7 +18,10 @@ __all__ = [
     "controller_step",
     "everett",
     "everett_slope",
+    "friction_arrival",
     "friction_commit",
+    "friction_flow",
+    "friction_piece",
     "friction_rate",
     "friction_trial",
     "friction_trial_sided",
@@ -110,6 +113,21 @@ def friction_rate(state, motion, p):
     return _functions["friction", "rate", type(p)](state, motion, p)
 
 
+def friction_piece(state, memory, motion, p):
+    """Call ``piece`` of the friction model with parameters `p`."""
+    return _functions["friction", "piece", type(p)](state, memory, motion, p)
+
+
+def friction_flow(contact, piece, motion, p):
+    """Call ``flow`` of the friction model with parameters `p`."""
+    return _functions["friction", "flow", type(p)](contact, piece, motion, p)
+
+
+def friction_arrival(state, memory, contact, p):
+    """Call ``arrival`` of the friction model with parameters `p`."""
+    return _functions["friction", "arrival", type(p)](state, memory, contact, p)
+
+
 def plant_port(state, effort, dt, p):
     """Call ``port`` of the plant with parameters `p`."""
     return _functions["plant", "port", type(p)](state, effort, dt, p)
@@ -151,6 +169,9 @@ _DISPATCHERS = {
     friction_trial_sided: ("friction", "trial_sided"),
     friction_commit: ("friction", "commit"),
     friction_rate: ("friction", "rate"),
+    friction_piece: ("friction", "piece"),
+    friction_flow: ("friction", "flow"),
+    friction_arrival: ("friction", "arrival"),
     plant_port: ("plant", "port"),
     plant_step: ("plant", "step"),
     plant_rest: ("plant", "rest"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -53,6 +54,10 @@ class Run:
         Largest effort of the drive [N or N*m].
     settle : float
         Time at the start that the statistics leave out [s].
+    current_lag : float
+        Time constant of the current control of the drive [s]: the effort follows its command with it.
+    seeds : int
+        Runs, each with other noise: run `i` adds `i` to the seeds of sensor and friction.
     """
 
     duration: float
@@ -61,6 +66,8 @@ class Run:
     delay: int = 0
     effort_limit: float = float("inf")
     settle: float = 0.0
+    current_lag: float = 0.0
+    seeds: int = 1
 
     def __post_init__(self) -> None:
         if self.substeps == 0:
@@ -69,21 +76,58 @@ class Run:
 
 @dataclass(frozen=True)
 class Feedforward:
-    """What is fed forward along the desired trajectory.
+    """What is fed forward: inertia along the desired trajectory, and friction.
 
     Parameters
     ----------
     mass : float
         Mass or inertia times the desired acceleration [kg or kg*m^2].
     friction : Model or None
-        Compensator: a friction model run along the desired motion.
-    gain : float
-        Factor on the friction.
+        Compensator: a friction model run along the desired or the measured motion.
+    gain, asymmetry : float
+        Factor on the friction, and the share by which it is raised where positive and lowered where negative.
+    offset : float
+        Constant added to it [N or N*m].
+    limit, rate_limit : float
+        Largest friction fed forward [N or N*m], and its fastest change [N/s or N*m/s].
+    conditioning : float
+        Amplitude of a decaying sweep that the memory of the compensator is brought through first [m or rad]; 0 for
+        a virgin one.
+    along : {"desired", "measured"}
+        The motion that the compensator follows.
     """
 
     mass: float = 0.0
     friction: Model | None = None
     gain: float = 1.0
+    offset: float = 0.0
+    asymmetry: float = 0.0
+    limit: float = math.inf
+    rate_limit: float = math.inf
+    conditioning: float = 0.0
+    along: Literal["desired", "measured"] = "desired"
+
+
+@dataclass(frozen=True)
+class Learning:
+    """How a motion that is repeated is learned.
+
+    Parameters
+    ----------
+    trials : int
+        Trials, of which the last one is reported.
+    k_e : float
+        Effort learned from the following error [N/m or N*m/rad].
+    k_d : float
+        Effort learned from its derivative [N*s/m or N*m*s/rad].
+    cutoff : float
+        Cut-off of the zero-phase low-pass on what is learned [Hz].
+    """
+
+    trials: int
+    k_e: float
+    k_d: float
+    cutoff: float
 
 
 @dataclass(frozen=True)
@@ -91,7 +135,8 @@ class Variant:
     """One loop: the mechanism, what controls it, what it is asked to follow.
 
     `disturbance` is a force against the motion that no model explains, such as the residual of an identification,
-    shape (sample,) [N or N*m].
+    shape (sample,) [N or N*m]. With `learning` the motion is repeated. Of a plant with a screw, `friction` acts on the
+    motor and `table` on its table, in N and m; `sensor_at` tells which of both the sensor reads.
     """
 
     name: str
@@ -103,6 +148,9 @@ class Variant:
     feedforward: Feedforward
     run: Run
     disturbance: np.ndarray | None = None
+    learning: Learning | None = None
+    table: Model | None = None
+    sensor_at: str = "load"
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from bristle.core.borrowed import borrowed
 from bristle.core.kernel import kernel
 
 __all__ = [
@@ -86,13 +87,13 @@ def _extend(value: Any, numbers: list[float]) -> None:
 
 
 @cache
-def unpacker(structure: Structure) -> Callable[[Any], Any]:
-    """Return the kernel ``unpack(vector) -> NamedTuple`` for this structure.
+def unpacker(structure: Structure, first: int = 0) -> Callable[[Any], Any]:
+    """Return the kernel ``unpack(vector) -> NamedTuple`` for this structure, whose numbers begin at number `first`.
 
     It is generated as text, as NamedTuple itself is, because the compiler must see one plain expression for
     each field; arrays are views of the vector.
     """
-    return _unpacker(structure, "unpack(vector)", "0", "vector[at]", "vector[at + 1 : at + 1 + {size}]")
+    return _unpacker(structure, "unpack(vector)", str(first), "vector[at]", "vector[at + 1 : at + 1 + {size}]")
 
 
 @cache
@@ -109,7 +110,7 @@ def lane_unpacker(structure: Structure, infinite: frozenset[int] = frozenset()) 
 def _unpacker(
     structure: Structure, head: str, first: str, number: str, array: str, infinite: frozenset[int] = frozenset()
 ) -> Callable[..., Any]:
-    names: dict[str, Any] = {"INFINITY": float("inf")}
+    names: dict[str, Any] = {"INFINITY": float("inf"), "borrowed": borrowed}
     lines = [f"at = {first}"]
     expression = _unpack_expression(structure, names, lines, number, array, infinite)
     return _define(head, [*lines, f"return {expression}"], names)
@@ -129,7 +130,7 @@ def _unpack_expression(
         name = f"field_{len(lines)}"
         if part == "array":
             size = f"size_{name}"
-            lines += [f"{size} = int({number})", f"{name} = {array.format(size=size)}", f"at += 1 + {size}"]
+            lines += [f"{size} = int({number})", f"{name} = borrowed({array.format(size=size)})", f"at += 1 + {size}"]
         elif lines.count("at += 1") in infinite:
             lines += [f"{name} = INFINITY", "at += 1"]
         else:
@@ -140,10 +141,18 @@ def _unpack_expression(
 
 
 @cache
-def packer(structure: Structure) -> Callable[[Any, Any], None]:
-    """Return the kernel ``store(value, vector)`` that writes a NamedTuple of scalars into a vector."""
-    lines = [f"vector[{i}] = value[{i}]" for i, _ in enumerate(structure[1])]
+def packer(structure: Structure, first: int = 0) -> Callable[[Any, Any], None]:
+    """Return the kernel ``store(value, vector)`` that writes a NamedTuple of scalars into a vector from `first` on."""
+    lines = [f"vector[{first + i}] = value{place}" for i, place in enumerate(_places(structure))]
     return _define("store(value, vector)", lines or ["return"], {})
+
+
+def _places(structure: Structure) -> list[str]:
+    """Return how each number of a NamedTuple is reached, such as ``[1][0]``, in the order of the layout."""
+    found: list[str] = []
+    for i, part in enumerate(structure[1]):
+        found += [f"[{i}]{inner}" for inner in _places(part)] if isinstance(part, tuple) else [f"[{i}]"]
+    return found
 
 
 @cache

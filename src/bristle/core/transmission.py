@@ -4,14 +4,36 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from bristle.core.errors import InputError
 from bristle.core.variable import Kind
 
-__all__ = ["Side", "Transmission"]
+__all__ = ["Screw", "Side", "Transmission"]
 
 Side = Literal["motor", "load"]
+
+
+class Screw(NamedTuple):
+    """What lies between a motor and the friction of a table: an elastic screw with play, and the table itself.
+
+    Parameters
+    ----------
+    M : float
+        Mass of the table [kg].
+    k, d : float
+        Stiffness [N/m] and damping [N*s/m] along the travel.
+    gap : float
+        Half of the backlash [m].
+    arm : float
+        Travel for one radian of the motor [m/rad].
+    """
+
+    M: float
+    k: float
+    d: float
+    gap: float
+    arm: float
 
 
 @dataclass(frozen=True)

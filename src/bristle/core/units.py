@@ -65,7 +65,7 @@ def _decimal_units() -> dict[str, tuple[str, int]]:
     found = {name: (si, power) for si, names in _PLAIN.items() for name, power in names.items()}
     for si, names in _MOVEMENTS.items():
         for name, power in names.items():
-            found |= {f"{name}{per}": (f"{si}{per}", power) for per in ("", "/s", "/s^2")}
+            found |= {f"{name}{per}": (f"{si}{per}", power) for per in ("", "/s", "/s^2", "/s^3")}
             for gain in ("V", "V*s", "A", "A*s"):  # of a controller, in the units of its drive
                 found[f"{gain}/{name}"] = (f"{gain}/{si}", -power)
     efforts = {name: ("N", power) for name, power in _FORCES.items()}

@@ -41,6 +41,8 @@ UNITS: dict[str, tuple[str, str]] = {
     "length": ("m", "rad"),
     "length/time": ("m/s", "rad/s"),
     "length/time^2": ("m/s^2", "rad/s^2"),
+    "length/time^3": ("m/s^3", "rad/s^3"),
+    "length^0.5/time^1.5": ("m^0.5/s^1.5", "rad^0.5/s^1.5"),
     "force": ("N", "N*m"),
     "force/length": ("N/m", "N*m/rad"),
     "1/length": ("1/m", "1/rad"),
@@ -48,10 +50,24 @@ UNITS: dict[str, tuple[str, str]] = {
     "force*time/length": ("N*s/m", "N*m*s/rad"),
     "force/time": ("N/s", "N*m/s"),
     "mass": ("kg", "kg*m^2"),
+    # What moves straight, whatever the kind of axis: the table of a ball screw.
+    "travel": ("m", "m"),
+    "mass of travel": ("kg", "kg"),
+    "force of travel/travel": ("N/m", "N/m"),
+    "force of travel*time/travel": ("N*s/m", "N*s/m"),
     "temperature": ("K", "K"),
     "1/temperature": ("1/K", "1/K"),
 }
-MAGNETIC = {"1": "1", "length": "T", "force": "A*m^2", "force/length": "A*m^2/T", "length/force": "T/(A*m^2)"}
+MAGNETIC = {
+    "1": "1",
+    "time": "s",
+    "length": "T",
+    "length/time": "T/s",
+    "force": "A*m^2",
+    "force/length": "A*m^2/T",
+    "length/force": "T/(A*m^2)",
+    "force*time/length": "A*m^2*s/T",
+}
 
 
 def unit_of(quantity: str, kind: Kind = "translational") -> str:

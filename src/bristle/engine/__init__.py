@@ -4,16 +4,20 @@ from bristle.engine.adaptive import AdaptiveTrace, run_adaptive
 from bristle.engine.batch import BatchTrace, run_batch
 from bristle.engine.compilation import compiled_count, interpreted, is_interpreted
 from bristle.engine.contact import Contact
-from bristle.engine.loop import Trace, run_closed_loop, run_open_loop
-from bristle.engine.motion import force_along, response, settled
+from bristle.engine.loop import Compensator, LoopTrace, Trace, run_closed_loop, run_open_loop
+from bristle.engine.motion import conditioned, force_along, force_in_turns, response, settled
 
 __all__ = [
     "AdaptiveTrace",
     "BatchTrace",
+    "Compensator",
     "Contact",
+    "LoopTrace",
     "Trace",
     "compiled_count",
+    "conditioned",
     "force_along",
+    "force_in_turns",
     "interpreted",
     "is_interpreted",
     "response",

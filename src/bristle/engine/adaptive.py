@@ -9,7 +9,8 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
-from bristle.core.packing import pack
+from bristle.core.motion import Motion
+from bristle.core.packing import pack, structure_of, unpacker
 from bristle.core.status import Status
 from bristle.engine import rodas5p
 from bristle.engine.compilation import SIGNATURES, compiled
@@ -17,7 +18,9 @@ from bristle.engine.entries import OUT_SIZE
 from bristle.engine.loop import Trace, burst_entry, held
 from bristle.engine.motion import presliding_distance
 from bristle.engine.part import Part, vector
-from bristle.engine.rosenbrock import PADDING, STAGES, make_rate, rosenbrock
+from bristle.engine.pieces import Layout, make_rates, make_turn, never_turn
+from bristle.engine.rosenbrock import STAGES, make_search, make_step, rosenbrock
+from bristle.engine.screwed import refuse_screw
 from bristle.engine.step_doubling import doubling, make_rest_time
 from bristle.engine.step_length import GIVE_UP, ROUNDING
 
@@ -35,7 +38,7 @@ REFINEMENTS = 4
 SHORTEST_STEP, FIRST_STEP = 1e-13, 1e-6
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class AdaptiveTrace(Trace):
     """What an adaptive run leaves behind: a `Trace`, and how many steps were accepted and rejected."""
 
@@ -64,8 +67,8 @@ def run_adaptive(
     hold : {"linear", "zero"}
         Between samples the effort runs straight to the next one, or is held.
     method : {"auto", "efim", "rosenbrock"}
-        EFIM by step doubling serves every model. The Rosenbrock method, of order 5, serves models and plants
-        with a ``rate``, where ``"auto"`` takes it.
+        EFIM by step doubling serves every model. The Rosenbrock method, of order 5, serves plants and models with
+        a ``rate``, and models with a ``flow`` from event to event; there ``"auto"`` takes it.
     max_step : float
         Longest step [s].
     verify : bool
@@ -114,6 +117,7 @@ def _run(
     max_step: float, x: float, v: float, state: Any, memory: Any,
 ) -> AdaptiveTrace:  # fmt: skip
     """Return one run, its local errors bounded for this tolerance."""
+    refuse_screw(plant, "run_adaptive")
     u = vector(effort)
     body, contact = Part(plant), Part(friction)
     body.state[0], body.state[1] = x, v
@@ -135,11 +139,11 @@ def _run(
     knots[-1] = duration * (1.0 + 1e-12)
     record = _Record(times)
     inputs = (knots, starts, ends, settings)
+    fresh = contact.component.new_memory(friction.parameters)
+    used = fresh if memory is None else np.array(memory, dtype=float)
     if chosen == "rosenbrock":
-        reached = _by_rosenbrock(body, contact, inputs, record)
+        reached = _by_rosenbrock(body, contact, used, inputs, record)
     else:
-        fresh = contact.component.new_memory(friction.parameters)
-        used = fresh if memory is None else np.array(memory, dtype=float)
         reached = _by_doubling(body, contact, used, inputs, record)
     return record.trace(u, dt, tolerance, reached, contact)
 
@@ -170,7 +174,8 @@ class _Record:
             status = code if happened else status
         return AdaptiveTrace(
             time=self.times[cut], position=self.position[cut], velocity=self.velocity[cut], effort=u[cut],
-            friction=np.diff(self.impulse)[cut] / dt, measured=self.position[cut], command=u[cut], status=status,
+            friction=np.diff(self.impulse)[cut] / dt, measured=self.position[cut], command=u[cut],
+            motor_position=self.position[cut], motor_velocity=self.velocity[cut], status=status,
             steps=int(accepted), rejected=int(rejected),
         )  # fmt: skip
 
@@ -179,7 +184,8 @@ def _method(plant: Model, friction: Model, method: str) -> str:
     """Return the method to be used; refuse one that does not fit."""
     if method not in METHODS:
         raise InputError("no such method", path="method", value=method, allowed=", ".join(METHODS))
-    lacking = [model.name for model in (plant, friction) if model.component.rate is None]
+    smooth = plant.component.rate, friction.component.rate or friction.component.flow
+    lacking = [model.name for model, rate in zip((plant, friction), smooth, strict=True) if rate is None]
     if method == "rosenbrock" and lacking:
         raise InputError(
             f"{' and '.join(lacking)} has no rate, which the Rosenbrock method integrates", path="method", value=method,
@@ -206,24 +212,37 @@ def _by_doubling(body: Part, contact: Part, memory: np.ndarray, inputs: tuple[An
     )  # fmt: skip
 
 
-def _by_rosenbrock(body: Part, contact: Part, inputs: tuple[Any, ...], record: _Record) -> int:
-    rate = compiled(
-        f"rate-{body.key}-{contact.key}",
-        lambda: make_rate(*body.structures, *contact.structures),
-        SIGNATURES["R"],
-        body.functions + contact.functions,
-    )
-    driver = compiled("rosenbrock", lambda: rosenbrock, "Raaai" + "a" * 21)
-    n = body.state.size + contact.state.size + 1
-    width = PADDING * -(-n // PADDING)
-    y = np.concatenate((body.state, contact.state, np.zeros(width - n + 1)))
-    work = [np.zeros(size) for size in (n * n, n * n, STAGES * width, width, width, width, width, 9)]
+def _by_rosenbrock(body: Part, contact: Part, memory: np.ndarray, inputs: tuple[Any, ...], record: _Record) -> int:
+    layout, varying, piece = _first_piece(body, contact, memory)
+    key, functions = f"{body.key}-{contact.key}", body.functions + contact.functions
+    step = compiled(f"step-{key}", lambda: make_step(layout), SIGNATURES["K"], functions)
+    rates = compiled(f"rates-{key}", lambda: make_rates(layout), SIGNATURES["R"], functions)
+    search = compiled(f"search-{key}", lambda: make_search(layout), SIGNATURES["E"], functions)
+    if layout.piece is None:
+        turn = compiled("never_turn", lambda: never_turn, SIGNATURES["T"])
+    else:
+        turn = compiled(f"turn-{key}", lambda: make_turn(layout), SIGNATURES["T"], functions)
+    driver = compiled("rosenbrock", lambda: rosenbrock, "KRETaaaaaai" + "a" * 22)
+    n = layout.size
+    y = np.concatenate((body.state, varying, np.zeros(1)))
+    work = [np.zeros(size) for size in (n * n, n * n, STAGES * n, n, n + 1, n, n, 9, n)]
     return int(
         driver(
-            rate, body.parameters, contact.parameters, y, n, *inputs, rodas5p.TABLEAU, rodas5p.ADVANCES,
-            rodas5p.COUPLINGS, rodas5p.DENSE, *record.samples, *work, record.report,
+            step, rates, search, turn, body.parameters, contact.parameters, piece, contact.state, memory, y, n, *inputs,
+            rodas5p.TABLEAU, rodas5p.ADVANCES, rodas5p.COUPLINGS, rodas5p.DENSE, *record.samples, *work, record.report,
         )
     )  # fmt: skip
+
+
+def _first_piece(body: Part, contact: Part, memory: np.ndarray) -> tuple[Layout, np.ndarray, np.ndarray]:
+    """Return the layout of a continuous run, the numbers of the contact that vary, and those that hold at first."""
+    component, (p, s) = contact.component, contact.structures
+    if component.flow is None:
+        return Layout(*body.structures, p, s, s, None), contact.state, np.zeros(0)
+    motion = Motion(body.state[1], body.state[0])
+    varies, holds = component.piece(unpacker(s)(contact.state), memory, motion, contact.model.parameters)
+    layout = Layout(*body.structures, p, s, structure_of(varies), structure_of(holds))
+    return layout, pack(varies), pack(holds)
 
 
 def _stretches(start: np.ndarray, end: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -19,6 +19,7 @@ from bristle.engine.compilation import compiled, is_interpreted
 from bristle.engine.entries import OUT_SIZE
 from bristle.engine.loop import burst_entry, held
 from bristle.engine.part import Part, vector
+from bristle.engine.screwed import refuse_screw
 
 __all__ = ["BatchTrace", "run_batch"]
 
@@ -101,6 +102,7 @@ class _Batch:
     def __init__(self, plant: Any, friction: Any, effort: Any, x: Any, v: Any) -> None:
         efforts = np.atleast_2d(np.asarray(effort, dtype=float))
         plants, frictions = _models(plant), _models(friction)
+        refuse_screw(plants[0], "run_batch")
         numbers = {
             "plants": len(plants), "friction models": len(frictions), "efforts": len(efforts),
             "positions": np.size(x), "velocities": np.size(v),

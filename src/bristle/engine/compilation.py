@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from bristle.core import dispatch
+from bristle.core.borrowed import without_holder
 from bristle.core.errors import InputError
 from bristle.core.exponent import in_bits
 from bristle.core.fingerprint import fingerprint
@@ -101,8 +102,9 @@ def compiled(
     make : callable
         Returns the plain function.
     signature : str
-        Types of the arguments, one letter each: ``a`` a vector, ``f`` a number, ``i`` an integer; ``C``, ``S``,
-        ``B`` and ``R`` the entries that the factories for control, sensing, bursts and rates return.
+        Types of the arguments, one letter each: ``a`` a vector, ``f`` a number, ``i`` an integer; ``C``, ``S``, ``F``,
+        ``B``, ``K``, ``R`` and ``T`` the entries that the factories for control, sensing, compensation, bursts, steps,
+        rates and turns return.
     parts : tuple of callable
         The functions of the components in it, which the dispatch finds by type.
     interleaved : int
@@ -118,7 +120,10 @@ def compiled(
     return _entries[key]
 
 
-SIGNATURES = {"C": "aaffffff", "S": "aaff", "B": "aaaaafffia", "R": "aaafa"}
+SIGNATURES = {
+    "C": "aaffffff", "S": "aaff", "F": "aaaaff", "B": "aaaaafffia",
+    "K": "aaaafffiaaaaaaaaaa", "R": "aaaafa", "E": "aaaaaffffaaaaa", "T": "aaaaa",
+}  # fmt: skip
 
 
 def _types(signature: str) -> tuple[Any, ...]:
@@ -144,7 +149,27 @@ def _compile(
     with _numbered_from(code), _faults_of(parts), _interleaving(interleaved):
         dispatcher.compile(returns(*_types(signature)))
     dispatcher.disable_compile()
+    product = _Product(dispatcher.get_compile_result(returns(*_types(signature))))
+    dispatcher.get_compile_result = lambda _: product
     return dispatcher
+
+
+class _Product:
+    """The one product of an entry, and where it lies.
+
+    Whoever is handed an entry asks for its addresses at each call, and the compiler looks them up, by signature and by
+    name, for longer than a short run takes.
+    """
+
+    def __init__(self, product: Any) -> None:
+        self.fndesc, self.library = product.fndesc, self
+        self._addresses = {
+            name: product.library.get_pointer_to_function(name)
+            for name in (product.fndesc.llvm_cfunc_wrapper_name, product.fndesc.llvm_func_name)
+        }
+
+    def get_pointer_to_function(self, name: str) -> int:
+        return self._addresses[name]
 
 
 @contextlib.contextmanager
@@ -207,7 +232,7 @@ def _numbered_from(code: str) -> Iterator[None]:
 
 
 # What turns kernels into machine code; a change here changes products too.
-_MACHINERY = (_types, kernel_options, dispatch.overload_all, in_bits, _interleaving)
+_MACHINERY = (_types, kernel_options, dispatch.overload_all, in_bits, without_holder, _interleaving)
 
 
 class _EntryCache:

@@ -11,7 +11,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from bristle.core.contracts import Motion, Reference
+from bristle.controllers.feedforward import Shape, shaped
+from bristle.core.borrowed import borrowed
+from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion, Reference
 from bristle.core.dispatch import (
     controller_step,
     friction_commit,
@@ -20,22 +22,28 @@ from bristle.core.dispatch import (
     operator_trial,
     sensor_step,
 )
+from bristle.core.kernel import kernel
+from bristle.core.mathematics import expm1, relaxation
 from bristle.core.packing import Structure, packer, unpacker
 from bristle.engine import semi_implicit
 from bristle.engine.efim import Start, advance
 
 # Where a burst leaves what it found, in the vector `out`: mean friction force [N or N*m], solves that failed in this
 # burst, slope of the last solve per step [1/s] and mean acceleration (both read again by the next burst), solves
-# that failed so far; and what it is told: the error of the mean velocity that a solve may leave [m/s or rad/s].
-FORCE, FAILED, SLOPE, FAILED_SO_FAR, ACCELERATION, SLACK, OUT_SIZE = 0, 1, 2, 3, 4, 5, 6
+# that failed so far, effort of the drive [N or N*m] (read again); and what it is told: the error of the mean velocity
+# that a solve may leave [m/s or rad/s], the time constant of the drive [s].
+FORCE, FAILED, SLOPE, FAILED_SO_FAR, ACCELERATION, SLACK, DRIVE_EFFORT, DRIVE_LAG, OUT_SIZE = 0, 1, 2, 3, 4, 5, 6, 7, 8
 # Rows of the flat history of a closed loop.
-POSITION, VELOCITY, MEASURED, COMMAND, EFFORT, FRICTION, ROWS = 0, 1, 2, 3, 4, 5, 6
+POSITION, VELOCITY, MEASURED, COMMAND, EFFORT, FRICTION = 0, 1, 2, 3, 4, 5
+MOTOR_POSITION, MOTOR_VELOCITY, FED, ROWS = 6, 7, 8, 9
 # Beyond this magnitude of position plus velocity a simulation has left the numbers worth following.
 BOUND = 1e100
 
 __all__ = [
     "closed_loop",
+    "compensate_nothing",
     "make_burst",
+    "make_compensate",
     "make_control",
     "make_force_along",
     "make_output_along",
@@ -49,7 +57,7 @@ def make_force_along(parameters: Structure, state: Structure) -> Callable[..., A
     unpack, load, store = unpacker(parameters), unpacker(state), packer(state)
 
     def force_along(p_vector, state_vector, memory, v, x, loads, temperatures, dt, force):
-        p = unpack(p_vector)
+        p, memory = unpack(p_vector), borrowed(memory)
         s = load(state_vector)
         for k in range(v.size):
             force[k], move = friction_trial(s, memory, Motion(v[k], x[k], loads[k], temperatures[k]), dt, p)
@@ -76,6 +84,20 @@ def make_output_along(parameters: Structure, state: Structure) -> Callable[..., 
     return output_along
 
 
+@kernel
+def driven(command, h, out):
+    """Return the mean effort [N or N*m] of a drive over a step, and let it follow what is commanded.
+
+    It is exact for a command that is held; a drive without lag gives what is commanded.
+    """
+    if out[DRIVE_LAG] <= 0.0:
+        return command
+    rate = h / out[DRIVE_LAG]
+    before = out[DRIVE_EFFORT]
+    out[DRIVE_EFFORT] = before - (command - before) * expm1(-rate)
+    return command + (before - command) * relaxation(rate)
+
+
 def make_burst(plant: Structure, plant_state: Structure, friction: Structure, friction_state: Structure) -> Any:
     """Return the entry that advances one plant with one friction model by a number of equal steps.
 
@@ -93,12 +115,12 @@ def make_burst(plant: Structure, plant_state: Structure, friction: Structure, fr
 
     def burst(q_vector, plant_vector, p_vector, state_vector, memory, effort, effort_end, dt, steps, out):
         q, body = unpack_plant(q_vector), load_plant(plant_vector)
-        p, s = unpack_friction(p_vector), load_friction(state_vector)
+        p, s, memory = unpack_friction(p_vector), load_friction(state_vector), borrowed(memory)
         h = dt / steps
         slope, acceleration, slack = 1.0 + out[SLOPE] * h, out[ACCELERATION], out[SLACK]
         total, failures = 0.0, 0.0
         for i in range(steps):
-            u = effort + (effort_end - effort) * ((i + 0.5) / steps)
+            u = driven(effort + (effort_end - effort) * ((i + 0.5) / steps), h, out)
             guess = 0.0 if body.v == 0.0 else body.v + 0.5 * h * acceleration
             done = advance(body, s, memory, u, h, q, p, Start(guess, slope, slack))
             body, s, slope = done.plant_state, done.friction_state, done.slope
@@ -124,11 +146,11 @@ def make_semi_implicit_burst(
 
     def burst(q_vector, plant_vector, p_vector, state_vector, memory, effort, effort_end, dt, steps, out):
         q, body = unpack_plant(q_vector), load_plant(plant_vector)
-        p, s = unpack_friction(p_vector), load_friction(state_vector)
+        p, s, memory = unpack_friction(p_vector), load_friction(state_vector), borrowed(memory)
         h = dt / steps
         total = 0.0
         for i in range(steps):
-            u = effort + (effort_end - effort) * ((i + 0.5) / steps)
+            u = driven(effort + (effort_end - effort) * ((i + 0.5) / steps), h, out)
             done = semi_implicit.advance(body, s, memory, u, h, q, p)
             body, s = done.plant_state, done.friction_state
             total += done.force
@@ -154,6 +176,35 @@ def make_control(parameters: Structure, state: Structure) -> Callable[..., Any]:
     return control
 
 
+def make_compensate(parameters: Structure, state: Structure) -> Callable[..., Any]:
+    """Return the entry that runs one friction model along the measured motion, to be fed forward at one sample.
+
+    ``shape`` holds the fields of `Shape`, and what the entry keeps from sample to sample: the position measured [m or
+    rad] and the effort fed forward [N or N*m].
+    """
+    unpack, load, store = unpacker(parameters), unpacker(state), packer(state)
+
+    def compensate(p_vector, state_vector, memory, shape, measured, dt):
+        p, s, memory = unpack(p_vector), load(state_vector), borrowed(memory)
+        v = (measured - shape[5]) / dt
+        force, move = friction_trial(s, memory, Motion(v, measured, NOMINAL_LOAD, NOMINAL_TEMPERATURE), dt, p)
+        if v == 0.0:
+            # Where it does not move, a set-valued model is fed the middle of its interval.
+            side = Motion(-0.0, measured, NOMINAL_LOAD, NOMINAL_TEMPERATURE)
+            force = 0.5 * (force + friction_trial(s, memory, side, dt, p)[0])
+        store(friction_commit(s, memory, move, p), state_vector)
+        effort = shaped(force, shape[6], dt, Shape(shape[0], shape[1], shape[2], shape[3], shape[4]))
+        shape[5], shape[6] = measured, effort
+        return effort
+
+    return compensate
+
+
+def compensate_nothing(p_vector, state_vector, memory, shape, measured, dt):
+    """Feed nothing forward."""
+    return 0.0
+
+
 def make_sense(parameters: Structure, state: Structure) -> Callable[..., Any]:
     """Return the entry that reads one sensor at one sample."""
     unpack, load, store = unpacker(parameters), unpacker(state), packer(state)
@@ -166,43 +217,57 @@ def make_sense(parameters: Structure, state: Structure) -> Callable[..., Any]:
     return sense
 
 
-def open_loop(burst, q, plant, p, state, memory, effort, effort_end, dt, steps, x, v, force, out):
+def open_loop(burst, q, plant, p, state, memory, load, effort, effort_end, dt, steps, history, out):
     """Drive a plant by a recorded effort; return the number of samples that stayed finite.
 
-    ``x``, ``v`` [k] are those at the instant of sample k, ``force`` [k] is the mean friction force until the next.
+    `load` begins with position and velocity of what the axis moves: `plant` itself, where that is one mass. `history`
+    is as in `closed_loop`, without what a controller measures and commands.
     """
-    for k in range(effort.size):
-        x[k], v[k] = plant[0], plant[1]
+    count = effort.size
+    for k in range(count):
+        record(history, count, k, load, plant)
+        history[EFFORT * count + k] = effort[k]
         burst(q, plant, p, state, memory, effort[k], effort_end[k], dt, steps, out)
-        force[k] = out[FORCE]
+        history[FRICTION * count + k] = out[FORCE]
         out[FAILED_SO_FAR] += out[FAILED]
         if not abs(plant[0]) + abs(plant[1]) < BOUND:
             return k + 1
-    return effort.size
+    return count
+
+
+@kernel
+def record(history, count, k, load, plant):
+    """Write where load and motor are at sample `k`."""
+    history[POSITION * count + k], history[VELOCITY * count + k] = load[0], load[1]
+    history[MOTOR_POSITION * count + k], history[MOTOR_VELOCITY * count + k] = plant[0], plant[1]
 
 
 def closed_loop(
-    control, c, control_state, sense, m, sense_state, burst, q, plant, p, state, memory,
+    control, c, control_state, compensate, f, f_state, f_memory, shape, sense, m, sense_state,
+    burst, q, plant, p, state, memory, load, seen,
     reference, injected, disturbance, limit, delay, effort_before, dt, steps, history, out,
 ):  # fmt: skip
     """Run a sampled loop; return the number of samples that stayed finite.
 
     `reference` is flat, [position | velocity | acceleration | effort] of all samples; `history` is flat, and receives
-    [x | v | measured | commanded effort | applied effort | mean friction force until the next sample]. The effort
-    computed at sample k acts from sample ``k + delay`` on, held until the next one; before, `effort_before` acts.
+    [x | v | measured | commanded effort | applied effort | mean friction force until the next sample | x | v of the
+    motor | effort fed forward along the measured motion]. `load` begins with position and velocity of what the axis
+    moves, `seen` with the position that the sensor reads. The effort computed at sample k acts from sample
+    ``k + delay`` on, held until the next one; before, `effort_before` acts.
     """
     count = injected.size
     for k in range(count):
-        measured = sense(m, sense_state, plant[0], dt)
+        measured = sense(m, sense_state, seen[0], dt)
+        fed = compensate(f, f_state, f_memory, shape, measured, dt)
         u = control(
             c, control_state, reference[k], reference[count + k], reference[2 * count + k],
-            reference[3 * count + k], measured, dt,
+            reference[3 * count + k] + fed, measured, dt,
         )  # fmt: skip
         command = max(-limit, min(limit, u + injected[k]))
-        history[POSITION * count + k], history[VELOCITY * count + k] = plant[0], plant[1]
+        record(history, count, k, load, plant)
         history[MEASURED * count + k], history[COMMAND * count + k] = measured, command
         applied = history[COMMAND * count + k - delay] if k >= delay else effort_before
-        history[EFFORT * count + k] = applied
+        history[EFFORT * count + k], history[FED * count + k] = applied, fed
         driven = applied - disturbance[k]
         burst(q, plant, p, state, memory, driven, driven, dt, steps, out)
         history[FRICTION * count + k] = out[FORCE]

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from bristle.controllers.feedforward import Shape
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.packing import pack
@@ -14,18 +15,22 @@ from bristle.core.status import Status
 from bristle.engine import entries
 from bristle.engine.compilation import SIGNATURES, compiled
 from bristle.engine.part import Part, check_run, memory_of, vector
+from bristle.engine.screwed import TABLE, through_screw
 
-__all__ = ["Trace", "run_closed_loop", "run_open_loop"]
+__all__ = ["Compensator", "LoopTrace", "Trace", "run_closed_loop", "run_open_loop"]
 
 HOLDS = ("zero", "linear")
+SIDES = ("load", "motor")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Trace:
     """What a run leaves behind, each of shape (sample,), in SI of the axis.
 
-    ``position`` and ``velocity`` are those of the port at the instant of a sample; ``friction`` is the mean friction
-    force until the next sample.
+    ``position`` and ``velocity`` are those of what the axis moves at the instant of a sample; ``friction`` is the mean
+    force on the port until the next sample. Of a `ball_screw` they are those of the table, counted at the motor, and
+    ``friction`` is all that the motor feels; ``motor_position`` and ``motor_velocity`` differ from them. ``state`` and
+    ``memory`` are those of the friction model at the end of a run with fixed steps: another one goes on from them.
     """
 
     time: np.ndarray
@@ -35,21 +40,47 @@ class Trace:
     friction: np.ndarray
     measured: np.ndarray
     command: np.ndarray
+    motor_position: np.ndarray
+    motor_velocity: np.ndarray
     status: Status
+    state: Any = None
+    memory: np.ndarray | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoopTrace(Trace):
+    """What a closed loop leaves behind: a `Trace`, and the effort fed forward along the measured motion."""
+
+    compensation: np.ndarray
+
+
+class Compensator(NamedTuple):
+    """A friction model that is fed forward along the measured motion, and what was before the first sample."""
+
+    friction: Model
+    shape: Shape
+    state: Any = None
+    memory: np.ndarray | None = None
 
 
 class _Mechanism:
     """Plant and friction as one burst entry with its vectors."""
 
     def __init__(
-        self, plant: Model, friction: Model, x: float, v: float, state: Any, memory: Any, integrator: str = "efim"
-    ) -> None:
+        self, plant: Model, friction: Model, table: Model | None, x: float, v: float, state: Any, memory: Any,
+        integrator: str = "efim",
+    ) -> None:  # fmt: skip
+        has_screw = table is not None or plant.component.screw is not None
+        friction = through_screw(plant, friction, table) if has_screw else friction
         self.plant, self.friction = Part(plant), Part(friction)
         if plant.component.State._fields[:2] != ("x", "v"):
             raise TypeError(f"the state of plant {plant.name} must begin with x and v")
         self.plant.state[0], self.plant.state[1] = x, v
         if state is not None:
             self.friction.state = pack(state)
+        elif has_screw:
+            self.friction.state[TABLE] = x, v
+        self.load = self.friction.state[TABLE] if has_screw else self.plant.state
         self.memory = memory_of(friction, memory)
         self.out = np.zeros(entries.OUT_SIZE)
         self.entry = burst_entry(self.plant, self.friction, integrator)
@@ -58,7 +89,17 @@ class _Mechanism:
     def vectors(self) -> tuple[np.ndarray, ...]:
         return (
             self.plant.parameters, self.plant.state, self.friction.parameters, self.friction.state, self.memory,
+            self.load,
         )  # fmt: skip
+
+    def signals(self, rows: np.ndarray, done: int, dt: float) -> dict[str, Any]:
+        """Return what a `Trace` holds, from the history of a run that lasted `done` samples."""
+        x, v, measured, command, effort, friction, motor_x, motor_v, _ = (row[:done] for row in rows)
+        return {
+            "time": dt * np.arange(done), "position": x, "velocity": v, "effort": effort, "friction": friction,
+            "measured": measured, "command": command, "motor_position": motor_x, "motor_velocity": motor_v,
+            "status": self.status(done, rows.shape[1]), "state": self.friction.state_now, "memory": self.memory,
+        }  # fmt: skip
 
     def status(self, done: int, count: int) -> Status:
         if done < count or not np.all(np.isfinite(self.plant.state)):
@@ -92,7 +133,8 @@ def held(effort: np.ndarray, hold: str) -> np.ndarray:
 
 def run_open_loop(
     plant: Model, friction: Model, effort: Any, dt: float, *, steps: int = 1, hold: str = "zero",
-    integrator: str = "efim", x: float = 0.0, v: float = 0.0, state: Any = None, memory: Any = None,
+    table: Model | None = None, integrator: str = "efim", x: float = 0.0, v: float = 0.0, state: Any = None,
+    memory: Any = None,
 ) -> Trace:  # fmt: skip
     """Drive a plant with friction by a recorded effort.
 
@@ -100,6 +142,8 @@ def run_open_loop(
     ----------
     plant, friction : Model
         The mechanism.
+    table : Model, optional
+        Friction of the table of a `ball_screw`, in N and m; `friction` is then that of the motor.
     effort : array_like, shape (sample,)
         Effort [N or N*m] at each sample.
     dt : float
@@ -123,28 +167,22 @@ def run_open_loop(
     u = vector(effort)
     check_run(dt, steps, effort=u, x=x, v=v)
     u_end = held(u, hold)
-    mechanism = _Mechanism(plant, friction, x, v, state, memory, integrator)
-    position, velocity, force = np.empty(u.size), np.empty(u.size), np.empty(u.size)
-    driver = compiled("open_loop", lambda: entries.open_loop, "Baaaaaaafiaaaa")
-    done = int(
-        driver(
-            mechanism.entry, *mechanism.vectors, u, u_end, float(dt), int(steps), position, velocity, force,
-            mechanism.out,
-        )
-    )  # fmt: skip
-    cut = slice(0, done)
-    return Trace(
-        time=dt * np.arange(done), position=position[cut], velocity=velocity[cut], effort=u[cut],
-        friction=force[cut], measured=position[cut], command=u[cut], status=mechanism.status(done, u.size),
-    )  # fmt: skip
+    mechanism = _Mechanism(plant, friction, table, x, v, state, memory, integrator)
+    history = np.zeros(entries.ROWS * u.size)
+    driver = compiled("open_loop", lambda: entries.open_loop, "Baaaaaaaafiaa")
+    done = int(driver(mechanism.entry, *mechanism.vectors, u, u_end, float(dt), int(steps), history, mechanism.out))
+    rows = history.reshape(entries.ROWS, u.size)
+    rows[entries.MEASURED], rows[entries.COMMAND] = rows[entries.POSITION], u
+    return Trace(**mechanism.signals(rows, done, dt))
 
 
 def run_closed_loop(
     plant: Model, friction: Model, controller: Model, sensor: Model, reference: np.ndarray, dt: float, *,
-    steps: int = 1, injected: Any = None, disturbance: Any = None, limit: float = np.inf, delay: int = 0,
-    effort_before: float = 0.0, x: float = 0.0, v: float = 0.0, acceleration: float = 0.0,
-    state: Any = None, memory: Any = None,
-) -> Trace:  # fmt: skip
+    table: Model | None = None, sensor_at: str = "load", steps: int = 1, compensator: Compensator | None = None,
+    injected: Any = None, disturbance: Any = None, limit: float = np.inf, delay: int = 0, lag: float = 0.0,
+    effort_before: float = 0.0, x: float = 0.0, v: float = 0.0, acceleration: float = 0.0, state: Any = None,
+    memory: Any = None,
+) -> LoopTrace:  # fmt: skip
     """Run a sampled control loop on a plant with friction.
 
     Parameters
@@ -155,8 +193,14 @@ def run_closed_loop(
         Position, velocity, acceleration and feedforward effort at each sample.
     dt : float
         Sample time [s].
+    table : Model, optional
+        Friction of the table of a `ball_screw`, in N and m; `friction` is then that of the motor.
+    sensor_at : {"load", "motor"}
+        Whether the sensor reads the position of the table of a `ball_screw` or that of its motor.
     steps : int
         Integration steps in a sample.
+    compensator : Compensator, optional
+        Friction that is fed forward along the measured motion, beside what `reference` holds.
     injected : array_like, shape (sample,), optional
         Known effort added to the output of the controller [N or N*m].
     disturbance : array_like, shape (sample,), optional
@@ -165,6 +209,8 @@ def run_closed_loop(
         Largest effort of the drive [N or N*m].
     delay : int
         Samples from a measurement to the effort computed from it.
+    lag : float
+        Time constant with which the effort of the drive follows its command [s].
     effort_before : float
         Effort that acts until the first computed one arrives [N or N*m].
     x, v : float
@@ -176,7 +222,7 @@ def run_closed_loop(
 
     Returns
     -------
-    Trace
+    LoopTrace
         What happened at each sample; cut short, with a status, where the loop left the finite numbers.
     """
     if reference.ndim != 2 or reference.shape[0] != 4:
@@ -186,28 +232,44 @@ def run_closed_loop(
         )  # fmt: skip
     count = reference.shape[1]
     check_run(dt, steps, count=count, delay=delay, reference=reference.ravel(), x=x, v=v)
-    mechanism = _Mechanism(plant, friction, x, v, state, memory)
+    if sensor_at not in SIDES:
+        raise InputError("no such side", path="sensor_at", value=sensor_at, allowed=" or ".join(SIDES))
+    mechanism = _Mechanism(plant, friction, table, x, v, state, memory)
     control, sense = Part(controller), Part(sensor)
     started, _ = _sensed(sensor, x, dt)
     control.state = pack(controller.component.start(started, v, acceleration, dt, controller.parameters))
     extra = np.zeros(count) if injected is None else vector(injected)
     unseen = np.zeros(count) if disturbance is None else vector(disturbance)
     check_run(dt, steps, count=count, injected=extra, disturbance=unseen)
+    mechanism.out[entries.DRIVE_LAG], mechanism.out[entries.DRIVE_EFFORT] = lag, effort_before
     history = np.zeros(entries.ROWS * count)
-    driver = compiled("closed_loop", lambda: entries.closed_loop, "CaaSaaBaaaaaaaafiffiaa")
+    driver = compiled("closed_loop", lambda: entries.closed_loop, "CaaFaaaaSaaBaaaaaaaaaafiffiaa")
     done = int(
         driver(
             _entry("control", control, "C", entries.make_control), control.parameters, control.state,
+            *_compensation(compensator, started),
             _entry("sense", sense, "S", entries.make_sense), sense.parameters, sense.state,
-            mechanism.entry, *mechanism.vectors, vector(reference).ravel(), extra, unseen,
+            mechanism.entry, *mechanism.vectors, mechanism.load if sensor_at == "load" else mechanism.plant.state,
+            vector(reference).ravel(), extra, unseen,
             float(limit), int(delay), float(effort_before), float(dt), int(steps), history, mechanism.out,
         )
     )  # fmt: skip
-    x_, v_, measured, command, applied, friction_force = (row[:done] for row in history.reshape(entries.ROWS, count))
-    return Trace(
-        time=dt * np.arange(done), position=x_, velocity=v_, effort=applied, friction=friction_force,
-        measured=measured, command=command, status=mechanism.status(done, count),
-    )  # fmt: skip
+    rows = history.reshape(entries.ROWS, count)
+    return LoopTrace(**mechanism.signals(rows, done, dt), compensation=rows[entries.FED, :done])
+
+
+def _compensation(compensator: Compensator | None, measured: float) -> tuple[Any, ...]:
+    """Return the entry of the compensator and its vectors; `measured` is the position at the first sample."""
+    if compensator is None:
+        nothing = np.zeros(0)
+        entry = compiled("compensate_nothing", lambda: entries.compensate_nothing, SIGNATURES["F"])
+        return entry, nothing, nothing, nothing, nothing
+    part = Part(compensator.friction)
+    if compensator.state is not None:
+        part.state = pack(compensator.state)
+    entry = _entry("compensate", part, "F", entries.make_compensate)
+    memory = memory_of(compensator.friction, compensator.memory)
+    return entry, part.parameters, part.state, memory, np.array((*compensator.shape, measured, 0.0))
 
 
 def _entry(name: str, part: Part, shape: str, make: Any) -> Any:

@@ -13,7 +13,7 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.core.dispatch import functions_of
 from bristle.core.errors import InputError, InputWarning
-from bristle.core.packing import pack, structure_of
+from bristle.core.packing import pack, structure_of, unpacker
 
 __all__ = ["Part", "check_run", "memory_of", "vector", "warn_of_lost"]
 
@@ -68,13 +68,33 @@ class Part:
     @property
     def lost(self) -> int:
         """How many pairs of turning points its memory had no room for; 0 for one that forgets nothing."""
-        fields = self.structures[1][0]._fields
-        return int(self.state[fields.index("lost")]) if "lost" in fields else 0
+        return int(sum(self.state[place] for place in _places_of("lost", self.structures[1])))
+
+    @property
+    def state_now(self) -> Any:
+        """The state, as the component has it."""
+        return unpacker(self.structures[1])(self.state)
 
     @property
     def functions(self) -> tuple[Any, ...]:
         """Functions of the component and of those that it holds: what a user may have written."""
         return _functions(self.structures[0])
+
+
+def _places_of(field: str, structure: Any, first: int = 0) -> list[int]:
+    """Return where fields of this name stand in the vector of a NamedTuple of scalars, nested ones included."""
+    found, at = [], first
+    for name, part in zip(structure[0]._fields, structure[1], strict=True):
+        if isinstance(part, tuple):
+            found += _places_of(field, part, at)
+        elif name == field:
+            found.append(at)
+        at += _count(part)
+    return found
+
+
+def _count(part: Any) -> int:
+    return sum(_count(one) for one in part[1]) if isinstance(part, tuple) else 1
 
 
 def warn_of_lost(part: Part) -> None:

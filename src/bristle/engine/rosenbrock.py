@@ -1,8 +1,12 @@
-r"""Rodas5P: a stiffly stable Rosenbrock method of order 5, for friction models that are smooth enough to have a rate.
+r"""Rodas5P: a stiffly stable Rosenbrock method of order 5, for friction that is smooth, or smooth from event to event.
 
 Eight stages, each one linear solve with the same matrix :math:`I/(\gamma h) - J`, the Jacobian from differences; an
 embedded result of order 4 for the error, an interpolant of order 4 for the samples. The friction impulse is carried
 along as one more variable, so that mean forces between samples come out of the same integration.
+
+Friction that is smooth from event to event goes on smoothly past the next one. So a step across an event is as exact
+as any other; the event is searched for in its interpolant, the step ends there, memory is committed, and the next piece
+begins. Nothing is ever taken back.
 
 References
 ----------
@@ -15,41 +19,30 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion
-from bristle.core.dispatch import friction_rate, plant_rate
 from bristle.core.kernel import kernel
-from bristle.core.packing import Structure, packer, unpacker
+from bristle.core.mathematics import Bracket, bracket_guess, bracket_update
+from bristle.engine.efim import INFINITY
 from bristle.engine.entries import BOUND
+from bristle.engine.pieces import Layout, rates_of
 from bristle.engine.step_doubling import copy
-from bristle.engine.step_length import GIVE_UP, ROUNDING, length_factor
+from bristle.engine.step_length import GIVE_UP, ROUNDING, next_length, own_factor
 
-__all__ = ["make_rate", "rosenbrock"]
+__all__ = ["STAGES", "make_search", "make_step", "rosenbrock"]
 
 STAGES = 8
-# Vectors are padded with zeros to a multiple of this, so that sums over them have no loose ends.
-PADDING = 8
 DIFFERENCE = 1.5e-8
+# Of the search for an event: in how many parts of the step to look for two that hide each other, how often to halve
+# or better, and how narrow an interval is enough, as a share of the step.
+LOOKS, LOCATIONS, NARROW = 4, 60, 1e-12
 
 
-def make_rate(
-    plant: Structure, plant_state: Structure, friction: Structure, friction_state: Structure
-) -> Callable[..., Any]:
-    """Return the entry that computes the time derivative of [plant state | friction state | friction impulse]."""
-    unpack_plant, load_plant, store_plant = unpacker(plant), unpacker(plant_state), packer(plant_state)
-    unpack_friction, load_friction = unpacker(friction), unpacker(friction_state)
-    store_friction = packer(friction_state)
-    count, last = len(plant_state[1]), len(plant_state[1]) + len(friction_state[1])
-
-    def rate(q_vector, p_vector, y, effort, slope):
-        q, body = unpack_plant(q_vector), load_plant(y)
-        p, s = unpack_friction(p_vector), load_friction(y[count:])
-        force, d_s = friction_rate(s, Motion(body.v, body.x, NOMINAL_LOAD, NOMINAL_TEMPERATURE), p)
-        store_plant(plant_rate(body, effort, force, q), slope)
-        store_friction(d_s, slope[count:])
-        slope[last] = force
-        return 0.0
-
-    return rate
+@kernel
+def weighted(weights, row, count, stages, j):
+    """Return the sum of the first `count` stages of variable `j` with the weights of this row of a tableau."""
+    total = 0.0
+    for m in range(count):
+        total += weights[row * STAGES + m] * stages[j * STAGES + m]
+    return total
 
 
 @kernel
@@ -78,34 +71,64 @@ def invert(jacobian, n, inverse_step, matrix):
 
 
 @kernel
-def multiply(matrix, n, b, target, first):
-    """Write the product of an n by n matrix with `b` into `target` from number `first` on."""
+def multiply(matrix, n, b, target, stage):
+    """Write the product of an n by n matrix with `b` into this stage of each variable."""
     for row in range(n):
         total = 0.0
         for k in range(n):
             total += matrix[row * n + k] * b[k]
-        target[first + row] = total
+        target[row * STAGES + stage] = total
+
+
+def make_step(layout: Layout) -> Callable[..., Any]:
+    """Return the entry that tries one step of `h` [s]: increments into `stages`, the result into `y_next`.
+
+    The rates at its beginning are `slope_0`. It returns the error of the position [m or rad]; the last number of
+    `slope` receives the lowest margin that a stage has seen.
+    """
+    n = layout.size
+    load, rates = rates_of(layout)
+
+    def step(
+        q_vector, p_vector, piece_vector, y, u, rise, h, is_new, slope_0, drift, jacobian, matrix, tableau, advances,
+        couplings, slope, y_next, stages,
+    ):  # fmt: skip
+        mechanism = load(q_vector, p_vector, piece_vector)
+        if is_new:
+            copy(y, y_next)
+            # Nothing depends on the impulse, the last variable: its column stays zero.
+            for j in range(n - 1):
+                delta = DIFFERENCE * max(abs(y[j]), h * abs(slope_0[j])) + 1e-100
+                y_next[j] = y[j] + delta
+                inverse = 1.0 / (y_next[j] - y[j])
+                rates(mechanism, y_next, u, slope)
+                y_next[j] = y[j]
+                for i in range(n):
+                    jacobian[i * n + j] = (slope[i] - slope_0[i]) * inverse
+        invert(jacobian, n, 1.0 / (tableau[0] * h), matrix)
+        inverse_step, margin = 1.0 / h, INFINITY
+        for stage in range(STAGES):
+            for j in range(n):
+                y_next[j] = y[j] + weighted(advances, stage, stage, stages, j)
+            margin = min(margin, rates(mechanism, y_next, u + tableau[1 + stage] * h * rise, slope))
+            for j in range(n):
+                slope[j] += h * tableau[1 + STAGES + stage] * drift[j]
+                slope[j] += inverse_step * weighted(couplings, stage, stage, stages, j)
+            multiply(matrix, n, slope, stages, stage)
+        slope[n] = margin
+        # The last stage is the error of the embedded result, of order 4.
+        for j in range(n):
+            y_next[j] += stages[j * STAGES + STAGES - 1]
+        return abs(stages[STAGES - 1]) + 2.0 * h * abs(stages[2 * STAGES - 1])
+
+    return step
 
 
 @kernel
-def add_stages(target, weights, row, count, scale, stages):
-    """Add the first `count` stages, with the weights of this row of a tableau times `scale`, to a vector."""
-    width = target.size
-    for m in range(count):
-        weight = weights[row * STAGES + m] * scale
-        for block in range(0, width, PADDING):
-            for j in range(PADDING):
-                target[block + j] += weight * stages[m * width + block + j]
-
-
-@kernel
-def bend(dense, stages, width, j, bends, at):
+def bend(dense, stages, j, bends, at):
     """Write the three coefficients of the interpolant of variable `j` into `bends` from number `at` on."""
     for i in range(3):
-        total = 0.0
-        for m in range(STAGES):
-            total += dense[i * STAGES + m] * stages[m * width + j]
-        bends[at + i] = total
+        bends[at + i] = weighted(dense, i, STAGES, stages, j)
 
 
 @kernel
@@ -115,80 +138,123 @@ def interpolated(bends, at, part, before, after):
     return (1.0 - part) * before + part * (after + (1.0 - part) * curve)
 
 
+@kernel
+def sampled(k, t, h, t_next, y, y_next, last, dense, stages, bends, times, x, v, impulse):
+    """Write the samples from number `k` on up to the time `t_next` [s] of a step; return the number of the next."""
+    bend(dense, stages, 0, bends, 0)
+    bend(dense, stages, 1, bends, 3)
+    bend(dense, stages, last, bends, 6)
+    while k < times.size and times[k] <= t_next:
+        part = (times[k] - t) / h
+        x[k] = interpolated(bends, 0, part, y[0], y_next[0])
+        v[k] = interpolated(bends, 3, part, y[1], y_next[1])
+        impulse[k] = interpolated(bends, 6, part, y[last], y_next[last])
+        k += 1
+    return k
+
+
+@kernel
+def state_at(part, n, y, y_next, dense, stages, bends, there):
+    """Write all `n` variables at this part of a step into `there`."""
+    for j in range(n):
+        bend(dense, stages, j, bends, 0)
+        there[j] = interpolated(bends, 0, part, y[j], y_next[j])
+
+
+def make_search(layout: Layout) -> Callable[..., Any]:
+    """Return the entry that tells after what part of a step the margin first falls below zero, 1 where it does not.
+
+    `margin` is that at the beginning, `margin_end` that at the end. The state just past the event goes into `there`.
+    """
+    n = layout.size
+    load, rates = rates_of(layout)
+
+    def search(
+        q_vector, p_vector, piece_vector, y, y_next, u, u_end, margin, margin_end, dense, stages, bends, slope, there
+    ):  # fmt: skip
+        mechanism = load(q_vector, p_vector, piece_vector)
+        low, high, above, below = 0.0, 0.0, margin, margin
+        # Two crossings may hide each other: the first is in the first part at whose end one is seen.
+        for look in range(1, LOOKS + 1):
+            low, above, high, below = high, below, look / LOOKS, margin_end
+            if look < LOOKS:
+                state_at(high, n, y, y_next, dense, stages, bends, there)
+                below = rates(mechanism, there, u + high * (u_end - u), slope)
+            if below < 0.0:
+                break
+        if not below < 0.0:
+            return 1.0
+        bracket = Bracket(low, -above, high, -below, 0.0)
+        for _ in range(LOCATIONS):
+            if bracket.high - bracket.low <= NARROW:
+                break
+            part = bracket_guess(bracket)
+            state_at(part, n, y, y_next, dense, stages, bends, there)
+            bracket = bracket_update(bracket, part, -rates(mechanism, there, u + part * (u_end - u), slope))
+        state_at(bracket.high, n, y, y_next, dense, stages, bends, there)
+        return bracket.high
+
+    return search
+
+
 def rosenbrock(
-    rate, q, p, y, n, knots, starts, ends, settings, tableau, advances, couplings, dense, times, x, v, impulse,
-    jacobian, matrix, stages, y_next, slope, slope_0, drift, bends, report,
+    step, rates, search, turn, q, p, piece, state, memory, y, n, knots, starts, ends, settings, tableau, advances,
+    couplings, dense, times, x, v, impulse, jacobian, matrix, stages, y_next, slope, slope_0, drift, bends, there,
+    report,
 ):  # fmt: skip
     """Integrate a plant with friction under an effort that is straight between knots.
 
-    `y` is [plant state | friction state | friction impulse], `n` numbers and padding. ``settings`` are the error
-    allowed per time [m/s or rad/s] and per step [m or rad], and the longest, shortest and first step [s]; `tableau` is
-    [gamma | nodes | weights of the drift]; `report` receives the numbers of steps accepted, rejected, and accepted in
-    spite of their error. Returns the number of samples reached: all, unless the motion left the finite numbers or too
-    many steps missed the tolerance.
+    `y` is [plant state | contact | friction impulse], `n` numbers and padding; `piece` is what holds until the next
+    event. ``settings`` are the error allowed per time [m/s or rad/s] and per step [m or rad], and the longest, shortest
+    and first step [s]; `tableau` is [gamma | nodes | weights of the drift]; `report` receives the numbers of steps
+    accepted, rejected, and accepted in spite of their error. Returns the number of samples reached: all, unless the
+    motion left the finite numbers or too many steps missed the tolerance.
     """
     per_time, per_step, h_max, h_min, wish = settings[0], settings[1], settings[2], settings[3], settings[4]
-    width, gamma, error_last, k, is_new = y.size, tableau[0], 1.0, 0, True
+    error_last, h_last, tries, k = 1.0, 0.0, 1, 0
     for segment in range(starts.size):
-        t, t_end, u, is_new = knots[segment], knots[segment + 1], starts[segment], True
-        rise = (ends[segment] - u) / (t_end - t)
+        t, t_end, u = knots[segment], knots[segment + 1], starts[segment]
+        rise, is_new = (ends[segment] - u) / (t_end - t), True
+        margin = rates(q, p, piece, y, u, slope_0)
         while t < t_end:
-            left = t_end - t
-            h = min(wish, h_max)
+            left, h = t_end - t, min(wish, h_max)
             is_last = h >= left * (1.0 - 1e-9)
             h = left if is_last else min(h, 0.5 * left)
-            is_cut = h < wish
+            is_cut, part, u_end = h < wish, 1.0, u + h * rise
             if is_new:
-                rate(q, p, y, u, slope_0)
                 if rise != 0.0:
-                    rate(q, p, y, u + rise * h, drift)
+                    rates(q, p, piece, y, u_end, drift)
                 for j in range(n):
                     drift[j] = (drift[j] - slope_0[j]) / h if rise != 0.0 else 0.0
-                    y_next[j] = y[j]
-                # Nothing depends on the impulse: its column stays zero.
-                for j in range(n - 1):
-                    delta = DIFFERENCE * max(abs(y[j]), h * abs(slope_0[j])) + 1e-100
-                    y_next[j] = y[j] + delta
-                    inverse = 1.0 / (y_next[j] - y[j])
-                    rate(q, p, y_next, u, slope)
-                    y_next[j] = y[j]
-                    for i in range(n):
-                        jacobian[i * n + j] = (slope[i] - slope_0[i]) * inverse
-            invert(jacobian, n, 1.0 / (gamma * h), matrix)
-            for stage in range(STAGES):
-                copy(y, y_next)
-                add_stages(y_next, advances, stage, stage, 1.0, stages)
-                rate(q, p, y_next, u + tableau[1 + stage] * h * rise, slope)
-                for j in range(n):
-                    slope[j] += h * tableau[1 + STAGES + stage] * drift[j]
-                add_stages(slope, couplings, stage, stage, 1.0 / h, stages)
-                multiply(matrix, n, slope, stages, stage * width)
-            for j in range(n):
-                y_next[j] += stages[7 * width + j]
-            # The last stage is the error of the embedded result, of order 4.
-            error = abs(stages[7 * width]) + 2.0 * h * abs(stages[7 * width + 1])
+            error = step(
+                q, p, piece, y, u, rise, h, is_new, slope_0, drift, jacobian, matrix, tableau, advances, couplings,
+                slope, y_next, stages,
+            )  # fmt: skip
             error /= max(min(per_time * h, per_step), ROUNDING * abs(y[0]))
             is_new = error <= 1.0 or h <= h_min
             if not is_new:
                 report[1] += 1.0
-                wish = max(h_min, h * length_factor(error, 1.0, 4.0))
+                tries += 1
+                wish = max(h_min, h * own_factor(error, 4.0))
                 continue
-            if k < times.size and times[k] <= t + h:
-                bend(dense, stages, width, 0, bends, 0)
-                bend(dense, stages, width, 1, bends, 3)
-                bend(dense, stages, width, n - 1, bends, 6)
-            while k < times.size and times[k] <= t + h:
-                part = (times[k] - t) / h
-                x[k] = interpolated(bends, 0, part, y[0], y_next[0])
-                v[k] = interpolated(bends, 3, part, y[1], y_next[1])
-                impulse[k] = interpolated(bends, 6, part, y[n - 1], y_next[n - 1])
-                k += 1
+            margin_end = rates(q, p, piece, y_next, u_end, slope_0)
+            if min(margin_end, slope[n]) < 0.0 <= margin and h > h_min:
+                part = search(q, p, piece, y, y_next, u, u_end, margin, margin_end, dense, stages, bends, slope, there)
+            t_next = t_end if is_last and part == 1.0 else t + part * h
+            if k < times.size and times[k] <= t_next:
+                k = sampled(k, t, h, t_next, y, y_next, n - 1, dense, stages, bends, times, x, v, impulse)
             copy(y_next, y)
+            if part < 1.0:
+                copy(there, y)
+            t, u = t_next, u + part * h * rise
+            margin = margin_end
+            if margin < 0.0 or part < 1.0:
+                turn(p, state, memory, piece, y)
+                margin = rates(q, p, piece, y, u, slope_0)
             if not abs(y[0]) + abs(y[1]) < BOUND or report[2] > GIVE_UP:
                 return float(k)
-            t, u = t_end if is_last else t + h, u + h * rise
-            wish = max(wish if is_cut else h_min, h * length_factor(error, error_last, 4.0))
-            error_last = error
+            wish = max(wish if is_cut else h_min, next_length(h, error, h_last, error_last, tries, 4.0))
+            error_last, h_last, tries = error, h, 1
             report[0] += 1.0
             report[2] += 1.0 if not error <= 1.0 else 0.0
     return float(k)

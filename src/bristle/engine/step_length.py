@@ -1,4 +1,13 @@
-"""How long the next step is: proportional and integral control of its error."""
+"""How long the next step is.
+
+Where the error of steps jumps, as at kinks, proportional and integral control damps what it does to their length. Where
+it changes smoothly, the length follows its trend.
+
+References
+----------
+.. [1] K. Gustafsson, "Control-theoretic techniques for stepsize selection in implicit Runge-Kutta methods", ACM
+   Transactions on Mathematical Software 20(4), 1994. doi:10.1145/198429.198437
+"""
 
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import power
@@ -23,3 +32,25 @@ def length_factor(error, error_last, order):
     now, last = max(error, SMALLEST_ERROR), max(error_last, SMALLEST_ERROR)
     factor = SAFETY * power(now, -PROPORTIONAL / order) * power(last, INTEGRAL / order)
     return max(SMALLEST_FACTOR, min(LARGEST_FACTOR, factor))
+
+
+@kernel
+def own_factor(error, order):
+    """Return by how much the step length changes by its own error alone."""
+    if not error <= 1e300:
+        return SMALLEST_FACTOR
+    factor = SAFETY * power(max(error, SMALLEST_ERROR), -1.0 / order)
+    return max(SMALLEST_FACTOR, min(LARGEST_FACTOR, factor))
+
+
+@kernel
+def next_length(h, error, h_last, error_last, tries, order):
+    """Return the length [s] of the step after an accepted one, `h_last` and `error_last` being those of the one before.
+
+    Where the error for a given length grows from step to step, it is expected to go on growing as fast. After a step
+    that took several `tries` the next one is no longer.
+    """
+    now, last = max(error, SMALLEST_ERROR), max(error_last, SMALLEST_ERROR)
+    trend = h / h_last * power(last / now, 1.0 / order) if h_last > 0.0 else 1.0
+    factor = own_factor(now, order) * min(1.0, trend)
+    return h * max(SMALLEST_FACTOR, factor if tries == 1 else min(1.0, factor))

@@ -3,39 +3,74 @@
 Every figure is readable in grey: lines differ in lightness and dashes and markers in shape, besides their colour.
 """
 
+from bristle.figures.break_away import break_away
+from bristle.figures.circles import circles
 from bristle.figures.closure import closure
+from bristle.figures.control_effort import control_effort
+from bristle.figures.control_scheme import control_scheme
 from bristle.figures.correlation import correlation
 from bristle.figures.drift import drift
 from bristle.figures.drive_table import drive_table
 from bristle.figures.effort_over_time import effort_over_time
+from bristle.figures.error_budget import error_budget
+from bristle.figures.error_distribution import error_distribution
+from bristle.figures.error_over_count import error_over_count
 from bristle.figures.everett_surface import everett_surface
 from bristle.figures.following_error import following_error, has_completed
 from bristle.figures.friction_over_velocity import friction_over_velocity
+from bristle.figures.loop_family import loop_family
+from bristle.figures.margins import margins
+from bristle.figures.marked_path import marked_path
 from bristle.figures.minor_loops import minor_loops
 from bristle.figures.model_comparison import model_comparison
+from bristle.figures.motion import expected, motion
 from bristle.figures.parameters import parameters
+from bristle.figures.passages import passages
 from bristle.figures.prediction import prediction
 from bristle.figures.preisach_plane import preisach_plane
+from bristle.figures.preisach_stages import preisach_stages
+from bristle.figures.recorded_curves import recorded_curves
 from bristle.figures.residuals import residuals
+from bristle.figures.ripple import ripple
 from bristle.figures.svg import inline_svg
+from bristle.figures.tracking import tracking
+from bristle.figures.tracking_error import tracking_error
 from bristle.figures.transition_curves import transition_curves
 
 __all__ = [
+    "break_away",
+    "circles",
     "closure",
+    "control_effort",
+    "control_scheme",
     "correlation",
     "drift",
     "drive_table",
     "effort_over_time",
+    "error_budget",
+    "error_distribution",
+    "error_over_count",
     "everett_surface",
+    "expected",
     "following_error",
     "friction_over_velocity",
     "has_completed",
     "inline_svg",
+    "loop_family",
+    "margins",
+    "marked_path",
     "minor_loops",
     "model_comparison",
+    "motion",
     "parameters",
+    "passages",
     "prediction",
     "preisach_plane",
+    "preisach_stages",
+    "recorded_curves",
     "residuals",
+    "ripple",
+    "tracking",
+    "tracking_error",
     "transition_curves",
 ]

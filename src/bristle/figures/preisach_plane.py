@@ -17,7 +17,7 @@ from bristle.engine.path import after
 from bristle.figures import style
 from bristle.figures.labels import effort_scale, position_word, scale_for
 
-__all__ = ["preisach_plane", "staircase"]
+__all__ = ["draw_plane", "preisach_plane", "staircase"]
 
 SAMPLES = 120
 
@@ -50,7 +50,8 @@ def preisach_plane(operator: Model, history: Sequence[float]) -> Figure:
     length = scale_for("length", operator.kind, turns)
     force, word = effort_scale(operator.kind, output)
     figure, ((plane, loops),) = style.panels(3.7, columns=2, between=0.75)
-    _draw_plane(plane, staircase(memory[: state.depth].tolist(), state.z), 1.15 * float(np.max(np.abs(turns))), length)
+    draw_plane(plane, staircase(memory[: state.depth].tolist(), state.z), 1.15 * float(np.max(np.abs(turns))), length)
+    style.legend(plane, 3, handle=1.2)
     loops.plot(path * length.factor, output * force.factor, color=style.PREDICTED["color"], label="_path")
     loops.plot(state.z * length.factor, state.f * force.factor, "o", color="#e0a83c", markersize=5.0, label="_now")
     loops.set_xlabel(length.label(position_word(operator.kind)))
@@ -83,7 +84,8 @@ def staircase(turning_points: Sequence[float], u: float) -> np.ndarray:
     return np.array([*corners, (u, u)])
 
 
-def _draw_plane(axes: Axes, corners: np.ndarray, extent: float, length: Scale) -> None:
+def draw_plane(axes: Axes, corners: np.ndarray, extent: float, length: Scale) -> None:
+    """Draw the plane up to a threshold of `extent` [m or rad], with the corners of the staircase in it."""
     edge = extent * length.factor
     line = np.vstack(([-edge, edge], corners * length.factor))
     up = np.vstack((line, [-edge, -edge]))
@@ -96,4 +98,3 @@ def _draw_plane(axes: Axes, corners: np.ndarray, extent: float, length: Scale) -
     axes.set_aspect("equal", adjustable="box")
     axes.set_xlabel(length.label("Threshold β, down"))
     axes.set_ylabel(length.label("Threshold α, up"))
-    style.legend(axes, 3, handle=1.2)

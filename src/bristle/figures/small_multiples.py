@@ -17,14 +17,19 @@ __all__ = ["FIRST", "LAST", "Traces", "force_over_position"]
 
 Traces = Mapping[str, tuple[np.ndarray, np.ndarray]]
 COLUMNS = 3
-ROW = 2.05  # inches
+ROW, WIDE_ROW = 2.05, 2.9  # inches
 # A wide light line under a narrow dark one: what came first, and what came after.
 FIRST: style.Look = {"color": "#e0a83c", "linewidth": 2.4, "linestyle": "-"}
 LAST: style.Look = {"color": "#0b3c6f", "linewidth": 0.9, "linestyle": "-"}
 
 
 def force_over_position(
-    traces: Traces, titles: Mapping[str, str], kind: Kind
+    traces: Traces,
+    titles: Mapping[str, str],
+    kind: Kind,
+    effort: Kind | None = None,
+    columns: int = COLUMNS,
+    top: float = 0.32,
 ) -> tuple[Figure, Iterator[tuple[str, Axes, np.ndarray, np.ndarray]], Scale]:
     """Return a figure with one panel for each trace, the panels with what to draw in them, and the scale of positions.
 
@@ -36,6 +41,12 @@ def force_over_position(
         What stands above each panel.
     kind : {"translational", "rotational"}
         The kind of axis.
+    effort : {"translational", "rotational"}, optional
+        Where a torque is shown over a travel: the kind that the forces are of.
+    columns : int
+        Panels in a row.
+    top : float
+        Room above the first row [inch].
 
     Returns
     -------
@@ -47,9 +58,11 @@ def force_over_position(
         The unit of the positions.
     """
     length = scale_for("length", kind, *(x for x, _ in traces.values()))
-    force, word = effort_scale(kind, *(f for _, f in traces.values()))
-    rows = -(-len(traces) // COLUMNS)
-    figure, grid = style.panels(0.35 + ROW * rows, rows, COLUMNS, between=0.2, gap=0.72)
+    force, word = effort_scale(effort or kind, *(f for _, f in traces.values()))
+    rows = -(-len(traces) // columns)
+    figure, grid = style.panels(
+        0.03 + top + (ROW if columns > 1 else WIDE_ROW) * rows, rows, columns, between=0.2, gap=0.72, top=top
+    )
     places = [axes for row in grid for axes in row]
     low = min(float(np.min(f)) for _, f in traces.values()) * force.factor
     high = max(float(np.max(f)) for _, f in traces.values()) * force.factor
@@ -60,7 +73,7 @@ def force_over_position(
         axes.set_title(titles[name])
         axes.set_ylim(low - room, high + room)
         axes.set_xlabel(length.label(position_word(kind)))
-        if index % COLUMNS:
+        if index % columns:
             axes.tick_params(labelleft=False)
         else:
             axes.set_ylabel(force.label(f"Friction {word.lower()}"))

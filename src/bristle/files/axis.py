@@ -28,6 +28,8 @@ FREQUENCY = Variable("frequency", "frequency")
 MASS = Variable("mass", "moving mass")
 FORCE = Variable("force", "force")
 VELOCITY = Variable("length/time", "velocity")
+ACCELERATION = Variable("length/time^2", "acceleration")
+JERK = Variable("length/time^3", "jerk")
 LENGTH = Variable("length", "position")
 STIFFNESS = Variable("force/length", "stiffness to the ground")
 DAMPING = Variable("force*time/length", "damping to the ground")
@@ -97,6 +99,8 @@ def axis_from(data: dict[str, Any]) -> Axis:
         in_cycle=file.log.start == "cycle",
         span=_span(file),
         velocity_limit=_positive(file.limits.velocity, VELOCITY, file.kind, "limits.velocity"),
+        acceleration_limit=_positive(file.limits.acceleration, ACCELERATION, file.kind, "limits.acceleration"),
+        jerk_limit=_positive(file.limits.jerk, JERK, file.kind, "limits.jerk"),
         stroke=_stroke(file),
         controller=file.controller,
         pitch=drive.transmission.lead,

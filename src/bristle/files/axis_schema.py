@@ -112,6 +112,8 @@ class LimitsEntry(Strict):
     """How fast and how far the axis may go."""
 
     velocity: Quantity | None = None
+    acceleration: Quantity | None = None
+    jerk: Quantity | None = None
     stroke: Annotated[list[Quantity], Field(min_length=2, max_length=2)] | None = None
 
 

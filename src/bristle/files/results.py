@@ -30,6 +30,7 @@ SUMMARY = "summary.json"
 
 WRITTEN = frozenset({SUMMARY, "report.html", "model.toml", "drive_table.csv"})
 WRITTEN_BY_DEMO = frozenset({"axis.toml", "log.csv", "unseen.csv"})
+WRITTEN_BY_EXCITE = frozenset({"axis.toml", "motion.csv"})
 NAMES_SHOWN = 5
 ATTEMPTS = 100
 _WRITING = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS, errno.EIO}
@@ -119,13 +120,15 @@ def _keep_own_files(folder: Path) -> None:
 
 
 def _named_in(folder: Path) -> frozenset[str]:
-    """Return further files that the results say are part of them: a user's model, the log of the demonstration."""
+    """Return further files that the results say are part of them: a user's model, logs, a motion."""
     names: frozenset[str] = frozenset()
     with suppress(OSError, ValueError, LookupError, TypeError):
         names |= {tomllib.loads((folder / "model.toml").read_text(encoding="utf-8"))["friction"]["file"]}
     with suppress(OSError, ValueError, LookupError, TypeError):
         if json.loads((folder / SUMMARY).read_text(encoding="utf-8"))["simulated"]:
             names |= WRITTEN_BY_DEMO
+    with suppress(OSError, ValueError, LookupError, TypeError, AttributeError):
+        names |= WRITTEN_BY_EXCITE & set(json.loads((folder / SUMMARY).read_text(encoding="utf-8"))["files"].values())
     return names
 
 

@@ -23,6 +23,8 @@ RUN = {
     "settle": Variable("time", "time at the start that the statistics leave out", min=0.0),
     "effort_limit": Variable("force", "largest effort of the drive", min=0.0),
     "substeps": Variable("1", "integration steps in a sample", min=1.0, max=10_000.0),
+    "current_lag": Variable("time", "time constant of the current control of the drive", min=0.0),
+    "seeds": Variable("1", "runs, each with other noise", min=1.0, max=1000.0),
     "delay": Variable("1", "samples from a measurement to the effort computed from it", min=0.0, max=10_000.0),
 }
 
@@ -66,7 +68,7 @@ def run_from(table: Mapping[str, Any], axis: Axis | None, reference: Model, kind
         unit, where = RUN["effort_limit"].unit(kind), f"{path}.effort_limit"
         given["effort_limit"] = in_effort(given["effort_limit"], unit, kind, columns, where)
     values: dict[str, Any] = {name: number_at(given[name], RUN[name], kind, f"{path}.{name}") for name in given}
-    for name in ("substeps", "delay"):
+    for name in ("substeps", "delay", "seeds"):
         if name in values:
             values[name] = _whole(values[name], f"{path}.{name}")
     run = Run(**values)

@@ -6,12 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from bristle.controllers.feedforward import Shape
 from bristle.core import units
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
-from bristle.core.experiment import Feedforward, Variant
-from bristle.core.variable import Kind, Variable
+from bristle.core.experiment import Feedforward, Learning, Variant
+from bristle.core.variable import Kind, Variable, variables_of
 from bristle.files.components import check_keys, key_of, model_from, number_at, table_at
 from bristle.files.controller import controller_from
 from bristle.files.model import kind_at
@@ -24,12 +25,23 @@ from bristle.sensors import SENSORS
 
 __all__ = ["SECTIONS", "Tables", "variant_from"]
 
-SECTIONS = ("axis", "plant", "friction", "controller", "sensor", "reference", "run")
+SECTIONS = ("axis", "plant", "friction", "table_friction", "controller", "sensor", "reference", "run")
+
+SIDES = ("load", "motor")
 
 FEEDFORWARD = {
     "mass": Variable("mass", "mass or inertia times the desired acceleration", min=0.0),
-    "gain": Variable("1", "factor on the friction"),
+    **variables_of(Shape),
+    "conditioning": Variable("length", "amplitude of the decaying sweep before the first sample", min=0.0),
 }
+LEARNING = {
+    "trials": Variable("1", "trials, of which the last is reported", min=1.0, max=1000.0),
+    "k_e": Variable("force/length", "effort learned from the following error", min=0.0),
+    "k_d": Variable("force*time/length", "effort learned from its derivative", min=0.0),
+    "cutoff": Variable("frequency", "cut-off of the zero-phase low-pass on what is learned", min=1e-3),
+}
+BESIDE = ("feedforward", "learning")  # of the parameters of a control law
+ALONG = ("desired", "measured")
 
 
 @dataclass(frozen=True)
@@ -80,14 +92,18 @@ def variant_from(name: str, tables: Tables, sources: Sources) -> Variant:
         )
     identified, friction = sources.friction(tables.content["friction"], kind, tables.path("friction"))
     reference = _reference(tables, axis, kind, sources)
+    plant = _plant(tables, axis, identified, kind)
     return Variant(
         name=name,
-        plant=_plant(tables, axis, identified, kind),
+        plant=plant,
         friction=friction,
+        table=_table_friction(tables, plant, sources),
         controller=_controller(tables, axis, kind),
         sensor=_sensor(tables, axis, kind),
+        sensor_at=_side(tables, plant),
         reference=reference,
         feedforward=_feedforward(tables, kind, sources),
+        learning=_learning(tables, kind),
         run=run_from(tables.table("run"), axis, reference, kind, tables.path("run")),
     )
 
@@ -135,7 +151,7 @@ def _plant(tables: Tables, axis: Axis | None, identified: Model | None, kind: Ki
 
 def _controller(tables: Tables, axis: Axis | None, kind: Kind) -> Model:
     path = tables.path("controller")
-    given = {key: value for key, value in tables.table("controller").items() if key != "feedforward"}
+    given = {key: value for key, value in tables.table("controller").items() if key not in BESIDE}
     if "model" not in given and axis is not None and axis.controller is not None:
         given = _known(axis.controller) | given
     return controller_from(given, kind=kind, columns=axis.columns if axis is not None else {}, path=path)
@@ -144,7 +160,11 @@ def _controller(tables: Tables, axis: Axis | None, kind: Kind) -> Model:
 def _feedforward(tables: Tables, kind: Kind, sources: Sources) -> Feedforward:
     path = tables.path("controller", "feedforward")
     given = table_at(tables.table("controller").get("feedforward", {}), path)
-    check_keys(given, (*FEEDFORWARD, "friction"), path)
+    check_keys(given, (*FEEDFORWARD, "friction", "along"), path)
+    along = given.get("along", ALONG[0])
+    if along not in ALONG:
+        raise InputError("is no motion that a compensator follows", path=f"{path}.along", value=along,
+                         allowed=" or ".join(ALONG))  # fmt: skip
     friction = given.get("friction", "none")
     where = tables.path("controller", "feedforward", "friction")
     if isinstance(friction, str) and friction != "none":
@@ -157,11 +177,50 @@ def _feedforward(tables: Tables, kind: Kind, sources: Sources) -> Feedforward:
         for name, variable in FEEDFORWARD.items()
         if name in given
     }
-    return Feedforward(friction=None if friction == "none" else sources.friction(friction, kind, where)[1], **values)
+    compensator = None if friction == "none" else sources.friction(friction, kind, where)[1]
+    return Feedforward(friction=compensator, along=along, **values)
+
+
+def _learning(tables: Tables, kind: Kind) -> Learning | None:
+    if "learning" not in tables.table("controller"):
+        return None
+    path = tables.path("controller", "learning")
+    given = {"k_d": 0.0, **table_at(tables.table("controller")["learning"], path)}
+    check_keys(given, LEARNING, path)
+    for name in LEARNING:
+        if name not in given:
+            raise InputError(f"needs {name}", path=path, mend=f"Write {name}, {LEARNING[name].description}")
+    values = {name: number_at(given[name], variable, kind, f"{path}.{name}") for name, variable in LEARNING.items()}
+    trials = values.pop("trials")
+    if not trials.is_integer():
+        raise InputError("must be a whole number", path=f"{path}.trials", value=given["trials"])
+    return Learning(int(trials), **values)
+
+
+def _table_friction(tables: Tables, plant: Model, sources: Sources) -> Model | None:
+    """Return the friction of the table of a plant with a screw, in N and m whatever the kind of axis."""
+    if "table_friction" not in tables.content:
+        return None
+    path = tables.path("table_friction")
+    if plant.component.screw is None:
+        raise InputError(
+            "needs a plant with a table behind a screw", path=path, value=plant.name, allowed="ball_screw",
+            mend='Write model = "ball_screw" under [plant], or put the friction under [friction]',
+        )  # fmt: skip
+    return sources.friction(tables.content["table_friction"], "translational", path)[1]
+
+
+def _side(tables: Tables, plant: Model) -> str:
+    """Return which side of the screw the sensor reads: that of the motor, unless the file says otherwise."""
+    usual = "motor" if plant.component.screw is not None else "load"
+    side = tables.table("sensor").get("side", usual)
+    if side not in SIDES:
+        raise InputError("no such side", path=f"{tables.path('sensor')}.side", value=side, allowed=" or ".join(SIDES))
+    return side
 
 
 def _sensor(tables: Tables, axis: Axis | None, kind: Kind) -> Model:
-    given = tables.table("sensor")
+    given = {key: value for key, value in tables.table("sensor").items() if key != "side"}
     if not given and axis is not None and axis.resolution is not None:
         given = {"resolution": axis.resolution}
     return model_from(given, SENSORS, kind=kind, path=tables.path("sensor"), default="encoder")

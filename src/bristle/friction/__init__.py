@@ -22,6 +22,8 @@ from bristle.friction.gms import MODEL as gms
 from bristle.friction.leuven import MODEL as leuven
 from bristle.friction.lugre import MODEL as lugre
 from bristle.friction.maxwell_slip import MODEL as maxwell_slip
+from bristle.friction.maxwell_stribeck import MODEL as maxwell_stribeck
+from bristle.friction.preisach_contact import MODEL as preisach_contact
 from bristle.friction.preisach_lugre import MODEL as preisach_lugre
 from bristle.friction.presliding import is_static, with_presliding
 from bristle.friction.reformed_dahl import MODEL as reformed_dahl
@@ -35,7 +37,7 @@ MODELS: dict[str, FrictionModel] = {
     model.name: model
     for model in (
         coulomb, viscous, coulomb_viscous, stribeck, stribeck_free, dahl, reformed_dahl, bouc_wen, bouc_wen_classic,
-        lugre, elastoplastic, maxwell_slip, gms, gap_slider, preisach_lugre, leuven,
+        lugre, elastoplastic, maxwell_slip, maxwell_stribeck, gms, gap_slider, preisach_contact, preisach_lugre, leuven,
     )
 }  # fmt: skip
 
@@ -55,6 +57,8 @@ __all__ = [
     "leuven",
     "lugre",
     "maxwell_slip",
+    "maxwell_stribeck",
+    "preisach_contact",
     "preisach_lugre",
     "reformed_dahl",
     "slotted",

@@ -60,6 +60,12 @@ class Move(NamedTuple):
     z_next: float
 
 
+class Piece(NamedTuple):
+    """What holds until the velocity reverses: its direction."""
+
+    side: float
+
+
 @kernel
 def stribeck_force(v, p):
     r"""Return :math:`G(v) = F_C + (F_S - F_C) e^{-(v/v_S)^2}` [N or N*m]."""
@@ -99,9 +105,28 @@ def commit(state, memory, move, p):
 @kernel
 def rate(state, motion, p):
     """Return the force [N or N*m] and the time derivative of the state [m/s or rad/s]."""
+    force, d_state, _ = flow(state, Piece(direction(motion.v)), motion, p)
+    return force, d_state
+
+
+@kernel
+def piece(state, memory, motion, p):
+    """Return the state, all of which varies, and the direction of motion, which holds until it reverses."""
+    return state, Piece(direction(motion.v))
+
+
+@kernel
+def flow(contact, piece, motion, p):
+    """Return the force [N or N*m], the rate of the deflection [m/s or rad/s], and the velocity left to a reversal."""
     v = motion.v
-    z_dot = v * (1.0 - direction(v) * p.sigma_0 * state.z / stribeck_force(v, p))
-    return p.sigma_0 * state.z + micro_damping(v, p) * z_dot + p.sigma_2 * v, State(z_dot)
+    z_dot = v * (1.0 - piece.side * p.sigma_0 * contact.z / stribeck_force(v, p))
+    return p.sigma_0 * contact.z + micro_damping(v, p) * z_dot + p.sigma_2 * v, State(z_dot), piece.side * v
+
+
+@kernel
+def arrival(state, memory, contact, p):
+    """Return the move to the deflection at a reversal."""
+    return Move(contact.z)
 
 
 MODEL = FrictionModel(
@@ -112,6 +137,9 @@ MODEL = FrictionModel(
     trial=trial,
     commit=commit,
     rate=rate,
+    piece=piece,
+    flow=flow,
+    arrival=arrival,
     relations=(STATIC_ABOVE_COULOMB,),
     reference="doi:10.1109/9.376053",
     example={"F_C": 20.0, "F_S": 28.0, "v_S": 2e-3, "sigma_0": 1e7, "sigma_1": 1e3, "sigma_2": 200.0, "v_d": 0.05},

@@ -39,6 +39,7 @@ from bristle.core.contracts import FrictionModel, Relation
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import direction
 from bristle.core.variable import Variable
+from bristle.friction.branchwise import Contact, deflection_rate, piece_at
 from bristle.friction.deflection import deflect
 from bristle.friction.lugre import micro_damping, stribeck_force
 from bristle.friction.quantities import (
@@ -53,7 +54,7 @@ from bristle.friction.quantities import (
 from bristle.friction.slip_law import SlipLaw
 from bristle.friction.stribeck import STATIC_ABOVE_COULOMB
 from bristle.hysteresis.everett import KERNELS, ClosedForm
-from bristle.hysteresis.turning_points import SMALLEST_CAPACITY, Stack, stack_commit, stack_size
+from bristle.hysteresis.turning_points import SMALLEST_CAPACITY, Stack, stack_commit, stack_size, stack_trial
 
 TRANSITIONS = ("paper", "leuven", "elastoplastic")
 PAPER, LEUVEN, ELASTOPLASTIC = range(3)
@@ -121,6 +122,30 @@ def commit(state, memory, move, p):
     return stack_commit(state, memory, move)
 
 
+@kernel
+def piece(state, memory, motion, p):
+    """Return the deflection [m or rad], and what holds until the next event."""
+    held = piece_at(state, memory, direction(motion.v), stribeck_force(motion.v, p), slip_law(p))
+    return Contact(state.z), held
+
+
+@kernel
+def flow(contact, piece, motion, p):
+    """Return the force [N or N*m], the rate of the deflection [m/s or rad/s], and the margin to the next event."""
+    v = motion.v
+    q = ClosedForm(p.kernel, p.s, p.f_p, p.exponent)
+    now = deflection_rate(contact.z, piece, v, stribeck_force(v, p), slip_law(p), q)
+    force = now.f + micro_damping(v, p) * now.z_dot + p.sigma_2 * v
+    return force, Contact(now.z_dot), min(now.margin, piece.side * v / p.v_S)
+
+
+@kernel
+def arrival(state, memory, contact, p):
+    """Return the move to the deflection at an event."""
+    q = ClosedForm(p.kernel, p.s, p.f_p, p.exponent)
+    return stack_trial(state, memory, contact.z, TOLERANCE * p.f_p / p.s, q)[1]
+
+
 def memory_size(p: Parameters) -> int:
     """Return the room for the turning points of the deflection."""
     return stack_size(p.capacity)
@@ -133,6 +158,9 @@ MODEL = FrictionModel(
     State=Stack,
     trial=trial,
     commit=commit,
+    piece=piece,
+    flow=flow,
+    arrival=arrival,
     memory_size=memory_size,
     relations=(STATIC_ABOVE_COULOMB, SATURATION_ABOVE_STATIC, SATURATION_WELL_ABOVE_STATIC),
     reference="doi:10.1109/9.847103",

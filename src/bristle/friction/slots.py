@@ -19,7 +19,15 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from bristle.core.contracts import FrictionModel, Model, Relation
-from bristle.core.dispatch import friction_commit, friction_rate, friction_trial, friction_trial_sided
+from bristle.core.dispatch import (
+    friction_arrival,
+    friction_commit,
+    friction_flow,
+    friction_piece,
+    friction_rate,
+    friction_trial,
+    friction_trial_sided,
+)
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import direction
@@ -84,6 +92,25 @@ def rate(state, motion, p):
     q = p.forward if direction(motion.v) > 0.0 else p.backward
     force, d_state = friction_rate(state, motion, q)
     return force + p.offset, d_state
+
+
+@kernel
+def piece(state, memory, motion, p):
+    """Return what varies and what holds until the next event, with the parameters of this side."""
+    return friction_piece(state, memory, motion, p.forward if direction(motion.v) > 0.0 else p.backward)
+
+
+@kernel
+def flow(contact, piece, motion, p):
+    """Return force [N or N*m], rate and margin with the parameters of the side of the piece, plus the offset."""
+    force, d_contact, margin = friction_flow(contact, piece, motion, p.forward if piece.side > 0.0 else p.backward)
+    return force + p.offset, d_contact, margin
+
+
+@kernel
+def arrival(state, memory, contact, p):
+    """Return the move to an event; memory does not depend on the direction."""
+    return SlottedMove(friction_arrival(state, memory, contact, p.forward), 1.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -172,6 +199,9 @@ def slotted(model: FrictionModel, *, asymmetry: bool) -> SlottedModel:
         trial=trial_sided if sided else trial,
         commit=commit,
         rate=rate if model.rate and not sided else None,
+        piece=piece if model.piece else None,
+        flow=flow if model.flow else None,
+        arrival=arrival if model.arrival else None,
         start=None if first is None else lambda place, p: first(place, p.backward, p.forward),
         memory_size=lambda p: model.memory_size(p.forward),
         reference=model.reference,

@@ -7,19 +7,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bristle.core.contracts import Model, Motion
 from bristle.core.errors import InputError
-from bristle.friction import unvaried
+from bristle.engine.steady import steady_force
 from bristle.identification.result import Fit
 
-__all__ = ["drive_table", "largest_deviation", "steady_curve", "steady_force"]
+__all__ = ["drive_table", "largest_deviation", "steady_curve"]
 
 FINE = 300  # points of the steady curve on each side
 NEAREST = 1e-6  # of the largest speed: the first of these points
 HALVINGS = 40
 STRAIGHT = 1e-6  # of the largest force: a deviation that is none
-STEPS_MAX = 200
-SETTLED = 1e-12
 
 
 def drive_table(fit: Fit, entries: int = 20) -> list[tuple[float, float]]:
@@ -132,22 +129,3 @@ def _furthest(curve: np.ndarray, first: int, allowed: float) -> int:
     slope = rise / run
     fits = np.flatnonzero((slope <= upper) & (slope >= lower))
     return first + 1 + int(fits[-1])
-
-
-def steady_force(model: Model, v: float) -> float:
-    """Return the force [N or N*m] that a friction model settles to at a constant velocity `v` [m/s or rad/s].
-
-    The model itself is run, over steps that grow until its force no longer changes; one that varies along the axis as
-    it is in the middle.
-    """
-    component, p = model.component, unvaried(model).parameters
-    state, memory = component.initial_state(p), component.new_memory(p)
-    dt, x, force, before = 1e-6, 0.0, math.nan, math.nan
-    for _ in range(STEPS_MAX):
-        x += v * dt
-        force, move = component.trial(state, memory, Motion(v, x), dt, p)
-        state = component.commit(state, memory, move, p)
-        if abs(v) * dt > 1.0 and abs(force - before) <= SETTLED * abs(force):
-            break
-        before, dt = force, 1.5 * dt
-    return float(force)

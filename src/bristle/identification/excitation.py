@@ -10,6 +10,7 @@ from bristle.core.typography import with_unit
 from bristle.core.variable import Variable, unit_of
 from bristle.identification.regression import Regression
 from bristle.identification.unknowns import Scales
+from bristle.logs.passages import passages_along
 
 __all__ = ["out_of_sight", "why_unidentifiable"]
 
@@ -45,7 +46,7 @@ def why_unidentifiable(
             count = int(np.sum(np.abs(regression.all_velocities) < slow))
             return (
                 f"the log does not show the force fall with speed ({count} of {regression.all_velocities.size} samples "
-                f"are slower than {with_unit(slow, unit_of('length/time', kind))})"
+                f"are slower than {with_unit(slow, unit_of('length/time', kind))}, {_steady_slides(regression)})"
             )
         case "presliding":
             return _about_presliding(regression, scales, values, variables)
@@ -103,6 +104,22 @@ def _presliding_zone(scales: Scales, values: Mapping[str, float], variables: Map
     """Return the displacement [m or rad] over which friction builds up, where the model has a stiffness."""
     stiffness = [value for name, value in values.items() if variables[name].quantity == "force/length" and value > 0.0]
     return scales.force / max(stiffness) if stiffness else None
+
+
+def _steady_slides(regression: Regression) -> str:
+    """Return in words at which speeds the log slides steadily."""
+    grain = max(COUNTS_IN_ZONE * regression.resolution, NOISE_IN_ZONE * regression.noise)
+    speeds = [
+        end
+        for one in regression.stretches
+        for found in passages_along(one.time, one.position, one.effort, grain)
+        if found.kind == "constant_velocity"
+        for end in found.speeds
+    ]
+    if not speeds:
+        return "and none of its motion is a slide at constant velocity"
+    low, high = (with_unit(end(speeds), unit_of("length/time", regression.kind)) for end in (min, max))
+    return f"and it slides steadily at {low}" + (f" to {high}" if high != low else "")
 
 
 def _about_speed(regression: Regression, scales: Scales) -> str:

@@ -8,15 +8,24 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["UNFINISHED", "BestSoFar", "asks_for_what_there_is"]
+__all__ = ["UNFINISHED", "BestSoFar", "obey"]
 
 INTERRUPTED = 130
 UNFINISHED = "unfinished: the search was interrupted, and this is the best that it had found; run it again to the end"
 
 
-def asks_for_what_there_is(error: KeyboardInterrupt) -> bool:
-    """Return whether a person pressed Ctrl-C, and did not ask the program to end in another way."""
-    return getattr(error, "exit_code", INTERRUPTED) == INTERRUPTED
+def obey(error: KeyboardInterrupt, *, anything: bool = True) -> None:
+    """Raise an interruption again that asks for more than what there is.
+
+    Parameters
+    ----------
+    error : KeyboardInterrupt
+        The interruption: Ctrl-C, or a signal by which a program is asked to end in another way.
+    anything : bool
+        Whether there is anything to return.
+    """
+    if not anything or getattr(error, "exit_code", INTERRUPTED) != INTERRUPTED:
+        raise error
 
 
 @dataclass

@@ -9,7 +9,7 @@ involved, and the controller that was running does not matter.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from os import PathLike
 from typing import Any
 
@@ -23,15 +23,18 @@ from bristle.friction.slots import SlottedModel
 from bristle.identification.asked import Known, freed, known_of, models_of, refuse_reversed_effort, unknowns_of
 from bristle.identification.elements import Elements
 from bristle.identification.findings import fit_of
-from bristle.identification.given import logs_and_axes, treatment_of, whole_number
+from bristle.identification.given import logs_and_axes, none_or_more, treatment_of
 from bristle.identification.held_out import held_out_error
-from bristle.identification.interruption import UNFINISHED, asks_for_what_there_is
+from bristle.identification.information import with_information
+from bristle.identification.interruption import UNFINISHED, obey
 from bristle.identification.output_error import OutputError, held_out_position, one_period, refined
 from bristle.identification.places import pitch_in
 from bristle.identification.problem import Problem
 from bristle.identification.ranking import in_order
 from bristle.identification.regression import Regression
 from bristle.identification.repetition import about_repetition
+from bristle.identification.resampling.assessment import assessed
+from bristle.identification.resampling.refit import Space, space_of
 from bristle.identification.result import Fit, HeldOut, Identification
 from bristle.identification.search import Report, Search
 from bristle.identification.several import treat_all
@@ -43,6 +46,7 @@ from bristle.simulation.result import relative_error_percent
 
 __all__ = ["identify"]
 
+FEWEST_DRAWS = 20
 LEAST_LEVEL = 0.01  # of the effort: a Coulomb force that says nothing of the magnitude of friction
 
 Progress = Callable[[float, str], None]
@@ -53,7 +57,7 @@ def identify(
     axis: Axis | str | PathLike[str] | Sequence[Axis | str | PathLike[str]] | None = None,
     cutoff: float | str | None = None, decimation: int | None = None, blocks: int = 5,
     offset: float | str | None = None, mass: float | str | None = None, free: str | Sequence[str] = (),
-    progress: Progress | None = None,
+    draws: int = 200, progress: Progress | None = None,
 ) -> Identification:  # fmt: skip
     """Identify one friction model or several from a log, with the inertia, and rank them.
 
@@ -80,6 +84,8 @@ def identify(
     free : str or sequence of str
         Shapes that are identified too, instead of being kept at their default: ``"exponent"`` of the Dahl model;
         several separated by commas.
+    draws : int
+        Logs that are simulated with the best model and fitted again, for its 95 % intervals; 0 for none.
     progress : callable, optional
         Called with the share of the work done and what is being done.
 
@@ -101,45 +107,61 @@ def identify(
     given = logs_and_axes(log, axis)
     logs, axes = [log for log, _ in given], [axis for _, axis in given]
     components = models_of(model)
-    blocks = whole_number(blocks, "blocks", "0, or 2 and more")
-    if blocks < 0 or blocks == 1:
-        raise InputError("out of range", path="blocks", value=blocks, allowed="0, or 2 and more")
-    for one in logs:
-        if one.effort is None:
-            raise InputError("has no effort, which inverse dynamics needs", path=f"log {one.source.name}".strip(),
-                             mend="Name the column of force, torque or current in the axis file")  # fmt: skip
+    blocks, draws = none_or_more(blocks, "blocks", 2), none_or_more(draws, "draws", FEWEST_DRAWS)
+    _refuse_without_effort(logs)
     kind = logs[0].kind
     known = replace(known_of(axes[0], mass, offset, kind), free=freed(free, components))
     by_output = any(axis is not None and axis.method == "output_error" for axis in axes)
     treated = [one_period(log, axis) for log, axis in zip(logs, axes, strict=True)] if by_output else logs
     regression = treat_all(treated, axes, *treatment_of(cutoff, decimation, kind))
     workbench = _Workbench.of(regression, known, tuple(zip(logs, axes, strict=True)) if by_output else ())
+    count = len(components) + bool(draws)
+    fits = _fits(workbench, components, blocks, lambda number, what: _share(progress, number, count, what))
+    first, *others = (replace(fit, rank=rank) for rank, fit in enumerate(with_information(in_order(fits)), 1))
+    unfinished = _unfinished(fits, [one.name for one in components])
+    if draws and not unfinished:
+        report = _share(progress, len(components), count, f"fitting {first.name} to simulated logs")
+        try:
+            first = workbench.assessed(first, draws, report)
+        except KeyboardInterrupt as error:
+            obey(error)
+            unfinished = "interrupted: the intervals are not those of simulated logs"
+    return Identification((first, *others), logs[0], _treatment(regression), tuple(logs[1:]), unfinished)
+
+
+def _fits(
+    workbench: _Workbench, components: Sequence[FrictionModel], blocks: int, share: Callable[[int, str], Report]
+) -> list[Fit]:
+    """Return the fits of several models, as many as a person waits for."""
     fits: list[Fit] = []
     for number, component in enumerate(components):
-        report = _share(progress, number, len(components), component.name)
         try:
-            fits.append(workbench.fit(component, blocks, report))
+            fits.append(workbench.fit(component, blocks, share(number, f"fitting {component.name}")))
         except KeyboardInterrupt as error:
-            if not fits or not asks_for_what_there_is(error):
-                raise
+            obey(error, anything=bool(fits))
             break
         if fits[-1].unfinished:
             break
-    return Identification(
-        fits=tuple(replace(fit, rank=rank) for rank, fit in enumerate(in_order(fits), 1)),
-        unfinished=_unfinished(fits, [one.name for one in components]),
-        log=logs[0],
-        further_logs=tuple(logs[1:]),
-        treatment={
-            "cutoff": regression.cutoff,
-            "decimation": float(regression.decimation),
-            "dropped": float(regression.dropped),
-            "rows": float(regression.effort.size),
-            "rest_percent": 100.0 * regression.rest_share,
-            "velocity_max": float(np.max(np.abs(regression.velocity))),
-        }
-        | ({"delay": regression.delay} if regression.delay else {}),
-    )
+    return fits
+
+
+def _treatment(regression: Regression) -> dict[str, float]:
+    found = {
+        "cutoff": regression.cutoff,
+        "decimation": float(regression.decimation),
+        "dropped": float(regression.dropped),
+        "rows": float(regression.effort.size),
+        "rest_percent": 100.0 * regression.rest_share,
+        "velocity_max": float(np.max(np.abs(regression.velocity))),
+    }
+    return found | ({"delay": regression.delay} if regression.delay else {})
+
+
+def _refuse_without_effort(logs: Sequence[Log]) -> None:
+    for one in logs:
+        if one.effort is None:
+            raise InputError("has no effort, which inverse dynamics needs", path=f"log {one.source.name}".strip(),
+                             mend="Name the column of force, torque or current in the axis file")  # fmt: skip
 
 
 def _unfinished(fits: Sequence[Fit], asked: Sequence[str]) -> str:
@@ -150,10 +172,10 @@ def _unfinished(fits: Sequence[Fit], asked: Sequence[str]) -> str:
     return f"interrupted: {'; '.join(said)}" if said else ""
 
 
-def _share(progress: Progress | None, number: int, count: int, name: str) -> Report:
+def _share(progress: Progress | None, number: int, count: int, what: str) -> Report:
     def report(share: float, remark: str = "") -> None:
         if progress is not None:
-            progress((number + share) / count, f"fitting {name}{remark and f', {remark}'}")
+            progress((number + share) / count, f"{what}{remark and f', {remark}'}")
 
     return report
 
@@ -175,6 +197,7 @@ class _Workbench:
     sliding: dict[str, float]
     scales: Scales
     simulated: tuple[tuple[Log, Axis | None], ...] = ()
+    found: dict[str, tuple[Problem, Space]] = field(default_factory=dict)
 
     @classmethod
     def of(
@@ -221,17 +244,21 @@ class _Workbench:
         def predicted(rows: np.ndarray) -> np.ndarray:
             return problem.predicted(problem.unknowns.complete(on_rows(rows).values))
 
+        self.found[component.name] = problem, space_of(problem, solution, self.scales)
         fit = fit_of(problem, solution, self.scales)
         if not blocks or solution.unfinished:
             return self._finished(fit, None, unfinished=solution.unfinished)
         try:
             held_out = held_out_error(self.regression, predicted, blocks, lambda share: report(0.6 + 0.4 * share))
         except KeyboardInterrupt as error:
-            if not asks_for_what_there_is(error):
-                raise
+            obey(error)
             return self._finished(fit, None, unfinished=True)
         report(1.0)
         return self._finished(fit, held_out)
+
+    def assessed(self, fit: Fit, draws: int, report: Report) -> Fit:
+        """Return a fit of this bench with its intervals from simulated logs."""
+        return assessed(fit, *self.found[fit.name], draws, report) if fit.name in self.found else fit
 
     def _by_output(self, problem: Problem, start: Solution, blocks: int, report: Report) -> Fit:
         """Fit one model to the position, from where inverse dynamics ended."""
@@ -266,6 +293,7 @@ class _Workbench:
             return there.predicted(there.unknowns.complete(best.values))
 
         problem, solution = elements.solution()
+        self.found[component.name] = elements.space()
         report(0.5)
         held_out = None
         if blocks:

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.identification.interruption import asks_for_what_there_is
+from bristle.identification.interruption import obey
 from bristle.identification.open_loop import FINE, OpenLoop, open_loop_of
 from bristle.identification.problem import Problem
 from bristle.identification.result import HeldOut
@@ -127,8 +127,7 @@ def refined(
             found = search.refit(away, limit=AWAY_EVALUATIONS)
             best = min((best, found), key=lambda one: one.cost)
     except KeyboardInterrupt as error:
-        if best is start or not asks_for_what_there_is(error):
-            raise
+        obey(error, anything=best is not start)
         interrupted = True
     report((FURTHER_STARTS + 1.0) / (FURTHER_STARTS + 2.0), f"best so far {search.percent(best.cost):.3g} %")
     fine = Search(OutputError.of(inverse, logs, axes, FINE), scales, guess, coarse.magnitude)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.variable import Kind
 from bristle.engine import force_along
-from bristle.identification.starts import started_force
+from bristle.identification.starts import starting_state
 
 __all__ = ["Regression", "Stretch", "low_passed", "mechanical"]
 
@@ -24,9 +24,23 @@ REACH_PERIODS = 2  # of the cut-off, over which the zero-phase filter mixes samp
 
 def low_passed(signal: np.ndarray, cutoff: float, sample_time: float) -> np.ndarray:
     """Return a signal behind the zero-phase Butterworth filter of fourth order, cut-off in Hz, shape (sample,)."""
-    from scipy.signal import butter, sosfiltfilt
+    from scipy.signal import sosfiltfilt
 
-    return sosfiltfilt(butter(4, cutoff, fs=1.0 / sample_time, output="sos"), signal)
+    return sosfiltfilt(_sections(cutoff, sample_time), signal)
+
+
+@cache
+def _sections(cutoff: float, sample_time: float) -> np.ndarray:
+    from scipy.signal import butter
+
+    return np.asarray(butter(4, cutoff, fs=1.0 / sample_time, output="sos"))
+
+
+@cache
+def _taps(decimation: int) -> np.ndarray:
+    from scipy.signal import firwin
+
+    return np.asarray(firwin(2 * REACH * decimation + 1, 1.0 / decimation, window="hamming"))
 
 
 def mechanical(plant: Model, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
@@ -65,17 +79,23 @@ class Stretch:
         found = {"load": self.load, "temperature": self.temperature}
         return {name: values for name, values in found.items() if values is not None}
 
-    def answer(self, friction: Model, dt: float, target: np.ndarray | None = None) -> np.ndarray:
+    def signals(self, dt: float) -> dict[str, np.ndarray]:
+        """Return what friction depends on along the stretch, with its first cycle before it where that is known."""
+        # The velocity at a sample is the mean over the step around it, which ends half a step later.
+        found = {"v": self.velocity, "x": self.position + 0.5 * dt * self.velocity} | self.surroundings
+        return {name: np.concatenate([values[: self.first_cycle], values]) for name, values in found.items()}
+
+    def answer(self, friction: Model, dt: float, plant: Model | None = None) -> np.ndarray:
         """Return the force of a friction model along the stretch, after its first cycle where that is known.
 
-        A model that may have stood anywhere before the log begins where it comes closest to the friction `target`.
+        Where the state of the contact before the log matters, it is the one that fits the effort best beside `plant`.
         """
-        # The velocity at a sample is the mean over the step around it, which ends half a step later.
-        signals = {"v": self.velocity, "x": self.position + 0.5 * dt * self.velocity} | self.surroundings
-        if friction.component.start is not None and target is not None and not self.first_cycle:
-            return started_force(friction, dt, signals, target)
-        before = {name: np.concatenate([values[: self.first_cycle], values]) for name, values in signals.items()}
-        return force_along(friction, dt=dt, **before)[self.first_cycle :]
+        state = None
+        if plant is not None and friction.component.start is not None:
+            wanted = self.effort - mechanical(plant, self.position, self.velocity, self.acceleration)
+            ahead = {name: values[self.first_cycle :] for name, values in self.signals(dt).items()}
+            state = starting_state(friction, ahead, dt, wanted)
+        return force_along(friction, dt=dt, state=state, **self.signals(dt))[self.first_cycle :]
 
 
 @dataclass(frozen=True)
@@ -106,6 +126,10 @@ class Regression:
         By which the effort lagged the position before it was moved back [s].
     keeps_rests : bool
         Whether rows at rest are kept.
+    kept : ndarray or None
+        Which of the decimated samples are rows, shape (sample,) of bool; those in motion where not given.
+    effort_noise : float
+        Standard deviation of the noise of the effort, sample by sample [N or N*m].
     """
 
     stretches: tuple[Stretch, ...]
@@ -119,10 +143,12 @@ class Regression:
     held: bool | None = None
     keeps_rests: bool = False
     delay: float = 0.0
+    kept: np.ndarray | None = None
+    effort_noise: float = 0.0
 
     def rows_of(self, parts: Sequence[np.ndarray]) -> np.ndarray:
         """Return the rows of a signal, which is given along each whole stretch, shape (row,)."""
-        return self._thinned(parts)[self._in_motion]
+        return self._thinned(parts)[self.in_motion]
 
     def explained(self, plant: Model, friction: Model) -> list[np.ndarray]:
         """Return the effort that plant and friction take along each stretch [N or N*m]."""
@@ -136,13 +162,8 @@ class Regression:
 
         Where the state of the contact before the log matters, it is the one that fits the effort best beside `plant`.
         """
-        dt, found = self.sample_time, []
-        for one in self.stretches:
-            target = None
-            if plant is not None and friction.component.start is not None:
-                target = one.effort - mechanical(plant, one.position, one.velocity, one.acceleration)
-            found.append(self.filtered(one.answer(friction, dt, target)))
-        return found
+        dt = self.sample_time
+        return [self.filtered(one.answer(friction, dt, plant)) for one in self.stretches]
 
     def filtered(self, part: np.ndarray) -> np.ndarray:
         """Return a signal along a stretch behind the filter that effort and position have passed."""
@@ -159,21 +180,21 @@ class Regression:
         from scipy.signal import resample_poly
 
         return np.concatenate(
-            [np.asarray(resample_poly(part, 1, self.decimation, window=self._taps, padtype="edge")) for part in parts]
+            [
+                np.asarray(resample_poly(part, 1, self.decimation, window=_taps(self.decimation), padtype="edge"))
+                for part in parts
+            ]
         )
 
     @cached_property
-    def _in_motion(self) -> np.ndarray:
+    def in_motion(self) -> np.ndarray:
+        """Which of the decimated samples are rows, shape (sample,) of bool."""
+        if self.kept is not None:
+            return self.kept
         if self.keeps_rests:
             return np.ones(self._thinned([one.time for one in self.stretches]).size, dtype=bool)
         rests = [self.filtered((stretch.velocity == 0.0).astype(float)) for stretch in self.stretches]
         return np.abs(self._thinned(rests)) < REST_IN_ROW
-
-    @cached_property
-    def _taps(self) -> np.ndarray:
-        from scipy.signal import firwin
-
-        return np.asarray(firwin(2 * REACH * self.decimation + 1, 1.0 / self.decimation, window="hamming"))
 
     @property
     def reach(self) -> int:
@@ -188,7 +209,7 @@ class Regression:
 
     def sampled(self, parts: Sequence[np.ndarray]) -> np.ndarray:
         """Return the values of a signal at the rows, not mixed with those between."""
-        return np.concatenate([self.without_edges(part)[:: self.decimation] for part in parts])[self._in_motion]
+        return np.concatenate([self.without_edges(part)[:: self.decimation] for part in parts])[self.in_motion]
 
     @cached_property
     def samples_from_reversal(self) -> np.ndarray:

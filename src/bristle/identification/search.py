@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from bristle.core.variable import Variable
-from bristle.identification.interruption import BestSoFar, asks_for_what_there_is
+from bristle.identification.interruption import BestSoFar, obey
 from bristle.identification.solution import Solution
 from bristle.identification.unknowns import Coordinate, Scales, Unknowns, coordinates_of, natural_derivative
 
@@ -86,10 +86,9 @@ class Search:
         try:
             self._solve(coordinates, best, report)
         except KeyboardInterrupt as error:
-            if best.at is None or not asks_for_what_there_is(error):
-                raise
+            obey(error, anything=best.at is not None)
             if best.result is None or best.cost < best.result.cost:
-                best.result = self._descend(coordinates, best.at, slice(None), 1)
+                best.result = self._descend(coordinates, np.asarray(best.at), slice(None), 1)
         return replace(self._solution(coordinates, best.result), unfinished=not best.whole)
 
     def _solve(self, coordinates: tuple[Coordinate, ...], best: BestSoFar, report: Report) -> None:

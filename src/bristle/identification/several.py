@@ -57,6 +57,7 @@ def treat_all(
         stretches=tuple(stretches),
         resolution=max(one.resolution for one in parts),
         noise=float(np.sqrt(np.mean([one.noise**2 for one in parts]))),
+        effort_noise=float(np.sqrt(np.mean([one.effort_noise**2 for one in parts]))),
     )
     if delay is None and any(axis is not None and axis.seeks_delay for axis in axes):
         delay, _ = delay_in(whole)

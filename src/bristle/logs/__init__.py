@@ -1,8 +1,9 @@
 """Logs of motion axes: what was recorded, with units, and the readers of the files that hold it."""
 
 from bristle.logs.log import Channel, Log
+from bristle.logs.passages import Passage, passages
 from bristle.logs.read import read_log
 from bristle.logs.sign import sign_of_effort
 from bristle.logs.summary import summarize
 
-__all__ = ["Channel", "Log", "read_log", "sign_of_effort", "summarize"]
+__all__ = ["Channel", "Log", "Passage", "passages", "read_log", "sign_of_effort", "summarize"]

@@ -11,6 +11,7 @@ from bristle.core.axis import Axis
 from bristle.core.errors import InputError
 from bristle.logs.checks import problems_of, quantisation
 from bristle.logs.gather import axis_of, gather
+from bristle.logs.passages import passages
 from bristle.logs.read import assembled, clock_for
 from bristle.logs.readers import read_table
 from bristle.logs.table import Table
@@ -33,7 +34,8 @@ def summarize(path: str | os.PathLike[str], axis: Axis | None = None) -> dict[st
     dict
         ``file``, ``format``, ``checksum``, ``columns`` (as the file holds them: name, unit, samples, min,
         max, mean, std, step), ``constants``, ``channels`` (in SI of the axis, likewise), ``sample_time`` [s],
-        ``rate`` [Hz], ``duration`` [s], ``segments``, ``notes`` and ``problems``; None where not known.
+        ``rate`` [Hz], ``duration`` [s], ``segments``, ``passages`` (the experiments that it contains:
+        `bristle.logs.Passage`), ``notes`` and ``problems``; None where not known.
 
     Raises
     ------
@@ -55,6 +57,7 @@ def summarize(path: str | os.PathLike[str], axis: Axis | None = None) -> dict[st
         "rate": None,
         "duration": None,
         "segments": None,
+        "passages": [],
         "notes": list(table.notes),
         "problems": [],
     }
@@ -86,7 +89,9 @@ def _as_log(table: Table, axis: Axis) -> dict[str, Any]:
         part |= {"sample_time": clock.sample_time, "segments": len(clock.pieces)}
         part |= {"duration": clock.time.size * clock.sample_time, "notes": [*found.notes, *clock.notes]}
     if clock is not None and not problems:
-        part["notes"] = list(assembled(table, axis, found, clock).notes)
+        log = assembled(table, axis, found, clock)
+        part["notes"] = list(log.notes)
+        part["passages"] = [one.as_data() for one in passages(log, axis)]
     return part | {"problems": [str(problem) for problem in problems]}
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from bristle.core.contracts import Trajectory
 from bristle.core.variable import Variable
+from bristle.references.fade import fade
 
 
 class Parameters(NamedTuple):
@@ -31,15 +32,7 @@ def sample(t: np.ndarray, p: Parameters) -> tuple[np.ndarray, np.ndarray, np.nda
     """Return position [m or rad], velocity and acceleration at the times `t` [s], each of the shape of `t`."""
     omega = 2.0 * np.pi * p.frequency
     s, s_dot, s_ddot = np.sin(omega * t), omega * np.cos(omega * t), -(omega**2) * np.sin(omega * t)
-    if p.ramp <= 0.0:
-        w, w_dot, w_ddot = np.ones_like(t), np.zeros_like(t), np.zeros_like(t)
-    else:
-        # A quintic: position, velocity and acceleration begin and end at zero.
-        r = np.clip(t / p.ramp, 0.0, 1.0)
-        inside = (t < p.ramp).astype(float)
-        w = r**3 * (10.0 - 15.0 * r + 6.0 * r**2)
-        w_dot = inside * 30.0 * r**2 * (1.0 - r) ** 2 / p.ramp
-        w_ddot = inside * 60.0 * r * (1.0 - r) * (1.0 - 2.0 * r) / p.ramp**2
+    w, w_dot, w_ddot = fade(t, p.ramp)
     position = p.offset + p.amplitude * s * w
     velocity = p.amplitude * (s_dot * w + s * w_dot)
     acceleration = p.amplitude * (s_ddot * w + 2.0 * s_dot * w_dot + s * w_ddot)

@@ -9,6 +9,11 @@ if TYPE_CHECKING:
 
 __all__ = ["next_measurements"]
 
+# The purposes of a motion (`bristle excite --for`) that serves.
+MOTIONS = {
+    "sliding": "stribeck", "speed": "stribeck", "stribeck": "stribeck", "presliding": "presliding,break-away,damping",
+    "acceleration": "stribeck",
+}  # fmt: skip
 ADVICE = {
     "sliding": "Move in both directions, at least ten reversals, each with a stretch of steady motion after it.",
     "speed": "Move at several steady speeds between a tenth and all of the working speed, in both directions.",
@@ -46,4 +51,10 @@ def next_measurements(fit: Fit) -> list[tuple[str, str]]:
     for estimate in fit.estimates:
         if estimate.status in ("unidentifiable", "at_edge") and estimate.name in variables:
             open_.setdefault(variables[estimate.name].excitation, []).append(estimate.name)
-    return [(", ".join(names), ADVICE[needed]) for needed, names in open_.items() if needed in ADVICE]
+    return [(", ".join(names), _told(needed)) for needed, names in open_.items() if needed in ADVICE]
+
+
+def _told(needed: str) -> str:
+    if needed not in MOTIONS:
+        return ADVICE[needed]
+    return f"{ADVICE[needed]} Written by: bristle excite AXIS.toml --for {MOTIONS[needed]}"

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bristle.files.model import write_model
+from bristle.files.motion import write_motion
 from bristle.files.results import SUMMARY
 from bristle.files.summary import as_json
 from bristle.report.model_tables import as_csv
 
 if TYPE_CHECKING:
+    from bristle.excitation import Excitation
     from bristle.identification.result import Identification
 
-__all__ = ["REPORT", "write_identification", "write_report"]
+__all__ = ["REPORT", "write_identification", "write_motion_folder", "write_report"]
 
 REPORT = "report.html"
 
@@ -33,8 +36,19 @@ def write_identification(
     best = identification.best
     write_model(
         folder / "model.toml", best.plant, best.friction, estimates=best.estimates, provenance=provenance,
-        treatment=identification.treatment,
+        treatment=identification.treatment, bands=best.resampling.bands if best.resampling else None,
     )  # fmt: skip
     if table:
         (folder / "drive_table.csv").write_text(as_csv(table, best.friction.kind) + "\n", encoding="utf-8")
+    write_report(folder, report, summary)
+
+
+def write_motion_folder(
+    folder: Path, found: Excitation, *, axis_file: Path, report: str, summary: Mapping[str, Any]
+) -> None:
+    """Write a motion into a folder of results: ``motion.csv``, the axis file that its log is read with, and both."""
+    motion = found.motion
+    signals = {name: getattr(motion, name) for name in ("time", "position", "velocity", "acceleration")}
+    write_motion(folder / summary["files"]["motion"], found.axis, signals)
+    shutil.copyfile(axis_file, folder / summary["files"]["axis"])
     write_report(folder, report, summary)

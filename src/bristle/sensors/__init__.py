@@ -2,7 +2,8 @@
 
 from bristle.core.contracts import Sensor
 from bristle.sensors.encoder import MODEL as encoder
+from bristle.sensors.torque import torque_seen
 
 SENSORS: dict[str, Sensor] = {sensor.name: sensor for sensor in (encoder,)}
 
-__all__ = ["SENSORS", "encoder"]
+__all__ = ["SENSORS", "encoder", "torque_seen"]

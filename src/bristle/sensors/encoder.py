@@ -1,8 +1,9 @@
-r"""An incremental encoder: the position in whole counts.
+r"""An incremental encoder: the position in whole counts, read with noise.
 
-.. math:: q = \Delta \left\lfloor \frac{x}{\Delta} + \tfrac12 \right\rfloor
+.. math:: q = \Delta \left\lfloor \frac{x + \eta}{\Delta} + \tfrac12 \right\rfloor, \qquad \eta \sim N(0, \sigma^2)
 
-With :math:`\Delta = 0` the position itself.
+With :math:`\Delta = 0` the position itself, with its noise. The noise of sample `k` is a function of the seed and of
+`k`: one seed gives one record, however it is computed.
 """
 
 import math
@@ -10,6 +11,7 @@ from typing import Annotated, NamedTuple
 
 from bristle.core.contracts import Sensor
 from bristle.core.kernel import kernel
+from bristle.core.random_numbers import SEED_MAX, normal
 from bristle.core.variable import Variable
 
 # Beyond it every number is a whole count already, and compiled code has no whole number to hold it.
@@ -20,23 +22,29 @@ class Parameters(NamedTuple):
     """Parameters of the encoder."""
 
     resolution: Annotated[float, Variable("length", "one count; 0 for a perfect sensor", min=0.0, nominal=1e-7)] = 0.0
+    noise: Annotated[float, Variable("length", "standard deviation of the noise before counting", min=0.0)] = 0.0
+    seed: Annotated[int, Variable("1", "seed of the noise", min=0, max=SEED_MAX)] = 0
 
 
 class State(NamedTuple):
-    """The encoder has no state."""
+    """State of the encoder."""
+
+    samples: Annotated[int, Variable("1", "samples read so far", min=0)] = 0
 
 
 @kernel
 def step(state, x, dt, p):
     """Return the position in whole counts [m or rad], and the state."""
-    if p.resolution <= 0.0 or abs(x) >= COUNTS_MAX * p.resolution:
-        return x, state
-    return p.resolution * math.floor(x / p.resolution + 0.5), state
+    read = x + p.noise * normal(p.seed, state.samples) if p.noise > 0.0 else x
+    state_next = State(state.samples + 1)
+    if p.resolution <= 0.0 or abs(read) >= COUNTS_MAX * p.resolution:
+        return read, state_next
+    return p.resolution * math.floor(read / p.resolution + 0.5), state_next
 
 
 MODEL = Sensor(
     name="encoder",
-    description="position in whole counts",
+    description="position in whole counts, with noise",
     Parameters=Parameters,
     State=State,
     step=step,

@@ -2,8 +2,9 @@
 
 from bristle.core.experiment import substeps_for
 from bristle.simulation.compensation import compensation_experiment
+from bristle.simulation.feedforward import feedforward_effort, friction_along
 from bristle.simulation.result import Prediction, SimulationResult, Statistics, VariantResult, statistics_of
-from bristle.simulation.run import feedforward_effort, friction_along, simulate
+from bristle.simulation.run import simulate
 
 __all__ = [
     "Prediction",

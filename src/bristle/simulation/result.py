@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields, replace
+from typing import Any
 
 import numpy as np
 
 from bristle.core.experiment import Experiment
 from bristle.core.status import Status
 
-__all__ = ["Prediction", "SimulationResult", "Statistics", "VariantResult", "relative_error_percent", "statistics_of"]
+__all__ = [
+    "Prediction",
+    "SimulationResult",
+    "Statistics",
+    "VariantResult",
+    "mean_result",
+    "relative_error_percent",
+    "statistics_of",
+]
 
 
 @dataclass(frozen=True)
@@ -64,6 +73,12 @@ class VariantResult:
         The whole run, settling time included; `feedforward` [k] is what the controller receives at sample k.
     status : Status
         How it ended.
+    runs : int
+        Runs with other noise that the numbers are means of; the signals are those of the first.
+    spread : mapping
+        Standard deviation over the runs of each number of `as_dict`, in the same shape; empty for one run.
+    trials : tuple of float
+        Following error peak to peak of each trial, where the motion is learned [m or rad].
     """
 
     name: str
@@ -81,24 +96,80 @@ class VariantResult:
     feedforward: np.ndarray
     friction: np.ndarray
     status: Status = Status.OK
+    runs: int = 1
+    spread: Mapping[str, Any] = field(default_factory=dict)
+    trials: tuple[float, ...] = ()
 
-    def as_dict(self) -> dict[str, object]:
-        """Return the numbers, without the arrays."""
+    def as_dict(self) -> dict[str, Any]:
+        """Return the numbers, without the arrays; beside each mean over several runs its ``..._spread``."""
+        told = _with_spread(self._numbers(), self.spread) | {"status": self.status.sentence, "runs": self.runs}
+        return told | ({"trials": list(self.trials)} if self.trials else {})
+
+    def _numbers(self) -> dict[str, Any]:
         return {
             "following_error": asdict(self.following_error),
             "true_error": asdict(self.true_error),
             "by_direction": {name: asdict(one) for name, one in self.by_direction.items()},
             "effort": {"rms": self.effort_rms, "peak": self.effort_peak},
-            "status": self.status.sentence,
         }
+
+
+def _with_spread(numbers: Mapping[str, Any], spread: Mapping[str, Any]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for name, value in numbers.items():
+        if isinstance(value, Mapping):
+            found[name] = _with_spread(value, spread.get(name, {}))
+        else:
+            found[name] = value
+            if name in spread:
+                found[f"{name}_spread"] = spread[name]
+    return found
+
+
+def _spread(numbers: Sequence[Any]) -> Any:
+    """Return the standard deviation of each number over the runs, in the shape of one run."""
+    if isinstance(numbers[0], Mapping):
+        return {name: _spread([one[name] for one in numbers]) for name in numbers[0]}
+    return float(np.std(numbers, ddof=1))
+
+
+def mean_result(runs: Sequence[VariantResult]) -> VariantResult:
+    """Return several runs of a variant as one: means of the numbers with their spread, the signals of the first.
+
+    If one of them diverged, so did the variant, and that run is the one returned.
+    """
+    diverged = next((one for one in runs if one.status is Status.NOT_FINITE), None)
+    if diverged is not None or len(runs) == 1:
+        return replace(diverged or runs[0], runs=len(runs))
+    return replace(
+        runs[0],
+        following_error=_mean([one.following_error for one in runs]),
+        true_error=_mean([one.true_error for one in runs]),
+        by_direction={name: _mean([one.by_direction[name] for one in runs]) for name in runs[0].by_direction},
+        effort_rms=float(np.mean([one.effort_rms for one in runs])),
+        effort_peak=float(np.mean([one.effort_peak for one in runs])),
+        status=next((one.status for one in runs if one.status is not Status.OK), Status.OK),
+        runs=len(runs),
+        trials=tuple(np.mean([one.trials for one in runs], axis=0).tolist()),
+        spread=_spread([one._numbers() for one in runs]),
+    )
+
+
+def _mean(several: Sequence[Statistics]) -> Statistics:
+    names = [one.name for one in fields(Statistics)]
+    return Statistics(*(float(np.mean([getattr(one, name) for one in several])) for name in names))
 
 
 @dataclass(frozen=True)
 class SimulationResult:
-    """An experiment, simulated: its variants by name, in order."""
+    """An experiment, simulated: its variants by name, in order.
+
+    `refused` are variants that were not simulated, by name with the reason, in words.
+    """
 
     experiment: Experiment
     variants: Mapping[str, VariantResult]
+    refused: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -113,6 +184,8 @@ class Prediction:
     metrics : mapping
         ``force_error_percent``, ``position_error_percent``, ``position_rmse``, ``position_unit``; None where the mode
         does not predict the signal.
+    half_width : ndarray or None
+        Half-width of the 95 % band around the effort [N or N*m]; None where the model does not say how sure it is.
     """
 
     mode: str
@@ -124,3 +197,11 @@ class Prediction:
     metrics: Mapping[str, float | str | None]
     status: Status = Status.OK
     notes: tuple[str, ...] = field(default=())
+    half_width: np.ndarray | None = None
+
+    @property
+    def inside_percent(self) -> float | None:
+        """Share of the samples of the effort that lie inside the 95 % band [%]; None without a band."""
+        if self.half_width is None or self.effort is None or self.effort_predicted is None:
+            return None
+        return 100.0 * float(np.mean(np.abs(self.effort - self.effort_predicted) <= self.half_width))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from os import PathLike
 
 import numpy as np
@@ -10,11 +11,13 @@ import numpy as np
 from bristle.controllers.limits import within_drive
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
-from bristle.core.experiment import Experiment, Feedforward, Variant
-from bristle.engine import force_along, run_closed_loop
-from bristle.simulation.result import SimulationResult, VariantResult, statistics_of
+from bristle.core.experiment import Experiment, Variant
+from bristle.engine import run_closed_loop
+from bristle.simulation.feedforward import compensator_of, feedforward_effort
+from bristle.simulation.result import SimulationResult, VariantResult, mean_result, statistics_of
+from bristle.simulation.trials import learn
 
-__all__ = ["feedforward_effort", "friction_along", "simulate"]
+__all__ = ["simulate"]
 
 Progress = Callable[[float, str], None]
 
@@ -33,7 +36,8 @@ def simulate(experiment: Experiment | str | PathLike[str], progress: Progress | 
     Returns
     -------
     SimulationResult
-        Each variant with its errors and efforts; a loop that diverged is cut short and says so in its status.
+        Each variant with its errors and efforts, means over its runs where there are several; a loop that diverged is
+        cut short and says so in its status.
     """
     if isinstance(experiment, (str, PathLike)):
         from bristle.files.experiment import read_experiment
@@ -41,86 +45,63 @@ def simulate(experiment: Experiment | str | PathLike[str], progress: Progress | 
         experiment = read_experiment(experiment)
     if not isinstance(experiment, Experiment):
         raise InputError("must be an experiment or its file", path="experiment", value=experiment)
+    total, done = sum(variant.run.seeds for variant in experiment.variants), 0
     results = {}
-    for index, variant in enumerate(experiment.variants):
-        if progress is not None:
-            progress(index / len(experiment.variants), variant.name)
-        results[variant.name] = _simulate_variant(variant)
+    for variant in experiment.variants:
+        desired = _desired(variant)
+        runs = []
+        for run in range(variant.run.seeds):
+            if progress is not None:
+                progress(done / total, variant.name)
+            runs.append(_simulate_variant(variant, desired, run))
+            done += 1
+        results[variant.name] = mean_result(runs)
     return SimulationResult(experiment, results)
 
 
-def friction_along(model: Model, velocity: np.ndarray, dt: float) -> np.ndarray:
-    """Return the friction force that a compensator expects along a desired motion.
+def _seeded(model: Model, run: int) -> Model:
+    """Return a component whose random numbers are those of this run."""
+    return model.with_values(seed=model.values["seed"] + run) if run and "seed" in model.values else model
 
-    Where the desired velocity is zero a set-valued model has no single force; it is fed the middle of its interval.
 
-    Parameters
-    ----------
-    model : Model
-        The compensator.
-    velocity : ndarray, shape (step,)
-        Mean desired velocity of each step [m/s or rad/s].
-    dt : float
-        Length of a step [s].
+def _desired(variant: Variant) -> np.ndarray:
+    """Return the desired motion and what is fed forward along it, shape (4, sample).
 
-    Returns
-    -------
-    ndarray, shape (step,)
-        Force [N or N*m].
+    What is fed forward acts `delay` samples after the controller receives it: it is taken that much ahead.
     """
-    forward = force_along(model, velocity, dt)
-    if not np.any(velocity == 0.0):
-        return forward
-    backward = force_along(model, np.where(velocity == 0.0, -0.0, velocity), dt)
-    return 0.5 * (forward + backward)
-
-
-def feedforward_effort(
-    feedforward: Feedforward, position: np.ndarray, acceleration: np.ndarray, dt: float
-) -> np.ndarray:
-    """Return the effort fed forward along a desired trajectory, for the step that begins at each sample.
-
-    Parameters
-    ----------
-    feedforward : Feedforward
-        Mass and compensator.
-    position, acceleration : ndarray, shape (sample,)
-        Desired motion.
-    dt : float
-        Sample time [s].
-
-    Returns
-    -------
-    ndarray, shape (sample,)
-        Effort [N or N*m].
-    """
-    effort = feedforward.mass * 0.5 * (acceleration + np.append(acceleration[1:], acceleration[-1:]))
-    if feedforward.friction is not None:
-        steps = np.diff(position) / dt
-        effort += feedforward.gain * friction_along(feedforward.friction, np.append(steps, steps[-1:]), dt)
-    return effort
-
-
-def _simulate_variant(variant: Variant) -> VariantResult:
     run = variant.run
-    dt = run.sample_time
-    count = round(run.duration / dt)
-    # What is fed forward acts `delay` samples after the controller receives it: it is taken that much ahead.
-    t = dt * np.arange(count + run.delay)
-    ahead, velocity, acceleration = variant.reference.component.sample(t, variant.reference.parameters)
-    effort = feedforward_effort(variant.feedforward, ahead, acceleration, dt)[run.delay :]
-    position, velocity, acceleration = ahead[:count], velocity[:count], acceleration[:count]
+    count = round(run.duration / run.sample_time)
+    t = run.sample_time * np.arange(count + run.delay)
+    position, velocity, acceleration = variant.reference.component.sample(t, variant.reference.parameters)
+    effort = feedforward_effort(variant.feedforward, position, acceleration, run.sample_time)
+    return np.stack((position[:count], velocity[:count], acceleration[:count], effort[run.delay :]))
+
+
+def _simulate_variant(variant: Variant, desired: np.ndarray, number: int) -> VariantResult:
+    if variant.learning is None:
+        return _simulate_once(variant, desired, number)
+    return learn(variant.learning, partial(_simulate_once, variant), desired, number, variant.run.sample_time)
+
+
+def _simulate_once(variant: Variant, desired: np.ndarray, number: int) -> VariantResult:
+    """Return one run of a variant; `number` shifts the seeds of its sensor and its friction."""
+    run, dt = variant.run, variant.run.sample_time
+    position, velocity, acceleration, effort = desired
     trace = run_closed_loop(
         variant.plant,
-        variant.friction,
+        _seeded(variant.friction, number),
         within_drive(variant.controller, run.effort_limit),
-        variant.sensor,
-        np.stack((position, velocity, acceleration, effort)),
+        _seeded(variant.sensor, number),
+        desired,
         dt,
+        table=_seeded(variant.table, number) if variant.table is not None else None,
+        sensor_at=variant.sensor_at,
         steps=run.substeps,
+        compensator=compensator_of(variant.feedforward),
         disturbance=variant.disturbance,
         limit=run.effort_limit,
         delay=run.delay,
+        lag=run.current_lag,
         x=float(position[0]),
         v=float(velocity[0]),
         acceleration=float(acceleration[0]),
@@ -145,7 +126,7 @@ def _simulate_variant(variant: Variant) -> VariantResult:
         position=trace.position,
         velocity=trace.velocity,
         effort=trace.effort,
-        feedforward=effort[:done],
+        feedforward=effort[:done] + trace.compensation,
         friction=trace.friction,
         status=trace.status,
     )

@@ -156,7 +156,8 @@ def described_variables(model: Model) -> _Seen:
 def exportable_kernels(model: Model) -> _Seen:
     """Keep the functions in the subset of Python that can be compiled and exported."""
     component = model.component
-    functions = [component.trial, component.commit] + ([component.rate] if component.rate else [])
+    optional = component.rate, component.piece, component.flow, component.arrival
+    functions = [component.trial, component.commit, *(one for one in optional if one)]
     for function in functions:
         if function not in kernels():
             raise _UnmetError(f"{function.__name__} is not a kernel", "Decorate it with @kernel from bristle.core")
@@ -303,6 +304,37 @@ def rate_agrees(model: Model) -> _Seen:
     return seen
 
 
+def flow_agrees(model: Model) -> _Seen:
+    """Where a flow is given, small steps of trial and commit follow it from event to event."""
+    component, p = model.component, model.parameters
+    parts = component.piece, component.flow, component.arrival
+    if not any(parts):
+        return _Seen("no flow", applies=False)
+    if not all(parts):
+        raise _UnmetError("piece, flow and arrival are not all given", "They work together: give all three, or none")
+    dt, worst = 1e-7, 0.0
+    for v in (1e-3, -2e-3, 5e-3, -1e-4):
+        state, memory = _used(model)
+        for _ in range(20):
+            motion = Motion(v, 0.0)
+            contact, piece = component.piece(state, memory, motion, p)
+            force, slope, margin = component.flow(contact, piece, motion, p)
+            if margin < 0.0:
+                raise _UnmetError(
+                    f"a piece begins {-margin:.1e} past its end", "piece and flow must see the same event"
+                )
+            mean, move = component.trial(state, memory, motion, dt, p)
+            state = component.commit(state, memory, move, p)
+            for name, before, change in zip(contact._fields, contact, slope, strict=True):
+                expected = before + dt * change
+                worst = max(worst, abs(getattr(state, name) - expected) / (abs(expected) + 1e-300))
+            worst = max(worst, abs(mean - force) / (abs(force) + 1e-9))
+    seen = _Seen(f"largest relative difference {worst:.1e}", worst, "1", 1e-3)
+    if worst > 1e-3:
+        raise _UnmetError(seen, "flow and trial are the same equations")
+    return seen
+
+
 # --- how it runs ------------------------------------------------------------------------------------------------
 
 
@@ -334,7 +366,7 @@ def drives_a_mass(model: Model) -> _Seen:
 FORM = (described_variables, exportable_kernels, scalar_results)
 CHECKS = (
     *FORM, pure_trial, finite_everywhere, one_sided_limits, opposes_sliding, dissipates, refines, rate_agrees,
-    same_bits_compiled, drives_a_mass,
+    flow_agrees, same_bits_compiled, drives_a_mass,
 )  # fmt: skip
 
 

@@ -1,0 +1,103 @@
+"""``bristle excite``: the motion to run on an axis, and what it will identify."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from bristle.cli.options import Force, Json, Out
+from bristle.cli.terminal import complain, progress, say, show_table
+
+if TYPE_CHECKING:
+    from bristle.excitation import Excitation
+
+__all__ = ["EXAMPLE", "excite"]
+
+EXAMPLE = """Example:
+  bristle excite axis.toml --out motion --for presliding,stribeck"""
+
+OPTIONS = {"duration": "--duration", "travel": "--travel", "purposes": "--for", "model": "--model"}
+
+
+def excite(
+    context: typer.Context,
+    axis: Annotated[Path, typer.Argument(metavar="AXIS.toml", help="The file that describes the axis.")],
+    out: Out = None,
+    duration: Annotated[str, typer.Option("--duration", metavar="TIME", help="How long the motion may take.")] = "60 s",
+    travel: Annotated[
+        str | None,
+        typer.Option("--travel", metavar="LENGTH", help="Stay within this distance around the start."),
+    ] = None,
+    purposes: Annotated[
+        str | None,
+        typer.Option(
+            "--for", metavar="NAME[,NAME...]", help="Of presliding, break-away, damping, stribeck: all by default."
+        ),
+    ] = None,
+    model: Annotated[
+        Path | None,
+        typer.Option("--model", metavar="MODEL.toml", help="An earlier model of the axis, to rehearse with."),
+    ] = None,
+    force: Force = False,
+    as_json: Json = False,
+) -> None:
+    """Design the motion to run on an axis, within its limits.
+
+    Tells what the log of that motion would identify, and how well: it is run on what is believed of the axis, with
+    its encoder, noise and scatter, and identified from that.
+
+    Writes motion.csv, axis.toml, summary.json and report.html into DIR.
+    """
+    from bristle.core import InputError
+    from bristle.excitation import excite as designed
+    from bristle.files.provenance import provenance
+    from bristle.files.results import results_folder
+    from bristle.files.summary import as_json as json_text
+    from bristle.report.excitation import excitation_report, excitation_summary
+    from bristle.report.results import write_motion_folder
+
+    with results_folder(out, force=force) if out else nullcontext() as folder, progress("designing") as report:
+        try:
+            found = designed(axis, duration=duration, travel=travel, purposes=purposes, model=model, progress=report)
+        except InputError as error:
+            path = OPTIONS.get(error.path, error.path)
+            raise InputError(
+                error.message, path=path, value=error.value, allowed=error.allowed, mend=error.mend
+            ) from None
+        source = provenance(context.obj, axis=axis, model=model)
+        following = _identify(found, out)
+        files = {"motion": "motion.csv", "axis": "axis.toml"} if out else {}
+        summary = excitation_summary(found, files=files, identify=following, provenance=source)
+        if folder:
+            report(0.85, "writing the report")
+            page = excitation_report(found, command=context.obj, identify=following, provenance=source)
+            write_motion_folder(folder, found, axis_file=axis, report=page, summary=summary)
+    if as_json:
+        sys.stdout.write(json_text(summary))
+    else:
+        _show(found, following)
+    if out:
+        complain(f"wrote {out}; open {out / 'report.html'} in a browser")
+
+
+def _identify(found: Excitation, out: Path | None) -> str:
+    """Return the command that identifies the log of the motion."""
+    model = found.rehearsal.identification.best.name if found.rehearsal else found.prior.friction.name
+    axis = str(out / "axis.toml") if out else "AXIS.toml"
+    return shlex.join(["bristle", "identify", "LOG", "--axis", axis, "--model", model, "--out", "results"])
+
+
+def _show(found: Excitation, following: str) -> None:
+    from bristle.report.excitation import outlook_table, piece_table
+
+    show_table(piece_table(found))
+    if found.rehearsal is not None:
+        show_table(outlook_table(found))
+    for note in found.notes:
+        say(f"Note: {note}")
+    say(f"Then: {following}")

@@ -1,0 +1,85 @@
+"""``bristle paper``: the source paper, figure by figure."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from bristle.cli.options import Force, Json, folder_named
+from bristle.cli.terminal import complain, progress, say, show_table
+
+__all__ = ["EXAMPLE", "paper"]
+
+EXAMPLE = """Example:
+  bristle paper --out paper-results
+  bristle paper --figure 8
+  bristle paper --write experiments"""
+USUAL_PLACE = Path("bristle-paper")
+
+
+def paper(
+    context: typer.Context,
+    figure: Annotated[
+        list[int] | None, typer.Option("--figure", metavar="N", help="Only this figure; may be given several times.")
+    ] = None,
+    write: Annotated[
+        Path | None,
+        typer.Option("--write", metavar="DIR", parser=folder_named, help="Copy the experiments into DIR, and stop."),
+    ] = None,
+    source: Annotated[
+        Path | None,
+        typer.Option("--from", metavar="DIR", parser=folder_named, help="Take the experiments from DIR, as changed."),
+    ] = None,
+    out: Annotated[
+        Path, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the results into this folder.")
+    ] = USUAL_PLACE,
+    force: Force = False,
+    as_json: Json = False,
+) -> None:
+    """Rebuild the source paper, figure by figure.
+
+    Each figure is an experiment on a simulated rig, shown in one report beside what the paper says of it, with what was
+    found and why it differs; and all that is wrong in the paper, corrected.
+    """
+    if write is not None:
+        _write(write, force, as_json)
+        return
+    from bristle.files.provenance import provenance
+    from bristle.files.results import results_folder
+    from bristle.files.summary import as_json as json_text
+    from bristle.paper import EXPERIMENTS, FIGURES, paper_report, paper_summary, reproduce
+    from bristle.paper.page import claim_table
+    from bristle.report.results import write_report
+
+    # What is not asked for is replaced where nobody keeps it.
+    with results_folder(out, force=force or out == USUAL_PLACE) as folder, progress("the paper") as report:
+        found = reproduce(figure or FIGURES, folder=source or EXPERIMENTS, progress=report)
+        files = {one.source.stem: one.source for one in found}
+        made_from = provenance(context.obj, **files)
+        summary = paper_summary(found, provenance=made_from)
+        report(1.0, "writing the report")
+        write_report(folder, paper_report(found, command=context.obj, provenance=made_from), summary)
+    if as_json:
+        sys.stdout.write(json_text(summary))
+        return
+    show_table(claim_table(found))
+    if figure:
+        for sentence in [sentence for one in found for sentence in one.found]:
+            say(sentence)
+    complain(f"wrote {out}; open {out / 'report.html'} in a browser")
+
+
+def _write(folder: Path, force: bool, as_json: bool) -> None:
+    from bristle.files.summary import as_json as json_text
+    from bristle.paper import write_experiments
+
+    written = write_experiments(folder, force=force)
+    if as_json:
+        sys.stdout.write(json_text({"written": [str(one) for one in written]}))
+        return
+    for one in written:
+        say(str(one))
+    complain(f"change them, and run them with: bristle paper --from {folder}")

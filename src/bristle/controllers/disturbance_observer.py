@@ -1,0 +1,79 @@
+r"""Proportional-derivative control with a disturbance observer: what the model does not explain is fed back.
+
+With the error :math:`e = r - q` and the surface :math:`\varsigma = \dot e + \lambda e`
+
+.. math::
+    u = J\left[\ddot r + \lambda\,\dot e + K_1 \varsigma\right] + \hat F + \hat d, \qquad
+    \hat d = \frac{g}{s + g}\left(u - \hat F - J \dot{\hat v}\right)
+
+so that the observer sees the inertia with the friction fed forward as its model, and estimates the rest of the force.
+The derivative of the velocity is not taken: :math:`\hat d = z - g J \hat v` with
+:math:`\dot z = g\,(u - \hat F + g J \hat v - z)`. While the effort is limited the observer knows the limited one, so
+nothing winds up.
+
+References
+----------
+.. [1] K. Ohnishi, M. Shibata, T. Murakami, "Motion control for advanced mechatronics", IEEE/ASME Transactions on
+   Mechatronics 1(1), 1996. doi:10.1109/3516.491410
+"""
+
+import math
+from typing import Annotated, NamedTuple
+
+from bristle.controllers.velocity import CUTOFF, ESTIMATOR, motion_before, observed
+from bristle.core.contracts import Controller
+from bristle.core.kernel import kernel
+from bristle.core.mathematics import expm1
+from bristle.core.variable import Variable
+
+
+class Parameters(NamedTuple):
+    """Parameters of the law with a disturbance observer."""
+
+    J: Annotated[float, Variable("mass", "mass or inertia as the law knows it", min=0.0)]
+    lambda_: Annotated[float, Variable("1/time", "slope of the surface", min=0.0, nominal=300.0)]
+    K_1: Annotated[float, Variable("1/time", "rate at which the surface is approached", min=0.0, nominal=300.0)]
+    g: Annotated[float, Variable("1/time", "bandwidth of the observer", min=0.0, nominal=60.0)]
+    estimator: Annotated[int, ESTIMATOR] = 0
+    cutoff: Annotated[float, CUTOFF] = math.inf
+    limit: Annotated[float, Variable("force", "largest effort", min=0.0)] = math.inf
+
+
+class State(NamedTuple):
+    """State of the law with a disturbance observer."""
+
+    q: Annotated[float, Variable("length", "position as it was one sample ago")] = 0.0
+    v: Annotated[float, Variable("length/time", "velocity as it was one sample ago")] = 0.0
+    z: Annotated[float, Variable("force", "estimate of the disturbance and the momentum's part")] = 0.0
+    feedback: Annotated[float, Variable("force", "effort one sample ago, less what was fed forward")] = 0.0
+
+
+@kernel
+def step(state, reference, measured, dt, p):
+    """Return the effort [N or N*m] and the state, for one sample."""
+    motion = observed(state.q, state.v, measured, dt, p.estimator, p.cutoff)
+    e = reference.position - measured
+    e_dot = reference.velocity - motion.v
+    surface = e_dot + p.lambda_ * e
+    momentum = p.g * p.J * motion.v
+    z = state.z - expm1(-p.g * dt) * (state.feedback + momentum - state.z)
+    wanted = p.J * (reference.acceleration + p.lambda_ * e_dot + p.K_1 * surface) + z - momentum + reference.effort
+    effort = max(-p.limit, min(p.limit, wanted))
+    return effort, State(motion.q, motion.v, z, effort - reference.effort)
+
+
+def start(measured: float, velocity: float, acceleration: float, dt: float, p: Parameters) -> State:
+    """Return the state of a law that takes over a motion at `velocity` [m/s or rad/s] and `acceleration`."""
+    before = motion_before(measured, velocity, acceleration, dt)
+    return State(before.q, before.v, p.g * p.J * before.v + p.J * acceleration, p.J * acceleration)
+
+
+MODEL = Controller(
+    name="disturbance_observer",
+    description="proportional-derivative law with a disturbance observer, and friction fed forward",
+    Parameters=Parameters,
+    State=State,
+    step=step,
+    start=start,
+    reference="doi:10.1109/3516.491410",
+)

@@ -1,0 +1,83 @@
+r"""Sliding mode control with a boundary layer and friction compensation, (19) to (23) of the source paper.
+
+With the error :math:`e = r - q` and the surface :math:`\varsigma = \dot e + \lambda e` (the paper calls it s, as it
+does the stiffness)
+
+.. math::
+    u = J\left[\ddot r + \lambda\,\dot e + K_1 \varsigma + K_2\,\mathrm{sat}(\varsigma/\phi)\right] + \hat F, \qquad
+    \dot\varsigma = -K_1 \varsigma - K_2\,\mathrm{sat}(\varsigma/\phi) + \frac{F - \hat F}{J}
+
+:math:`\phi = 0` is the sign function. The surface is reached and kept only where :math:`K_2` exceeds what the
+compensation leaves of the friction over the inertia, :math:`K_2 > \sup|F - \hat F|/J`; below that the law works as a
+proportional-derivative one of high gain, :math:`J\lambda(K_1 + K_2/\phi)` inside the layer. With :math:`K_2 = 0` it is
+that law. :math:`\hat F` is what is fed forward.
+
+References
+----------
+.. [1] "Pre-sliding friction control using the sliding mode controller with hysteresis friction compensator",
+   equations (19) to (23).
+.. [2] J.-J. E. Slotine, W. Li, "Applied Nonlinear Control", Prentice Hall, 1991, chapter 7.
+"""
+
+import math
+from typing import Annotated, NamedTuple
+
+from bristle.controllers.velocity import CUTOFF, ESTIMATOR, motion_before, observed
+from bristle.core.contracts import Controller
+from bristle.core.kernel import kernel
+from bristle.core.variable import Variable
+
+
+class Parameters(NamedTuple):
+    """Parameters of the sliding mode law."""
+
+    J: Annotated[float, Variable("mass", "mass or inertia as the law knows it", min=0.0)]
+    lambda_: Annotated[float, Variable("1/time", "slope of the surface", min=0.0, nominal=300.0)]
+    K_1: Annotated[float, Variable("1/time", "rate at which the surface is approached", min=0.0, nominal=300.0)]
+    K_2: Annotated[float, Variable("length/time^2", "switching gain", min=0.0, nominal=1e-2)] = 0.0
+    phi: Annotated[float, Variable("length/time", "boundary layer; 0 for the sign function", min=0.0)] = 0.0
+    estimator: Annotated[int, ESTIMATOR] = 0
+    cutoff: Annotated[float, CUTOFF] = math.inf
+    limit: Annotated[float, Variable("force", "largest effort", min=0.0)] = math.inf
+
+
+class State(NamedTuple):
+    """State of the sliding mode law."""
+
+    q: Annotated[float, Variable("length", "position as it was one sample ago")] = 0.0
+    v: Annotated[float, Variable("length/time", "velocity as it was one sample ago")] = 0.0
+
+
+@kernel
+def saturated(surface, phi):
+    """Return the surface over the boundary layer, limited to 1; its sign where there is no layer."""
+    if abs(surface) >= phi:
+        return 0.0 if surface == 0.0 else math.copysign(1.0, surface)
+    return surface / phi
+
+
+@kernel
+def step(state, reference, measured, dt, p):
+    """Return the effort [N or N*m] and the state, for one sample."""
+    motion = observed(state.q, state.v, measured, dt, p.estimator, p.cutoff)
+    e = reference.position - measured
+    e_dot = reference.velocity - motion.v
+    surface = e_dot + p.lambda_ * e
+    wanted = reference.acceleration + p.lambda_ * e_dot + p.K_1 * surface + p.K_2 * saturated(surface, p.phi)
+    effort = max(-p.limit, min(p.limit, p.J * wanted + reference.effort))
+    return effort, State(motion.q, motion.v)
+
+
+def start(measured: float, velocity: float, acceleration: float, dt: float, p: Parameters) -> State:
+    """Return the state of a law that takes over a motion at `velocity` [m/s or rad/s] and `acceleration`."""
+    return State(*motion_before(measured, velocity, acceleration, dt))
+
+
+MODEL = Controller(
+    name="sliding_mode",
+    description="sliding mode with boundary layer, velocity from the measured position, and friction fed forward",
+    Parameters=Parameters,
+    State=State,
+    step=step,
+    start=start,
+)

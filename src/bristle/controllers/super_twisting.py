@@ -1,0 +1,79 @@
+r"""Super-twisting control: a sliding mode whose switching is integrated, so that the effort is continuous.
+
+With the surface :math:`\varsigma = \dot e + \lambda e`
+
+.. math::
+    u = J\left[\ddot r + \lambda\,\dot e + K_1 \varsigma + k_1 \sqrt{|\varsigma|}\,\operatorname{sgn}\varsigma
+    + w\right] + \hat F, \qquad \dot w = k_2 \operatorname{sgn}\varsigma
+
+It rejects a disturbance of bounded rate :math:`|\dot d| < k_2`, not of bounded size: friction that reverses within a
+few samples is faster than that.
+
+References
+----------
+.. [1] A. Levant, "Sliding order and sliding accuracy in sliding mode control", Int. J. Control 58(6), 1993.
+   doi:10.1080/00207179308923053
+"""
+
+import math
+from typing import Annotated, NamedTuple
+
+from bristle.controllers.velocity import CUTOFF, ESTIMATOR, motion_before, observed
+from bristle.core.contracts import Controller
+from bristle.core.kernel import kernel
+from bristle.core.variable import Variable
+
+
+class Parameters(NamedTuple):
+    """Parameters of the super-twisting law."""
+
+    J: Annotated[float, Variable("mass", "mass or inertia as the law knows it", min=0.0)]
+    lambda_: Annotated[float, Variable("1/time", "slope of the surface", min=0.0, nominal=300.0)]
+    K_1: Annotated[float, Variable("1/time", "rate at which the surface is approached", min=0.0, nominal=200.0)]
+    k_1: Annotated[float, Variable("length^0.5/time^1.5", "gain on the root of the surface", min=0.0)]
+    k_2: Annotated[float, Variable("length/time^3", "rate of the integrated switching", min=0.0)]
+    estimator: Annotated[int, ESTIMATOR] = 0
+    cutoff: Annotated[float, CUTOFF] = math.inf
+    limit: Annotated[float, Variable("force", "largest effort", min=0.0)] = math.inf
+
+
+class State(NamedTuple):
+    """State of the super-twisting law."""
+
+    q: Annotated[float, Variable("length", "position as it was one sample ago")] = 0.0
+    v: Annotated[float, Variable("length/time", "velocity as it was one sample ago")] = 0.0
+    w: Annotated[float, Variable("length/time^2", "integrated switching")] = 0.0
+
+
+@kernel
+def step(state, reference, measured, dt, p):
+    """Return the effort [N or N*m] and the state, for one sample."""
+    motion = observed(state.q, state.v, measured, dt, p.estimator, p.cutoff)
+    e = reference.position - measured
+    e_dot = reference.velocity - motion.v
+    surface = e_dot + p.lambda_ * e
+    side = 0.0 if surface == 0.0 else math.copysign(1.0, surface)
+    w = state.w + p.k_2 * side * dt
+    approach = p.lambda_ * e_dot + p.K_1 * surface + p.k_1 * math.sqrt(abs(surface)) * side
+    wanted = p.J * (reference.acceleration + approach + w) + reference.effort
+    effort = max(-p.limit, min(p.limit, wanted))
+    if effort != wanted and side * wanted > 0.0:
+        w = state.w
+    return effort, State(motion.q, motion.v, w)
+
+
+def start(measured: float, velocity: float, acceleration: float, dt: float, p: Parameters) -> State:
+    """Return the state of a law that takes over a motion at `velocity` [m/s or rad/s] and `acceleration`."""
+    before = motion_before(measured, velocity, acceleration, dt)
+    return State(before.q, before.v, 0.0)
+
+
+MODEL = Controller(
+    name="super_twisting",
+    description="second-order sliding mode with a continuous effort, and friction fed forward",
+    Parameters=Parameters,
+    State=State,
+    step=step,
+    start=start,
+    reference="doi:10.1080/00207179308923053",
+)

@@ -1,0 +1,53 @@
+r"""The velocity that a control law works with, from sampled positions.
+
+``filtered_difference``: the backward difference through a first-order low-pass of cut-off :math:`f_c`,
+
+.. math:: \hat v_k = \hat v_{k-1} + \left(1 - e^{-2\pi f_c T_s}\right)
+          \left(\frac{q_k - q_{k-1}}{T_s} - \hat v_{k-1}\right)
+
+``tracking_observer``: a kinematic observer with both poles at :math:`p = e^{-2\pi f_c T_s}`, the steady state of a
+Kalman filter for a position under random acceleration,
+
+.. math:: \tilde q_k = \hat q_{k-1} + T_s \hat v_{k-1}, \quad
+          \hat q_k = \tilde q_k + (1 - p^2)(q_k - \tilde q_k), \quad
+          \hat v_k = \hat v_{k-1} + \frac{(1 - p)^2}{T_s}(q_k - \tilde q_k)
+
+It follows a steady motion without lag, and its velocity jumps less by the counts of an encoder.
+"""
+
+import math
+from typing import Annotated, NamedTuple
+
+from bristle.core.kernel import kernel
+from bristle.core.mathematics import exp
+from bristle.core.variable import Variable
+
+__all__ = ["CUTOFF", "ESTIMATOR", "ESTIMATORS", "Motion", "motion_before", "observed"]
+
+ESTIMATORS = ("filtered_difference", "tracking_observer")
+FILTERED_DIFFERENCE, TRACKING_OBSERVER = range(2)
+ESTIMATOR = Variable("1", "how the velocity is taken from the measured position", choices=ESTIMATORS)
+CUTOFF = Variable("frequency", "cut-off of the velocity estimate; without end for the plain difference", min=1e-3)
+
+
+class Motion(NamedTuple):
+    """Position and velocity as a control law knows them."""
+
+    q: Annotated[float, Variable("length", "position")]
+    v: Annotated[float, Variable("length/time", "velocity")]
+
+
+@kernel
+def observed(q, v, measured, dt, estimator, cutoff):
+    """Return the `Motion` at a sample, from that of the sample before and the position measured [m or rad]."""
+    pole = exp(-2.0 * math.pi * min(cutoff * dt, 1e3))
+    if estimator == TRACKING_OBSERVER:
+        ahead = q + dt * v
+        surprise = measured - ahead
+        return Motion(ahead + (1.0 - pole * pole) * surprise, v + (1.0 - pole) * (1.0 - pole) / dt * surprise)
+    return Motion(measured, v + (1.0 - pole) * ((measured - q) / dt - v))
+
+
+def motion_before(measured: float, velocity: float, acceleration: float, dt: float) -> Motion:
+    """Return what a control law that takes over a motion knows of it, one sample before."""
+    return Motion(measured - velocity * dt + 0.5 * acceleration * dt * dt, velocity - acceleration * dt)

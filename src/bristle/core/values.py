@@ -1,0 +1,74 @@
+"""Values that a person gives for the parameters of a component: turned into numbers, and held to their conditions."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bristle.core.errors import InputError, InputWarning
+from bristle.core.typography import typed
+from bristle.core.variable import Kind, Variable
+
+if TYPE_CHECKING:
+    from bristle.core.contracts import Component
+
+__all__ = ["check_relations", "check_value", "coerced"]
+
+
+def check_relations(component: Component, parameters: Any, path: str, *, structural_only: bool = False) -> None:
+    """Refuse parameters that break a relation of the component; warn of those that break an advisory one."""
+    for relation in component.relations:
+        if (structural_only and not relation.structural) or relation.holds(parameters):
+            continue
+        names = [name for name in component.variables if name.split("_pos")[0].split("_neg")[0] in relation.condition]
+        values = component.values(parameters)
+        found = ", ".join(f"{name} = {typed(values[name])}" for name in names) or "it does not hold"
+        if relation.advisory:
+            message = f"{path}: should have {relation.condition}, but {found}. {relation.mend}"
+            warnings.warn(message, InputWarning, stacklevel=4)
+        else:
+            raise InputError(f"needs {relation.condition}, but {found}", path=path, mend=relation.mend)
+
+
+def coerced(component: Component, name: str, variable: Variable, given: Any, kind: Kind, path: str) -> Any:
+    """Return a given value as kernels receive it: a number in SI, a 1-D array, or the place of a choice.
+
+    Raises
+    ------
+    InputError
+        If it is none of these, or its unit does not fit.
+    """
+    from bristle.core import units
+
+    if variable.choices:
+        return variable.code(given, path)
+    if component.is_integer(name):
+        number = units.quantity(given, variable, kind, path=path)
+        if not number.is_integer():
+            raise InputError("must be a whole number", path=path, value=given, allowed=variable.allowed(kind))
+        return int(number)
+    if component.is_array(name):
+        if isinstance(given, (str, bytes)) or not hasattr(given, "__len__"):
+            raise InputError("must be a list of numbers", path=path, value=given)
+        return np.array([units.quantity(one, variable, kind, path=path) for one in given], dtype=float)
+    return units.quantity(given, variable, kind, path=path)
+
+
+def check_value(component: Component, name: str, variable: Variable, value: Any, kind: Kind, path: str) -> None:
+    """Refuse a number that is not finite or out of range; a default that is infinite may stay so.
+
+    Raises
+    ------
+    InputError
+        With the path, the value and the range allowed.
+    """
+    default = component.defaults.get(name)
+    may_be_infinite = isinstance(default, float) and math.isinf(default)
+    if not np.all(np.isfinite(value)) and not (may_be_infinite and value == default):
+        raise InputError(
+            "is not a finite number", path=path, value=float(np.max(value)), allowed=variable.allowed(kind)
+        )
+    variable.validate(value, path, kind)

@@ -1,0 +1,229 @@
+r"""Two ports for friction: what a motor feels of a table behind an elastic screw, as one friction model.
+
+Over a step of length `h` the motor turns at the mean velocity :math:`v_m`. The table follows at :math:`v_t`, counted at
+the motor, so that with the half gap :math:`g` and the twist :math:`\delta` between them
+
+.. math::
+    \frac{2M}{h}(v_t - v_{t,0}) + F_t(v_t) = f_s, \qquad
+    f_s = \left(k\,\frac{D_1 + D_0}{2} + \frac{d}{h}(D_1 - D_0)\,\right)
+          \frac{D_1 - D_0}{\delta_1 - \delta_0}, \qquad
+    D = \delta - \max(-g, \min(g, \delta))
+
+with :math:`\delta_1 = \delta_0 + h\,(v_m - v_t)`. The elastic part is the discrete gradient of the energy
+:math:`\tfrac12 k D^2`, so that a screw without damping gives back what it took, to rounding, backlash included. The
+left side rises with :math:`v_t` and the right side falls: the root is unique, and it is found by the same
+bracketed solve that finds the velocity of the motor. That solve is thus nested in the one of the motor. An alternation
+between the two would converge slowly where :math:`k h^2` is large beside the masses; this does not alternate.
+
+The table sticks by the rule of the motor: between the one-sided limits at rest the force is the reaction. A step in
+which it would turn around ends with it at rest: what its friction takes is what that needs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, NamedTuple
+
+from bristle.core import dispatch
+from bristle.core.contracts import FrictionModel, Model
+from bristle.core.dispatch import friction_commit, friction_trial
+from bristle.core.errors import InputError
+from bristle.core.kernel import kernel
+from bristle.core.motion import Motion
+from bristle.engine.efim import Start, evaluate, is_set_valued, solve
+from bristle.friction import viscous
+
+__all__ = ["TABLE", "Screwed", "refuse_screw", "through_screw"]
+
+# Where position and velocity of the table stand in the state.
+TABLE = slice(0, 2)
+
+
+class Screwed(NamedTuple):
+    """Both friction models, and what lies between them, counted at the motor."""
+
+    motor: Any
+    table: Any
+    M: float
+    k: float
+    d: float
+    gap: float
+    arm: float
+    motor_memory: int
+
+
+class State(NamedTuple):
+    """The table, counted at the motor, the twist of the screw, and the states of both friction models."""
+
+    x: float
+    v: float
+    twist: float
+    motor: Any
+    table: Any
+
+
+class Move(NamedTuple):
+    """What a trial hands to commit."""
+
+    x: float
+    v: float
+    twist: float
+    motor: Any
+    table: Any
+
+
+class Pulled(NamedTuple):
+    """What acts on the table in one step in which the motor turns at `v_m`: its friction, and the screw against it."""
+
+    table: Any
+    k: float
+    d: float
+    gap: float
+    arm: float
+    v_m: float
+    twist: float
+
+
+@kernel
+def screw_force(twist, turned, dt, q):
+    """Return the torque [N*m] that the screw passes on while its twist grows by `turned` [rad] in `dt` [s]."""
+    after = twist + turned
+    before_touch = twist - max(-q.gap, min(q.gap, twist))
+    after_touch = after - max(-q.gap, min(q.gap, after))
+    stretched = after_touch - before_touch
+    if turned == 0.0:
+        share = 0.0 if before_touch == 0.0 and q.gap > 0.0 else 1.0
+    else:
+        share = stretched / turned
+    rate = stretched / dt if dt > 0.0 else 0.0
+    return (0.5 * q.k * (before_touch + after_touch) + q.d * rate) * share
+
+
+@kernel
+def pulled_trial(state, memory, motion, dt, p):
+    """Return the force against the table, counted at the motor: its friction less what the screw pulls with."""
+    force, move = friction_trial(
+        state, memory, Motion(p.arm * motion.v, p.arm * motion.x, motion.load, motion.temperature), dt, p.table
+    )
+    return p.arm * force - screw_force(p.twist, dt * (p.v_m - motion.v), dt, p), move
+
+
+@kernel
+def pulled_commit(state, memory, move, p):
+    """Return the state of the friction of the table after the step."""
+    return friction_commit(state, memory, move, p.table)
+
+
+dispatch.register("friction", Pulled, {"trial": pulled_trial, "commit": pulled_commit})
+
+
+@kernel
+def trial(state, memory, motion, dt, p):
+    """Return the mean torque [N*m] against the motor at a mean velocity, and how both sides move."""
+    own, behind = memory[: p.motor_memory], memory[p.motor_memory :]
+    force, motor = friction_trial(state.motor, own, motion, dt, p.motor)
+    pulled = Pulled(p.table, p.k, p.d, p.gap, p.arm, motion.v, state.twist)
+    half = 0.5 * dt / p.M
+    start = Start(state.v, 1.0 + half * (0.5 * p.k * dt + p.d), 0.0)
+    found = solve(state.table, behind, state.x, dt, pulled, state.v, -half, start)
+    v, v_next, table = found.v, 2.0 * found.v - state.v, found.move
+    if state.v == 0.0:
+        if v == 0.0:
+            v_next = 0.0
+    elif state.v * v_next < 0.0 and is_set_valued(state.table, behind, state.x, dt, pulled):
+        v, v_next = 0.5 * state.v, 0.0
+        _, table = evaluate(state.table, behind, v, state.x, dt, pulled)
+    turned = dt * (motion.v - v)
+    move = Move(state.x + dt * v, v_next, state.twist + turned, motor, table)
+    return force + screw_force(state.twist, turned, dt, p), move
+
+
+@kernel
+def commit(state, memory, move, p):
+    """Return the state of both sides after the step."""
+    motor = friction_commit(state.motor, memory[: p.motor_memory], move.motor, p.motor)
+    table = friction_commit(state.table, memory[p.motor_memory :], move.table, p.table)
+    return State(move.x, move.v, move.twist, motor, table)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScrewedModel(FrictionModel):
+    """What a motor feels of its own friction, a screw, and a table with friction behind it."""
+
+    motor: FrictionModel
+    table: FrictionModel
+
+    def initial_state(self, parameters: Screwed) -> State:
+        """Return the virgin state, the table at rest at 0."""
+        motor, table = self.motor.initial_state(parameters.motor), self.table.initial_state(parameters.table)
+        return State(0.0, 0.0, 0.0, motor, table)
+
+
+@cache
+def _screwed(motor: FrictionModel, table: FrictionModel) -> ScrewedModel:
+    return ScrewedModel(
+        name=f"{motor.name} | {table.name}",
+        description="friction on either side of a screw",
+        Parameters=Screwed,
+        State=State,
+        trial=trial,
+        commit=commit,
+        memory_size=lambda p: motor.memory_size(p.motor) + table.memory_size(p.table),
+        motor=motor,
+        table=table,
+    )
+
+
+def through_screw(plant: Model, friction: Model, table: Model | None) -> Model:
+    """Return what the motor of a plant with a screw feels, as one friction model.
+
+    Parameters
+    ----------
+    plant : Model
+        A plant whose component gives its `screw`, such as `ball_screw`.
+    friction : Model
+        Friction on the side of the motor, in its angle and torque.
+    table : Model or None
+        Friction on the side of the table, in its travel and force; none where not given.
+
+    Raises
+    ------
+    InputError
+        If the plant has no screw, or a model is of the wrong kind of axis.
+    """
+    if plant.component.screw is None:
+        raise InputError(
+            "has one mass, and no table behind a screw", path="table", value=plant.name, allowed="plant ball_screw",
+            mend="Leave the friction of the table out, or take plants.ball_screw",
+        )  # fmt: skip
+    table = table if table is not None else viscous(F_v=0.0)
+    for path, model, kind in (
+        ("plant", plant, "rotational"), ("friction", friction, "rotational"), ("table", table, "translational"),
+    ):  # fmt: skip
+        if model.kind != kind:
+            raise InputError(
+                f"must be {kind}", path=path, value=f"{model.name}, {model.kind}",
+                mend="A motor turns, and its table travels: give parameters in N*m and rad, or in N and m",
+            )  # fmt: skip
+    M, k, d, gap, arm = plant.component.screw(plant.parameters)
+    at_motor = Screwed(
+        friction.parameters, table.parameters, M * arm * arm, k * arm * arm, d * arm * arm, gap / arm, arm,
+        friction.component.memory_size(friction.parameters),
+    )  # fmt: skip
+    return Model(_screwed(friction.component, table.component), at_motor, "rotational")
+
+
+def refuse_screw(plant: Model, where: str) -> None:
+    """Refuse a plant with a screw where only one mass can be simulated.
+
+    Raises
+    ------
+    InputError
+        If it has one.
+    """
+    if plant.component.screw is not None:
+        raise InputError(
+            f"has a table behind a screw, and {where} knows one mass", path="plant", value=plant.name,
+            mend="Take run_open_loop or run_closed_loop, or plants.inertia with the sum of both",
+        )  # fmt: skip

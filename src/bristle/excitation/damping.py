@@ -1,0 +1,60 @@
+"""Micro-damping: a chirp of small amplitude through the frequency at which the mass moves on the contact."""
+
+from __future__ import annotations
+
+import math
+
+from bristle.excitation.motion import Piece
+from bristle.excitation.presliding import missing as missing_for_presliding
+from bristle.excitation.room import Room
+from bristle.references import chirp
+
+__all__ = ["missing", "pieces"]
+
+AMPLITUDE = 0.2  # of the pre-sliding amplitude: small, so that stiffness and damping show, and not slip
+COUNTS = 2.0  # of the encoder: no smaller amplitude
+BELOW, ABOVE = 1.0 / 8.0, 2.5  # of the resonance
+SAMPLES = 5.0  # in a period, at least
+ENOUGH = 1.25  # times the resonance, that the chirp must reach
+RAMP_PERIODS = 2.0  # of the lowest frequency
+RAMP_SHARE = 0.2  # of the duration, at most
+REST = 0.2  # [s]
+
+
+def missing(room: Room) -> str:
+    """Return why there is no such motion on this axis, and what to do; nothing where there is one."""
+    reason = missing_for_presliding(room)
+    if reason:
+        return reason
+    if room.resonance is None:
+        return (
+            "the frequency at which the mass moves on the contact is not known: write the moving mass under [plant] "
+            "and limit under [effort], or give a model"
+        )
+    if _highest(room) < ENOUGH * room.resonance:
+        return (
+            f"the sample time of {room.told(room.sample_time, 'time')} is too long for a resonance at "
+            f"{room.resonance:.3g} Hz"
+        )
+    return ""
+
+
+def pieces(room: Room, seconds: float) -> list[Piece]:
+    """Return the motion, to last about so long [s]."""
+    assert room.presliding is not None
+    assert room.resonance is not None
+    low, high = BELOW * room.resonance, _highest(room)
+    omega = 2.0 * math.pi * high
+    amplitude = max(AMPLITUDE * room.presliding, COUNTS * room.count)
+    # The ramps add little to what the sine itself takes.
+    amplitude = min(amplitude, (room.acceleration or math.inf) / omega**2, (room.velocity or math.inf) / omega)
+    amplitude = min(amplitude, room.jerk / omega**3)
+    duration = max(seconds - REST, 2.0 * RAMP_PERIODS / low)
+    ramp = min(RAMP_PERIODS / low, RAMP_SHARE * duration)
+    reference = chirp(kind=room.kind, amplitude=amplitude, f_0=low, f_1=high, duration=duration, ramp=ramp)
+    return [Piece("damping", "chirp", reference, REST, omega * amplitude, amplitude)]
+
+
+def _highest(room: Room) -> float:
+    """Return the highest frequency [Hz]."""
+    return min(ABOVE * (room.resonance or 0.0), 1.0 / (SAMPLES * room.sample_time))

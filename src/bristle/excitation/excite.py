@@ -1,0 +1,248 @@
+"""`excite`: the motion to run on an axis, within its limits, and what it will identify."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from types import ModuleType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bristle.core.axis import Axis
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError, did_you_mean
+from bristle.core.typography import with_unit
+from bristle.core.units import quantity
+from bristle.core.variable import Variable, unit_of
+from bristle.excitation import break_away, damping, presliding, stribeck
+from bristle.excitation.motion import Motion, Piece
+from bristle.excitation.prior import Prior, prior_of
+from bristle.excitation.rehearsal import Rehearsal, rehearse
+from bristle.excitation.room import Room, room_of
+
+__all__ = ["PURPOSES", "Excitation", "Purpose", "excite"]
+
+DURATION, LEAST = 60.0, 2.0  # [s]
+SAMPLES_MOST = 5_000_000
+DRAWS = 100
+SAMPLE_TIME = 1e-3  # where the axis file has none
+LATE = 1.1  # of the duration asked for: beyond, it is said
+TIME = Variable("time", "duration")
+TRAVEL = Variable("length", "distance within which the motion stays")
+
+Progress = Callable[[float, str], None]
+
+
+class Purpose(NamedTuple):
+    """One kind of experiment: what it tells, the share of the time that it gets, and the module that makes it."""
+
+    tells: str
+    share: float
+    made_by: ModuleType
+
+
+PURPOSES: dict[str, Purpose] = {
+    "presliding": Purpose("stiffness and loops before sliding, F_C", 0.55, presliding),
+    "break-away": Purpose("break-away force and distance, and how they depend on the rate", 0.12, break_away),
+    "damping": Purpose("micro-damping and the resonance on the contact", 0.08, damping),
+    "stribeck": Purpose("friction over velocity, and the moving mass", 0.25, stribeck),
+}
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """A motion to run on an axis, and what is known about it.
+
+    Parameters
+    ----------
+    motion : Motion
+        What to run.
+    axis : Axis
+        The axis that it is made for.
+    room : Room
+        The limits that it keeps.
+    prior : Prior
+        What is believed of the axis.
+    notes : tuple of str
+        What was left out or assumed, and why.
+    rehearsal : Rehearsal or None
+        The motion run on the prior, and what was identified from that.
+    """
+
+    motion: Motion
+    axis: Axis
+    room: Room
+    prior: Prior
+    notes: tuple[str, ...]
+    rehearsal: Rehearsal | None = None
+
+
+def excite(
+    axis: Axis | str | os.PathLike[str], *, duration: float | str | None = None, travel: float | str | None = None,
+    purposes: Sequence[str] | str | None = None, model: Any = None, rehearsed: bool = True,
+    draws: int = DRAWS, progress: Progress | None = None,
+) -> Excitation:  # fmt: skip
+    """Return the motion to run on an axis so that its friction can be identified from the log.
+
+    Parameters
+    ----------
+    axis : Axis or path-like
+        Its limits, encoder, sample time and pre-sliding distance, or the file that says them.
+    duration : float or str, optional
+        How long it may take [s], or text such as ``"60 s"``; 60 s by default.
+    travel : float or str, optional
+        Distance within which it stays, half of it to either side of its start [m or rad]; the stroke by default.
+    purposes : sequence of str, optional
+        Names of `PURPOSES`, in a list or separated by commas; by default all that the axis allows.
+    model : Model or path-like, optional
+        An earlier model of the friction, or the model file of the mechanism; one made of the limits by default.
+    rehearsed : bool
+        Whether to run the motion on the prior and identify it from that.
+    draws : int
+        Simulated logs for the 95 % intervals of that identification; 0 for none.
+    progress : callable, optional
+        Called with the share done and what comes next.
+
+    Raises
+    ------
+    InputError
+        If the axis does not say enough for what is asked, or an argument is out of range.
+
+    Examples
+    --------
+    >>> from bristle.core import Axis
+    >>> axis = Axis(presliding=7e-6, resolution=1e-7, sample_time=1e-3)
+    >>> found = excite(axis, duration="30 s", purposes="presliding", rehearsed=False)
+    >>> {piece.name for piece in found.motion.pieces} == {"conditioning slide", "decaying loops", "triangles"}
+    True
+    """
+    axis = _axis(axis)
+    seconds = quantity(DURATION if duration is None else duration, TIME, path="duration")
+    if not LEAST <= seconds < math.inf:
+        raise InputError("out of range", path="duration", value=duration, allowed=f"at least {LEAST:g} s")
+    prior = prior_of(axis, *_mechanism(model, axis))
+    sample_time = axis.sample_time or SAMPLE_TIME
+    if seconds / sample_time > SAMPLES_MOST:
+        raise InputError(f"asks for more than {SAMPLES_MOST} samples", path="duration", value=duration,
+                         mend="Record it in parts")  # fmt: skip
+    room = room_of(axis, prior, sample_time, _travel(travel, axis))
+    chosen, notes = _chosen(purposes, room)
+    pieces = _pieces(chosen, room, seconds)
+    start = 0.5 * sum(axis.stroke) if axis.stroke else 0.0
+    motion = Motion(tuple(pieces), sample_time, axis.kind, start)
+    notes += _told(motion, axis, seconds, prior)
+    _keep(motion, room)
+    found = Excitation(motion, axis, room, prior, tuple(notes))
+    if not rehearsed:
+        return found
+    try:
+        return replace(found, rehearsal=rehearse(motion, axis, prior, draws=draws, progress=progress))
+    except InputError as reason:
+        return replace(found, notes=(*notes, f"it could not be rehearsed: {reason}"))
+
+
+def _axis(axis: Any) -> Axis:
+    if isinstance(axis, (str, os.PathLike)):
+        from bristle.files.axis import read_axis
+
+        return read_axis(axis)
+    if not isinstance(axis, Axis):
+        raise InputError("must be an axis or its file", path="axis", value=axis, mend='Write excite("axis.toml")')
+    return axis
+
+
+def _mechanism(model: Any, axis: Axis) -> tuple[Model | None, Model | None]:
+    if model is None:
+        return None, None
+    if isinstance(model, (str, os.PathLike)):
+        from bristle.files.model import read_model
+
+        found = read_model(model)
+        plant, friction = found.plant, found.friction
+    elif isinstance(model, Model):
+        plant, friction = None, model
+    else:
+        raise InputError("must be a friction model or a model file", path="model", value=model)
+    if friction.kind != axis.kind:
+        raise InputError(f"is one of a {friction.kind} axis", path="model", value=friction.name,
+                         allowed=f"a model of a {axis.kind} axis")  # fmt: skip
+    return plant, friction
+
+
+def _travel(given: Any, axis: Axis) -> float | None:
+    if given is None:
+        return None
+    travel = quantity(given, TRAVEL, axis.kind, path="travel")
+    if not 0.0 < travel < math.inf:
+        raise InputError("must be positive and finite", path="travel", value=given)
+    return travel
+
+
+def _chosen(purposes: Sequence[str] | str | None, room: Room) -> tuple[list[str], list[str]]:
+    """Return what can be done of what is asked, and why the rest cannot."""
+    asked = list(PURPOSES) if purposes is None else _names(purposes)
+    reasons = {name: PURPOSES[name].made_by.missing(room) for name in asked}
+    for name, reason in reasons.items():
+        if reason and (purposes is not None or all(reasons.values())):
+            raise InputError(f"cannot be planned: {reason}", path="purposes", value=name)
+    notes = [f"no {name} ({PURPOSES[name].tells}): {reason}" for name, reason in reasons.items() if reason]
+    return [name for name in PURPOSES if name in asked and not reasons[name]], notes
+
+
+def _names(purposes: Sequence[str] | str) -> list[str]:
+    names = [one.strip() for one in (purposes.split(",") if isinstance(purposes, str) else purposes)]
+    for name in names:
+        if name not in PURPOSES:
+            raise InputError("is no purpose of a motion", path="purposes", value=name, allowed=", ".join(PURPOSES),
+                             mend=did_you_mean(name, PURPOSES))  # fmt: skip
+    return names
+
+
+def _pieces(chosen: Sequence[str], room: Room, seconds: float) -> list[Piece]:
+    """Return the pieces of all purposes; what one does not use of its share goes to those after it."""
+    left, share_left, found = seconds, sum(PURPOSES[name].share for name in chosen), []
+    # The pieces of a fixed number come first, so that triangles, which can take any time, take what is left.
+    for name in sorted(chosen, key=lambda one: one == "presliding"):
+        purpose = PURPOSES[name]
+        made = purpose.made_by.pieces(room, left * purpose.share / share_left)
+        left -= sum(one.rest + one.duration for one in made)
+        share_left -= purpose.share
+        left = max(left, LEAST)
+        found += made
+    return sorted(found, key=lambda one: chosen.index(one.purpose))
+
+
+def _told(motion: Motion, axis: Axis, seconds: float, prior: Prior) -> list[str]:
+    notes = []
+    if axis.sample_time is None:
+        notes.append(
+            f"a sample time of {with_unit(SAMPLE_TIME, 's')} is taken, as the axis file has none under [timing]"
+        )
+    if axis.stroke:
+        notes.append(
+            f"it begins in the middle of the stroke, at {with_unit(motion.start, unit_of('length', axis.kind))}"
+        )
+    else:
+        notes.append("it begins at position 0: add the position at which your axis stands")
+    if motion.duration > LATE * seconds:
+        notes.append(
+            f"it takes {motion.duration:.3g} s instead of {seconds:.3g} s: any faster, its legs would not show enough"
+        )
+    if prior.assumed:
+        notes.append(f"assumed for the rehearsal, as nothing says it: {', '.join(prior.assumed)}")
+    return notes
+
+
+def _keep(motion: Motion, room: Room) -> None:
+    """Make sure that the samples keep the limits: whatever made the motion, the axis is not to pay for it."""
+    reach = float(np.max(np.abs(motion.position - motion.start)))
+    for what, found, limit in (
+        ("travel", 2.0 * reach, room.travel),
+        ("velocity", float(np.max(np.abs(motion.velocity))), room.velocity),
+        ("acceleration", float(np.max(np.abs(motion.acceleration))), room.acceleration),
+    ):
+        if limit is not None and found > limit * (1.0 + 1e-9):
+            raise RuntimeError(f"the motion exceeds the {what} of the axis: {found:g} > {limit:g}")

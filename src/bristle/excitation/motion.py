@@ -1,0 +1,148 @@
+"""`Motion`: pieces from rest to rest, one after the other, and the samples of the whole."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from bristle.core.contracts import Model
+from bristle.core.variable import Kind
+
+__all__ = ["Motion", "Piece", "in_time", "length_of"]
+
+ROUNDS = 12
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A part of a motion, from rest to rest.
+
+    Parameters
+    ----------
+    purpose : str
+        What it serves: a name of `bristle.excitation.PURPOSES`.
+    name : str
+        What it is: ``"triangles"``, ``"constant velocity"``.
+    reference : Model
+        A reference that begins and ends at rest.
+    rest : float
+        Standstill before it [s].
+    speed : float
+        At which it moves [m/s or rad/s]; the largest one of a chirp.
+    amplitude : float
+        How far it goes from where it begins [m or rad].
+    """
+
+    purpose: str
+    name: str
+    reference: Model
+    rest: float
+    speed: float
+    amplitude: float
+
+    @cached_property
+    def duration(self) -> float:
+        """How long it moves [s]."""
+        return self.reference.component.duration(self.reference.parameters)
+
+    @cached_property
+    def end(self) -> float:
+        """Where it ends, from where it begins [m or rad]."""
+        return float(self.sample(np.array([self.duration]))[0][0])
+
+    def sample(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return position, velocity and acceleration at the times `t` [s] since it began to move."""
+        return self.reference.component.sample(t, self.reference.parameters)
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A motion to run on an axis, in SI of its kind.
+
+    Parameters
+    ----------
+    pieces : tuple of Piece
+        In order.
+    sample_time : float
+        Time between samples [s].
+    kind : {"translational", "rotational"}
+        Kind of axis.
+    start : float
+        Where it begins [m or rad].
+    rest : float
+        Standstill at its end [s].
+    """
+
+    pieces: tuple[Piece, ...]
+    sample_time: float
+    kind: Kind = "translational"
+    start: float = 0.0
+    rest: float = 0.5
+
+    @cached_property
+    def begins(self) -> np.ndarray:
+        """When each piece begins to move [s], shape (piece,)."""
+        ends = np.cumsum([one.rest + one.duration for one in self.pieces])
+        return ends - [one.duration for one in self.pieces]
+
+    @property
+    def duration(self) -> float:
+        """How long the whole takes [s]."""
+        return length_of(self.pieces) + self.rest
+
+    @cached_property
+    def time(self) -> np.ndarray:
+        """Time of each sample [s]."""
+        return self.sample_time * np.arange(int(self.duration / self.sample_time) + 1)
+
+    @cached_property
+    def _samples(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        position, velocity, acceleration = np.full(self.time.size, self.start), *np.zeros((2, self.time.size))
+        here = self.start
+        for piece, begin in zip(self.pieces, self.begins, strict=True):
+            first, last = np.searchsorted(self.time, (begin, begin + piece.duration))
+            x, velocity[first:last], acceleration[first:last] = piece.sample(self.time[first:last] - begin)
+            position[first:last] = here + x
+            here += piece.end
+            position[last:] = here
+        return position, velocity, acceleration
+
+    @property
+    def position(self) -> np.ndarray:
+        """Position at each sample [m or rad]."""
+        return self._samples[0]
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """Velocity at each sample [m/s or rad/s]."""
+        return self._samples[1]
+
+    @property
+    def acceleration(self) -> np.ndarray:
+        """Acceleration at each sample [m/s^2 or rad/s^2]."""
+        return self._samples[2]
+
+
+def length_of(pieces: Sequence[Piece]) -> float:
+    """Return how long pieces take, their rests included [s]."""
+    return sum(one.rest + one.duration for one in pieces)
+
+
+def in_time(make: Callable[[float], list[Piece]], seconds: float, pace: float, low: float, high: float) -> list[Piece]:
+    """Return pieces made at the pace at which they take this time, as far as it lies between `low` and `high`.
+
+    Parameters
+    ----------
+    make : callable
+        From a pace to pieces; what is not rest or corner takes a time in inverse proportion to it.
+    seconds : float
+        How long they may take [s].
+    pace, low, high : float
+        Where to begin, and the bounds, in the unit of the pace.
+    """
+    for _ in range(ROUNDS):
+        pace = min(max(pace * length_of(make(pace)) / seconds, low), high)
+    return make(pace)

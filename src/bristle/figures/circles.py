@@ -1,0 +1,71 @@
+"""Circles run by two axes: how far from round, magnified, with the glitches where an axis reverses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from bristle.core.typography import number
+from bristle.figures import style
+from bristle.figures.envelope import line
+from bristle.figures.labels import scale_for
+
+if TYPE_CHECKING:
+    from bristle.core.variable import Kind
+    from bristle.loop_design import Circle
+
+__all__ = ["circles"]
+
+HEIGHT = 4.6
+LABELS = 0.25 * np.pi  # where the numbers of the radius stand
+ROOM = 1.0  # from the centre of the picture to the smallest deviation, in spans of the deviation
+
+
+@style.styled
+def circles(found: Sequence[Circle], kind: Kind) -> Figure:
+    """Return the radial deviation of circles over the angle: around the round circle, and unrolled.
+
+    Parameters
+    ----------
+    found : sequence of Circle
+        Circles of one radius and feed.
+    kind : {"translational", "rotational"}
+        The kind of axis.
+    """
+    scale = scale_for("length", kind, np.array([1e-6]), *(one.deviation for one in found))
+    lowest, highest = (scale.factor * pick([pick(one.deviation) for one in found]) for pick in (np.min, np.max))
+    low, high = min(float(lowest), 0.0), max(float(highest), 0.0)
+    span = max(high - low, 1e-12)
+    figure = Figure(figsize=(style.WIDTH, HEIGHT))
+    round_: Any = figure.add_axes((0.06, 0.09, 0.44, 0.76), projection="polar")
+    unrolled = figure.add_axes((0.63, 0.13, 0.355, 0.7))
+    turn = np.linspace(0.0, 2.0 * np.pi, 200)
+    round_.plot(turn, np.zeros_like(turn), color=style.GREY, linewidth=0.9)
+    for look, one in zip(style.SERIES, found, strict=False):
+        drawn = {key: look[key] for key in ("color", "linestyle", "linewidth")}
+        angle, deviation = line(one.angle, one.deviation)
+        round_.plot(angle, deviation * scale.factor, label=one.variant, **drawn)
+        unrolled.plot(np.degrees(angle), deviation * scale.factor, **drawn)
+    round_.set_ylim(low - ROOM * span, high + 0.05 * span)
+    step = float(f"{0.4 * span:.1g}")
+    ticks = [-step, 0.0] if -low > high else [0.0, step]
+    round_.set_yticks(ticks, [""] * len(ticks))
+    for tick in ticks:
+        # Above the lines, where the ticks of the axis itself would lie below them.
+        box = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.9}
+        round_.text(LABELS, tick, number(tick, digits=1), ha="center", va="center", fontsize=8, bbox=box, zorder=5)
+    round_.set_thetagrids((0.0, 90.0, 180.0, 270.0))
+    round_.spines["polar"].set_visible(False)
+    round_.set_title(scale.label("Deviation from the circle"), loc="left", pad=12.0)
+    unrolled.set_xticks([0.0, 90.0, 180.0, 270.0, 360.0])
+    unrolled.set_xlabel("Angle [°]; an axis reverses at each tick")
+    unrolled.set_ylabel(scale.label("Deviation"))
+    handles, labels = round_.get_legend_handles_labels()
+    unrolled.legend(
+        handles, labels, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=1, frameon=False, handlelength=2.2,
+        borderpad=0.1, borderaxespad=0.2,
+    )  # fmt: skip
+    return figure

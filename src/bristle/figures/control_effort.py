@@ -1,0 +1,65 @@
+"""What the loops ask of the drive, over time and close up, a row for each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from bristle.core.variable import Kind
+from bristle.figures import style
+from bristle.figures.envelope import line
+from bristle.figures.labels import effort_scale, time_scale
+
+if TYPE_CHECKING:
+    from bristle.simulation.result import VariantResult
+
+__all__ = ["control_effort"]
+
+
+@style.styled
+def control_effort(
+    results: Mapping[str, VariantResult],
+    settle: float,
+    close: tuple[float, float],
+    arm: float = 1.0,
+    effort: Kind = "translational",
+) -> Figure:
+    """Return the effort of each loop, whole and close up, to one scale.
+
+    Parameters
+    ----------
+    results : mapping of str to VariantResult
+        Loops by the name above their row.
+    settle : float
+        Time at the start that is left out [s].
+    close : tuple of float
+        Between which times it is shown close up [s].
+    arm : float
+        What efforts are multiplied by to be shown: with the travel for a radian, a force becomes a torque.
+    effort : {"translational", "rotational"}
+        The kind of what is shown then.
+    """
+    scale, word = effort_scale(effort, *(arm * one.effort for one in results.values()))
+    peak = (
+        1.06
+        * scale.factor
+        * max(float(np.max(np.abs(arm * one.effort[one.time >= settle]))) for one in results.values())
+    )
+    figure, grid = style.panels(0.1 + 2.0 * len(results), rows=len(results), columns=2, widths=(2.0, 1.0), between=0.3)
+    for (whole, near), (name, one) in zip(grid, results.items(), strict=True):
+        inside = (one.time >= close[0]) & (one.time <= close[1])
+        for axes, part in ((whole, one.time >= settle), (near, inside)):
+            span = time_scale(one.time[part])
+            x, y = line(one.time[part], arm * one.effort[part])
+            axes.plot(x * span.factor, y * scale.factor, **style.PREDICTED)
+            axes.set_ylim(-peak, peak)
+            axes.set_xlabel(span.label("Time"))
+        whole.set_ylabel(scale.label(f"Driving {word.lower()}"))
+        near.tick_params(labelleft=False)
+        style.mark_window(whole, np.array(close))
+        whole.set_title(name)
+        near.set_title("close up")
+    return figure

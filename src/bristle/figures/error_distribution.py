@@ -1,0 +1,61 @@
+"""How often the following error has which size, loop by loop to one scale, with mean and standard deviation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from bristle.core.variable import Kind
+from bristle.figures import style
+from bristle.figures.labels import scale_for
+
+if TYPE_CHECKING:
+    from bristle.simulation.result import VariantResult
+
+__all__ = ["error_distribution"]
+
+
+@style.styled
+def error_distribution(
+    results: Mapping[str, VariantResult], settle: float, resolution: float, kind: Kind = "translational"
+) -> Figure:
+    """Return the distribution of the following error, a panel for each loop.
+
+    Parameters
+    ----------
+    results : mapping of str to VariantResult
+        Loops by the name above their panel.
+    settle : float
+        Time at the start that is left out [s].
+    resolution : float
+        One count of the encoder [m or rad]; a bar is half as wide. Without one the range is cut into sixty.
+    kind : {"translational", "rotational"}
+        The kind of axis.
+    """
+    errors = {name: (one.reference - one.measured)[one.time >= settle] for name, one in results.items()}
+    low, high = min(float(one.min()) for one in errors.values()), max(float(one.max()) for one in errors.values())
+    length = scale_for("length", kind, *(one.reference for one in results.values()))
+    width = 0.5 * resolution if resolution > 0.0 else (high - low) / 60.0
+    edges = np.arange(np.floor(low / width), np.ceil(high / width) + 1.0) * width * length.factor
+    figure, (row,) = style.panels(3.0, columns=len(results), between=0.3, top=0.56)
+    shares = {name: np.histogram(one * length.factor, edges)[0] * (100.0 / one.size) for name, one in errors.items()}
+    top = 1.08 * max(float(one.max()) for one in shares.values())
+    for place, (axes, (name, one)) in enumerate(zip(row, errors.items(), strict=True)):
+        mean, std = float(one.mean()) * length.factor, float(one.std()) * length.factor
+        axes.axvspan(mean - std, mean + std, color="#e9ecf0", linewidth=0, zorder=0, label="mean ± standard deviation")
+        axes.stairs(shares[name], edges, fill=True, color="#9db6d0", label="_bars")
+        axes.stairs(shares[name], edges, color=style.PREDICTED["color"], linewidth=0.9, label="_outline")
+        axes.axvline(mean, color=style.INK, linewidth=1.2, linestyle="--", label="mean")
+        axes.set_title(name)
+        axes.set_ylim(0.0, top)
+        axes.set_xlabel(length.label("Following error"))
+        if place:
+            axes.tick_params(labelleft=False)
+        else:
+            axes.set_ylabel("Share of the samples [%]")
+    handles = row[0].get_legend_handles_labels()
+    figure.legend(*handles, loc="upper left", ncols=2, frameon=False, handlelength=2.2, columnspacing=1.4)
+    return figure

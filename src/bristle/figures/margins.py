@@ -1,0 +1,90 @@
+"""The open loop over frequency with its margins, and the poles of the closed one."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter
+
+from bristle.figures import style
+
+if TYPE_CHECKING:
+    from bristle.stability import Assessment, WorkingPoint
+
+__all__ = ["margins"]
+
+LOWEST, POINTS = 0.003, 600  # of the Nyquist frequency
+FLOOR = 0.03  # of the gain that is drawn
+NAMES = {"all": "all motions", "small": "small motions", "large": "large motions"}
+
+
+@style.styled
+def margins(assessment: Assessment) -> Figure:
+    """Return gain and phase of the open loop without friction, with the margins, and the poles of the closed loop.
+
+    Parameters
+    ----------
+    assessment : Assessment
+        Poles and margins of one loop.
+    """
+    points = assessment.bare
+    # The unit circle is to be round: its panel is as wide as both rows are tall.
+    figure, grid = style.panels(3.9, rows=2, columns=2, widths=(1.25, 1.0), gap=0.28, between=0.72)
+    (gain, poles), (phase, rest) = grid
+    below = rest.get_position()
+    rest.remove()
+    above = poles.get_position()
+    poles.set_position((above.x0, below.y0, above.width, above.y1 - below.y0))
+    for look, point in zip(style.SERIES[1:], points, strict=False):
+        _draw_open_loop(gain, phase, point, look)
+    _draw_circle(poles)
+    for look, point in zip(style.SERIES[1:], points, strict=False):
+        at = point.loop.poles
+        poles.plot(
+            np.real(at), np.imag(at), linestyle="none", marker=look["marker"], color=look["color"], fillstyle="none",
+            markersize=6,
+        )  # fmt: skip
+    gain.axhline(1.0, color=style.GREY, linewidth=0.8)
+    phase.axhline(-180.0, color=style.GREY, linewidth=0.8)
+    gain.set_ylabel("Open loop, gain")
+    phase.set_ylabel("Phase [°]")
+    phase.set_xlabel("Frequency [Hz]")
+    # The powers of ten that matplotlib writes are mathematics, which a page shows as it stands.
+    for axis in (gain.yaxis, phase.xaxis):
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    gain.tick_params(labelbottom=False)
+    gain.set_ylim(bottom=FLOOR)
+    phase.set_ylim(-360.0, -60.0)
+    phase.set_yticks([-360.0, -270.0, -180.0, -90.0])
+    style.legend(gain, columns=2)
+    return figure
+
+
+def _draw_open_loop(gain: style.Axes, phase: style.Axes, point: WorkingPoint, look: style.Look) -> None:
+    line = {key: look[key] for key in ("color", "linestyle", "linewidth")}
+    nyquist = math.pi / point.loop.sample_time
+    omega = np.geomspace(LOWEST * nyquist, nyquist, POINTS)
+    response = point.loop.response(omega)
+    hertz = omega / (2.0 * math.pi)
+    gain.loglog(hertz, np.abs(response), label=NAMES[point.motions], **line)
+    # Continued from its start, which lies between -90 and -270 degrees, and drawn once around.
+    turned = np.unwrap(np.angle(response))
+    turned -= 2.0 * math.pi * round((turned[0] + math.pi) / (2.0 * math.pi))
+    phase.semilogx(hertz, np.degrees(turned), **line)
+    margin, crossover = point.margins.phase, point.margins.crossover
+    if margin is not None and crossover is not None:
+        at = crossover / (2.0 * math.pi)
+        phase.plot([at, at], [-180.0, margin - 180.0], color=look["color"], linewidth=2.6, solid_capstyle="butt")
+        gain.plot(at, 1.0, marker=look["marker"], color=look["color"], markersize=4.5)
+
+
+def _draw_circle(axes: style.Axes) -> None:
+    angle = np.linspace(0.0, 2.0 * math.pi, 200)
+    axes.plot(np.cos(angle), np.sin(angle), color=style.GREY, linewidth=0.9)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel("Poles, real part")
+    axes.set_ylabel("imaginary part", labelpad=1.0)
+    axes.margins(0.06)

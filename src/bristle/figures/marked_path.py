@@ -1,0 +1,70 @@
+"""Force over position along one path, for several models, with letters where it turned."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from bristle.core.variable import Kind
+from bristle.figures import style
+from bristle.figures.small_multiples import FIRST, LAST, Traces, force_over_position
+
+__all__ = ["marked_path"]
+
+
+@style.styled
+def marked_path(
+    traces: Traces,
+    turns: Mapping[str, Sequence[int]],
+    letters: str,
+    titles: Mapping[str, str],
+    kind: Kind = "translational",
+    effort: Kind | None = None,
+) -> Figure:
+    """Return force over position with the turning points marked, one panel for each model.
+
+    Parameters
+    ----------
+    traces : mapping of str to (x, force)
+        Positions [m or rad] and forces [N or N*m], by the name of the model.
+    turns : mapping of str to sequence of int
+        Which points of a trace are turning points, the start included.
+    letters : str
+        What stands at them, one each; a blank for none.
+    titles : mapping of str to str
+        What stands above each panel.
+    kind, effort : {"translational", "rotational"}
+        The kind of axis, and that of the forces where it is another one.
+    """
+    figure, panels, _ = force_over_position(traces, titles, kind, effort, columns=min(2, len(traces)), top=0.56)
+    for name, axes, x, force in panels:
+        places = np.asarray(turns[name])
+        first = int(places[1])
+        axes.plot(x[: first + 1], force[: first + 1], label="there", **FIRST)
+        axes.plot(x[first:], force[first:], label="back and on", **LAST)
+        axes.plot(
+            x[places], force[places], "o", color=style.INK, fillstyle="none", markersize=4.5, label="_turns",
+        )  # fmt: skip
+        _write_letters(axes, x[places], force[places], letters)
+        axes.margins(x=0.08)
+    handles = figure.axes[0].get_legend_handles_labels()
+    figure.legend(*handles, loc="upper left", ncols=2, frameon=False, handlelength=2.2, columnspacing=1.4)
+    return figure
+
+
+def _write_letters(axes: style.Axes, x: np.ndarray, force: np.ndarray, letters: str) -> None:
+    """Write a letter beside each point, away from the middle; the same one twice only where the points part."""
+    middle = 0.5 * (float(x.min()) + float(x.max()))
+    low, high = axes.get_ylim()
+    written: list[tuple[str, float, float]] = []
+    for place, height, letter in zip(x, force, letters, strict=True):
+        near = [one for one in written if one[0] == letter and abs(one[2] - height) < 0.09 * (high - low)]
+        if letter.strip() and not near:
+            left = place < middle
+            axes.annotate(
+                letter, (place, height), xytext=(-5 if left else 5, -9 if left else 2), textcoords="offset points",
+                ha="right" if left else "left", fontsize=8.5, color=style.INK,
+            )  # fmt: skip
+            written.append((letter, place, height))

@@ -1,0 +1,102 @@
+"""A motion to run, and the friction to expect along it."""
+
+from __future__ import annotations
+
+from itertools import groupby
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from bristle.figures import style
+from bristle.figures.envelope import line
+from bristle.figures.labels import effort_scale, position_word, scale_for, time_scale
+
+if TYPE_CHECKING:
+    from bristle.excitation.motion import Motion
+
+__all__ = ["expected", "motion"]
+
+ROW = 1.55  # inches
+
+
+@style.styled
+def motion(planned: Motion) -> Figure:
+    """Return position over time, one panel for each purpose.
+
+    Parameters
+    ----------
+    planned : Motion
+        The motion.
+    """
+    parts = _parts(planned)
+    figure, rows = style.panels(0.35 + ROW * len(parts), rows=len(parts), gap=0.72)
+    for (axes,), (purpose, part) in zip(rows, parts.items(), strict=True):
+        time, position = planned.time[part], planned.position[part] - planned.start
+        scale = scale_for("length", planned.kind, position)
+        span = time_scale(planned.time)
+        x, y = line(time, position)
+        axes.plot(x * span.factor, y * scale.factor, **style.PREDICTED)
+        axes.set_title(purpose)
+        axes.set_xlabel(span.label("Time"))
+        axes.set_ylabel(scale.label(position_word(planned.kind)))
+    return figure
+
+
+@style.styled
+def expected(planned: Motion, friction: np.ndarray) -> Figure:
+    """Return the loops of friction over position before sliding, and friction over the speed of steady slides.
+
+    Parameters
+    ----------
+    planned : Motion
+        The motion.
+    friction : ndarray, shape (sample,)
+        Friction force along it [N or N*m].
+    """
+    parts = _parts(planned)
+    force, word = effort_scale(planned.kind, friction)
+    slow = next((parts[name] for name in ("presliding", "break-away", "damping") if name in parts), None)
+    fast = parts.get("stribeck")
+    count = (slow is not None) + (fast is not None)
+    figure, ((*row,),) = style.panels(3.0, columns=count, between=0.9)
+    if slow is not None:
+        axes, position = row.pop(0), planned.position[slow] - planned.start
+        scale = scale_for("length", planned.kind, position)
+        axes.plot(position[::4] * scale.factor, friction[slow][::4] * force.factor, **style.PREDICTED)
+        axes.set_xlabel(scale.label(position_word(planned.kind)))
+        axes.set_ylabel(force.label(f"Friction {word.lower()}"))
+    if fast is not None:
+        points = _steady(planned, friction, fast)
+        scale = scale_for("length/time", planned.kind, points[:, 0])
+        row[0].semilogx(
+            np.abs(points[:, 0]) * scale.factor, np.abs(points[:, 1]) * force.factor, linestyle="none",
+            marker=".", markersize=3.0, color=style.PREDICTED["color"],
+        )  # fmt: skip
+        row[0].set_xlabel(scale.label("Speed"))
+        row[0].set_ylabel(force.label(f"Friction {word.lower()}"))
+    return figure
+
+
+def _steady(planned: Motion, friction: np.ndarray, part: slice) -> np.ndarray:
+    """Return (velocity, friction) of the middle of each steady slide, shape (slide, 2)."""
+    velocity = planned.velocity[part]
+    cruise = np.isclose(velocity[1:], velocity[:-1], rtol=1e-9, atol=0.0)
+    found = []
+    for moving, group in groupby(range(cruise.size), key=lambda k: bool(cruise[k] and velocity[k] != 0.0)):
+        members = list(group)
+        if moving and len(members) > 4:
+            late = slice(part.start + members[len(members) // 2], part.start + members[-1])
+            found.append((float(planned.velocity[late].mean()), float(friction[late].mean())))
+    return np.array(found).reshape(-1, 2)
+
+
+def _parts(planned: Motion) -> dict[str, slice]:
+    """Return the samples of each purpose, in the order in which they come."""
+    found = {}
+    placed = zip(planned.begins, planned.pieces, strict=True)
+    for purpose, group in groupby(placed, key=lambda one: one[1].purpose):
+        members = list(group)
+        first, last = members[0][0], members[-1][0] + members[-1][1].duration
+        found[purpose] = slice(*(int(k) for k in np.searchsorted(planned.time, (first, last))))
+    return found

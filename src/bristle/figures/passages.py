@@ -1,0 +1,84 @@
+"""The experiments that a log contains: where they are, and the loops before sliding among them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from bristle.figures import style
+from bristle.figures.envelope import line
+from bristle.figures.labels import effort_scale, position_word, scale_for, time_scale
+
+if TYPE_CHECKING:
+    from bristle.logs.log import Log
+    from bristle.logs.passages import Passage
+
+__all__ = ["passages"]
+
+# Grey tells them apart too: from dark to light, and hatched.
+SHADES = {
+    "constant_velocity": ("#b9d3ea", ""),
+    "loops": ("#f0cf8e", ""),
+    "break_away": ("#b5dcc9", "////"),
+    "chirp": ("#dcb6cf", "...."),
+    "oscillation": ("#e6d7e1", "...."),
+    "moves": ("#e4e7ea", ""),
+}
+LOOPS_SHOWN = 20_000  # samples
+
+
+@style.styled
+def passages(log: Log, found: Sequence[Passage]) -> Figure:
+    """Return position over time with its passages shaded, and the effort over position of the loops.
+
+    Parameters
+    ----------
+    log : Log
+        The log.
+    found : sequence of Passage
+        What it contains.
+    """
+    loops = [one for one in found if one.kind in ("loops", "break_away")] if log.effort is not None else []
+    figure, rows = style.panels(4.9 if loops else 2.4, rows=2 if loops else 1, heights=[1.0, 1.4] if loops else None)
+    _draw_time(rows[0][0], log, found)
+    if loops:
+        _draw_loops(rows[1][0], log, loops)
+    return figure
+
+
+def _draw_time(axes: Axes, log: Log, found: Sequence[Passage]) -> None:
+    time, position = log.time.values, log.position.values
+    span, scale = time_scale(time), scale_for("length", log.kind, position)
+    named = set()
+    for one in found:
+        if one.kind in SHADES:
+            shade, hatch = SHADES[one.kind]
+            label = one.kind.replace("_", " ")
+            axes.axvspan(
+                one.begin * span.factor, one.end * span.factor, facecolor=shade, hatch=hatch, edgecolor="white",
+                linewidth=0, zorder=0, label=f"_{label}" if label in named else label,
+            )  # fmt: skip
+            named.add(label)
+    x, y = line(time, position)
+    axes.plot(x * span.factor, y * scale.factor, **style.PREDICTED)
+    axes.set_xlabel(span.label("Time"))
+    axes.set_ylabel(scale.label(position_word(log.kind)))
+    style.legend(axes, columns=len(SHADES))
+
+
+def _draw_loops(axes: Axes, log: Log, loops: Sequence[Passage]) -> None:
+    assert log.effort is not None
+    positions = [log.position.values[one.samples] - log.position.values[one.samples][0] for one in loops]
+    efforts = [log.effort.values[one.samples] for one in loops]
+    length = scale_for("length", log.kind, *positions)
+    effort, word = effort_scale(log.kind, *efforts)
+    thin: style.Look = style.PREDICTED | {"linewidth": 0.5}
+    step = max(sum(one.size for one in positions) // LOOPS_SHOWN, 1)
+    for x, u in zip(positions, efforts, strict=True):
+        axes.plot(x[::step] * length.factor, u[::step] * effort.factor, **thin)
+    axes.set_title("loops before sliding and break-aways, each from where it begins")
+    axes.set_xlabel(length.label(position_word(log.kind)))
+    axes.set_ylabel(effort.label(word))

@@ -1,0 +1,59 @@
+"""Desired and measured position over time, loop by loop, whole and close up where the reference turns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from bristle.core.variable import Kind
+from bristle.figures import style
+from bristle.figures.envelope import line
+from bristle.figures.labels import position_word, scale_for, time_scale
+
+if TYPE_CHECKING:
+    from bristle.simulation.result import VariantResult
+
+__all__ = ["tracking"]
+
+
+@style.styled
+def tracking(
+    results: Mapping[str, VariantResult], settle: float, close: tuple[float, float], kind: Kind = "translational"
+) -> Figure:
+    """Return reference and encoder reading over time, a row for each loop.
+
+    Parameters
+    ----------
+    results : mapping of str to VariantResult
+        Loops by the name above their row.
+    settle : float
+        Time at the start that is left out [s].
+    close : tuple of float
+        Between which times it is shown close up [s].
+    kind : {"translational", "rotational"}
+        The kind of axis.
+    """
+    figure, grid = style.panels(
+        0.4 + 2.0 * len(results), rows=len(results), columns=2, widths=(2.0, 1.0), between=0.55, top=0.4
+    )
+    for (whole, near), (name, one) in zip(grid, results.items(), strict=True):
+        inside = (one.time >= close[0]) & (one.time <= close[1])
+        for axes, part in ((whole, one.time >= settle), (near, inside)):
+            span = time_scale(one.time[part])
+            length = scale_for("length", kind, one.reference[part])
+            for signal, look, label in (
+                (one.reference, style.MEASURED, "command"), (one.measured, style.PREDICTED, "encoder"),
+            ):  # fmt: skip
+                x, y = line(one.time[part], signal[part])
+                axes.plot(x * span.factor, y * length.factor, label=label, **look)
+            axes.set_xlabel(span.label("Time"))
+            axes.set_ylabel(length.label(position_word(kind)))
+        style.mark_window(whole, np.array(close))
+        whole.set_title(name)
+        near.set_title("close up")
+    handles = grid[0][0].get_legend_handles_labels()
+    figure.legend(*handles, loc="upper left", ncols=2, frameon=False, handlelength=2.2, columnspacing=1.4)
+    return figure

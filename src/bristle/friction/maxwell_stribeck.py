@@ -1,0 +1,145 @@
+r"""Maxwell-slip elements whose limits fall with speed and differ from reversal to reversal.
+
+.. math::
+    F = \sum_i k_i e_i + \sigma_1 n_s v + \sigma_2 v, \qquad
+    |k_i e_i| \le \nu_i\,\gamma\,G(v), \qquad G(v) = F_C + (F_S - F_C)\,e^{-(v/v_S)^2}
+
+Each element sticks and stretches by :math:`e_i`, or slips at its share :math:`\nu_i` of the Stribeck curve; an element
+beyond a limit that has fallen yields to it at once. :math:`n_s` is the share of the elements that stick: micro-damping
+belongs to contacts that have not broken away. No friction repeats itself exactly: :math:`\gamma = 1 + s\,\xi`, with
+:math:`\xi` standard normal, is drawn anew at each reversal of the velocity (one that exceeds :math:`v_r`), from a seed,
+so that a run can be repeated to the bit.
+
+References
+----------
+.. [1] V. Lampaert, F. Al-Bender, J. Swevers, "A generalized Maxwell-slip friction model appropriate for control
+   purposes", Proc. IEEE Int. Conf. Physics and Control, 2003. doi:10.1109/PHYCON.2003.1237071
+"""
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from bristle.core.contracts import FrictionModel
+from bristle.core.kernel import kernel
+from bristle.core.mathematics import direction, exp
+from bristle.core.random_numbers import SEED_MAX, normal
+from bristle.core.variable import Variable
+from bristle.friction.maxwell_slip import RELATIONS
+from bristle.friction.stribeck import STATIC_ABOVE_COULOMB
+
+# However large the scatter, a limit keeps a part of itself.
+SMALLEST_SCALE = 0.05
+
+
+class Parameters(NamedTuple):
+    """Parameters of Maxwell-slip elements with Stribeck limits."""
+
+    F_C: Annotated[
+        float, Variable("force", "Coulomb friction force", min=1e-12, directional=True, excitation="sliding")
+    ]
+    F_S: Annotated[
+        float,
+        Variable("force", "static (break-away) friction force", min=1e-12, directional=True, excitation="stribeck"),
+    ]
+    v_S: Annotated[float, Variable("length/time", "Stribeck velocity", min=1e-9, nominal=1e-2, excitation="stribeck")]
+    k_i: Annotated[
+        np.ndarray,
+        Variable("force/length", "stiffness of each element", min=1e-9, nominal=1e6, excitation="presliding"),
+    ]
+    nu_i: Annotated[np.ndarray, Variable("1", "share of each element in the limit", min=0.0, max=1.0)]
+    sigma_1: Annotated[
+        float,
+        Variable("force*time/length", "micro-damping while all elements stick", min=0.0, excitation="presliding"),
+    ] = 0.0
+    sigma_2: Annotated[
+        float,
+        Variable("force*time/length", "viscous friction coefficient", min=0.0, directional=True, excitation="speed"),
+    ] = 0.0
+    scatter: Annotated[
+        float, Variable("1", "standard deviation of the limit from reversal to reversal", min=0.0, max=0.3)
+    ] = 0.0
+    v_r: Annotated[float, Variable("length/time", "speed from which a reversal counts as one", min=0.0)] = 0.0
+    seed: Annotated[int, Variable("1", "seed of the scatter", min=0, max=SEED_MAX)] = 0
+
+
+class State(NamedTuple):
+    """State besides the forces of the elements, which are the memory."""
+
+    side: Annotated[float, Variable("1", "direction of the motion; 0 before the first")] = 0.0
+    reversals: Annotated[int, Variable("1", "reversals so far", min=0)] = 0
+    scale: Annotated[float, Variable("1", "factor on the limit since the last reversal", min=0.0)] = 1.0
+
+
+class Move(NamedTuple):
+    """What a trial hands to commit."""
+
+    v: float
+    way: float
+    limit: float
+
+
+@kernel
+def limit_of(state, v, p):
+    """Return the force [N or N*m] at which all elements slip at the velocity `v`."""
+    ratio = v / p.v_S
+    return state.scale * (p.F_C + (p.F_S - p.F_C) * exp(-ratio * ratio))
+
+
+@kernel
+def trial(state, memory, motion, dt, p):
+    """Return the mean force [N or N*m] over a step at constant velocity, and what to commit."""
+    v = motion.v
+    side = direction(v)
+    way = abs(v) * dt
+    limit = limit_of(state, v, p)
+    total, slipping = 0.0, 0.0
+    for i in range(p.k_i.size):
+        f_max = p.nu_i[i] * limit
+        f = min(side * memory[i], f_max)
+        rise = p.k_i[i] * way
+        beyond = f + rise - f_max
+        total += f + 0.5 * rise
+        if beyond > 0.0:
+            # It slips over the last part of the step, and in the mean lacks what it would have risen there.
+            part = beyond / rise
+            total -= 0.5 * beyond * part
+            slipping += part
+    sticking = 1.0 - slipping / p.k_i.size
+    return side * total + (p.sigma_1 * sticking + p.sigma_2) * v, Move(v, way, limit)
+
+
+@kernel
+def commit(state, memory, move, p):
+    """Pull every element by the displacement of the step; a reversal draws a new limit."""
+    side = direction(move.v)
+    for i in range(p.k_i.size):
+        memory[i] = side * min(side * memory[i] + p.k_i[i] * move.way, p.nu_i[i] * move.limit)
+    if side * state.side >= 0.0 and state.side != 0.0:
+        return state
+    if abs(move.v) <= p.v_r:
+        return state
+    scale = max(1.0 + p.scatter * normal(p.seed, state.reversals), SMALLEST_SCALE)
+    return State(side, state.reversals + 1, scale)
+
+
+def memory_size(p: Parameters) -> int:
+    """Return the number of elements."""
+    return len(p.k_i)
+
+
+MODEL = FrictionModel(
+    name="maxwell_stribeck",
+    description="spring-slider elements in parallel with Stribeck limits that scatter from reversal to reversal",
+    Parameters=Parameters,
+    State=State,
+    trial=trial,
+    commit=commit,
+    memory_size=memory_size,
+    relations=(*RELATIONS, STATIC_ABOVE_COULOMB),
+    reference="doi:10.1109/PHYCON.2003.1237071",
+    example={
+        "F_C": 20.0, "F_S": 28.0, "v_S": 2e-3, "k_i": [6e6, 3e6, 1e6], "nu_i": [0.3, 0.4, 0.3], "sigma_1": 1e3,
+        "sigma_2": 200.0, "scatter": 0.05, "v_r": 1e-7, "seed": 1,
+    },
+)  # fmt: skip

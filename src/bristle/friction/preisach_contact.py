@@ -1,0 +1,74 @@
+r"""The Preisach operator on the position: the hysteresis friction compensator of the source paper, and no more.
+
+.. math:: F = f_h[x] + \sigma_2 v
+
+Every motion deflects the contact and none of it slips, so that it is a model of pre-sliding: what `preisach_lugre` is
+below the force at which sliding sets in. It has no Stribeck effect and no break-away; for gross sliding take that one.
+The force is the mean of those at both ends of a step.
+
+References
+----------
+.. [1] "Pre-sliding friction control using the sliding mode controller with hysteresis friction compensator",
+   equations (12) to (15).
+.. [2] I. D. Mayergoyz, "Mathematical Models of Hysteresis", Springer, 1991. doi:10.1007/978-1-4612-3028-1
+"""
+
+from typing import Annotated, NamedTuple
+
+from bristle.core.contracts import FrictionModel
+from bristle.core.kernel import kernel
+from bristle.core.variable import Variable
+from bristle.hysteresis.everett import KERNELS, ClosedForm
+from bristle.hysteresis.turning_points import SMALLEST_CAPACITY, Stack, stack_commit, stack_size, stack_trial
+
+TOLERANCE = 1e-12  # of f_p/s: a smaller return is not remembered
+
+
+class Parameters(NamedTuple):
+    """Parameters of the Preisach operator on the position."""
+
+    s: Annotated[
+        float, Variable("force/length", "stiffness at a reversal", min=1e-9, nominal=1e6, excitation="presliding")
+    ]
+    f_p: Annotated[
+        float, Variable("force", "force at which the operator saturates", min=1e-12, excitation="presliding")
+    ]
+    sigma_2: Annotated[
+        float,
+        Variable("force*time/length", "viscous friction coefficient", min=0.0, directional=True, excitation="speed"),
+    ] = 0.0
+    kernel: Annotated[int, Variable("1", "Everett function of the operator", choices=KERNELS)] = 0
+    exponent: Annotated[float, Variable("1", "Dahl exponent i of dahl_masing", min=0.1, max=5.0)] = 2.0
+    capacity: Annotated[int, Variable("1", "turning points remembered", min=SMALLEST_CAPACITY, max=100_000)] = 256
+
+
+@kernel
+def trial(state, memory, motion, dt, p):
+    """Return the mean force [N or N*m] over a step at constant velocity, and how the memory moves."""
+    q = ClosedForm(p.kernel, p.s, p.f_p, p.exponent)
+    f, move = stack_trial(state, memory, state.z + motion.v * dt, TOLERANCE * p.f_p / p.s, q)
+    return 0.5 * (state.f + f) + p.sigma_2 * motion.v, move
+
+
+@kernel
+def commit(state, memory, move, p):
+    """Return the state after the step; a reversal stores a turning point."""
+    return stack_commit(state, memory, move)
+
+
+def memory_size(p: Parameters) -> int:
+    """Return the room for the turning points."""
+    return stack_size(p.capacity)
+
+
+MODEL = FrictionModel(
+    name="preisach_contact",
+    description="a Preisach operator on the position: hysteresis with non-local memory, without gross sliding",
+    Parameters=Parameters,
+    State=Stack,
+    trial=trial,
+    commit=commit,
+    memory_size=memory_size,
+    reference="doi:10.1007/978-1-4612-3028-1",
+    example={"s": 1e7, "f_p": 28.0, "sigma_2": 200.0},
+)

@@ -1,0 +1,149 @@
+"""A recorded motion taken apart: rests, and the legs between rests and turning points."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+__all__ = ["Leg", "graininess", "legs_of", "rests_of", "turning_points"]
+
+REST_TIME = 0.12  # [s] without a motion that the encoder sees
+COUNTS, DEVIATIONS = 2.5, 4.0  # of the encoder, of its noise: no motion is smaller
+GAUSSIAN = 1.4826  # standard deviation over median absolute deviation, of a normal distribution
+CHUNKS = 20  # of a leg, in which its speed is looked at
+CRUISING = 0.08  # relative deviation of the speed that counts as constant; a sine keeps to it for a third
+SETTLING = 0.03  # of the leg beside it: a leg at the edge of a rest that is none
+FAST = 0.8  # quantile of the speeds of a leg that a cruise has
+
+
+@dataclass(frozen=True)
+class Leg:
+    """A stretch in one direction, from a rest or a turning point to the next.
+
+    Parameters
+    ----------
+    first, last : int
+        Samples at which it begins and ends.
+    distance : float
+        How far it goes, with its sign [m or rad].
+    duration : float
+        How long that takes [s].
+    cruise : slice
+        The samples of its longest part at constant speed.
+    cruise_share : float
+        Share of the duration.
+    speed : float
+        Of the cruise, without a sign [m/s or rad/s].
+    from_rest : bool
+        Whether it begins at a rest.
+    """
+
+    first: int
+    last: int
+    distance: float
+    duration: float
+    cruise: slice
+    cruise_share: float
+    speed: float
+    from_rest: bool
+
+
+def graininess(position: np.ndarray, resolution: float | None) -> float:
+    """Return the smallest motion that a recorded position shows [m or rad].
+
+    Parameters
+    ----------
+    position : ndarray, shape (sample,)
+        Recorded position [m or rad].
+    resolution : float or None
+        Step of the encoder [m or rad]; the smallest step of the record where not known.
+    """
+    if resolution is None:
+        steps = np.abs(np.diff(position))
+        resolution = float(np.min(steps[steps > 0.0], initial=np.inf))
+        resolution = resolution if np.isfinite(resolution) else 0.0
+    bends = np.abs(np.diff(position, 2))
+    noise = GAUSSIAN * float(np.median(bends)) / np.sqrt(6.0) if bends.size else 0.0
+    return max(COUNTS * resolution, DEVIATIONS * noise)
+
+
+def rests_of(position: np.ndarray, grain: float, sample_time: float) -> list[slice]:
+    """Return the samples of each rest: where the position stays within a grain to either side."""
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+    window = max(round(REST_TIME / sample_time), 3)
+    if position.size < window:
+        return []
+    half = window // 2
+    span = maximum_filter1d(position, 2 * half + 1) - minimum_filter1d(position, 2 * half + 1)
+    still = np.pad((span <= 2.0 * grain)[half:-half], half)
+    # A rest reaches as far as its windows do.
+    counted = np.concatenate([[0], np.cumsum(np.pad(still, half))])
+    return _runs(counted[2 * half + 1 :] > counted[: -2 * half - 1])
+
+
+def _runs(inside: np.ndarray) -> list[slice]:
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(np.int8)))
+    return [slice(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+
+
+def turning_points(position: np.ndarray, grain: float) -> list[int]:
+    """Return the samples at which the motion turns by more than a grain, ends not included.
+
+    Examples
+    --------
+    >>> turning_points(np.array([0.0, 1.0, 2.0, 1.9, 2.1, 0.0, 1.0]), 0.2)
+    [4, 5]
+    """
+    steps = np.sign(np.diff(position))
+    moved = np.flatnonzero(steps)
+    bends = moved[1:][steps[moved[1:]] != steps[moved[:-1]]]
+    found: list[int] = []
+    side, extreme = 0.0, 0
+    for k in [*(int(one) for one in bends), position.size - 1]:
+        change = position[k] - position[extreme]
+        if side * change >= 0.0 and (side != 0.0 or abs(change) <= grain):
+            extreme = k if side * change > 0.0 else extreme
+        elif abs(change) > grain:
+            if side != 0.0:
+                found.append(extreme)
+            side, extreme = float(np.sign(change)), k
+    return found
+
+
+def legs_of(position: np.ndarray, rests: list[slice], grain: float, sample_time: float) -> Iterator[Leg]:
+    """Yield the legs between rests and turning points, those that hardly move left out."""
+    edges = [0, *(edge for rest in rests for edge in (rest.start, rest.stop - 1)), position.size - 1]
+    for begin, end in zip(edges[::2], edges[1::2], strict=True):
+        if end - begin < 2:
+            continue
+        marks = [begin, *(begin + k for k in turning_points(position[begin : end + 1], grain)), end]
+        marks = _without_settling(position, marks)
+        for number, (first, last) in enumerate(pairwise(marks)):
+            if abs(position[last] - position[first]) > grain:
+                yield _leg(position, first, last, grain, sample_time, from_rest=number == 0 and begin > 0)
+
+
+def _without_settling(position: np.ndarray, marks: list[int]) -> list[int]:
+    """Return ends of legs without those right beside a rest that are nothing against the leg next to them."""
+    lengths = [abs(position[b] - position[a]) for a, b in pairwise(marks)]
+    first = len(lengths) > 1 and lengths[0] < SETTLING * lengths[1]
+    last = len(lengths) > 1 and lengths[-1] < SETTLING * lengths[-2]
+    return marks[int(first) : len(marks) - int(last)]
+
+
+def _leg(position: np.ndarray, first: int, last: int, grain: float, dt: float, *, from_rest: bool) -> Leg:
+    marks = np.unique(np.linspace(first, last, CHUNKS + 1).astype(int))
+    times = dt * np.diff(marks)
+    distance = float(position[last] - position[first])
+    speeds = np.diff(position[marks]) / times * np.sign(distance)
+    top = float(np.quantile(speeds, FAST))
+    steady = np.abs(speeds - top) <= CRUISING * top + 2.0 * grain / times
+    longest = max(_runs(steady), key=lambda run: run.stop - run.start, default=slice(0, 0))
+    cruise = slice(int(marks[longest.start]), int(marks[longest.stop]))
+    taken = dt * (cruise.stop - cruise.start)
+    speed = abs(float(position[cruise.stop] - position[cruise.start])) / taken if taken > 0.0 else top
+    return Leg(first, last, distance, dt * (last - first), cruise, taken / (dt * (last - first)), speed, from_rest)

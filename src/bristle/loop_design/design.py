@@ -1,0 +1,156 @@
+"""A loop designed: what limits it, what it errs by, which gains it allows, and the circle that it runs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from os import PathLike
+
+from bristle.core.errors import InputError, did_you_mean
+from bristle.core.experiment import Experiment, Variant
+from bristle.engine.steady import steady_force
+from bristle.loop_design.budget import Budget, error_budget
+from bristle.loop_design.circle import Circle, circle_of, is_sampled, run_circles
+from bristle.loop_design.delays import Delays, delays_of
+from bristle.loop_design.proposals import Proposal, proposals_for
+from bristle.stability import Assessment, Verdict, assess, top_speed
+
+__all__ = ["Design", "design"]
+
+Progress = Callable[[float, str], None]
+
+
+@dataclass(frozen=True)
+class Design:
+    """What there is to know of a loop before it is built.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        The loops.
+    variant : Variant
+        The one that was designed.
+    assessments : tuple of Assessment
+        Poles and margins of each loop of the experiment.
+    delays : Delays
+        Where the delay of the loop comes from.
+    friction : float
+        At the largest speed of the reference, the mean of both directions [N or N*m].
+    budget : Budget or None
+        What it errs by; None for a loop that is not stable enough to be simulated.
+    proposals : tuple of Proposal
+        The loop as it is, and other gains and laws for it.
+    circles : tuple of Circle
+        A circle, by the loop without friction compensation, as it is, and as proposed.
+    """
+
+    experiment: Experiment
+    variant: Variant
+    assessments: tuple[Assessment, ...]
+    delays: Delays
+    friction: float
+    budget: Budget | None
+    proposals: tuple[Proposal, ...]
+    circles: tuple[Circle, ...]
+
+    @property
+    def assessment(self) -> Assessment:
+        """Poles and margins of the loop that was designed."""
+        return next(one for one in self.assessments if one.name == self.variant.name)
+
+    @property
+    def is_stable(self) -> bool:
+        """Whether all poles of the loop that was designed lie inside the unit circle."""
+        return self.assessment.verdict is Verdict.STABLE
+
+
+def design(
+    experiment: Experiment | str | PathLike[str], *, variant: str | None = None, bandwidth: float | None = None,
+    progress: Progress | None = None,
+) -> Design:  # fmt: skip
+    """Design the loop of an experiment.
+
+    Parameters
+    ----------
+    experiment : Experiment or path-like
+        The loop, or the file that describes it.
+    variant : str, optional
+        Name of the variant to be designed; by default the first one that feeds friction forward, else the first one.
+    bandwidth : float, optional
+        Bandwidth wanted of what is proposed [rad/s]; by default as much as the margins allow.
+    progress : callable, optional
+        Called with the share done and the name of what comes next.
+
+    Returns
+    -------
+    Design
+        Poles and margins of each variant; of one of them the error budget, suggested gains, and a circle.
+
+    Raises
+    ------
+    InputError
+        If there is no such variant, or the bandwidth is not positive.
+    """
+    if isinstance(experiment, (str, PathLike)):
+        from bristle.files.experiment import read_experiment
+
+        experiment = read_experiment(experiment)
+    if not isinstance(experiment, Experiment):
+        raise InputError("must be an experiment or its file", path="experiment", value=experiment)
+    if bandwidth is not None and not 0.0 < bandwidth < math.inf:
+        raise InputError("must be positive", path="bandwidth", value=bandwidth, allowed="> 0 rad/s")
+    chosen = _chosen(experiment.variants, variant)
+    assessments = tuple(assess(one) for one in experiment.variants)
+    verdict = next(one.verdict for one in assessments if one.name == chosen.name)
+    runs = verdict is not Verdict.DIVERGES
+    budget = error_budget(chosen, _part(progress, 0.0, 0.6)) if runs else None
+    proposals = proposals_for(
+        chosen, bandwidth=bandwidth, simulated=runs, progress=_part(progress, 0.6, 0.85)
+    )  # fmt: skip
+    circles = _circles(chosen, proposals, _part(progress, 0.85, 1.0))
+    return Design(
+        experiment, chosen, assessments, delays_of(chosen), _friction_at(chosen, top_speed(chosen)), budget, proposals,
+        circles,
+    )  # fmt: skip
+
+
+def _chosen(variants: Sequence[Variant], name: str | None) -> Variant:
+    if name is None:
+        return next((one for one in variants if one.feedforward.friction is not None), variants[0])
+    known = {one.name: one for one in variants}
+    if name not in known:
+        raise InputError(
+            "there is no such variant", path="variant", value=name, allowed=", ".join(known),
+            mend=did_you_mean(name, known),
+        )  # fmt: skip
+    return known[name]
+
+
+def _circles(chosen: Variant, proposals: Sequence[Proposal], progress: Progress | None) -> tuple[Circle, ...]:
+    radius, feed = circle_of(chosen)
+    if radius <= 0.0 or feed <= 0.0 or not is_sampled(chosen, radius, feed):
+        return ()
+    plain = replace(chosen, name="without compensation", feedforward=replace(chosen.feedforward, friction=None))
+    loops = {one.name: one for one in (plain, *(one.variant for one in proposals))}
+    stable = tuple(one for one in loops.values() if assess(one).verdict is not Verdict.DIVERGES)
+    return run_circles(stable, radius, feed, progress) if stable else ()
+
+
+def _friction_at(variant: Variant, speed: float) -> float:
+    """Return the friction at a steady speed [m/s or rad/s], the mean of both directions [N or N*m]."""
+    if speed <= 0.0:
+        return 0.0
+    sides, screw = [(variant.friction, 1.0)], variant.plant.component.screw
+    if variant.table is not None and screw is not None:
+        sides.append((variant.table, screw(variant.plant.parameters).arm))
+    return sum(
+        0.5 * arm * (steady_force(one, speed * arm) - steady_force(one, -speed * arm)) for one, arm in sides
+    )  # fmt: skip
+
+
+def _part(progress: Progress | None, begin: float, end: float) -> Progress | None:
+    """Return what reports the progress of a part of the work."""
+    if progress is None:
+        return None
+    return lambda share, text: progress(begin + (end - begin) * share, text)

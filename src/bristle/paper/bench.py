@@ -1,0 +1,65 @@
+"""The models of the bench, which stand beside its experiments: the friction of the rig, and what is identified on it.
+
+The friction of the rig and the compensators identified from its logs are numbers in files, so that an experiment can be
+run, read and changed without this module. `write_models` makes them again, to the bit on one machine.
+"""
+
+from __future__ import annotations
+
+from os import PathLike
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from bristle.core.contracts import Model
+from bristle.files.experiment import read_experiment
+from bristle.files.model import write_model
+from bristle.identification.compensator import identify_compensator
+from bristle.paper.rig import rig_friction
+from bristle.simulation import simulate
+
+__all__ = ["SETS", "Rig", "compensator_from_log", "write_models"]
+
+
+class Rig(NamedTuple):
+    """What the two sets differ in: lead [m], inertia [kg*m^2], offset [N*m] and asymmetry of the friction."""
+
+    lead: float
+    inertia: float
+    offset: float
+    asymmetry: float
+
+
+SETS = {"set_a": Rig(5e-3, 4e-4, 5e-3, 0.3), "set_b": Rig(10e-3, 8e-4, 12.6e-3, 0.0)}
+
+
+def write_models(folder: str | PathLike[str]) -> None:
+    """Write the friction of the rig and the identified compensator of each set beside its experiments in a folder."""
+    place = Path(folder)
+    for name, rig in SETS.items():
+        write_model(place / f"{name}_rig.toml", None, rig_friction(*rig), provenance={"made by": "bristle.paper.rig"})
+        found = compensator_from_log(place / f"{name}_log.toml")
+        write_model(
+            place / f"{name}_identified.toml", None, found, provenance={"identified from a run of": f"{name}_log.toml"}
+        )
+
+
+def compensator_from_log(experiment: str | PathLike[str]) -> Model:
+    """Return the compensator that is identified from the encoder and the effort command of an experiment's run.
+
+    Parameters
+    ----------
+    experiment : path-like
+        A loop that follows a slow motion. Of its run nothing else is used; its delays are known to who set it up.
+    """
+    described = read_experiment(experiment)
+    variant = described.variants[0]
+    result = simulate(described).variants[variant.name]
+    run = variant.run
+    # What is recorded as applied was commanded `delay` samples before.
+    command = np.append(result.effort[run.delay :], np.full(run.delay, result.effort[-1]))
+    return identify_compensator(
+        result.measured, command, run.sample_time, mass=variant.plant.values["M"], kind=described.kind,
+        delay=(run.delay + 0.5) * run.sample_time + run.current_lag,
+    )  # fmt: skip

@@ -1,0 +1,107 @@
+"""What the number of measured branches brings, in words, numbers and a table."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from bristle.core.typography import number
+from bristle.paper.economy import WAYS, Economy
+from bristle.paper.reproduced import Verdict
+from bristle.report.table import Table
+
+__all__ = ["CAPTION", "numbers", "sentences", "table", "verdict"]
+
+CAPTION = (
+    "Error on motions that were not measured, over the number of branches measured",
+    "Error on random motions that were not measured, of models made from more and more measured branches: the mean "
+    "over seeds, and the range. Dotted: what a model that knew the mean of the rig would leave, because the rig does "
+    "not repeat itself.",
+)
+AS_GOOD = 1.5  # ratio of errors up to which two numbers from few loops replace a surface from many
+
+
+def _means(cost: Economy) -> dict[str, np.ndarray]:
+    return {name: one.mean(axis=1) for name, one in cost.errors.items()}
+
+
+def verdict(cost: Economy) -> Verdict:
+    """Return whether the reformed Dahl model from the fewest branches does about as well as the surface from the most.
+
+    In part, where an operator fitted to the same few branches does better.
+
+    Parameters
+    ----------
+    cost : Economy
+        The errors.
+    """
+    means = _means(cost)
+    few, many = float(means["reformed Dahl"][0]), float(means["tabulated surface"][-1])
+    if few > AS_GOOD * many:
+        return "does not hold"
+    return "holds in part" if float(means["Prandtl-Ishlinskii"][0]) < few else "holds"
+
+
+def sentences(cost: Economy, still: Economy) -> list[str]:
+    """Return in words what measuring more brings.
+
+    Parameters
+    ----------
+    cost : Economy
+        The errors on a contact that scatters.
+    still : Economy
+        Those on one that repeats itself exactly.
+    """
+    few, many = cost.counts[0], cost.counts[-1]
+    first, last = _listed(cost, 0), _listed(cost, -1)
+    first_still, last_still = _listed(still, 0), _listed(still, -1)
+    return [
+        f"On motions that were not measured, from {few} branch{'es' if few > 1 else ''}: {first}. From {many}: {last}. "
+        f"A branch takes {number(cost.duration, digits=2)} s.",
+        f"The scatter of the rig alone is {number(cost.floor, digits=2)} %: measuring more brings little to any of "
+        f"them.",
+        f"On a rig that repeated itself exactly: from {few}, {first_still}; from {many}, {last_still}.",
+    ]
+
+
+def _listed(cost: Economy, row: int) -> str:
+    means = {name: float(one[row]) for name, one in _means(cost).items()}
+    return ", ".join(f"{name} {number(one, digits=2)} %" for name, one in means.items() if np.isfinite(one))
+
+
+def numbers(cost: Economy, still: Economy) -> dict[str, Any]:
+    """Return the errors [%] for the summary, by the way to the model, in the order of the branches.
+
+    Parameters
+    ----------
+    cost : Economy
+        The errors on a contact that scatters.
+    still : Economy
+        Those on one that repeats itself exactly.
+    """
+    return {
+        "branches": cost.counts,
+        "error_percent": _means(cost),
+        "error_percent_without_scatter": _means(still),
+        "scatter_percent": cost.floor,
+    }
+
+
+def table(cost: Economy, still: Economy) -> Table:
+    """Return the errors side by side.
+
+    Parameters
+    ----------
+    cost : Economy
+        The errors on a contact that scatters.
+    still : Economy
+        Those on one that repeats itself exactly.
+    """
+    columns = [one.errors[name].mean(axis=1) for one in (cost, still) for name in WAYS]
+    rows = [
+        (str(count), *(number(float(column[row]), resolution=0.1) for column in columns))
+        for row, count in enumerate(cost.counts)
+    ]
+    heads = ("Branches", *WAYS, *(f"{name}, no scatter" for name in WAYS))
+    return Table("Error on motions that were not measured [%], of the largest torque; mean over seeds", heads, rows)

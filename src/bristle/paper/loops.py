@@ -1,0 +1,111 @@
+"""Figures 5 and 6: loops of the rig, loops of the reformed Dahl model, and how many loops a model needs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from bristle.core.typography import number
+from bristle.paper.economy import economy, fitted_reformed_dahl, quiet, seeded
+from bristle.paper.economy_findings import CAPTION, numbers, sentences, table, verdict
+from bristle.paper.measurement import Record, measured, measured_loop
+from bristle.paper.reproduced import Reproduced, percent
+from bristle.paper.setting import Setting
+
+__all__ = ["figure_5", "figure_6"]
+
+RIG = "virtual rig"
+
+
+def figure_5(setting: Setting) -> Reproduced:
+    """Return figure 5: loops before break-away, as the rig would record them."""
+    from bristle.figures import loop_family
+
+    loops, repeats = _loops(setting), round(setting["measurement", "repeats"])
+    largest = float(np.max(setting["measurement", "amplitudes"]))
+    again = measured_loop(setting, setting.contact(RIG), largest, repeats, np.random.default_rng(1))
+    tops = np.array([one.torque.max() for one in again])
+    top, bottom = float(loops[-1].torque.max()), float(loops[-1].torque.min())
+    # Beyond six standard deviations of the noise a difference is one of friction.
+    noise, uneven, spread = 6.0 * setting["measurement", "noise"], abs(top + bottom), float(np.ptp(tops))
+    return Reproduced(
+        number=5,
+        verdict="holds" if uneven > noise and spread > noise else "does not hold",
+        found=[
+            f"The largest loop runs from {number(1e3 * bottom, digits=3)} to {number(1e3 * top, digits=3)} mN·m.",
+            f"Repeated {repeats} times, its forward tip lies within {number(1e3 * spread, digits=2)} "
+            f"mN·m.",
+        ],
+        draw=lambda: loop_family(
+            {"amplitude by amplitude": {"measured": [(one.x, one.torque) for one in loops]},
+             f"the largest, {repeats} times": {"measured": [(one.x, one.torque) for one in again]}},
+            "translational", "rotational",
+        ),
+        source=setting.source,
+        numbers={"largest_loop": [bottom, top], "forward_tips": tops.tolist()},
+    )  # fmt: skip
+
+
+def _loops(setting: Setting) -> list[Record]:
+    """Return one loop of each amplitude, the smallest first, each on a contact that scatters in its own way."""
+    amplitudes = sorted(setting["measurement", "amplitudes"].tolist())
+    return [
+        measured_loop(setting, seeded(setting.contact(RIG), index), one, 1, np.random.default_rng(index))[0]
+        for index, one in enumerate(amplitudes)
+    ]
+
+
+def figure_6(setting: Setting, progress: Callable[[float, str], None] | None = None) -> Reproduced:
+    """Return figure 6: loops of the reformed Dahl model beside those measured, and the error over what was measured.
+
+    Parameters
+    ----------
+    setting : Setting
+        The experiment.
+    progress : callable, optional
+        Called with the share done and what is measured next.
+    """
+    from bristle.figures import error_over_count, loop_family
+
+    loops = _loops(setting)
+    extent = setting["measurement", "extent"]
+    run_in = measured(
+        setting, setting.contact(RIG), [-extent, extent, -extent, extent, -extent], np.random.default_rng(0)
+    ).since(2)  # fmt: skip
+    fitted = fitted_reformed_dahl(run_in, setting.arm)
+    modelled = [_round(fitted.torque, one) for one in loops]
+    shares = [
+        float(np.sqrt(np.mean((m - one.torque) ** 2)) / np.max(np.abs(one.torque)))
+        for m, one in zip(modelled, loops, strict=True)
+    ]
+    cost = economy(setting, setting.contact(RIG), round(setting["measurement", "seeds"]), progress)
+    still = economy(setting, quiet(setting.contact(RIG)), 1)
+    s, f_p = (fitted.operator.values[name] for name in ("s", "f_p"))
+    return Reproduced(
+        number=6,
+        verdict=verdict(cost),
+        found=[
+            f"One large loop gives s = {number(1e-6 * s, digits=3)} N/µm and f_p = {number(f_p, digits=3)} N at the "
+            f"table; the loops of other amplitudes, which were not fitted, are then missed by {percent(min(shares))} "
+            f"to {percent(max(shares))} of their largest torque.",
+            *sentences(cost, still),
+        ],
+        draw=lambda: loop_family(
+            {"as measured, and the model fitted to one loop": {
+                "measured": [(one.x, one.torque) for one in loops],
+                "reformed Dahl": [(one.x, m) for one, m in zip(loops, modelled, strict=True)]}},
+            "translational", "rotational",
+        ),
+        source=setting.source,
+        numbers={"s": s, "f_p": f_p, "error_of_loops": shares, **numbers(cost, still)},
+        tables=(table(cost, still),),
+        extras={"economy": (lambda: error_over_count(
+            cost.counts, cost.errors, cost.floor, "Branches measured", "Error on other motions [%]"), *CAPTION)},
+    )  # fmt: skip
+
+
+def _round(torque: Callable[[np.ndarray], np.ndarray], loop: Record) -> np.ndarray:
+    """Return what a model gives on a loop after a round that runs it in."""
+    twice = np.concatenate([loop.x, loop.x])
+    return torque(twice)[loop.x.size :]

@@ -1,0 +1,98 @@
+"""The report of the paper: each figure beside what the paper says, what was found, and why it differs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from bristle.paper.errata import ERRATA
+from bristle.paper.reproduced import Reproduced
+from bristle.report.page import Picture, picture, render
+from bristle.report.table import Table
+
+__all__ = ["claim_table", "paper_report", "paper_summary"]
+
+TITLE = "Pre-sliding friction control using the sliding mode controller with hysteresis friction compensator"
+BANNER = (
+    "The rig in these figures is simulated. It is thirty spring-slider elements, a structure that no model compared "
+    "with it has; nothing here was measured on a machine."
+)
+
+
+class Section(NamedTuple):
+    """A figure of the report with what belongs to it."""
+
+    one: Reproduced
+    figure: Picture
+    extras: list[Picture]
+
+
+def claim_table(found: Sequence[Reproduced]) -> Table:
+    """Return what became of the claims of the paper, figure by figure."""
+    rows = [(str(one.number), one.words.title, one.words.claim, one.verdict) for one in found]
+    return Table("What the paper claims, and what became of it", ("Figure", "Shows", "Claim", "Here"), rows)
+
+
+def paper_report(found: Sequence[Reproduced], *, command: str, provenance: Mapping[str, str]) -> str:
+    """Return the report as one HTML page.
+
+    Parameters
+    ----------
+    found : sequence of Reproduced
+        The figures.
+    command : str
+        The command that repeats it.
+    provenance : mapping of str to str
+        Versions, files, checksums.
+    """
+    return render(
+        "paper.html",
+        provenance=provenance,
+        command=command,
+        banner=BANNER,
+        title=TITLE,
+        claims=claim_table(found),
+        sections=[_section(one) for one in found],
+        errata=Table(
+            "What is printed, what it must be, and where that is tested", ("Place", "As printed", "Correct", "Test"),
+            [(one.place, one.printed, one.correct, one.test.partition("::")[2]) for one in ERRATA],
+        ),
+    )  # fmt: skip
+
+
+def _section(one: Reproduced) -> Section:
+    drawn = picture(
+        f"paper-{one.number}", one.draw, one.words.alternative, f"Figure {one.number}. {one.words.alternative}."
+    )
+    extras = [
+        picture(f"paper-{one.number}-{name}", draw, alternative, caption)
+        for name, (draw, alternative, caption) in one.extras.items()
+    ]
+    return Section(one, drawn._replace(id=f"fig-{one.number}"), extras)
+
+
+def paper_summary(found: Sequence[Reproduced], *, provenance: Mapping[str, str]) -> dict[str, Any]:
+    """Return the figures in numbers, in SI: travels of the table in m, torques of the screw in N*m.
+
+    Parameters
+    ----------
+    found : sequence of Reproduced
+        The figures.
+    provenance : mapping of str to str
+        Versions, files, checksums.
+    """
+    return {
+        "paper": TITLE,
+        "figures": {
+            str(one.number): {
+                "title": one.words.title,
+                "claim": one.words.claim,
+                "verdict": one.verdict,
+                "found": one.found,
+                "numbers": one.numbers,
+                "experiment": one.source.name,
+            }
+            for one in found
+        },
+        "provenance": provenance,
+    }

@@ -1,0 +1,100 @@
+"""What the report tells of one figure of the paper."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+from bristle.core.typography import number
+from bristle.files.toml import read_toml
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from bristle.report.table import Table
+
+__all__ = ["Reproduced", "Verdict", "Words", "in_micrometres", "percent"]
+
+Verdict = Literal["holds", "holds in part", "does not hold", "shown"]
+
+
+class Words(NamedTuple):
+    """What is said of a figure whatever comes out.
+
+    Parameters
+    ----------
+    title : str
+        What it shows.
+    claim : str
+        What the paper concludes from it, one sentence.
+    said : str
+        What the paper says, in its words or close to them.
+    differs : str
+        Why what is found is not what the paper shows.
+    alternative : str
+        What the figure is, for people who cannot see it.
+    """
+
+    title: str
+    claim: str
+    said: str
+    differs: str
+    alternative: str
+
+
+@cache
+def _all_words() -> dict[str, dict[str, str]]:
+    return read_toml(Path(str(files("bristle.paper") / "words.toml")))
+
+
+@dataclass(frozen=True)
+class Reproduced:
+    """One figure of the paper, reproduced.
+
+    Parameters
+    ----------
+    number : int
+        Of the figure.
+    verdict : {"holds", "holds in part", "does not hold", "shown"}
+        What became of the claim; ``shown`` where there is none to be tested.
+    found : list of str
+        What came out here, with the numbers.
+    draw : callable
+        Returns the figure.
+    source : Path
+        The experiment.
+    numbers : mapping
+        What was found, in SI, for the summary.
+    tables : tuple of Table
+        What was found, side by side.
+    extras : mapping of str to (callable, str, str)
+        Further figures by name: how to draw them, what they are, what to see in them.
+    """
+
+    number: int
+    verdict: Verdict
+    found: list[str]
+    draw: Callable[[], Figure]
+    source: Path
+    numbers: Mapping[str, Any]
+    tables: tuple[Table, ...] = ()
+    extras: Mapping[str, tuple[Callable[[], Figure], str, str]] = field(default_factory=dict)
+
+    @property
+    def words(self) -> Words:
+        """What is said of the figure whatever came out."""
+        return Words(**_all_words()[str(self.number)])
+
+
+def percent(share: float, step: float = 0.1) -> str:
+    """Return a share as text, in percent to this step."""
+    return f"{number(100.0 * share, resolution=10.0 * step)} %"
+
+
+def in_micrometres(length: float, digits: int = 3) -> str:
+    """Return a length [m] as text, in micrometres."""
+    return f"{number(1e6 * length, digits=digits)} µm"

@@ -1,0 +1,77 @@
+"""An inertia on a contact: pushed over break-away, let rest, then loaded up and down below it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError
+from bristle.engine import run_open_loop
+from bristle.paper.setting import Setting
+
+__all__ = ["Rippled", "rippled", "torque_of"]
+
+SAMPLE_TIME, STEPS = 2.5e-4, 4
+
+
+class Rippled(NamedTuple):
+    """What a torque up and down does to a contact.
+
+    Parameters
+    ----------
+    time : ndarray, shape (sample,)
+        Time [s].
+    driving : ndarray, shape (sample,)
+        Torque that drives [N*m].
+    x : ndarray, shape (sample,)
+        Position of the table [m].
+    torque : ndarray, shape (sample,)
+        Friction torque [N*m].
+    cycles : ndarray of int, shape (cycle + 1,)
+        The samples at which cycles begin, and the last one ends.
+    """
+
+    time: np.ndarray
+    driving: np.ndarray
+    x: np.ndarray
+    torque: np.ndarray
+    cycles: np.ndarray
+
+    @property
+    def moved(self) -> np.ndarray:
+        """How far the table went in each cycle [m]."""
+        return np.diff(self.x[self.cycles])
+
+
+def torque_of(setting: Setting) -> tuple[np.ndarray, np.ndarray]:
+    """Return the driving torque of an experiment [N*m], sample by sample, and the samples at which cycles begin.
+
+    It rises over four periods to where the contact breaks away, falls over two to the upper level of the ripple,
+    and goes down and up from there.
+    """
+    top, low, high = (float(setting["torque", key]) for key in ("break_away", "low", "high"))
+    if not low < high < top:
+        raise InputError("must have low < high < break_away", path=f"{setting.source}: torque", value=(low, high, top))
+    period, cycles = round(setting["torque", "period"] / SAMPLE_TIME), round(setting["torque", "cycles"])
+    wave = low + (high - low) * np.abs(2.0 * ((np.arange(cycles * period + 1) / period) % 1.0) - 1.0)
+    there = np.linspace(0.0, top, 4 * period, endpoint=False)
+    back = np.linspace(top, high, 2 * period, endpoint=False)
+    start = there.size + back.size
+    return np.concatenate((there, back, wave)), start + period * np.arange(cycles + 1)
+
+
+def rippled(setting: Setting, friction: Model) -> Rippled:
+    """Return what the torque of an experiment does to a contact.
+
+    Parameters
+    ----------
+    setting : Setting
+        The experiment: plant and torque.
+    friction : Model
+        The contact.
+    """
+    driving, cycles = torque_of(setting)
+    trace = run_open_loop(setting.mass, friction, driving / setting.arm, SAMPLE_TIME, steps=STEPS, hold="linear")
+    return Rippled(trace.time, driving, trace.position, trace.friction * setting.arm, cycles)

@@ -1,0 +1,214 @@
+"""Experiments on a contact or an operator: what is moved, along which path, by which torque, what is measured.
+
+The tables of such a file, all but the first line optional; an experiment refuses to run without those that it needs:
+
+========================= ==============================================================================================
+``lead``                  travel of the table for one turn of the screw: models are told at the table, in lengths and
+                          forces, and what is driven and shown is the torque of the screw
+``[contact.NAME]``        friction models by name, each as in the ``[friction]`` of an experiment file
+``[operator.NAME]``       hysteresis operators by name, with ``model`` and its parameters
+``[plant]``               the inertia that a torque drives
+``[path]``                where the table turns (``turns``) and how fast it moves (``speed``)
+``[torque]``              a torque that breaks the contact away (``break_away``) and then goes up and down between
+                          ``low`` and ``high``, with a ``period``, for a number of ``cycles``
+``[measurement]``         loops of ``amplitudes`` at a ``speed``, ``repeats`` of the largest one, read to a
+                          ``resolution``, the torque with ``noise``; ``branches`` from a loop to ``extent``, and how
+                          often everything is measured (``seeds``)
+``[transition_branches]`` stiffness ``s`` and saturation ``f_p`` of the reformed Dahl model, the amplitude ``x_r`` of
+                          its loop, and how many branches leave it (``count``)
+========================= ==============================================================================================
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError
+from bristle.core.variable import Kind, Variable
+from bristle.files.components import check_keys, check_schema, model_from, number_at, table_at
+from bristle.files.sources import Sources
+from bristle.files.toml import read_toml
+from bristle.hysteresis import OPERATORS
+from bristle.plants import PLANTS
+
+__all__ = ["Setting", "read_setting"]
+
+KIND: Kind = "translational"
+
+
+class Key(NamedTuple):
+    """What a key of a table holds: a number, or a list of them."""
+
+    variable: Variable
+    kind: Kind = KIND
+    several: bool = False
+
+
+LENGTHS = Key(Variable("length", "travels of the table"), several=True)
+LENGTH = Key(Variable("length", "travel of the table", min=0.0))
+SPEED = Key(Variable("length/time", "speed of the table", min=1e-9))
+TORQUE = Key(Variable("force", "torque of the screw"), "rotational")
+COUNT = Key(Variable("1", "a number of times", min=1.0))
+COUNTS = Key(Variable("1", "numbers of branches", min=1.0), several=True)
+SECTIONS: dict[str, dict[str, Key]] = {
+    "path": {"turns": LENGTHS, "speed": SPEED},
+    "torque": {
+        "break_away": TORQUE,
+        "low": TORQUE,
+        "high": TORQUE,
+        "period": Key(Variable("time", "of one cycle", min=1e-6)),
+        "cycles": COUNT,
+    },
+    "measurement": {
+        "amplitudes": LENGTHS,
+        "speed": SPEED,
+        "repeats": COUNT,
+        "resolution": LENGTH,
+        "noise": Key(Variable("force", "standard deviation of the torque read", min=0.0), "rotational"),
+        "extent": LENGTH,
+        "branches": COUNTS,
+        "seeds": COUNT,
+    },
+    "transition_branches": {
+        "s": Key(Variable("force/length", "stiffness at a reversal", min=1e-9)),
+        "f_p": Key(Variable("force", "force at saturation", min=1e-12)),
+        "x_r": LENGTH,
+        "count": Key(Variable("1", "number of branches", min=2.0)),
+    },
+}
+KEYS = ("schema", "name", "lead", "contact", "operator", "plant", *SECTIONS)
+
+
+@dataclass(frozen=True)
+class Setting:
+    """An experiment on a contact or an operator.
+
+    Parameters
+    ----------
+    name : str
+        What it is.
+    source : Path
+        The file that it was read from.
+    arm : float
+        Travel of the table for a radian of the screw [m/rad]: torque of the screw over force at the table.
+    contacts, operators : mapping of str to Model
+        What is moved, by name, at the table.
+    plant : Model or None
+        What a torque drives.
+    numbers : mapping of str to mapping
+        The numbers of the other tables, by table and key: in SI.
+    """
+
+    name: str
+    source: Path
+    arm: float
+    contacts: Mapping[str, Model]
+    operators: Mapping[str, Model]
+    plant: Model | None
+    numbers: Mapping[str, Mapping[str, Any]]
+
+    def __getitem__(self, place: tuple[str, str]) -> Any:
+        """Return a number, or a list of them, by table and key.
+
+        Raises
+        ------
+        InputError
+            If the file does not give it.
+        """
+        section, key = place
+        if key not in self.numbers.get(section, {}):
+            raise InputError("is missing, and this experiment needs it", path=f"{self.source}: {section}.{key}")
+        return self.numbers[section][key]
+
+    def contact(self, name: str) -> Model:
+        """Return a friction model by name.
+
+        Raises
+        ------
+        InputError
+            If the file has none of this name.
+        """
+        if name not in self.contacts:
+            raise InputError(
+                "is missing, and this experiment needs it", path=f"{self.source}: contact.{name}",
+                mend=f"Write [contact.{name}] with a friction model",
+            )  # fmt: skip
+        return self.contacts[name]
+
+    @property
+    def mass(self) -> Model:
+        """What a torque drives.
+
+        Raises
+        ------
+        InputError
+            If the file has no plant.
+        """
+        if self.plant is None:
+            raise InputError("is missing, and this experiment needs it", path=f"{self.source}: plant")
+        return self.plant
+
+
+def read_setting(path: Path) -> Setting:
+    """Return the experiment on a contact or an operator that a file describes.
+
+    Parameters
+    ----------
+    path : Path
+        The file, TOML. Models in files of their own are looked for beside it.
+
+    Raises
+    ------
+    InputError
+        With file, key, value and what is allowed there.
+    """
+    data = read_toml(path)
+    try:
+        return _setting_from(data, path)
+    except InputError as error:
+        raise error.at(str(path)) from None
+
+
+def _setting_from(data: dict[str, Any], path: Path) -> Setting:
+    check_keys(data, KEYS, "")
+    check_schema(data)
+    sources = Sources(path.parent)
+    lead = number_at(data.get("lead", 2.0 * math.pi), Variable("length", "lead", min=1e-9), "translational", "lead")
+    return Setting(
+        name=str(data.get("name", path.stem)),
+        source=path,
+        arm=lead / (2.0 * math.pi),
+        contacts={
+            name: sources.friction(table, KIND, f"contact.{name}")[1]
+            for name, table in table_at(data.get("contact", {}), "contact").items()
+        },
+        operators={
+            name: model_from(table, OPERATORS, kind=KIND, path=f"operator.{name}")
+            for name, table in table_at(data.get("operator", {}), "operator").items()
+        },
+        plant=model_from(data["plant"], PLANTS, kind=KIND, path="plant") if "plant" in data else None,
+        numbers={section: _numbers(data[section], section) for section in SECTIONS if section in data},
+    )
+
+
+def _numbers(value: Any, section: str) -> dict[str, Any]:
+    table, keys = table_at(value, section), SECTIONS[section]
+    check_keys(table, keys, section)
+    found: dict[str, Any] = {}
+    for name, given in table.items():
+        variable, kind, several = keys[name]
+        where = f"{section}.{name}"
+        if not several:
+            found[name] = number_at(given, variable, kind, where)
+        elif isinstance(given, list) and given:
+            found[name] = np.array([number_at(one, variable, kind, f"{where}[{i}]") for i, one in enumerate(given)])
+        else:
+            raise InputError("must be a list", path=where, value=given)
+    return found

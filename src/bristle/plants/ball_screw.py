@@ -1,0 +1,84 @@
+r"""A ball screw: a motor that turns a screw, which pulls a table along. Friction acts on either side.
+
+.. math::
+    J\,\ddot\theta &= u - F_m - r\,f_s, \qquad M \ddot x = f_s - F_t, \qquad r = \ell/2\pi \\
+    f_s &= k\,\delta + d\,\dot\delta, \qquad \delta = D_g(r\theta - x)
+
+:math:`\theta` is the angle of the motor, :math:`x` the travel of the table, :math:`\ell` the lead; :math:`D_g` is the
+dead zone of the backlash, of half gap :math:`g`: inside it the nut touches neither flank, and no force passes.
+:math:`F_m` is the friction of motor and bearings, :math:`F_t` that of guides and nut [1]_.
+
+It has two ports for friction. The one on the motor's side is that of an `inertia`; the engine solves for what lies
+behind it, the `screw`, in every trial of that port.
+
+References
+----------
+.. [1] Y. Altintas, A. Verl, C. Brecher, L. Uriarte, G. Pritschow, "Machine tool feed drives", CIRP Annals 60(2), 2011.
+   doi:10.1016/j.cirp.2011.05.010
+"""
+
+import math
+from typing import Annotated, NamedTuple
+
+from bristle.core.contracts import Plant, Screw
+from bristle.core.kernel import kernel
+from bristle.core.variable import Variable
+
+
+class Parameters(NamedTuple):
+    """Parameters of the ball screw."""
+
+    J: Annotated[float, Variable("mass", "inertia of motor, coupling and screw", min=1e-15, excitation="acceleration")]
+    M: Annotated[float, Variable("mass of travel", "mass of the table", min=1e-9, nominal=10.0)]
+    lead: Annotated[float, Variable("travel", "travel in one turn", min=1e-6, nominal=5e-3)]
+    k: Annotated[float, Variable("force of travel/travel", "stiffness of screw, nut and bearings along the travel",
+                                 min=1.0, nominal=1e8)]  # fmt: skip
+    d: Annotated[float, Variable("force of travel*time/travel", "damping beside this stiffness", min=0.0)] = 0.0
+    backlash: Annotated[float, Variable("travel", "travel lost at a reversal", min=0.0)] = 0.0
+
+
+class State(NamedTuple):
+    """State on the motor's side of the screw."""
+
+    x: Annotated[float, Variable("length", "angle of the motor")] = 0.0
+    v: Annotated[float, Variable("length/time", "velocity of the motor")] = 0.0
+
+
+@kernel
+def port(state, effort, dt, p):
+    """Return `a` [rad/s] and `b` [rad/(N*m*s)]: mean velocity ``a + b * force`` of the motor over the step."""
+    half = 0.5 * dt / p.J
+    return state.v + half * effort, -half
+
+
+@kernel
+def step(state, effort, force, dt, p):
+    """Return the angle of the motor [rad] after the step and the state, for a mean torque `force` [N*m]."""
+    v_next = state.v + dt / p.J * (effort - force)
+    x_next = state.x + 0.5 * dt * (state.v + v_next)
+    return x_next, State(x_next, v_next)
+
+
+@kernel
+def rest(state, effort, dt, p):
+    """Return the state after a time `dt` [s] with the motor held at rest."""
+    return State(state.x, 0.0)
+
+
+def screw(p: Parameters) -> Screw:
+    """Return what lies between the motor and the friction of the table."""
+    return Screw(p.M, p.k, p.d, 0.5 * p.backlash, p.lead / (2.0 * math.pi))
+
+
+MODEL = Plant(
+    name="ball_screw",
+    description="a motor that pulls a table along by an elastic screw with backlash: friction on either side",
+    Parameters=Parameters,
+    State=State,
+    port=port,
+    step=step,
+    rest=rest,
+    screw=screw,
+    reference="doi:10.1016/j.cirp.2011.05.010",
+    example={"J": 1e-4, "M": 20.0, "lead": 5e-3, "k": 1e8, "d": 2e3, "backlash": 0.0},
+)

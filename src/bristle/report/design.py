@@ -1,0 +1,237 @@
+"""The report of a loop that is designed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from bristle.core.typography import number, with_unit
+from bristle.core.variable import unit_of
+from bristle.report.design_tables import (
+    MICROMETRE,
+    budget_table,
+    circle_table,
+    controller_text,
+    delay_table,
+    margin_table,
+    proposal_table,
+)
+from bristle.report.page import Picture, picture, render
+from bristle.stability import remarks, sentence
+
+if TYPE_CHECKING:
+    from bristle.loop_design import Design, Proposal
+
+__all__ = ["design_report", "design_sentences", "design_summary"]
+
+MUCH = 0.5  # of the friction: effort for a single count that is worth a word
+LESS, MORE = 0.95, 1.05  # of an error: between them it is about the same
+
+
+def design_report(design: Design, *, command: str, provenance: Mapping[str, str]) -> str:
+    """Return the report of a loop that is designed as one HTML page.
+
+    Parameters
+    ----------
+    design : Design
+        What limits the loop, what it errs by, which gains it allows.
+    command : str
+        The command that repeats it.
+    provenance : mapping of str to str
+        Versions, files, checksums.
+    """
+    return render(
+        "design.html",
+        provenance=provenance,
+        command=command,
+        banner=None,
+        name=design.experiment.name,
+        verdict=design_sentences(design),
+        margins=margin_table(design),
+        delays=delay_table(design.delays),
+        budget=None if design.budget is None else budget_table(design.budget, design),
+        proposals=proposal_table(design),
+        laws=[(one.name, controller_text(one.variant)) for one in design.proposals[1:]],
+        circles=circle_table(design.circles, design) if design.circles else None,
+        circle=_circle_words(design),
+        pictures=_pictures(design),
+    )
+
+
+def design_sentences(design: Design) -> list[str]:
+    """Return what matters most of a design, in words."""
+    assessment = design.assessment
+    found = [f"{design.variant.name}: {sentence(assessment)}.", *(f"{_capital(one)}." for one in remarks(assessment))]
+    delays = design.delays
+    found.append(
+        f"The loop has {with_unit(delays.total, 's')} of delay. As a rule of thumb that allows the sum of its two "
+        f"bandwidths, such as λ + K_1, {number(0.5 / delays.total, digits=2)} 1/s."
+    )
+    found += _about_a_count(design)
+    if design.budget is not None and design.budget.entries:
+        first, length = design.budget.entries[0], unit_of("length", design.experiment.kind)
+        found.append(
+            f"It errs by {_told(design.budget.everything.peak_to_peak, length)} peak to peak. No cause weighs more "
+            f"than this one, {first.cause}: without it, that is {_told(first.without.peak_to_peak, length)}."
+        )
+    return found + _advice(design)
+
+
+def _about_a_count(design: Design) -> list[str]:
+    present, kind = design.proposals[0], design.experiment.kind
+    if present.count_effort <= MUCH * design.friction or design.friction <= 0.0:
+        return []
+    effort, friction = (with_unit(one, unit_of("force", kind)) for one in (present.count_effort, design.friction))
+    return [
+        f"One count of the encoder calls up {effort}, {number(present.count_effort / design.friction, digits=2)} times "
+        f"the friction ({friction}): much of the effort is noise. A finer encoder, a lower cut-off of the velocity or "
+        "less gain lowers it."
+    ]
+
+
+def _advice(design: Design) -> list[str]:
+    present = design.proposals[0].following_error
+    simulated = [one for one in design.proposals[1:] if one.following_error is not None]
+    best = min(simulated, key=_peak, default=None)
+    if best is None:
+        return []
+    length = unit_of("length", design.experiment.kind)
+    if present is not None and _peak(best) > MORE * present.peak_to_peak:
+        return [
+            "None of the loops proposed errs as little in the simulation. They keep wider margins: weigh that against "
+            "the error."
+        ]
+    if present is not None and _peak(best) > LESS * present.peak_to_peak:
+        return [f"The loop {best.name} ({best.variant.controller.name}, gains below) errs about as little in the "
+                f"simulation, {_told(_peak(best), length)}, with margins kept."]  # fmt: skip
+    return [
+        f"The loop {best.name} ({best.variant.controller.name}, gains below) errs by {_told(_peak(best), length)} "
+        "in the simulation, with margins kept. Friction fed forward along the desired motion and an observer for what "
+        "the model leaves are a good start for any axis."
+    ]
+
+
+def _told(length: float, unit: str) -> str:
+    """Return a length in no smaller unit than the micrometre, in which the errors of servos are told."""
+    return with_unit(length, unit) if length >= MICROMETRE else f"{number(length / MICROMETRE, digits=3)} µ{unit}"
+
+
+def _peak(proposal: Proposal) -> float:
+    return proposal.following_error.peak_to_peak if proposal.following_error is not None else float("inf")
+
+
+def _capital(text: str) -> str:
+    return text[0].upper() + text[1:]
+
+
+def _circle_words(design: Design) -> str:
+    if not design.circles:
+        return ""
+    one, kind = design.circles[0], design.experiment.kind
+    radius, feed = with_unit(one.radius, unit_of("length", kind)), with_unit(one.feed, unit_of("length/time", kind))
+    return (
+        f"Two axes like this one run a circle of {radius} at {feed}; the second of two revolutions. A glitch is the "
+        "swing of the deviation within 30° of the place where an axis reverses."
+    )
+
+
+def _pictures(design: Design) -> dict[str, Picture]:
+    from bristle import figures
+
+    kind = design.experiment.kind
+    found = {
+        "margins": picture(
+            "margins", lambda: figures.margins(design.assessment),
+            "Gain and phase of the open loop over frequency, and the poles of the closed loop",
+            "The open loop without friction, and the phase margin where its gain crosses 1 (thick). Poles outside the "
+            "circle grow; close inside it they ring.",
+        )
+    }  # fmt: skip
+    if design.budget is not None and design.budget.entries:
+        budget = design.budget
+        found["budget"] = picture(
+            "budget", lambda: figures.error_budget(budget, kind),
+            "Following error with each cause of error alone and without each",
+            "A cause whose dark bar is long errs by itself; one whose light bar is far below the dashed line is worth "
+            "removing first. The bars do not add up: causes go together, and a peak is not a sum.",
+        )  # fmt: skip
+    if design.circles:
+        found["circles"] = picture(
+            "circles", lambda: figures.circles(design.circles, kind),
+            "Radial deviation of the circle, around it and unrolled",
+            "How far from round the two axes run, magnified, around the grey circle on the left. At each of the four "
+            "reversals friction changes sides, and the path bulges.",
+        )  # fmt: skip
+    return found
+
+
+def design_summary(design: Design, *, provenance: Mapping[str, str]) -> dict[str, Any]:
+    """Return a design in numbers, in SI of the axis."""
+    kind, budget = design.experiment.kind, design.budget
+    return {
+        "name": design.experiment.name,
+        "kind": kind,
+        "variant": design.variant.name,
+        "stable": design.is_stable,
+        "error_unit": unit_of("length", kind),
+        "effort_unit": unit_of("force", kind),
+        "sentences": design_sentences(design),
+        "loops": {one.name: _loop(one) for one in design.assessments},
+        "delay": design.delays._asdict() | {"total": design.delays.total},
+        "budget": None
+        if budget is None
+        else {
+            "everything": vars(budget.everything),
+            "nothing": vars(budget.nothing),
+            "runs": budget.runs,
+            "causes": {
+                one.cause: {"description": one.description, "alone": vars(one.alone), "without": vars(one.without)}
+                for one in budget.entries
+            },
+        },
+        "proposals": {one.name: _proposal(one) for one in design.proposals},
+        "circles": {
+            one.variant: {
+                "radius": one.radius, "feed": one.feed, "peak_to_peak": one.peak_to_peak, "glitches": one.glitches,
+            }
+            for one in design.circles
+        },
+        "provenance": provenance,
+    }  # fmt: skip
+
+
+def _loop(assessment: Any) -> dict[str, Any]:
+    return {
+        "verdict": assessment.verdict.value,
+        "sentence": sentence(assessment),
+        "remarks": remarks(assessment),
+        "points": [
+            {
+                "motions": one.motions.value,
+                "friction": one.friction.value,
+                "spectral_radius": one.loop.spectral_radius,
+                "poles": [[pole.real, pole.imag] for pole in one.loop.poles.tolist()],
+                "phase_margin": one.margins.phase,
+                "gain_margin": one.margins.gain,
+                "delay_margin": one.margins.delay,
+                "crossover": one.margins.crossover,
+                "sensitivity": one.margins.sensitivity,
+            }
+            for one in assessment.points
+        ],
+    }
+
+
+def _proposal(proposal: Proposal) -> dict[str, Any]:
+    error = proposal.following_error
+    return {
+        "controller": proposal.variant.controller.name,
+        "bandwidth": proposal.bandwidth,
+        "parameters": proposal.variant.controller.values,
+        "mass_fed_forward": proposal.variant.feedforward.mass,
+        "stiffness": proposal.stiffness,
+        "count_effort": proposal.count_effort,
+        "verdict": proposal.assessment.verdict.value,
+        "following_error": None if error is None else vars(error),
+        "effort_rms": proposal.effort_rms,
+    }

@@ -1,0 +1,145 @@
+"""Tables of a loop that is designed: poles and margins, delays, error budget, gains, circles."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from bristle.core.typography import number
+from bristle.core.variable import unit_of
+from bristle.files.components import key_of
+from bristle.report.table import Quantity, Table
+from bristle.stability import stiffness_text
+
+if TYPE_CHECKING:
+    from bristle.core.experiment import Variant
+    from bristle.loop_design import Budget, Circle, Delays, Design, Proposal
+
+MICROMETRE = 1e-6  # the errors of servos are told in no smaller unit
+
+__all__ = ["budget_table", "circle_table", "controller_text", "delay_table", "margin_table", "proposal_table"]
+
+
+def margin_table(design: Design) -> Table:
+    """Return poles and margins of each loop; variants that are one loop share its rows."""
+    heads = (
+        "Variant", "Motions", "Friction", "Largest pole", "Phase margin [°]", "Gain margin", "Delay margin [samples]",
+        "Crossover [Hz]",
+    )  # fmt: skip
+    loops: dict[tuple[tuple[str, ...], ...], list[str]] = {}
+    for assessment in design.assessments:
+        rows = []
+        for point in assessment.points:
+            phase, gain, crossover, delay, _ = point.margins
+            hertz = None if crossover is None else crossover / (2.0 * math.pi)
+            cells = (_cell(phase), _cell(gain), _cell(delay), _cell(hertz))
+            rows.append((point.motions.value, point.friction.value, number(point.loop.spectral_radius), *cells))
+        loops.setdefault(tuple(rows), []).append(assessment.name)
+    found = [
+        (", ".join(names) if index == 0 else "", *row)
+        for rows, names in loops.items()
+        for index, row in enumerate(rows)
+    ]
+    return Table("Poles and margins of the sampled loop", heads, found)
+
+
+def _cell(value: float | None) -> str:
+    return "–" if value is None else number(value, digits=3)
+
+
+def delay_table(delays: Delays) -> Table:
+    """Return where the delay of a loop comes from."""
+    words = {
+        "hold": "effort held over a sample: half of it",
+        "computation": "computation",
+        "drive": "current control of the drive",
+        "velocity": "estimate of the velocity",
+    }
+    rows = [(text, number(1e3 * getattr(delays, name), 1e-2)) for name, text in words.items()]
+    return Table("Delay of the loop", ("Part", "[ms]"), [*rows, ("all", number(1e3 * delays.total, 1e-2))])
+
+
+def _lengths(design: Design, values: list[float]) -> Quantity:
+    return Quantity.of(unit_of("length", design.experiment.kind), [*values, MICROMETRE], digits=4)
+
+
+def budget_table(budget: Budget, design: Design) -> Table:
+    """Return the error budget."""
+    kept = [one for entry in budget.entries for one in (entry.alone.peak_to_peak, entry.without.peak_to_peak)]
+    length = Quantity.of(
+        unit_of("length", design.experiment.kind), [budget.everything.peak_to_peak, *kept, MICROMETRE], digits=4
+    )
+    heads = (
+        "Cause", length.head("This cause alone"), length.head("All but this cause"), "What it is",
+    )  # fmt: skip
+    rows = [
+        (one.cause, length.cell(one.alone.peak_to_peak), length.cell(one.without.peak_to_peak), one.description)
+        for one in budget.entries
+    ]
+    rows += [
+        ("all of them", length.cell(budget.everything.peak_to_peak), "–", ""),
+        ("none of them", length.cell(budget.nothing.peak_to_peak), "–", ""),
+    ]
+    return Table("Error budget: following error, peak to peak", heads, rows)
+
+
+def proposal_table(design: Design) -> Table:
+    """Return the loop as it is and as proposed: margins, stiffness, what a count does, simulated error."""
+    kind, proposals = design.experiment.kind, design.proposals
+    simulated = [one.following_error.peak_to_peak for one in proposals if one.following_error]
+    length = _lengths(design, simulated)
+    effort = Quantity.of(unit_of("force", kind), [one.effort_rms for one in proposals if one.effort_rms])
+    count = Quantity.of(unit_of("force", kind), [one.count_effort for one in proposals])
+    heads = (
+        "Loop", "Law", "Bandwidth [1/s]", "Smallest phase margin [°]", "Stiffness",
+        count.head("Effort of one count"), length.head("Following error, peak to peak"), effort.head("Effort, rms"),
+    )  # fmt: skip
+    rows = [
+        (
+            one.name, one.variant.controller.name, _cell(one.bandwidth), _least_margin(one),
+            "∞" if math.isinf(one.stiffness) else stiffness_text(one.stiffness, kind).replace(" ", "\u00a0"),
+            count.cell(one.count_effort),
+            "–" if one.following_error is None else length.cell(one.following_error.peak_to_peak),
+            "–" if one.effort_rms is None else effort.cell(one.effort_rms),
+        )
+        for one in proposals
+    ]  # fmt: skip
+    return Table("The loop as it is, and what is proposed", heads, rows)
+
+
+def _least_margin(proposal: Proposal) -> str:
+    """Return the smallest phase margin of a loop without friction, as text."""
+    phases = [point.margins.phase for point in proposal.assessment.bare]
+    return _cell(min((phase for phase in phases if phase is not None), default=None))
+
+
+def controller_text(variant: Variant) -> str:
+    """Return control law and inertia fed forward of a loop as the tables of an experiment file that describe them."""
+    controller, mass = variant.controller, variant.feedforward.mass
+    lines = ["[controller]", f'model = "{controller.name}"']
+    for name, value in controller.values.items():
+        unit = controller.component.variables[name].unit(controller.kind)
+        if isinstance(value, str):
+            lines.append(f'{key_of(name)} = "{value}"')
+        elif isinstance(value, int) or unit == "1":
+            lines.append(f"{key_of(name)} = {value}")
+        elif math.isfinite(value):
+            lines.append(f'{key_of(name)} = "{value:.6g} {unit}"')
+    if mass > 0.0:
+        unit = unit_of("mass", controller.kind)
+        lines += ["", "[controller.feedforward]", f'mass = "{mass:.6g} {unit}"']
+    return "\n".join(lines)
+
+
+def circle_table(circles: tuple[Circle, ...], design: Design) -> Table:
+    """Return how round the circles are."""
+    length = Quantity.of(
+        unit_of("length", design.experiment.kind), [MICROMETRE, *(one.peak_to_peak for one in circles)], digits=4
+    )
+    reversals = [length.head(f"Glitch at {angle}°") for angle in (0, 90, 180, 270)]
+    heads = ("Loop", length.head("Deviation, peak to peak"), *reversals)
+    rows = [
+        (one.variant, length.cell(one.peak_to_peak), *(length.cell(glitch) for glitch in one.glitches))
+        for one in circles
+    ]
+    return Table("The circle", heads, rows)

@@ -1,0 +1,47 @@
+"""The report of a log: what is in it, which experiments it contains, and what is wrong with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from bristle.report.log_facts import log_facts
+from bristle.report.page import picture, render
+from bristle.report.passages import passage_table
+
+if TYPE_CHECKING:
+    from bristle.logs.log import Log
+    from bristle.logs.passages import Passage
+
+__all__ = ["PASSAGES_CAPTION", "log_report"]
+
+PASSAGES_CAPTION = (
+    "Position over time, and effort over position of its loops",
+    "Shaded: what kind of experiment each part of the log is. Below, effort over position where friction turns slowly: "
+    "loops that lie inside one another tell models of friction apart; loops of one amplitude do not.",
+)
+
+
+def log_report(log: Log, found: Sequence[Passage], *, name: str, command: str, provenance: Mapping[str, str]) -> str:
+    """Return the report of a log as one HTML page.
+
+    Parameters
+    ----------
+    log : Log
+        The log.
+    found : sequence of Passage
+        What it contains.
+    name : str
+        What people call the axis or the log.
+    command : str
+        The command that repeats it.
+    provenance : mapping of str to str
+        Versions, files, checksums.
+    """
+    from bristle import figures
+
+    return render(
+        "log.html", provenance=provenance, command=command, banner=None, name=name,
+        facts=log_facts(log), notes=log.notes, passages=passage_table([one.as_data() for one in found], log.kind),
+        picture=picture("passages", lambda: figures.passages(log, found), *PASSAGES_CAPTION),
+    )  # fmt: skip

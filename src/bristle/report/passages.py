@@ -1,0 +1,55 @@
+"""The experiments that a log contains, as a table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from bristle.core.typography import with_unit
+from bristle.core.variable import Kind, unit_of
+from bristle.logs.passages import KINDS
+from bristle.report.table import Table
+
+__all__ = ["passage_table"]
+
+
+def passage_table(found: Sequence[Mapping[str, Any]], kind: Kind) -> Table:
+    """Return what a log contains, one row for each kind of passage.
+
+    Parameters
+    ----------
+    found : sequence of mapping
+        Passages in order, as data (`bristle.logs.Passage.as_data`).
+    kind : {"translational", "rotational"}
+        Kind of axis.
+    """
+    rows = []
+    for name, words in KINDS.items():
+        of_kind = [one for one in found if one["kind"] == name]
+        if of_kind:
+            legs, together = (sum(one["legs"] for one in of_kind), sum(one["end"] - one["begin"] for one in of_kind))
+            rows.append((
+                words, str(len(of_kind)), str(legs or ""), f"{together:.3g}", format(of_kind[0]["begin"], ".4g"),
+                *_ranges(name, of_kind, kind),
+            ))  # fmt: skip
+    heads = ("Passages", "Count", "Legs", "Together [s]", "First at [s]", "Amplitude", "Speed", "Remark")
+    return Table("What the motion of the log is", heads, rows).without_empty_columns()
+
+
+def _ranges(name: str, of_kind: Sequence[Mapping[str, Any]], kind: Kind) -> tuple[str, str, str]:
+    if name == "rest":
+        return "", "", ""
+    amplitudes = _span([end for one in of_kind for end in one["amplitudes"]], unit_of("length", kind))
+    speeds = _span([end for one in of_kind for end in one["speeds"]], unit_of("length/time", kind))
+    if name == "loops":
+        depth, levels = max(one["depth"] for one in of_kind), max(one["levels"] for one in of_kind)
+        nested = f"nested {depth} deep" if depth > 2 else "none inside another"
+        return amplitudes, speeds, f"{levels} {'amplitude' if levels == 1 else 'amplitudes'}, {nested}"
+    if name in ("chirp", "oscillation"):
+        return amplitudes, speeds, _span([end for one in of_kind for end in one["frequencies"]], "Hz")
+    return amplitudes, speeds, ""
+
+
+def _span(values: Sequence[float], unit: str) -> str:
+    low, high = (with_unit(one, unit) for one in (min(values), max(values)))
+    return low if low == high else f"{low} to {high}"

@@ -1,0 +1,43 @@
+r"""A torque sensor between a motor and its screw: what it sees, and what it does not.
+
+The shaft carries what the motor gives, less what accelerates the motor itself:
+
+.. math:: T = u - J_m \dot\omega = F_p + (J - J_m)\,\dot\omega
+
+so that it is the friction :math:`F_p` of the equation of motion :math:`J \dot\omega = u - F_p` only where the axis does
+not accelerate, or where all of its inertia sits before the sensor. A loop that is measured with it slowly enough
+is that of the friction; one at the frequency of a controller is not.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+__all__ = ["torque_seen"]
+
+
+def torque_seen(effort: np.ndarray, velocity: np.ndarray, dt: float, J_m: float) -> np.ndarray:
+    """Return the mean torque in the shaft between two samples.
+
+    Parameters
+    ----------
+    effort : ndarray, shape (sample,)
+        Effort of the motor from each sample to the next [N*m].
+    velocity : ndarray, shape (sample,)
+        Velocity of the motor at each sample [rad/s].
+    dt : float
+        Sample time [s].
+    J_m : float
+        Inertia before the sensor, that of the motor [kg*m^2].
+
+    Returns
+    -------
+    ndarray, shape (sample - 1,)
+        Torque [N*m].
+
+    Examples
+    --------
+    >>> torque_seen(np.array([1.0, 1.0]), np.array([0.0, 0.5]), 0.1, 0.1)
+    array([0.5])
+    """
+    return effort[:-1] - J_m * np.diff(velocity) / dt

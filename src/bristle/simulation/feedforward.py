@@ -1,0 +1,91 @@
+"""What is fed forward: inertia along the desired trajectory, and a compensator along the desired or measured one."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bristle.controllers.feedforward import Shape, shaped
+from bristle.core.contracts import Model
+from bristle.core.experiment import Feedforward
+from bristle.engine import Compensator, conditioned, force_along
+
+__all__ = ["compensator_of", "feedforward_effort", "friction_along"]
+
+
+def friction_along(model: Model, velocity: np.ndarray, dt: float, *, conditioning: float = 0.0) -> np.ndarray:
+    """Return the friction force that a compensator expects along a desired motion.
+
+    Where the desired velocity is zero a set-valued model has no single force; it is fed the middle of its interval.
+
+    Parameters
+    ----------
+    model : Model
+        The compensator.
+    velocity : ndarray, shape (step,)
+        Mean desired velocity of each step [m/s or rad/s].
+    dt : float
+        Length of a step [s].
+    conditioning : float
+        Amplitude of the decaying sweep that its memory goes through first [m or rad]; 0 for a virgin one.
+
+    Returns
+    -------
+    ndarray, shape (step,)
+        Force [N or N*m].
+    """
+    state, memory = conditioned(model, conditioning)
+    forward = force_along(model, velocity, dt, state=state, memory=memory)
+    if not np.any(velocity == 0.0):
+        return forward
+    backward = force_along(model, np.where(velocity == 0.0, -0.0, velocity), dt, state=state, memory=memory)
+    return 0.5 * (forward + backward)
+
+
+def feedforward_effort(
+    feedforward: Feedforward, position: np.ndarray, acceleration: np.ndarray, dt: float
+) -> np.ndarray:
+    """Return the effort fed forward along a desired trajectory, for the step that begins at each sample.
+
+    Parameters
+    ----------
+    feedforward : Feedforward
+        Mass and compensator; one along the measured motion is left to the loop (`compensator_of`).
+    position, acceleration : ndarray, shape (sample,)
+        Desired motion.
+    dt : float
+        Sample time [s].
+
+    Returns
+    -------
+    ndarray, shape (sample,)
+        Effort [N or N*m].
+    """
+    effort = feedforward.mass * 0.5 * (acceleration + np.append(acceleration[1:], acceleration[-1:]))
+    if feedforward.friction is None or feedforward.along == "measured":
+        return effort
+    steps = np.diff(position) / dt
+    force = friction_along(
+        feedforward.friction, np.append(steps, steps[-1:]), dt, conditioning=feedforward.conditioning
+    )
+    return effort + _shaped_along(force, _shape(feedforward), dt)
+
+
+def compensator_of(feedforward: Feedforward) -> Compensator | None:
+    """Return the compensator that a loop runs along the measured motion; None where there is none."""
+    if feedforward.friction is None or feedforward.along == "desired":
+        return None
+    return Compensator(
+        feedforward.friction, _shape(feedforward), *conditioned(feedforward.friction, feedforward.conditioning)
+    )
+
+
+def _shape(feedforward: Feedforward) -> Shape:
+    return Shape(**{name: getattr(feedforward, name) for name in Shape._fields})
+
+
+def _shaped_along(force: np.ndarray, shape: Shape, dt: float) -> np.ndarray:
+    effort, before = np.empty_like(force), 0.0
+    for k, one in enumerate(force.tolist()):
+        before = shaped(one, before, dt, shape)
+        effort[k] = before
+    return effort

@@ -1,0 +1,25 @@
+"""Sampled loops as linear systems: poles, margins, and what they say before anything is simulated."""
+
+from bristle.stability.assessment import Assessment, Friction, Motions, Verdict, WorkingPoint, assess, top_speed
+from bristle.stability.linear_friction import NO_FRICTION
+from bristle.stability.margins import Margins, margins_of
+from bristle.stability.sampled_loop import SampledLoop
+from bristle.stability.verdict import remarks, runnable, sentence, stiffness_text
+
+__all__ = [
+    "NO_FRICTION",
+    "Assessment",
+    "Friction",
+    "Margins",
+    "Motions",
+    "SampledLoop",
+    "Verdict",
+    "WorkingPoint",
+    "assess",
+    "margins_of",
+    "remarks",
+    "runnable",
+    "sentence",
+    "stiffness_text",
+    "top_speed",
+]

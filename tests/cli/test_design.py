@@ -1,0 +1,58 @@
+"""``bristle design``: margins, budget and gains from an experiment file."""
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+
+def test_a_loop_is_designed_in_numbers(bristle, place):
+    found = bristle("design", "experiment.toml", "--json")
+    assert found.code == 0
+    data = found.data
+    assert (data["variant"], data["stable"], data["error_unit"]) == ("base", True, "m")
+    assert set(data["loops"]) == {"base", "none"}
+    first = data["loops"]["base"]["points"][0]
+    assert (first["motions"], first["friction"]) == ("all", "none")
+    assert first["spectral_radius"] < 1.0
+    assert first["phase_margin"] > 0.0
+    assert len(first["poles"]) >= 3
+    assert data["delay"]["total"] == sum(data["delay"][one] for one in ("hold", "computation", "drive", "velocity"))
+    assert data["budget"]["everything"]["peak_to_peak"] > data["budget"]["nothing"]["peak_to_peak"]
+    assert set(data["proposals"]) >= {"as it is", "tuned"}
+    assert len(data["circles"]["as it is"]["glitches"]) == 4
+
+
+def test_results_are_a_report_and_numbers(bristle, place):
+    found = bristle("design", "experiment.toml", "--variant", "none", "--bandwidth", "10 Hz", "--out", "design")
+    assert found.code == 0
+    assert "Poles and margins of the sampled loop" in found.out
+    assert "none: the sampled loop is stable" in found.out
+    assert {one.name for one in Path("design").iterdir()} == {"summary.json", "report.html"}
+    assert json.loads(Path("design/summary.json").read_text())["variant"] == "none"
+    proposed = json.loads(Path("design/summary.json").read_text())["proposals"]["tuned"]
+    assert proposed["bandwidth"] == pytest.approx(20.0 * math.pi)
+    assert proposed["parameters"]["k_p"] == pytest.approx(5.0 * math.pi)
+    page = Path("design/report.html").read_text()
+    for name in ("margins", "budget", "circles"):
+        assert f'<figure id="figure-{name}">' in page
+
+
+def test_an_unstable_loop_is_a_no_with_its_pole_and_gains_that_are_stable(bristle, place):
+    text = Path("experiment.toml").read_text()
+    Path("experiment.toml").write_text(text.replace("[run]", "[run]\ndelay = 12"))
+    ended = bristle("design", "experiment.toml", "--json", "--out", "design")
+    assert ended.code == 1
+    assert ended.data["stable"] is False
+    assert "the sampled loop has a pole at" in ended.data["loops"]["base"]["sentence"]
+    assert "samples of delay" in ended.data["loops"]["base"]["sentence"]
+    assert ended.data["budget"] is None
+    assert ended.data["proposals"]["tuned"]["following_error"]["peak_to_peak"] > 0.0
+    assert (Path("design") / "report.html").is_file()
+
+
+def test_a_variant_that_is_none_is_bad_input(bristle, place):
+    ended = bristle("design", "experiment.toml", "--variant", "nome")
+    assert ended.code == 2
+    assert "Did you mean 'none'?" in ended.err

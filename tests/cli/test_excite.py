@@ -1,0 +1,79 @@
+"""``bristle excite``: from an axis file to a motion, and to what its log would tell."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+AXIS = """
+schema = 1
+name = "stage"
+kind = "translational"
+
+[columns]
+time = { column = "t", unit = "s" }
+position = { column = "q", unit = "um" }
+effort = { column = "u", unit = "N" }
+
+[effort]
+limit = "700 N"
+
+[plant]
+mass = "28 kg"
+presliding = "7 um"
+
+[encoder]
+resolution = "0.05 um"
+
+[timing]
+sample_time = "2 ms"
+
+[limits]
+velocity = "100 mm/s"
+acceleration = "2 m/s^2"
+stroke = ["-50 mm", "50 mm"]
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("axis.toml").write_text(AXIS)
+    return tmp_path
+
+
+def test_it_writes_a_motion_and_what_its_log_would_tell(bristle, folder):
+    found = bristle("excite", "axis.toml", "--out", "motion", "--duration", "16 s", "--for", "stribeck", "--json")
+    assert found.code == 0
+    assert {one.name for one in (folder / "motion").iterdir()} == {
+        "motion.csv", "axis.toml", "summary.json", "report.html",
+    }  # fmt: skip
+    table = np.loadtxt("motion/motion.csv", delimiter=",", skiprows=1)
+    assert Path("motion/motion.csv").read_text().splitlines()[0].startswith("t [s],q [um],velocity [um/s],")
+    assert np.abs(table[:, 1]).max() <= 50_000.0
+    assert table[-1, 0] == pytest.approx(found.data["motion"]["duration"], abs=0.003)
+    assert found.data["parameters"]["F_C"]["status"] == "identified"
+    assert abs(found.data["parameters"]["F_C"]["error_percent"]) < 10.0
+    assert found.data["identify"].split()[:4] == ["bristle", "identify", "LOG", "--axis"]
+    assert [one["purpose"] for one in found.data["pieces"]] == ["stribeck"] * 10
+    again = bristle("excite", "axis.toml", "--out", "motion", "--duration", "16 s", "--for", "stribeck")
+    assert again.code == 2
+    assert "--force" in again.err
+    replaced = bristle("excite", "axis.toml", "--out", "motion", "--duration", "16 s", "--for", "stribeck", "--force")
+    assert replaced.code == 0
+    assert "constant velocity" in replaced.out
+
+
+def test_an_axis_without_limits_is_told_what_to_write(bristle, folder):
+    Path("axis.toml").write_text(AXIS.replace('velocity = "100 mm/s"\n', ""))
+    found = bristle("excite", "axis.toml", "--for", "stribeck")
+    assert found.code == 2
+    assert "write velocity under [limits]" in found.err
+    assert "Traceback" not in found.err
+
+
+def test_bad_limits_name_their_key(bristle, folder):
+    Path("axis.toml").write_text(AXIS.replace('"2 m/s^2"', '"2 m/s"'))
+    found = bristle("excite", "axis.toml")
+    assert found.code == 2
+    assert "limits.acceleration" in found.err

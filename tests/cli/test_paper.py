@@ -1,0 +1,62 @@
+"""``bristle paper``: figures of the source paper, their experiments, the report."""
+
+import json
+from pathlib import Path
+
+import pytest
+from tests.report.pages import Page
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+
+
+def test_one_figure_with_its_report(bristle):
+    found = bristle("paper", "--figure", "4", "--out", "results")
+    assert found.code == 0
+    assert "holds in part" in found.out
+    assert "factor 2" in found.out
+    assert {one.name for one in Path("results").iterdir()} == {"report.html", "summary.json"}
+    page = Page(Path("results/report.html").read_text(encoding="utf-8"))
+    assert [one["id"] for one in page.named("figure")] == ["fig-4"]
+    summary = json.loads(Path("results/summary.json").read_text())
+    assert summary["provenance"]["fig_04"] == "fig_04.toml"
+    assert summary["provenance"]["command"] == "bristle paper --figure 4 --out results"
+
+
+def test_json_is_one_object_and_results_go_to_their_usual_place(bristle):
+    for _ in range(2):  # the second time it replaces what it wrote unasked
+        data = bristle("paper", "--figure", "4", "--figure", "9", "--json").data
+        assert list(data["figures"]) == ["4", "9"]
+    assert Path("bristle-paper/report.html").is_file()
+
+
+def test_results_that_were_named_are_kept_without_force(bristle):
+    assert bristle("paper", "--figure", "4", "--out", "results").code == 0
+    ended = bristle("paper", "--figure", "4", "--out", "results")
+    assert ended.code == 2
+    assert "--force" in ended.err
+    assert bristle("paper", "--figure", "4", "--out", "results", "--force").code == 0
+
+
+def test_experiments_are_written_changed_and_run(bristle):
+    assert bristle("paper", "--write", "mine").code == 0
+    path = Path("mine/fig_09.toml")
+    path.write_text(
+        path.read_text().replace('file = "set_a_rig.toml"\n\n', 'file = "set_a_rig.toml"\nscatter = 0.2\n\n')
+    )
+    as_it_is = bristle("paper", "--figure", "9", "--json").data["figures"]["9"]["numbers"]
+    changed = bristle("paper", "--figure", "9", "--from", "mine", "--json").data["figures"]["9"]["numbers"]
+    before, after = (one["missing_at_return"]["virtual rig"]["B"] for one in (as_it_is, changed))
+    assert abs(after) > 2.0 * abs(before)
+    assert bristle("paper", "--write", "mine").code == 2
+    assert bristle("paper", "--write", "mine", "--force", "--json").data["written"]
+
+
+@pytest.mark.parametrize("arguments", [("--figure", "15"), ("--figure", "0"), ("--from", "nowhere"), ("--figure", "x")])
+def test_what_cannot_be_done_is_told_and_leaves_nothing(bristle, arguments):
+    ended = bristle("paper", *arguments)
+    assert ended.code == 2
+    assert ended.err.count("\n") == 1
+    assert not list(Path().iterdir())

@@ -1,0 +1,129 @@
+"""Adaptive steps against solutions from event to event by another method, over six decades of the tolerance."""
+
+import numpy as np
+import pytest
+from tests.engine.composite_reference import Composite
+from tests.engine.test_efim_composite import CONTACT, EFFORT, SETTLED, J
+
+from bristle import friction, plants
+from bristle.core.status import Status
+from bristle.engine import interpreted, run_adaptive
+from bristle.friction.preisach_lugre import KERNELS, TRANSITIONS
+from bristle.testing import example_of
+
+DT = 1e-4
+# The effort [mN*m] runs straight between these, 12.5 ms apart: loops within loops below F_S, break-away beyond.
+BENDS = {
+    "pre-sliding": [0, 75, -10, 60, 20, 70, -80, -20, -60, 40, 90, -90, -30, -70, 0, 80, 0],
+    "break-away": [0, 160, -40, 150, -160, -120, -155, 160, 0],
+}
+
+
+class Bristles(Composite):
+    """LuGre: a linear contact, which remembers no turning points."""
+
+    def hysteretic(self, z):
+        return self.s * z
+
+    def turn(self, y, way):
+        self.way = way
+
+
+def case(name):
+    """Plant, effort at the samples and as a function, and where it bends."""
+    if name == "stick-slip":
+        return plants.pulled_inertia(M=J, k=20.0, v_e=200.0), np.zeros(2501), lambda t, x: 20.0 * (200.0 * t - x), ()
+    levels = BENDS[name]
+    knots = 0.0125 * np.arange(len(levels))
+    effort = np.interp(DT * np.arange(round(knots[-1] / DT) + 1), knots, levels)
+    return plants.inertia(M=J), effort, lambda t, x: np.interp(t, knots, levels), knots
+
+
+def model_and_reference(name, effort):
+    if name == "lugre":
+        values = {key: value for key, value in CONTACT.items() if key not in ("s", "f_p")}
+        return friction.lugre(sigma_0=CONTACT["s"], **values), Bristles(J=J, **CONTACT, rho=None, effort=effort)
+    rho = {"elastoplastic": 0.9, "paper": None}[name]
+    return friction.preisach_lugre(**CONTACT, transition=name), Composite(J=J, **CONTACT, rho=rho, effort=effort)
+
+
+@pytest.mark.parametrize("motion", ["pre-sliding", "break-away", "stick-slip"])
+@pytest.mark.parametrize("name", ["lugre", "elastoplastic", "paper"])
+def test_the_tolerance_is_the_global_error_over_six_decades(name, motion):
+    plant, u, effort, bends = case(motion)
+    model, reference = model_and_reference(name, effort)
+    exact = reference.solve(DT * np.arange(u.size), bends)
+    largest = np.max(np.abs(exact))
+    for tolerance in largest * 10.0 ** -np.arange(4.0, 10.0):
+        trace = run_adaptive(plant, model, u, DT, tolerance=tolerance)
+        assert trace.status == Status.OK
+        # Without the gate steady sliding on a spring is unstable, and errors grow: `verify` is for that.
+        growth = 2.0 if (name, motion) == ("paper", "stick-slip") else 1.0
+        assert np.max(np.abs(trace.position - exact)) <= growth * tolerance, tolerance / largest
+
+
+def noisy_effort():
+    t = 1e-3 * np.arange(200)
+    return 150.0 * np.sin(40.0 * t) + 40.0 * np.random.default_rng(1).standard_normal(t.size)
+
+
+@pytest.mark.parametrize("kernel", KERNELS)
+@pytest.mark.parametrize("transition", TRANSITIONS)
+def test_both_methods_agree_under_noise(kernel, transition):
+    model = friction.preisach_lugre(**CONTACT, kernel=kernel, transition=transition)
+    plant, u = plants.inertia(M=J), noisy_effort()
+    doubled = run_adaptive(plant, model, u, 1e-3, tolerance=1e-2, method="efim")
+    for tolerance in (1e-2, 1e-5):
+        trace = run_adaptive(plant, model, u, 1e-3, tolerance=tolerance, method="rosenbrock")
+        assert np.max(np.abs(trace.position - doubled.position)) <= 1e-2
+        assert trace.steps < 0.3 * doubled.steps
+
+
+def test_two_events_within_a_step_do_not_hide_each_other():
+    # The paper's equations turn the deflection back and forth in sliding, at times for less than a step.
+    model = friction.preisach_lugre(**CONTACT, transition="paper")
+    plant, u = plants.inertia(M=J), noisy_effort()
+    fine = run_adaptive(plant, model, u, 1e-3, tolerance=1e-9).position
+    trace = run_adaptive(plant, model, u, 1e-3, tolerance=1e-5)
+    assert np.max(np.abs(trace.position - fine)) <= 1e-6
+
+
+def test_in_fast_sliding_the_deflection_does_not_turn_at_every_rounding():
+    trace = run_adaptive(
+        plants.inertia(M=J), friction.preisach_lugre(**CONTACT), np.full(501, EFFORT), 1e-3, tolerance=1e-3
+    )
+    assert trace.velocity[500] == pytest.approx(SETTLED, abs=1.0)
+    assert trace.steps < 400
+
+
+def test_what_each_direction_has_of_its_own_and_the_offset_count():
+    component = friction.find("preisach_lugre+asymmetry")
+    directional = {
+        f"{name}_{side}": share * CONTACT[name]
+        for name in ("F_C", "F_S", "sigma_2") for side, share in (("pos", 1.0), ("neg", 0.8))
+    }  # fmt: skip
+    values = {key: value for key, value in CONTACT.items() if key not in ("F_C", "F_S", "sigma_2")}
+    model = component(**values, **directional, offset=7.0)
+    plant, u = plants.inertia(M=J), noisy_effort()[:80]
+    trace = run_adaptive(plant, model, u, 1e-3, tolerance=1e-3)
+    doubled = run_adaptive(plant, model, u, 1e-3, tolerance=1e-3, method="efim")
+    assert np.max(np.abs(trace.position - doubled.position)) <= 2e-3
+    assert np.max(np.abs(trace.friction - doubled.friction)) <= 0.01
+
+
+def test_a_full_memory_is_reported():
+    model = friction.preisach_lugre(**CONTACT, capacity=4)
+    trace = run_adaptive(plants.inertia(M=J), model, 0.5 * noisy_effort(), 1e-3, tolerance=1e-3)
+    assert trace.status == Status.MEMORY_OVERFLOW
+
+
+def test_plain_python_gives_the_same_bits_across_events():
+    model = example_of(friction.preisach_lugre)
+    t = 1e-3 * np.arange(60)
+    effort = 40.0 * np.sin(150.0 * t) + 5.0 * np.sin(611.0 * t)
+    compiled = run_adaptive(plants.inertia(M=2.0), model, effort, 1e-3, tolerance=1e-9)
+    with interpreted():
+        plain = run_adaptive(plants.inertia(M=2.0), model, effort, 1e-3, tolerance=1e-9)
+    assert compiled.steps == plain.steps
+    assert np.array_equal(compiled.position, plain.position)
+    assert np.array_equal(compiled.friction, plain.friction)

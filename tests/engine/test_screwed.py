@@ -1,0 +1,164 @@
+"""Two ports for friction: a motor and a table with an elastic screw between them."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from bristle import friction
+from bristle.core.errors import InputError
+from bristle.core.status import Status
+from bristle.engine import interpreted, run_adaptive, run_batch, run_closed_loop, run_open_loop
+from bristle.plants import ball_screw, inertia
+from bristle.sensors import encoder
+
+ARM = 5e-3 / (2.0 * math.pi)  # [m] of travel for one radian
+J, M, K = 1e-4, 20.0, 1e8
+FREE = friction.viscous(kind="rotational", F_v=0.0)
+MOTOR = friction.coulomb(kind="rotational", F_C=0.02)
+TABLE = friction.coulomb(F_C=40.0)
+
+
+def screw(**values):
+    return ball_screw(kind="rotational", **({"J": J, "M": M, "lead": 5e-3, "k": K, "d": 0.0} | values))
+
+
+def energy(trace, k=K):
+    """Return the energy [J] of both masses and of the spring between them."""
+    twist = trace.motor_position - trace.position
+    both = J * trace.motor_velocity**2 + M * (ARM * trace.velocity) ** 2
+    return 0.5 * (both + k * (ARM * twist) ** 2)
+
+
+def test_free_vibration_has_the_frequency_of_two_masses_and_keeps_its_energy():
+    h, effort = 1e-5, np.zeros(20_000)
+    effort[0] = 1.0
+    trace = run_open_loop(screw(), FREE, effort, h)
+    twist = trace.motor_position - trace.position
+    rising = np.flatnonzero((twist[1:-1] <= 0.0) & (twist[2:] > 0.0))
+    found = 2.0 * math.pi * (rising.size - 1) / (h * (rising[-1] - rising[0]))
+    assert found == pytest.approx(ARM * math.sqrt(K * (1.0 / J + 1.0 / (M * ARM**2))), rel=2e-4)
+    assert np.ptp(energy(trace)[1:]) < 1e-12 * energy(trace)[1]
+
+
+def test_a_stiff_screw_is_one_inertia_with_the_sum_of_both_frictions():
+    h = 1e-4
+    t = h * np.arange(4000)
+    effort = 0.12 * np.sin(2.0 * np.pi * 4.0 * t)
+    rigid = run_open_loop(
+        inertia(kind="rotational", M=J + M * ARM**2), friction.coulomb(kind="rotational", F_C=0.02 + 40.0 * ARM),
+        effort, h, steps=2,
+    ).position  # fmt: skip
+    missed = []
+    for k, d in ((1e8, 2e3), (1e10, 1e5), (1e12, 2e6)):
+        trace = run_open_loop(screw(k=k, d=d), MOTOR, effort, h, table=TABLE, steps=2)
+        assert trace.status is Status.OK
+        missed.append(np.max(np.abs(trace.position - rigid)))
+    assert missed[0] > 5.0 * missed[1] > 25.0 * missed[2]
+    assert missed[2] < 1e-3 * np.max(np.abs(rigid))
+
+
+def test_backlash_agrees_with_a_solver_of_differential_equations():
+    k, d, gap = 1e7, 3e3, 2.5e-5 / ARM
+    h = 2e-5
+    t = h * np.arange(12_500)
+
+    def effort(at):
+        return 0.1 * np.sin(2.0 * np.pi * 6.0 * at)
+
+    def right_hand_side(at, y):
+        twist = y[0] - y[2]
+        touches = abs(twist) > gap
+        force = (k * (twist - math.copysign(gap, twist)) + d * (y[1] - y[3])) * ARM**2 if touches else 0.0
+        return [
+            y[1], (effort(at) - 1e-3 * y[1] - force) / J, y[3], (force - 200.0 * ARM**2 * y[3]) / (M * ARM**2)
+        ]  # fmt: skip
+
+    solved = solve_ivp(
+        right_hand_side, (0.0, t[-1]), [0.0] * 4, method="Radau", rtol=1e-8, atol=1e-11, max_step=1e-4, t_eval=t
+    ).y
+    plant = screw(k=k, d=d, backlash=5e-5)
+    viscous, guides = friction.viscous(kind="rotational", F_v=1e-3), friction.viscous(F_v=200.0)
+    errors = []
+    for steps in (1, 4):
+        trace = run_open_loop(plant, viscous, effort(t), h, table=guides, steps=steps, hold="linear")
+        errors.append(np.max(np.abs(trace.position - solved[2])))
+    assert np.ptp(trace.motor_position - trace.position) > 1.9 * gap
+    assert errors[1] < 0.4 * errors[0] < 1e-4 * np.ptp(solved[2])
+
+
+def test_backlash_without_damping_makes_no_energy():
+    h, effort = 2e-5, np.zeros(10_000)
+    effort[0] = 5.0
+    trace = run_open_loop(screw(backlash=2e-5), FREE, effort, h)
+    kinetic = 0.5 * (J * trace.motor_velocity**2 + M * (ARM * trace.velocity) ** 2)
+    assert np.max(kinetic[1:]) <= kinetic[1] * (1.0 + 1e-9)
+    assert np.max(np.diff(np.sign(trace.motor_velocity[1:] - trace.velocity[1:]))) > 0.0
+
+
+def test_each_side_sticks_for_itself():
+    h = 1e-4
+    effort = np.concatenate((np.full(200, 0.03), np.full(400, 0.0)))
+    trace = run_open_loop(screw(d=2e3), MOTOR, effort, h, table=TABLE)
+    # 40 N at the table are 32 mN*m at the motor: the motor winds the screw up, and the table stays.
+    assert np.all(trace.position == 0.0)
+    assert np.all(trace.velocity == 0.0)
+    held = trace.motor_position[150:200]
+    assert held[0] > 0.0
+    assert np.all(held == held[0])
+    assert np.all(trace.motor_velocity[-100:] == 0.0)
+
+
+def test_a_table_that_stops_stays_where_it_is():
+    h = 1e-4
+    effort = np.concatenate((np.full(300, 0.15), np.zeros(1500)))
+    trace = run_open_loop(screw(d=2e3), MOTOR, effort, h, table=TABLE)
+    assert trace.position[300] > 0.1
+    last = slice(-200, None)
+    assert np.all(trace.velocity[last] == 0.0)
+    assert np.all(trace.motor_velocity[last] == 0.0)
+    assert np.ptp(trace.position[last]) == np.ptp(trace.motor_position[last]) == 0.0
+
+
+def test_memory_of_both_sides_runs_the_same_in_plain_python():
+    motor = friction.maxwell_slip(kind="rotational", F_C=0.02, k_i=[20.0, 5.0], nu_i=[0.5, 0.5])
+    table = friction.preisach_lugre(s=1e7, f_p=33.6, F_C=20.0, F_S=28.0, v_S=2e-3, sigma_1=1e3, sigma_2=800.0)
+    effort = 0.06 * np.sin(np.arange(150) * 0.1)
+    compiled = run_open_loop(screw(d=2e3), motor, effort, 1e-4, table=table, steps=2)
+    with interpreted():
+        plain = run_open_loop(screw(d=2e3), motor, effort, 1e-4, table=table, steps=2)
+    for name in ("position", "velocity", "motor_position", "motor_velocity", "friction"):
+        assert np.array_equal(getattr(compiled, name), getattr(plain, name)), name
+
+
+def test_the_sensor_reads_either_side():
+    from bristle.controllers import cascade
+
+    count, dt = 400, 1e-3
+    reference = np.zeros((4, count))
+    reference[0] = 0.5 * (1.0 - np.cos(0.02 * np.arange(count)))
+    law = cascade(kind="rotational", k_p=40.0, k_v=0.02)
+    seen = {}
+    for side in ("motor", "load"):
+        trace = run_closed_loop(
+            screw(d=2e3, backlash=2e-5), MOTOR, law, encoder(kind="rotational"), reference, dt, table=TABLE,
+            sensor_at=side, steps=10,
+        )  # fmt: skip
+        assert trace.status is Status.OK
+        seen[side] = trace
+    assert np.array_equal(seen["motor"].measured, seen["motor"].motor_position)
+    assert np.array_equal(seen["load"].measured, seen["load"].position)
+    assert np.max(np.abs(seen["motor"].measured - seen["motor"].position)) > 1e-5 / ARM
+
+
+def test_what_does_not_fit_is_refused():
+    effort = np.zeros(5)
+    with pytest.raises(InputError, match="no table behind a screw"):
+        run_open_loop(inertia(M=1.0), friction.coulomb(F_C=1.0), effort, 1e-3, table=TABLE)
+    with pytest.raises(InputError, match="must be translational"):
+        run_open_loop(screw(), MOTOR, effort, 1e-3, table=MOTOR)
+    with pytest.raises(InputError, match="knows one mass"):
+        run_batch(screw(), MOTOR, effort, 1e-3)
+    with pytest.raises(InputError, match="knows one mass"):
+        run_adaptive(screw(), MOTOR, effort, 1e-3, tolerance=1e-6)

@@ -1,0 +1,146 @@
+"""The motion to run: within the limits of the axis, made of what was asked for, and honest about the rest."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tests.excitation.axes import STAGE
+
+from bristle.core import Axis, InputError
+from bristle.excitation import PURPOSES, excite
+from bristle.friction import coulomb_viscous, lugre
+
+
+def planned(axis=STAGE, **given):
+    return excite(axis, rehearsed=False, **given)
+
+
+@given(
+    velocity=st.floats(1e-3, 2.0), acceleration=st.floats(0.05, 50.0), jerk=st.floats(1.0, 1e5),
+    stroke=st.floats(2e-3, 2.0), presliding=st.floats(1e-6, 4e-5), duration=st.floats(20.0, 120.0),
+)  # fmt: skip
+@settings(max_examples=15, deadline=None)
+def test_every_limit_is_kept_at_every_sample(velocity, acceleration, jerk, stroke, presliding, duration):
+    axis = replace(
+        STAGE, velocity_limit=velocity, acceleration_limit=acceleration, jerk_limit=jerk, stroke=(0.1, 0.1 + stroke),
+        presliding=presliding,
+    )  # fmt: skip
+    motion = planned(axis, duration=duration).motion
+    step = motion.sample_time
+    assert motion.position.min() >= 0.1
+    assert motion.position.max() <= 0.1 + stroke
+    assert np.abs(motion.velocity).max() <= velocity
+    assert np.abs(motion.acceleration).max() <= acceleration
+    assert np.abs(np.diff(motion.position)).max() <= velocity * step
+    assert np.abs(np.diff(motion.velocity)).max() <= acceleration * step
+    assert np.abs(np.diff(motion.acceleration)).max() <= jerk * step * (1.0 + 1e-6)
+
+
+@pytest.mark.parametrize("duration", [30.0, "60 s", "5 min"])
+def test_it_takes_about_as_long_as_it_may(duration):
+    seconds = {"60 s": 60.0, "5 min": 300.0}.get(duration, duration)
+    assert planned(duration=duration).motion.duration == pytest.approx(seconds, rel=0.05)
+
+
+def test_it_begins_and_ends_at_rest_in_the_middle_of_the_stroke():
+    motion = planned().motion
+    assert motion.position[[0, -1]] == pytest.approx(0.05, abs=1e-12)
+    assert motion.velocity[[0, -1]] == pytest.approx(0.0)
+    assert motion.time[1] - motion.time[0] == pytest.approx(1e-3)
+
+
+def test_loops_before_sliding_are_fourteen_pairs_behind_a_conditioning_slide():
+    pieces = planned(purposes="presliding").motion.pieces
+    assert [one.name for one in pieces[:2]] == ["conditioning slide", "decaying loops"]
+    pairs = pieces[2:]
+    assert len(pairs) == 14
+    assert {one.reference.values["cycle_count"] for one in pairs} == {2}
+    assert pairs[0].amplitude == pytest.approx(0.7e-6)
+    assert pairs[-1].amplitude == pytest.approx(6.8e-6, rel=0.01)
+    assert np.diff([one.amplitude for one in pairs]) == pytest.approx(0.467e-6, rel=0.02)
+    assert len({one.speed for one in pairs}) == 1
+    assert pieces[0].amplitude > 2.0 * pairs[-1].amplitude
+
+
+def test_break_away_has_several_rates_in_both_directions_each_after_a_rest():
+    ramps = [one for one in planned(purposes=["break-away"]).motion.pieces if one.name == "break-away ramp"]
+    assert len({one.speed for one in ramps}) == 3
+    assert sorted(np.sign([one.amplitude for one in ramps])) == [-1.0] * 3 + [1.0] * 3
+    assert all(one.rest > 0.1 for one in ramps)
+
+
+def test_sweeps_span_decades_of_velocity_up_to_the_limit():
+    sweeps = [one for one in planned(purposes="stribeck").motion.pieces if one.name == "constant velocity"]
+    speeds = np.array([one.speed for one in sweeps])
+    assert speeds.size >= 8
+    assert speeds.max() / speeds.min() > 1000.0
+    assert 0.8 * 0.3 < speeds.max() < 0.3
+    assert np.diff(np.log(speeds)) == pytest.approx(np.log(speeds[1] / speeds[0]))
+
+
+def test_the_chirp_passes_the_resonance_of_the_mass_on_the_contact():
+    friction = lugre(F_C=20.0, F_S=25.0, v_S=1e-3, sigma_0=4e6, sigma_1=1e3)
+    (piece,) = planned(purposes="damping", model=friction).motion.pieces
+    resonance = np.sqrt(4e6 / 28.0) / (2.0 * np.pi)
+    assert piece.reference.values["f_0"] < 0.5 * resonance
+    assert 1.2 * resonance < piece.reference.values["f_1"]
+
+
+def test_travel_bounds_it():
+    motion = planned(travel="20 mm").motion
+    assert np.ptp(motion.position) <= 0.02
+    assert np.ptp(motion.position) > 0.015
+
+
+def test_what_cannot_be_planned_is_left_out_with_the_reason():
+    found = planned(replace(STAGE, velocity_limit=None))
+    assert {one.purpose for one in found.motion.pieces} == set(PURPOSES) - {"stribeck"}
+    assert any("velocity under [limits]" in note for note in found.notes)
+
+
+def test_an_effort_limit_and_a_mass_serve_for_an_acceleration():
+    motion = planned(replace(STAGE, acceleration_limit=None)).motion
+    assert 28.0 * np.abs(motion.acceleration).max() < 0.5 * 700.0
+
+
+@pytest.mark.parametrize(
+    ("axis", "given", "told"),
+    [
+        (replace(STAGE, presliding=None), {"purposes": "presliding"}, "write presliding under"),
+        (replace(STAGE, resolution=3e-6), {"purposes": "presliding"}, "the encoder is too coarse"),
+        (replace(STAGE, stroke=None), {"purposes": "stribeck"}, "stroke under"),
+        (replace(STAGE, mass=None), {"purposes": "damping"}, "moving mass"),
+        (replace(STAGE, sample_time=0.02), {"purposes": "damping"}, "too long for a resonance"),
+        (Axis(), {}, "cannot be planned"),
+        (STAGE, {"purposes": "stribek"}, "Did you mean 'stribeck'"),
+        (STAGE, {"travel": "1 m"}, "more than the stroke"),
+        (STAGE, {"travel": "-1 mm"}, "must be positive"),
+        (STAGE, {"duration": "1 s"}, "at least 2 s"),
+        (STAGE, {"duration": 1e5}, "samples"),
+        (STAGE, {"model": 3}, "a friction model or a model file"),
+        (STAGE, {"model": coulomb_viscous(F_C="1 N*m", F_v=0.0)}, "rotational"),
+        (3, {}, "an axis or its file"),
+    ],
+)
+def test_what_does_not_serve_is_refused_with_what_to_do(axis, given, told):
+    with pytest.raises(InputError, match=told):
+        planned(axis, **given)
+
+
+def test_without_all_that_is_too_long_it_takes_less():
+    assert planned(duration=6.0, purposes="break-away").motion.duration == pytest.approx(6.0, rel=0.15)
+
+
+def test_too_short_a_time_is_said():
+    found = planned(duration=4.0)
+    assert any("instead of 4 s" in note for note in found.notes)
+
+
+def test_units_of_a_rotational_axis():
+    axis = replace(STAGE, kind="rotational", mass=1e-3, effort_limit=2.0, stroke=(-3.0, 3.0), velocity_limit=30.0,
+                   acceleration_limit=500.0, jerk_limit=None, presliding=1e-3, resolution=1e-5)  # fmt: skip
+    found = planned(axis, duration="30 s")
+    assert found.motion.kind == "rotational"
+    assert {one.reference.kind for one in found.motion.pieces} == {"rotational"}

@@ -1,0 +1,79 @@
+"""A motion as CSV: in the units of the axis, read back as it was written."""
+
+import numpy as np
+import pytest
+
+from bristle.files import read_log
+from bristle.files.axis import axis_from
+from bristle.files.motion import motion_columns, write_motion
+
+T = 1e-3 * np.arange(2000)
+X = 0.01 * np.sin(2.0 * np.pi * T) ** 3
+SIGNALS = {
+    "time": T,
+    "position": X,
+    "velocity": np.gradient(X, T),
+    "acceleration": np.gradient(np.gradient(X, T), T),
+}
+
+AXES = {
+    "millimetres": {
+        "columns": {
+            "time": {"column": "t", "unit": "ms"},
+            "position": {"column": "q", "unit": "mm"},
+            "reference": {"column": "soll", "unit": "mm"},
+        }
+    },
+    "counts, turned round": {
+        "columns": {"time": "t", "position": {"column": "Position [count]", "unit": "count", "sign": -1}},
+        "encoder": {"resolution": "0.01 um"},
+    },
+    "turns of the motor": {
+        "columns": {
+            "time": "t",
+            "position": {"column": "angle", "unit": "rev", "side": "motor"},
+            "velocity": {"column": "speed", "unit": "rpm", "side": "motor"},
+        },
+        "transmission": {"gear_ratio": 2.0, "lead": "10 mm"},
+    },
+}
+
+
+@pytest.mark.parametrize("name", AXES)
+def test_a_motion_comes_back_as_it_was_written(name, tmp_path):
+    axis = axis_from({"schema": 1, "kind": "translational", **AXES[name]})
+    write_motion(tmp_path / "motion.csv", axis, SIGNALS)
+    head = (tmp_path / "motion.csv").read_text().splitlines()[0].split(",")
+    columns = {
+        "time": {"column": head[0].split(" [")[0]},
+        "position": {**AXES[name]["columns"]["position"], "column": head[1].split(" [")[0]},
+        "velocity": AXES[name]["columns"].get("velocity"),
+    }
+    again = axis_from({
+        "schema": 1, "kind": "translational", **AXES[name],
+        "columns": {key: one for key, one in columns.items() if one},
+    })  # fmt: skip
+    log = read_log(tmp_path / "motion.csv", again)
+    assert log.sample_time == pytest.approx(1e-3)
+    assert log.position.values == pytest.approx(X, abs=1e-12)
+    if log.velocity is not None:
+        assert log.velocity.values == pytest.approx(SIGNALS["velocity"], abs=1e-9)
+
+
+def test_heads_say_name_and_unit():
+    heads = {name: head for name, (head, _) in motion_columns(axis_from({
+        "schema": 1, "kind": "translational", **AXES["millimetres"]
+    })).items()}  # fmt: skip
+    assert heads == {
+        "time": "t [ms]",
+        "position": "soll [mm]",
+        "velocity": "velocity [mm/s]",
+        "acceleration": "acceleration [mm/s^2]",
+    }
+
+
+def test_an_axis_without_columns_has_si():
+    from bristle.core import Axis
+
+    heads = [head for head, _ in motion_columns(Axis(kind="rotational")).values()]
+    assert heads == ["time [s]", "position [rad]", "velocity [rad/s]", "acceleration [rad/s^2]"]

@@ -1,0 +1,182 @@
+"""Experiments found in logs: those that were designed are recognised, and measured logs are what their papers say."""
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from tests.excitation.axes import STAGE
+from tests.identification.known_logs import Motion, log_of, sines
+
+from bristle.core import Axis
+from bristle.excitation import excite
+from bristle.excitation.rehearsal import recorded
+from bristle.files import read_axis, read_log
+from bristle.files.axis import axis_from
+from bristle.logs.legs import turning_points
+from bristle.logs.passages import nesting, passages
+
+EXPECTED = {
+    "decaying loops": "loops",
+    "triangles": "loops",
+    "break-away ramp": "break_away",
+    "chirp": "chirp",
+    "constant velocity": "constant_velocity",
+}
+
+
+def designed(axis, **asked):
+    found = excite(axis, rehearsed=False, **asked)
+    log, _, _ = recorded(found.motion, axis, found.prior)
+    return found.motion, log
+
+
+@pytest.fixture(scope="module")
+def stage():
+    motion, log = designed(replace(STAGE, resolution=0.02e-6, sample_time=5e-4, jerk_limit=None))
+    return motion, log, passages(log, STAGE)
+
+
+def share_of(kind, begin, end, found):
+    """The share of a time that passages of a kind cover."""
+    covered = sum(
+        max(min(one.end, end) - max(one.begin, begin), 0.0) for one in found if one.kind == kind
+    )  # fmt: skip
+    return covered / (end - begin)
+
+
+@pytest.mark.parametrize("name", EXPECTED)
+def test_what_was_designed_is_recognised(stage, name):
+    motion, _, found = stage
+    shares = [
+        share_of(EXPECTED[name], begin, begin + piece.duration, found)
+        for piece, begin in zip(motion.pieces, motion.begins, strict=True)
+        if piece.name == name
+    ]
+    assert shares
+    assert np.mean(shares) > 0.85
+
+
+def test_amplitudes_speeds_and_nesting_are_those_that_were_designed(stage):
+    motion, _, found = stage
+    loops = max((one for one in found if one.kind == "loops"), key=lambda one: one.legs)
+    assert loops.amplitudes[1] == pytest.approx(6.8e-6, rel=0.03)
+    assert 14 <= loops.levels <= 24
+    assert loops.depth >= 9  # the decaying loops: ten turning points, each inside the one before
+    (chirp,) = (one for one in found if one.kind == "chirp")
+    (piece,) = (one for one in motion.pieces if one.name == "chirp")
+    assert chirp.frequencies == pytest.approx((piece.reference.values["f_0"], piece.reference.values["f_1"]), rel=0.2)
+    slides = [one for one in found if one.kind == "constant_velocity"]
+    assert max(one.speeds[1] for one in slides) == pytest.approx(max(one.speed for one in motion.pieces), rel=0.05)
+
+
+def test_rests_and_passages_share_the_log_between_them(stage):
+    _, log, found = stage
+    taken = np.zeros(len(log), dtype=int)
+    for one in found:
+        taken[one.samples] += 1
+    assert np.mean(taken == 0) < 0.01
+    assert np.mean(taken > 1) < 0.01
+
+
+def test_a_coarse_encoder_still_shows_the_loops():
+    motion, log = designed(STAGE, duration="30 s", purposes="presliding")
+    triangles = [k for k, one in enumerate(motion.pieces) if one.name == "triangles"]
+    found = passages(log, STAGE)
+    assert share_of("loops", motion.begins[triangles[4]], motion.duration - motion.rest, found) > 0.9
+
+
+def test_without_an_effort_the_presliding_distance_tells_loops_from_slides():
+    motion, log = designed(STAGE, duration="40 s", purposes="presliding,stribeck")
+    found = passages(replace(log, effort=None), STAGE)
+    first = next(
+        begin for one, begin in zip(motion.pieces, motion.begins, strict=True) if one.name == "constant velocity"
+    )
+    assert share_of("constant_velocity", first, motion.duration, found) > 0.8
+    assert share_of("loops", 4.0, first, found) > 0.8
+
+
+def test_a_sine_is_an_oscillation_of_one_frequency():
+    t = 1e-3 * np.arange(20_000)
+    x = 0.01 * np.sin(2.0 * np.pi * 2.0 * t)
+    (found,) = passages(log_of(Motion(t, x, np.gradient(x, t), 0.0 * t), np.sign(np.gradient(x)), step=1e-6))
+    assert found.kind == "oscillation"
+    assert found.frequencies == pytest.approx((2.0, 2.0), rel=0.02)
+    assert found.legs == pytest.approx(80, abs=1)
+
+
+def test_sines_mixed_are_moves():
+    motion = sines(20.0)
+    kinds = {one.kind for one in passages(log_of(motion, np.sign(motion.velocity), step=1e-6))}
+    assert "moves" in kinds
+    assert not kinds & {"loops", "break_away", "chirp", "oscillation"}
+
+
+def test_nothing_is_found_where_nothing_moves():
+    t = 1e-3 * np.arange(5000)
+    (found,) = passages(log_of(Motion(t, 0.0 * t, 0.0 * t, 0.0 * t), 0.0 * t), Axis(resolution=1e-6))
+    assert found.kind == "rest"
+
+
+@pytest.mark.parametrize("noise", [0.0, 2e-7])
+def test_a_rest_with_noise_is_a_rest(noise):
+    t = 1e-3 * np.arange(6000)
+    x = np.interp(t, [0.0, 2.0, 4.0, 6.0], [0.0, 0.0, 0.1, 0.1])
+    x += noise * np.random.default_rng(3).standard_normal(t.size)
+    found = passages(log_of(Motion(t, x, 0.0 * t, 0.0 * t), np.sign(np.gradient(x, t))), Axis(resolution=1e-8))
+    assert [one.kind for one in found] == ["rest", "constant_velocity", "rest"]
+    assert [one.begin for one in found] == pytest.approx([0.0, 2.0, 4.0], abs=0.02)
+
+
+@given(st.lists(st.floats(-1.0, 1.0), min_size=3, max_size=60), st.floats(1e-3, 0.5))
+def test_turning_points_alternate_and_lie_more_than_a_grain_apart(values, grain):
+    x = np.array(values)
+    heights = x[turning_points(x, grain)]
+    steps = np.diff(heights)
+    assert np.all(np.abs(steps) > grain)
+    assert np.all(steps[1:] * steps[:-1] < 0.0)
+
+
+@given(st.lists(st.integers(-50, 50), min_size=1, max_size=40))
+def test_a_contact_remembers_no_more_than_it_was_shown(points):
+    depth = nesting(points)
+    assert 1 <= depth <= len(points)
+    # A move further out than any before leaves nothing but itself and where it came from.
+    assert nesting([*points, 1000, -1001, 1002]) == max(depth, nesting([*points, 1000]))
+
+
+@pytest.mark.measured
+def test_emps_is_ordinary_moves():
+    axis = read_axis(Path(__file__).parents[2] / "examples/emps/axis.toml")
+    (found,) = passages(read_log(record("emps/DATA_EMPS.mat"), axis), axis)
+    assert found.kind == "moves"
+    assert found.legs == 8
+    assert found.amplitudes[1] == pytest.approx(0.2464 / 2.0, rel=0.001)
+    assert found.levels == 1
+
+
+@pytest.mark.measured
+def test_the_tribometer_breaks_away_from_rest_again_and_again():
+    columns = {
+        "time": {"column": "Time", "unit": "s"},
+        "position": {"column": "Position", "unit": "mm"},
+        "effort": {"column": "Friction", "unit": "uN", "sign": -1},
+    }
+    axis = axis_from({"schema": 1, "kind": "translational", "columns": columns})
+    found = passages(read_log(record("tribometer/test_data_2.txt"), axis), axis)
+    strokes = [one for one in found if one.kind == "break_away" and 12.0 < one.begin < 205.0]
+    assert len(strokes) == pytest.approx(2 * 48, abs=2)
+    assert np.median([one.amplitudes[1] for one in strokes]) == pytest.approx(0.5 * 229.6e-6, rel=0.02)
+    resting = sum(one.end - one.begin for one in found if one.kind == "rest" and 12.0 < one.begin < 205.0)
+    assert resting / (205.0 - 12.0) == pytest.approx(0.5, abs=0.03)
+
+
+def record(name):
+    if not os.environ.get("BRISTLE_DATA"):
+        pytest.skip("BRISTLE_DATA names no folder with measured logs")
+    path = Path(os.environ["BRISTLE_DATA"]) / name
+    assert path.is_file(), path
+    return path

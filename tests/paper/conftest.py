@@ -1,0 +1,27 @@
+"""The figures of the source paper, reproduced once for all tests of this folder."""
+
+import pytest
+
+from bristle.engine import compilation
+from bristle.paper import EXPERIMENTS, FIGURES, reproduce
+from bristle.paper.setting import read_setting
+
+
+@pytest.fixture(scope="session")
+def entries():
+    """The compiled entries that the figures run, whatever other tests have used before."""
+    return {}
+
+
+@pytest.fixture(scope="session")
+def paper(entries):
+    """Every figure by its number."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(compilation, "_entries", entries)
+        return {one.number: one for one in reproduce(FIGURES)}
+
+
+@pytest.fixture(scope="session")
+def setting():
+    """A function that returns the experiment of a figure."""
+    return lambda number: read_setting(EXPERIMENTS / f"fig_{number:02d}.toml")

@@ -1,0 +1,119 @@
+"""The loop of Set A designed: what its margins are, what is refused, what limits it, and what goes past it."""
+
+import re
+from dataclasses import replace
+from functools import cache
+from importlib.resources import files
+
+import pytest
+from tests.docs.conftest import ROOT
+
+from bristle.files import read_experiment
+from bristle.loop_design import error_budget, proposals_for
+from bristle.simulation import simulate
+from bristle.stability import Verdict, assess, remarks, runnable, sentence
+
+EXPERIMENTS = files("bristle.paper") / "experiments"
+SET_A = EXPERIMENTS / "set_a.toml"
+
+
+@cache
+def loops():
+    return {one.name: one for one in read_experiment(SET_A).variants}
+
+
+def delayed(delay, name="paper"):
+    return replace(loops()[name], run=replace(loops()[name].run, delay=delay))
+
+
+@pytest.mark.parametrize(
+    ("delay", "outside", "inside", "radius"),
+    [(0, 41.5, 30.8, 0.886), (1, 21.1, 3.6, 0.986), (2, 0.8, -23.5, 1.062), (3, -19.5, -50.6, 1.096)],
+)
+def test_margins_of_set_a_by_its_file(delay, outside, inside, radius):
+    small, large = assess(delayed(delay)).bare
+    assert large.margins.phase == pytest.approx(outside, abs=1.0)
+    assert small.margins.phase == pytest.approx(inside, abs=1.0)
+    assert small.loop.spectral_radius == pytest.approx(radius, abs=1e-3)
+
+
+def test_the_page_on_design_tells_these_margins():
+    page = (ROOT / "docs" / "how-to" / "design-a-loop.md").read_text().replace("−", "-")
+    rows = re.findall(r"^\| (\d) \| (-?[\d.]+)° \| (-?[\d.]+)° \| ([\d.]+) \|", page, re.MULTILINE)
+    assert len(rows) == 4
+    for delay, *told in rows:
+        small, large = assess(delayed(int(delay))).bare
+        found = (large.margins.phase, small.margins.phase, small.loop.spectral_radius)
+        assert [round(found[0], 1), round(found[1], 1), round(found[2], 3)] == [float(one) for one in told]
+
+
+def test_two_samples_are_flagged_inside_the_layer_and_three_are_refused():
+    experiment = replace(
+        read_experiment(SET_A),
+        variants=tuple(replace(delayed(delay), name=str(delay)) for delay in range(4)),
+    )
+    kept, judged = runnable(experiment)
+    assert [one.name for one in kept.variants] == ["0", "1", "2"]
+    assert judged["2"].verdict is Verdict.OSCILLATES
+    assert "pole at 1.062: two samples of delay" in sentence(judged["2"])
+    assert "pole at 1.096: three samples of delay" in sentence(judged["3"])
+
+
+def test_two_samples_of_delay_degrade_and_three_diverge_as_their_poles_say():
+    # Past the refusal: what is named before the simulation is what the simulation does.
+    found = {}
+    for delay in (1, 2, 3):
+        one = delayed(delay, "identified")
+        found[delay] = replace(one, name=str(delay), run=replace(one.run, duration=10.0, seeds=1))
+    result = simulate(replace(read_experiment(SET_A), variants=tuple(found.values())))
+    error = [result.variants[str(delay)].following_error.peak_to_peak for delay in (1, 2, 3)]
+    assert 1.8 * error[0] < error[1]
+    assert 10.0 * error[1] < error[2] or not error[2] < 1.0
+
+
+@cache
+def low_gain(name):
+    variants = read_experiment(EXPERIMENTS / "low_gain.toml").variants
+    found = next(one for one in variants if one.name == name)
+    return replace(found, run=replace(found.run, duration=14.0, seeds=1))
+
+
+def measured_is_warned_of(variant):
+    return any("along the measured motion" in text for text in remarks(assess(variant)))
+
+
+def test_friction_fed_forward_along_the_measured_motion_is_warned_of_at_low_gain():
+    assert [measured_is_warned_of(low_gain(name)) for name in ("none", "desired", "measured")] == [False, False, True]
+    high = loops()["paper"]
+    assert not measured_is_warned_of(replace(high, feedforward=replace(high.feedforward, along="measured")))
+
+
+def test_the_design_of_a_loop_of_low_gain_shows_what_the_desired_motion_gains():
+    present, desired, *_ = proposals_for(low_gain("measured"))
+    assert (present.name, desired.name) == ("as it is", "along the desired motion")
+    assert present.following_error.peak_to_peak > 1.6 * desired.following_error.peak_to_peak
+
+
+def test_more_than_the_stiffness_there_is_cannot_be_taken_away():
+    one = low_gain("measured")
+    too_much = replace(one, feedforward=replace(one.feedforward, gain=1.5))
+    found = assess(too_much)
+    assert found.verdict is Verdict.OSCILLATES
+    assert "takes away more stiffness than the axis has" in sentence(found)
+
+
+def test_the_error_budget_of_the_paper_s_compensator():
+    budget = error_budget(replace(loops()["paper"], run=replace(loops()["paper"].run, duration=12.0, seeds=1)))
+    alone = {one.cause: one.alone.peak_to_peak for one in budget.entries}
+    assert set(alone) == {"amplitude", "shape", "asymmetry", "irregularity", "encoder", "delay"}
+    # Amplitude and encoder dominate; the shape of the loops hardly matters.
+    assert min(alone["amplitude"], alone["encoder"]) > 1.5 * max(alone["shape"], alone["irregularity"], alone["delay"])
+    assert budget.nothing.peak_to_peak < 0.01e-6
+
+
+def test_an_observer_with_margins_goes_past_the_paper():
+    one = replace(loops()["paper"], run=replace(loops()["paper"].run, duration=10.0, seeds=1))
+    proposed = {each.name: each for each in proposals_for(one)}
+    present, observer = proposed["as it is"], proposed["with an observer"]
+    assert observer.following_error.peak_to_peak < 0.7 * present.following_error.peak_to_peak
+    assert min(point.margins.phase for point in observer.assessment.bare) >= 40.0

@@ -1,0 +1,152 @@
+"""What the figures of the source paper show here, and that a reader can read them."""
+
+import re
+
+import numpy as np
+import pytest
+from tests.figures.test_figures import assert_legible
+from tests.figures.test_figures import test_lines_with_a_name_differ_without_colour as lines_differ_without_colour
+
+from bristle.paper import FIGURES
+
+WITHOUT_AXES, WITHOUT_UNIT = {7}, {"Branches measured"}
+
+
+def drawings(one):
+    return [one.draw(), *(draw() for draw, _, _ in one.extras.values())]
+
+
+@pytest.mark.parametrize("number", FIGURES)
+def test_every_figure_is_legible_in_grey_too_and_its_axes_have_units(number, paper):
+    for figure in drawings(paper[number]):
+        assert_legible(figure)
+        lines_differ_without_colour(figure)
+        for axes in figure.axes if number not in WITHOUT_AXES else ():
+            assert axes.get_ylabel() or not any(tick.label1.get_visible() for tick in axes.yaxis.get_major_ticks())
+            for label in (axes.get_xlabel(), axes.get_ylabel()):
+                assert not label or label in WITHOUT_UNIT or re.search(r"\[[^\]]+\]$", label), label
+
+
+@pytest.mark.parametrize("number", FIGURES)
+def test_every_figure_tells_what_the_paper_says_and_what_was_found(number, paper):
+    one = paper[number]
+    assert len(one.words.said) > 40
+    assert len(one.words.differs) > 40
+    assert one.words.claim.endswith(".")
+    assert one.found
+    assert one.numbers
+
+
+def test_1_lugre_and_the_printed_model_leave_the_loop_open_and_the_gate_closes_it(paper):
+    missing = paper[1].numbers["missing_at_return"]
+    assert missing["LuGre"] < missing["equations (5)–(7)"] < -0.15
+    assert abs(missing["virtual rig"]) < 0.02
+    assert abs(missing["with a gate"]) < 1e-9
+    assert paper[1].verdict == "holds"
+
+
+def test_2_the_printed_model_drifts_a_sixth_more_than_lugre(paper):
+    drift = paper[2].numbers["drift_per_cycle"]
+    assert drift["equations (5)–(7)"] / drift["LuGre"] == pytest.approx(1.17, abs=0.02)
+
+
+def test_3_rig_and_gate_go_round_closed_orbits(paper):
+    assert max(paper[3].numbers["share_of_the_orbit"].values()) < 0.02
+    assert paper[3].numbers["share_of_the_orbit"]["with a gate"] < 1e-4
+
+
+def test_4_the_sums_are_the_operator_once_corrected(paper):
+    numbers = {name: np.array(values) for name, values in paper[4].numbers.items()}
+    assert np.max(np.abs(numbers["by_corrected_sums"] - numbers["torque"])) < 1e-15
+    assert np.max(np.abs(numbers["by_printed_sums"] - numbers["torque"])) > 0.02
+
+
+def test_5_the_loops_are_uneven_and_do_not_repeat(paper):
+    bottom, top = paper[5].numbers["largest_loop"]
+    assert top > 1.5 * abs(bottom)
+    assert 1e-3 < np.ptp(paper[5].numbers["forward_tips"]) < 0.15 * top
+
+
+def test_6_measuring_more_pays_only_where_loops_repeat_themselves(paper):
+    numbers = paper[6].numbers
+    noisy, still = numbers["error_percent"], numbers["error_percent_without_scatter"]
+    assert numbers["branches"] == [1, 2, 5, 10, 100]
+    # The claim of economy: two numbers from one branch are as good as a surface from a hundred.
+    assert noisy["reformed Dahl"][0] < 1.2 * noisy["tabulated surface"][-1]
+    # But an operator fitted to the same branch is better, and at the limit that the rig itself sets.
+    assert noisy["Prandtl-Ishlinskii"][0] < 0.95 * noisy["reformed Dahl"][0]
+    assert noisy["Prandtl-Ishlinskii"][-1] < 1.5 * numbers["scatter_percent"]
+    assert np.isnan(noisy["tabulated surface"][0])
+    # On a rig without scatter the surface gains from every branch, and a fixed form does not.
+    assert np.all(np.diff(still["tabulated surface"][1:]) < 0.0)
+    assert still["tabulated surface"][-1] < 0.5 * still["reformed Dahl"][-1]
+    assert still["reformed Dahl"][-1] == pytest.approx(still["reformed Dahl"][0], rel=0.1)
+
+
+def test_6_the_models_of_the_other_figures_have_the_stiffness_and_saturation_found_here(paper, setting):
+    for number in (1, 2, 8, 10):
+        values = setting(number).contacts["equations (5)–(7)"].values
+        assert values["s"] == pytest.approx(paper[6].numbers["s"], rel=0.03)
+        assert values["f_p"] == pytest.approx(paper[6].numbers["f_p"], rel=0.03)
+
+
+def test_8_the_rig_breaks_away_near_7_um_and_the_printed_model_far_later(paper):
+    at = paper[8].numbers["position_at_95_percent"]
+    assert at["virtual rig"] == pytest.approx(7e-6, rel=0.1)
+    assert np.isnan(at["equations (5)–(7)"])
+    assert at["with a gate"] < 7e-6
+
+
+def test_9_and_10_loops_are_wiped_out_by_the_operator_and_not_over_the_position(paper):
+    missing = paper[9].numbers["missing_at_return"] | paper[10].numbers["missing_at_return"]
+    for name in ("without its scatter", "100 branches, over z"):
+        assert max(map(abs, missing[name].values())) < 1e-3
+    assert missing["equations (5)–(7)"]["B"] < -0.1
+    assert missing["(16) and (17) alone"]["B"] < -0.15
+    assert abs(missing["with a gate"]["B"]) < 0.02
+    assert abs(missing["virtual rig"]["B"]) < 0.1
+
+
+def test_7_the_scheme_is_drawn_from_the_experiment(paper):
+    texts = " ".join(one.get_text() for one in paper[7].draw().axes[0].texts)
+    for part in ("sliding mode", "maxwell_stribeck+asymmetry", "30 elements", "125 nm", "gain 0.64", "M = 632 kg"):
+        assert part in texts
+
+
+def test_11_the_table_is_nearer_to_the_command_with_the_compensator(paper):
+    true = paper[11].numbers["true_error"]
+    assert true["none"] == pytest.approx(1.35e-6, abs=0.05e-6)
+    assert true["paper"] == pytest.approx(0.60e-6, abs=0.05e-6)
+    assert paper[11].numbers["amplitude"] < 7e-6
+
+
+def test_12_the_error_falls_by_half_and_by_more_with_a_compensator_that_is_identified(paper):
+    peak = paper[12].numbers["peak_to_peak"]
+    assert peak["none"] == pytest.approx(1.46e-6, abs=0.05e-6)
+    assert peak["paper"] == pytest.approx(0.69e-6, abs=0.05e-6)
+    assert 1.0 - peak["paper"] / peak["none"] == pytest.approx(1.0 - 0.69 / 1.46, abs=0.03)
+    assert 1.0 - peak["identified"] / peak["none"] > 0.7
+    assert peak["observer_feedforward"] <= 0.40e-6
+    assert paper[12].verdict == "holds"
+
+
+def test_12_forward_motion_is_the_worse(paper):
+    assert all(ratio > 1.2 for ratio in paper[12].numbers["forward_over_backward"].values())
+
+
+def test_13_the_range_and_the_mean_are_those_printed_once_read_right(paper):
+    before, after = (paper[13].numbers[name] for name in ("none", "paper"))
+    assert (before["min"], before["max"]) == pytest.approx((-0.4e-6, 1.0e-6), abs=0.1e-6)
+    assert (after["min"], after["max"]) == pytest.approx((-0.2e-6, 0.49e-6), abs=0.05e-6)
+    assert (before["mean"], after["mean"]) == pytest.approx((0.23e-6, 0.15e-6), abs=0.03e-6)
+    # As printed: 2.3 um lies outside the range, and 1.1 um is no peak-to-peak value of 0.69 um.
+    assert before["max"] < 2.3e-6
+    assert after["max"] - after["min"] < 0.8e-6
+    assert after["std"] < 0.5 * (0.9e-6 + 0.2e-6)
+
+
+def test_14_the_effort_hardly_grows(paper):
+    rms = paper[14].numbers["rms"]
+    assert 1.0 < rms["paper"] / rms["none"] < 1.05
+    # A count of the encoder over the sample time, times the gain, exceeds break-away: most of it is chatter.
+    assert paper[14].numbers["peak"]["none"] > 0.1

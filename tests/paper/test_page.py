@@ -1,0 +1,67 @@
+"""The report of the source paper: one page, each figure beside the words of the paper, no outside request."""
+
+import json
+import re
+
+import pytest
+from tests.report.pages import Page
+
+from bristle.files.summary import as_json
+from bristle.paper import FIGURES, paper_report, paper_summary
+from bristle.paper.errata import ERRATA
+
+
+@pytest.fixture(scope="module")
+def html(paper):
+    return paper_report(list(paper.values()), command="bristle paper", provenance={"bristle": "0"})
+
+
+def test_each_figure_stands_beside_what_the_paper_says_and_what_was_found(html, paper):
+    page = Page(html)
+    assert page.unbalanced == []
+    ids = [one["id"] for one in page.named("figure")]
+    assert [one for one in ids if one.startswith("fig-")] == [f"fig-{number}" for number in FIGURES]
+    assert len(ids) == len(set(ids))
+    for one in paper.values():
+        assert " ".join(one.words.said.split()) in page.words
+        assert " ".join(one.words.differs.split()) in page.words
+        assert one.verdict in page.words
+
+
+def test_all_identifiers_are_used_once(html):
+    ids = re.findall(r'\bid="([^"]+)"', html)
+    assert len(ids) == len(set(ids))
+    for used in re.findall(r'(?:href="#|url\(#)([^")]+)', html):
+        assert used in ids
+
+
+def test_it_asks_for_nothing_from_outside(html):
+    addresses = set(re.findall(r"""(?:src|href)=["']([^"'#][^"']*)""", html)) | set(
+        re.findall(r"url\((?!#)[^)]*\)", html)
+    )
+    assert addresses == set()
+    assert "<script" not in html
+    # Names of namespaces are no addresses that are asked for.
+    assert set(re.findall(r"https?://[^\s\"'<)]+", html)) <= {
+        "http://www.w3.org/2000/svg",
+        "http://www.w3.org/1999/xlink",
+    }
+
+
+def test_every_erratum_is_told(html):
+    words = Page(html).words
+    for one in ERRATA:
+        assert " ".join(one.correct.split()) in words
+
+
+def test_the_numbers_are_plain_json(paper):
+    data = json.loads(as_json(paper_summary(list(paper.values()), provenance={})))
+    assert list(data["figures"]) == [str(number) for number in FIGURES]
+    for one in data["figures"].values():
+        assert set(one) == {"title", "claim", "verdict", "found", "numbers", "experiment"}
+    assert data["figures"]["6"]["numbers"]["error_percent"]["tabulated surface"][0] is None
+
+
+def test_the_whole_paper_needs_few_entries(paper, entries):
+    assert len(paper) == len(FIGURES) == 14
+    assert 10 < len(entries) <= 40

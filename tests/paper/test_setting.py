@@ -1,0 +1,154 @@
+"""Experiments on a contact: what the files say is what is moved, and a bad file says where."""
+
+import numpy as np
+import pytest
+
+from bristle import friction, response
+from bristle.core.errors import InputError
+from bristle.files import read_experiment
+from bristle.paper import EXPERIMENTS, reproduce, write_experiments
+from bristle.paper.setting import read_setting
+from bristle.paper.sums import summed
+from bristle.paper.tracking import DivergedError
+from bristle.paper.walk import follow, walk
+
+
+def written(folder, text, name="fig_01.toml"):
+    path = folder / name
+    path.write_text(text)
+    return path
+
+
+def changed(folder, old, new, name="fig_01.toml"):
+    write_experiments(folder)
+    path = folder / name
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new), encoding="utf-8")
+    return path
+
+
+def test_lengths_are_those_of_the_table_and_torques_those_of_the_screw(tmp_path):
+    path = written(tmp_path, 'schema = 1\nlead = "10 mm"\n[path]\nturns = ["1 um"]\n[torque]\nlow = "3 mN*m"\n')
+    found = read_setting(path)
+    assert found.arm == pytest.approx(0.01 / (2.0 * np.pi))
+    assert found["path", "turns"] == pytest.approx([1e-6])
+    assert found["torque", "low"] == pytest.approx(3e-3)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("schema = 1", "", "schema"),
+        ("turns = [", "turn = [", "path.turn"),
+        ('"2 um/s"', '"2 mN*m"', "path.speed"),
+        ('["3 um", "1.5 um", "3 um", "5 um"]', '"3 um"', "path.turns"),
+        ('["3 um", "1.5 um", "3 um", "5 um"]', '["3 um", "1.5 um"]', "path.turns"),
+        ('["3 um", "1.5 um", "3 um", "5 um"]', '["3 um", "x"]', "path.turns[1]"),
+        ('model = "lugre"', 'model = "lugra"', "contact.LuGre.model"),
+        ('file = "set_a_rig.toml"', 'file = "no_rig.toml"', "no_rig.toml"),
+        ("[path]", "[way]", "way"),
+    ],
+)
+def test_a_bad_file_is_told_with_its_place(old, new, said, tmp_path):
+    path = changed(tmp_path, old, new)
+    with pytest.raises(InputError, match=said.replace("[", r"\[").replace(".", r"\.")) as caught:
+        reproduce([1], folder=tmp_path)
+    assert str(path.parent) in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("number", "old", "new", "said"),
+    [
+        (2, '[plant]\nmodel = "inertia"\nM = "631.65 kg"', "", "plant"),
+        (2, 'low = "12.3 mN*m"', 'low = "30 mN*m"', "torque"),
+        (4, '"-2.5 um"', '"5 um"', "path.turns"),
+        (5, '[contact."virtual rig"]', "[contact.rig]", "virtual rig"),
+        (9, '"4.5 um", "6 um"', '"4.5 um", "6.1 um"', "path.turns"),
+    ],
+)
+def test_an_experiment_says_what_it_needs(number, old, new, said, tmp_path):
+    changed(tmp_path, old, new, f"fig_{number:02d}.toml")
+    with pytest.raises(InputError, match=said):
+        reproduce([number], folder=tmp_path)
+
+
+def test_a_changed_experiment_gives_another_result(tmp_path):
+    changed(tmp_path, 'file = "set_a_rig.toml"', 'file = "set_a_rig.toml"\nscatter = 0.0')
+    missing = reproduce([1], folder=tmp_path)[0].numbers["missing_at_return"]
+    assert abs(missing["virtual rig"]) < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("[compare.paper.controller.feedforward]", "[compare.other.controller.feedforward]", "compare.paper"),
+        ("seeds = 6", "seeds = x", "set_a.toml"),
+        ('file = "set_a_rig.toml"', 'file = "nowhere.toml"', "nowhere.toml"),
+    ],
+)
+def test_a_tracking_experiment_that_is_not_one_is_refused(old, new, said, tmp_path):
+    changed(tmp_path, old, new, "set_a.toml")
+    with pytest.raises(InputError, match=said):
+        reproduce([11], folder=tmp_path)
+
+
+def test_a_loop_that_diverges_is_a_no_with_its_name(tmp_path):
+    text = changed(tmp_path, "delay = 1", "delay = 9", "set_a.toml").read_text(encoding="utf-8")
+    (tmp_path / "set_a.toml").write_text(text.replace("seeds = 6", "seeds = 1"), encoding="utf-8")
+    with pytest.raises(DivergedError, match=r"compare\.none") as caught:
+        reproduce([14], folder=tmp_path)
+    assert caught.value.exit_code == 1
+
+
+def test_the_files_handed_out_are_complete(tmp_path):
+    write_experiments(tmp_path)
+    for name in ("set_a", "set_b"):
+        assert [one.name for one in read_experiment(tmp_path / f"{name}.toml").variants][:2] == ["none", "paper"]
+
+
+def test_what_the_paper_has_not_is_refused():
+    with pytest.raises(InputError, match="no such figure"):
+        reproduce([15])
+
+
+def test_files_of_ones_own_are_kept(tmp_path):
+    names = {one.name for one in write_experiments(tmp_path / "mine")}
+    assert names == {one.name for one in EXPERIMENTS.glob("*.toml")}
+    (tmp_path / "mine" / "set_a_rig.toml").write_text("mine")
+    with pytest.raises(InputError, match="--force"):
+        write_experiments(tmp_path / "mine")
+    assert (tmp_path / "mine" / "set_a_rig.toml").read_text() == "mine"
+    write_experiments(tmp_path / "mine", force=True)
+    assert (tmp_path / "mine" / "set_a_rig.toml").read_text() != "mine"
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match="file"):
+        write_experiments(tmp_path / "file")
+
+
+def test_a_walk_knows_where_it_turned():
+    spring = friction.lugre(F_C=1e6, F_S=1e6, v_S=1.0, sigma_0=1e7)
+    done = walk(spring, [2e-6, -1e-6, -1e-6], 1e-6, 1e-3)
+    assert done.x[done.turns] == pytest.approx([2e-6, -1e-6, -1e-6], rel=1e-12)
+    assert done.at_turns == pytest.approx(1e4 * np.array([2e-6, -1e-6, -1e-6]), rel=1e-4)
+    x, torque = done.leg(1)
+    assert (x[0], x[-1]) == pytest.approx((2e-6, -1e-6))
+    assert np.all(np.diff(x) < 0.0)
+    assert np.all(np.diff(torque) < 0.0)
+
+
+def test_an_operator_is_led_like_a_contact(setting):
+    operator = setting(4).operators["f_h"]
+    values = {name: operator.values[name] for name in ("kernel", "s", "f_p")}
+    model = friction.preisach_contact(**values)
+    turns = [3e-6, -1e-6, 2e-6]
+    led, followed = walk(model, turns, 1e-6, 8e-4), follow(operator, turns, 8e-4)
+    assert led.at_turns == pytest.approx(followed.at_turns, rel=1e-9)
+
+
+def test_sums_need_no_more_than_the_extremes(setting):
+    operator = setting(4).operators["f_h"]
+    path = [-6e-6, 4e-6, -3e-6]
+    assert summed(operator, [*path, 2e-6]) == pytest.approx(response(operator, [*path, 2e-6])[-1], rel=1e-12)
+    # Rising back to the last maximum closes the loop: the force is that of the branch before.
+    assert summed(operator, [*path, 4e-6]) == pytest.approx(summed(operator, path[:2]), abs=1e-15)

@@ -1,0 +1,83 @@
+"""The report of a loop that is designed: what it tells, and gains that can be copied into an experiment file."""
+
+import re
+import tomllib
+from dataclasses import replace
+
+import pytest
+from tests.loop_design.conftest import loop
+from tests.report.pages import Page
+from tests.report.test_pages import COMMON, HOSTILE
+
+from bristle import controllers
+from bristle.core.experiment import Experiment, Feedforward
+from bristle.files.controller import controller_from
+from bristle.loop_design import design
+from bristle.report.design import design_report, design_sentences
+from bristle.report.design_tables import budget_table, controller_text, margin_table
+
+
+@pytest.fixture(scope="module")
+def designed():
+    return design(Experiment("bench", "translational", (loop("plain", None), loop())))
+
+
+def test_the_page_is_whole_and_asks_for_nothing(designed):
+    text = design_report(designed, **COMMON)
+    page = Page(text)
+    assert page.unbalanced == []
+    ids = [attrs["id"] for _, attrs in page.tags if "id" in attrs]
+    assert len(ids) == len(set(ids)) > 5
+    assert not re.search(r"https?:|//[a-z]|\bsrc\s*=|@import|url\((?!#)|<script|<link|<iframe", text)
+    assert [one["id"] for one in page.named("figure")] == ["figure-margins", "figure-budget", "figure-circles"]
+    assert "$" not in page.words
+
+
+def test_what_a_person_wrote_is_escaped(designed):
+    variant = replace(designed.variant, name=HOSTILE)
+    hostile = replace(designed, experiment=replace(designed.experiment, name=HOSTILE), variant=variant)
+    hostile = replace(hostile, assessments=tuple(replace(one, name=HOSTILE) for one in designed.assessments))
+    assert "<script>alert" not in design_report(hostile, **COMMON)
+
+
+def test_variants_that_are_one_loop_share_its_rows(designed):
+    rows = margin_table(designed).rows
+    assert rows[0][0] == "plain, fed"
+    assert {row[0] for row in rows[1:]} == {""}
+    assert {row[2] for row in rows} == {"none", "stuck", "sliding"}
+
+
+def test_the_budget_holds_its_numbers(designed):
+    table = budget_table(designed.budget, designed)
+    assert table.heads[1].endswith("[µm]")
+    for row, entry in zip(table.rows, designed.budget.entries, strict=False):
+        assert row[0] == entry.cause
+        assert float(row[1]) == pytest.approx(1e6 * entry.alone.peak_to_peak, abs=0.51)
+    assert [row[0] for row in table.rows[-2:]] == ["all of them", "none of them"]
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        controllers.cascade(k_p=80.0, k_v=4000.0, averaging=2),
+        controllers.sliding_mode(J=600.0, lambda_=300.0, K_1=200.0, K_2=5e-3, phi=2e-5, estimator="tracking_observer"),
+        controllers.disturbance_observer(kind="rotational", J=4e-4, lambda_=300.0, K_1=200.0, g=60.0, cutoff=400.0),
+    ],
+)
+def test_a_law_is_told_as_an_experiment_file_takes_it(law):
+    variant = loop(controller=law, feedforward=Feedforward(mass=20.0))
+    table = tomllib.loads(controller_text(variant))["controller"]
+    assert table.pop("feedforward") == {"mass": "20 " + {"translational": "kg", "rotational": "kg*m^2"}[law.kind]}
+    assert controller_from(table, kind=law.kind, columns={}, path="controller") == law
+
+
+def test_an_unstable_loop_is_told_with_what_is_stable():
+    unstable = loop(run=replace(loop().run, delay=9))
+    found = design(Experiment("slow", "translational", (unstable,)))
+    words = design_sentences(found)
+    assert "pole at" in words[0]
+    assert "nine samples of delay" in words[0]
+    page = Page(design_report(found, **COMMON))
+    assert page.unbalanced == []
+    assert "What it errs by" not in page.words
+    assert "with an observer" in page.words
