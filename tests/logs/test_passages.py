@@ -17,7 +17,8 @@ from bristle.excitation.rehearsal import recorded
 from bristle.files import read_axis, read_log
 from bristle.files.axis import axis_from
 from bristle.logs.legs import turning_points
-from bristle.logs.passages import nesting, passages
+from bristle.logs.passage import nesting
+from bristle.logs.passages import passages
 
 EXPECTED = {
     "decaying loops": "loops",
