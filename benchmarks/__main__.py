@@ -19,6 +19,7 @@ import numpy as np
 from benchmarks.composite import composite
 from benchmarks.lanes import lanes
 from benchmarks.preisach import preisach
+from benchmarks.presliding import presliding
 from benchmarks.stick_slip import stick_slip
 from benchmarks.timing import HEAD, Ratio, command, python, side_by_side, wall
 from benchmarks.tracking import tracking
@@ -139,7 +140,7 @@ def paper() -> Iterator[Ratio]:
 
 BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
     one.__name__: one
-    for one in (lugre, preisach, composite, start_up, identify, demo, paper, lanes, stick_slip, tracking)
+    for one in (lugre, preisach, composite, start_up, identify, demo, paper, lanes, stick_slip, tracking, presliding)
 }
 
 

@@ -56,6 +56,20 @@ def test_what_a_person_reads(bristle, loops):  # noqa: F811
     assert "the sign of a friction" in told.out
 
 
+def test_an_operator_has_its_certificates_and_its_reports(bristle, loops):  # noqa: F811
+    model = loops / "out" / "model.toml"
+    log, axis = loops / "loops.csv", loops / "axis.toml"
+    assert bristle("identify", log, "--axis", axis, "--model", "preisach", "--out", loops / "out").code == 0
+    checked = bristle("check", model, "--json")
+    assert checked.code == 0, checked.err
+    assert checked.data["certificates"]["dissipation"]["passed"]
+    assert bristle("predict", model, log, "--axis", axis, "--out", loops / "said").code == 0
+    for folder, title in (("out", "loops: preisach identified"), ("said", "loops: prediction by preisach")):
+        page = (loops / folder / "report.html").read_text()
+        assert title in page
+        assert page.count("<svg") == 1
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
