@@ -7,6 +7,7 @@ rises with the displacement is friction before sliding, whatever the distance.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -182,15 +183,22 @@ def _join(one: Leg, other: Leg) -> bool:
 
 def _mark_oscillations(legs: Sequence[Leg], kinds: list[str]) -> None:
     """Name the runs of legs that are an oscillation of changing or of one frequency."""
-    begins = [k for k in range(len(legs)) if k == 0 or not _join(legs[k - 1], legs[k])]
-    for begin, end in zip(begins, [*begins[1:], len(legs)][: len(begins)], strict=True):
-        # The first and the last leg go from rest or to rest.
-        inner = range(begin + 1, end - 1)
-        if len(inner) < CHIRP_LEGS:
-            continue
-        kind = _oscillation([legs[k] for k in inner], [kinds[k] for k in inner])
-        if kind:
-            kinds[begin:end] = [kind] * (end - begin)
+    parted = [k for k in range(len(legs)) if k == 0 or not _join(legs[k - 1], legs[k])]
+    for begin, end in pairwise([*parted, len(legs)]):
+        if not _marked(legs, kinds, begin, end):
+            turned = [k for k in range(begin + 1, end) if kinds[k] != kinds[k - 1]]
+            for first, last in pairwise([begin, *turned, end]):
+                _marked(legs, kinds, first, last)
+
+
+def _marked(legs: Sequence[Leg], kinds: list[str], begin: int, end: int) -> bool:
+    """Name a run of legs if it is an oscillation."""
+    # The first and the last leg go from rest or to rest.
+    inner = range(begin + 1, end - 1)
+    kind = _oscillation([legs[k] for k in inner], [kinds[k] for k in inner]) if len(inner) >= CHIRP_LEGS else ""
+    if kind:
+        kinds[begin:end] = [kind] * (end - begin)
+    return bool(kind)
 
 
 def _oscillation(legs: Sequence[Leg], kinds: Sequence[str]) -> str:
