@@ -62,7 +62,7 @@ def build_workbench(kind: Kind) -> Workbench:
         kind=kind,
     )
     axis = Axis(name="stage", kind=kind, resolution=step, controller=law)
-    identified = identify(log, "coulomb_viscous,stribeck+asymmetry", axis=axis)
+    identified = identify(log, "coulomb_viscous,stribeck+asymmetry", axis=axis, draws=0)
     best = identified.best
     looped = simulate(
         compensation_experiment(plant, truth, best.friction, law, reference, dt, resolution=step, name="stage")

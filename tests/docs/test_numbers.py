@@ -35,7 +35,7 @@ def log(axis):
 
 @pytest.fixture(scope="module")
 def fits(log, axis):
-    found = identify(log, "coulomb_viscous,coulomb_viscous+asymmetry", axis=axis)
+    found = identify(log, "coulomb_viscous,coulomb_viscous+asymmetry", axis=axis, draws=0)
     return {fit.name: fit for fit in found.fits}
 
 
@@ -70,7 +70,7 @@ def test_the_table_by_direction(fits):
 
 def test_the_effort_taken_as_held(log, axis):
     held = replace(axis, held=True)
-    found = identify(log, "coulomb_viscous,coulomb_viscous+asymmetry", axis=held, blocks=0)
+    found = identify(log, "coulomb_viscous,coulomb_viscous+asymmetry", axis=held, blocks=0, draws=0)
     fits = {fit.name: fit for fit in found.fits}
     told = (EMPS / "README.md").read_text().partition("With it,")[2].partition("beyond the published")[0]
     numbers = [float(one) for one in re.findall(r"\d+\.\d+", told)]

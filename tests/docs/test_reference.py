@@ -70,10 +70,12 @@ RUNS = {
     "identify": "identify log.csv --axis axis.toml --model coulomb_viscous+asymmetry",
     "predict": "predict results/model.toml log.csv --axis axis.toml --mode closed-loop",
     "run": "run experiment.toml",
+    "paper": "paper --figure 4",
     "design": "design experiment.toml",
     "check": "check quadratic_drag.py",
     "models": "models lugre",
     "log": "log log.csv --axis axis.toml",
+    "excite": "excite axis.toml --duration 5s --for break-away",
 }
 
 

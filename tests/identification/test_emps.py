@@ -34,7 +34,7 @@ def emps() -> Log:
 
 
 def test_symmetric_friction_as_published(emps):
-    fit = identify(emps, "coulomb_viscous").best
+    fit = identify(emps, "coulomb_viscous", draws=0).best
     published = {
         "M": (95.1089, 0.114), "F_v": (203.5034, 0.563), "F_C": (20.3935, 0.496), "offset": (-3.1648, 1.402),
     }  # fmt: skip
@@ -47,7 +47,7 @@ def test_symmetric_friction_as_published(emps):
 
 
 def test_friction_by_direction_as_published(emps):
-    result = identify(emps, "coulomb_viscous,coulomb_viscous+asymmetry")
+    result = identify(emps, "coulomb_viscous,coulomb_viscous+asymmetry", draws=0)
     fit = result.best
     published = {"M": 95.154, "F_v_pos": 166.71, "F_v_neg": 240.42, "F_C_pos": 20.144, "F_C_neg": 20.628}
     assert fit.name == "coulomb_viscous+asymmetry"
@@ -59,20 +59,20 @@ def test_friction_by_direction_as_published(emps):
 
 @pytest.mark.parametrize("cutoff", [10.0, 20.0, 50.0])
 def test_other_cutoffs_find_the_same_mechanism(emps, cutoff):
-    fit = identify(emps, "coulomb_viscous", cutoff=cutoff).best
+    fit = identify(emps, "coulomb_viscous", cutoff=cutoff, draws=0).best
     for name, value in {"M": 95.1089, "F_v": 203.5034, "F_C": 20.3935, "offset": -3.1648}.items():
         assert fit.parameters[name].value == pytest.approx(value, rel=0.015), name
     assert 3.0 < fit.force_error_percent < 4.2
 
 
 def test_residuals_that_last_widen_the_intervals(emps):
-    parameters = identify(emps, "coulomb_viscous").best.parameters
+    parameters = identify(emps, "coulomb_viscous", draws=0).best.parameters
     for name, ratio in {"M": 1.8, "F_v": 5.5, "F_C": 4.8, "offset": 4.4}.items():
         assert parameters[name].robust_std / parameters[name].std == pytest.approx(ratio, rel=0.1), name
 
 
 def test_a_model_that_the_log_leaves_half_open_is_not_the_first(emps):
-    result = identify(emps, "lugre+asymmetry,coulomb_viscous+asymmetry,coulomb_viscous")
+    result = identify(emps, "lugre+asymmetry,coulomb_viscous+asymmetry,coulomb_viscous", draws=0)
     names = [fit.name for fit in result.fits]
     assert names == ["coulomb_viscous+asymmetry", "lugre+asymmetry", "coulomb_viscous"]
     first, second, _ = (fit.held_out.mean_percent for fit in result.fits)
@@ -80,7 +80,7 @@ def test_a_model_that_the_log_leaves_half_open_is_not_the_first(emps):
 
 
 def test_seven_reversals_do_not_show_presliding(emps):
-    result = identify(emps, "lugre,dahl")
+    result = identify(emps, "lugre,dahl", draws=0)
     for fit in result.fits:
         warning = next(one for one in fit.warnings if one.startswith("sigma_0 cannot be identified"))
         assert "only 7 reversals" in warning

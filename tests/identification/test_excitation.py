@@ -29,7 +29,7 @@ def warning_about(name: str, warnings: tuple[str, ...]) -> str:
 
 def test_slow_motion_does_not_show_viscous_friction_nor_inertia():
     motion = sines(30.0, amplitudes=(2e-4,), frequencies=(0.5,), phases=(0.0,))
-    fit = identify(log_of(motion, sliding_effort(motion, noise=3.0))).best
+    fit = identify(log_of(motion, sliding_effort(motion, noise=3.0)), draws=0).best
     assert "never exceeds 628 µm/s" in warning_about("F_v", fit.warnings)
     assert "acceleration never exceeds" in warning_about("M", fit.warnings)
     assert "mm/s²" in warning_about("M", fit.warnings)
@@ -44,14 +44,14 @@ def test_one_speed_does_not_separate_coulomb_from_viscous_friction():
     edges = np.flatnonzero(np.diff(np.concatenate([[False], steady, [False]]).astype(int)))
     parts = tuple(slice(int(a), int(b)) for a, b in edges.reshape(-1, 2))
     log = log_of(motion, sliding_effort(motion), segments=parts)
-    fit = identify(log, mass=12.0, blocks=0, cutoff=200.0, decimation=1).best
+    fit = identify(log, mass=12.0, blocks=0, cutoff=200.0, decimation=1, draws=0).best
     assert "one speed only, 62.8 mm/s" in warning_about("F_v", fit.warnings)
 
 
 def test_few_fast_reversals_do_not_show_presliding():
     stiff = friction.find("lugre")(F_C=8.0, F_S=8.5, v_S=4e-3, sigma_0=2e7, sigma_1=100.0, sigma_2=30.0)
     log = slow_log(stiff, duration=8.0)
-    fit = identify(log, "lugre").best
+    fit = identify(log, "lugre", draws=0).best
     for name in ("sigma_0", "sigma_1"):
         assert "reversals, each crosses the pre-sliding zone of" in warning_about(name, fit.warnings)
         assert fit.parameters[name].status == "unidentifiable"
@@ -60,7 +60,7 @@ def test_few_fast_reversals_do_not_show_presliding():
 
 def test_friction_that_does_not_fall_hides_the_stribeck_velocity():
     flat = friction.coulomb_viscous(F_C=8.0, F_v=30.0)
-    fit = identify(slow_log(flat), "stribeck").best
+    fit = identify(slow_log(flat), "stribeck", draws=0).best
     estimate = fit.parameters["v_S"]
     assert estimate.status in ("unidentifiable", "at_edge")
     assert estimate.std is None or estimate.relative_std_percent > 50.0
@@ -70,13 +70,13 @@ def test_friction_that_does_not_fall_hides_the_stribeck_velocity():
 
 def test_the_speeds_at_which_a_log_slides_steadily_are_named():
     motion, _ = planned_sweeps((0.05, 0.2))
-    fit = identify(log_of(motion, sliding_effort(motion)), "stribeck", blocks=0).best
+    fit = identify(log_of(motion, sliding_effort(motion)), "stribeck", blocks=0, draws=0).best
     assert "slides steadily at 49.8 mm/s to 200 mm/s" in fit.parameters["v_S"].note
 
 
 def test_an_offset_of_zero_is_identified_as_zero():
     motion = sines()
-    fit = identify(log_of(motion, sliding_effort(motion, offset=0.0))).best
+    fit = identify(log_of(motion, sliding_effort(motion, offset=0.0)), draws=0).best
     offset = fit.parameters["offset"]
     assert offset.status == "identified"
     assert abs(offset.value) < 4.0 * offset.std
@@ -86,17 +86,17 @@ def test_an_offset_of_zero_is_identified_as_zero():
 def test_noise_of_the_position_makes_the_inertia_small_and_is_said():
     motion = sines(5.0, 1e-4)
     log = log_of(motion, sliding_effort(motion), step=1e-6)
-    noisy = identify(log, blocks=0).best
+    noisy = identify(log, blocks=0, draws=0).best
     assert noisy.parameters["M"].value < 0.97 * 12.0
     advice = next(one for one in noisy.warnings if one.startswith("M is too small by about"))
     cutoff = float(advice.split("cut-off to ")[1].split()[0])
-    mended = identify(log, blocks=0, cutoff=cutoff).best
+    mended = identify(log, blocks=0, cutoff=cutoff, draws=0).best
     assert mended.parameters["M"].value == pytest.approx(12.0, rel=0.01)
     assert not any(one.startswith("M is too small") for one in mended.warnings)
 
 
 def test_a_model_that_explains_little_is_said():
     motion = sines()
-    fit = identify(log_of(motion, sliding_effort(motion)), mass=400.0).best
+    fit = identify(log_of(motion, sliding_effort(motion)), mass=400.0, draws=0).best
     assert fit.force_error_percent > 40.0
     assert any("of the effort unexplained" in one for one in fit.warnings)

@@ -18,7 +18,7 @@ def log():
 
 
 def fit_with(log, held):
-    return identify(log, "lugre", axis=Axis(held=held, resolution=1e-7), blocks=0).best
+    return identify(log, "lugre", axis=Axis(held=held, resolution=1e-7), blocks=0, draws=0).best
 
 
 def test_every_parameter_lies_in_its_interval_where_it_is_stated(log):
@@ -48,7 +48,7 @@ def test_where_it_is_not_stated_the_damping_is_doubted(log):
 
 def test_predictions_use_the_effort_in_the_same_way(log):
     model = friction.lugre(**TRUTH)
-    plant = identify(sliding_log(), mass=28.0, blocks=0).best.plant
+    plant = identify(sliding_log(), mass=28.0, blocks=0, draws=0).best.plant
     stated, unstated = (
         predict(plant, model, log, Axis(held=held)).metrics["force_error_percent"] for held in (True, None)
     )
@@ -56,4 +56,4 @@ def test_predictions_use_the_effort_in_the_same_way(log):
 
 
 def test_a_static_model_does_not_speak_of_it(log):
-    assert not any("held" in one for one in identify(log, "stribeck", blocks=0).best.warnings)
+    assert not any("held" in one for one in identify(log, "stribeck", blocks=0, draws=0).best.warnings)

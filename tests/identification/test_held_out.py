@@ -13,7 +13,7 @@ def asymmetric_log():
 
 
 def test_the_model_with_the_structure_of_the_truth_wins():
-    result = identify(asymmetric_log(), "coulomb,viscous,coulomb_viscous,coulomb_viscous+asymmetry")
+    result = identify(asymmetric_log(), "coulomb,viscous,coulomb_viscous,coulomb_viscous+asymmetry", draws=0)
     assert [fit.rank for fit in result.fits] == [1, 2, 3, 4]
     assert result.best.name == "coulomb_viscous+asymmetry"
     errors = [fit.held_out.mean_percent for fit in result.fits]
@@ -23,7 +23,7 @@ def test_the_model_with_the_structure_of_the_truth_wins():
 
 def test_ranks_do_not_depend_on_the_order_asked_for():
     names = ["coulomb_viscous", "coulomb_viscous+asymmetry", "coulomb"]
-    one, other = identify(asymmetric_log(), names), identify(asymmetric_log(), names[::-1])
+    one, other = identify(asymmetric_log(), names, draws=0), identify(asymmetric_log(), names[::-1], draws=0)
     assert [fit.name for fit in one.fits] == [fit.name for fit in other.fits]
 
 
@@ -32,22 +32,22 @@ def test_a_block_is_not_fitted_by_the_parameters_that_predict_it():
     effort = sliding_effort(motion)
     last = motion.time >= 8.0
     strange = np.where(last, effort + 4.0 * np.sign(motion.velocity), effort)
-    held_out = identify(log_of(motion, strange)).best.held_out
-    plain = identify(log_of(motion, effort)).best.held_out
+    held_out = identify(log_of(motion, strange), draws=0).best.held_out
+    plain = identify(log_of(motion, effort), draws=0).best.held_out
     # The last block alone has friction of its own: nothing fitted to the others knows of it.
     assert held_out.block_errors_percent[-1] > 10.0 * plain.block_errors_percent[-1]
     assert np.argmax(held_out.block_errors_percent) == 4
 
 
 def test_mean_and_spread_are_those_of_the_blocks():
-    held_out = identify(sliding_log(), blocks=4).best.held_out
+    held_out = identify(sliding_log(), blocks=4, draws=0).best.held_out
     assert len(held_out.block_errors_percent) == 4
     assert held_out.mean_percent == pytest.approx(np.mean(held_out.block_errors_percent))
     assert held_out.std_percent == pytest.approx(np.std(held_out.block_errors_percent, ddof=1))
 
 
 def test_without_blocks_models_rank_by_their_error():
-    result = identify(asymmetric_log(), "coulomb,coulomb_viscous+asymmetry", blocks=0)
+    result = identify(asymmetric_log(), "coulomb,coulomb_viscous+asymmetry", blocks=0, draws=0)
     assert result.best.held_out is None
     assert result.best.name == "coulomb_viscous+asymmetry"
     assert "held_out_error_percent" not in result.best.metrics
@@ -55,7 +55,7 @@ def test_without_blocks_models_rank_by_their_error():
 
 def test_of_two_models_that_are_no_different_the_simpler_one_wins():
     rising = friction.stribeck(F_C=8.0, F_S=5.0, v_S=4e-3, F_v=30.0, validate=False)
-    result = identify(slow_log(rising), "stribeck,coulomb_viscous")
+    result = identify(slow_log(rising), "stribeck,coulomb_viscous", draws=0)
     # Break-away may not lie below Coulomb friction, so that the first of the two ends as the second.
     assert [fit.name for fit in result.fits] == ["coulomb_viscous", "stribeck"]
     assert result.fits[1].held_out.mean_percent == pytest.approx(result.fits[0].held_out.mean_percent, rel=1e-6)

@@ -90,7 +90,7 @@ def test_open_loop_skips_twenty_samples_and_follows_the_motion():
 
 def test_inverse_is_the_residual_of_the_identification():
     log = recorded()
-    fit = identify(log, "coulomb_viscous+asymmetry", axis=AXIS).best
+    fit = identify(log, "coulomb_viscous+asymmetry", axis=AXIS, draws=0).best
     prediction = predict(fit.plant, fit.friction, log, AXIS, "inverse")
     assert prediction.metrics["force_error_percent"] == pytest.approx(fit.force_error_percent, rel=1e-9)
     assert prediction.position_predicted is None
@@ -98,7 +98,7 @@ def test_inverse_is_the_residual_of_the_identification():
 
 def test_the_treatment_of_the_identification_overrides_that_of_the_axis():
     log = recorded()
-    fit = identify(log, axis=AXIS, cutoff=40.0, decimation=4).best
+    fit = identify(log, axis=AXIS, cutoff=40.0, decimation=4, draws=0).best
     own = predict(fit.plant, fit.friction, log, AXIS, cutoff=40.0, decimation=4)
     assert own.metrics["force_error_percent"] == pytest.approx(fit.force_error_percent, rel=1e-9)
     assert own.time.size == fit.traces.time.size
@@ -109,7 +109,7 @@ def test_the_treatment_of_the_identification_overrides_that_of_the_axis():
 @pytest.mark.parametrize("cutoff", [15.0, 30.0, 60.0])
 def test_the_unexplained_force_is_the_residual_of_the_identification(cutoff):
     log = recorded()
-    fit = identify(log, axis=AXIS, cutoff=cutoff, decimation=1, blocks=0).best
+    fit = identify(log, axis=AXIS, cutoff=cutoff, decimation=1, blocks=0, draws=0).best
     left = unexplained_force(fit.plant, fit.friction, log, AXIS, cutoff=cutoff)
     at_rows = left[np.searchsorted(log.time.values, fit.traces.time)]
     assert np.allclose(at_rows, fit.traces.residual, atol=1e-9 * np.max(np.abs(log.effort.values)))
@@ -156,7 +156,7 @@ def test_the_measured_axis_is_predicted_as_well_as_published():
     axis = read_axis(Path(__file__).parents[2] / "examples" / "emps" / "axis.toml")
     log = read_log(Path(folder) / "emps" / "DATA_EMPS.mat", axis)
     for model, limit in (("coulomb_viscous", 4.5), ("coulomb_viscous+asymmetry", 3.6)):
-        fit = identify(log, model, axis=axis).best
+        fit = identify(log, model, axis=axis, draws=0).best
         metrics = predict(fit.plant, fit.friction, log, axis, "closed-loop").metrics
         assert metrics["force_error_percent"] <= limit
         assert metrics["position_error_percent"] <= 0.0012
@@ -165,7 +165,7 @@ def test_the_measured_axis_is_predicted_as_well_as_published():
 
 
 def test_a_prediction_worse_than_nothing_is_told():
-    fit = identify(sliding_log(), blocks=0).best
+    fit = identify(sliding_log(), blocks=0, draws=0).best
     stiff = friction.coulomb_viscous(F_C=80.0, F_v=30.0)
     doubted = predict(fit.plant, stiff, sliding_log())
     assert doubted.metrics["force_error_percent"] > 100.0
@@ -175,7 +175,7 @@ def test_a_prediction_worse_than_nothing_is_told():
 
 @pytest.mark.parametrize("mode", ["inverse", "open-loop"])
 def test_speeds_beyond_the_fitted_ones_are_told(mode):
-    found = identify(sliding_log(), blocks=0)
+    found = identify(sliding_log(), blocks=0, draws=0)
     plant, fitted = found.best.plant, found.best.friction
     top = found.treatment["velocity_max"]
     assert not any(

@@ -15,7 +15,7 @@ from bristle.identification import identify
 def test_standard_errors_hold_for_white_noise():
     scores = []
     for seed in range(40):
-        found = identify(sliding_log(seed), "coulomb_viscous", blocks=0).best.parameters
+        found = identify(sliding_log(seed), "coulomb_viscous", blocks=0, draws=0).best.parameters
         scores.append([(found[name].value - truth) / found[name].std for name, truth in TRUTH.items()])
     scores = np.array(scores)
     # The spread of 40 draws is known to 11 %, its mean to 0.16; central differences shift M by a known 1e-4.
@@ -28,7 +28,7 @@ def test_each_direction_has_its_own_friction():
     forward = sliding_effort(motion, F_C=9.0, F_v=25.0, offset=0.0)
     backward = sliding_effort(motion, F_C=6.0, F_v=40.0, offset=0.0)
     log = log_of(motion, np.where(motion.velocity > 0.0, forward, backward))
-    found = identify(log, "coulomb_viscous+asymmetry").best.parameters
+    found = identify(log, "coulomb_viscous+asymmetry", draws=0).best.parameters
     for name, truth in {"F_C_pos": 9.0, "F_C_neg": 6.0, "F_v_pos": 25.0, "F_v_neg": 40.0, "M": 12.0}.items():
         assert abs(found[name].value - truth) < 4.0 * found[name].std
         assert found[name].status == "identified"
@@ -43,7 +43,7 @@ def test_each_direction_has_its_own_friction():
     ],
 )
 def test_nonlinear_models_are_found_again(name, truth):
-    fit = identify(slow_log(friction.find(name)(**truth)), name).best
+    fit = identify(slow_log(friction.find(name)(**truth)), name, draws=0).best
     for parameter, value in truth.items():
         estimate = fit.parameters[parameter]
         assert estimate.status == "identified", estimate.note
@@ -54,20 +54,20 @@ def test_nonlinear_models_are_found_again(name, truth):
 
 def test_what_is_known_is_held():
     log = sliding_log()
-    fit = identify(log, axis=Axis(mass=12.0, offset=1.5)).best
+    fit = identify(log, axis=Axis(mass=12.0, offset=1.5), draws=0).best
     for name in ("M", "offset"):
         assert (fit.parameters[name].value, fit.parameters[name].std) == (TRUTH[name], None)
         assert fit.parameters[name].status == "held"
         assert any(sentence.startswith(f"{name} is held at") for sentence in fit.assumptions)
         assert name not in fit.correlation_names
     assert fit.parameters["F_C"].value == pytest.approx(8.0, abs=4.0 * fit.parameters["F_C"].std)
-    by_argument = identify(log, axis=Axis(mass=50.0, offset=9.0), mass=12.0, offset="identify").best
+    by_argument = identify(log, axis=Axis(mass=50.0, offset=9.0), mass=12.0, offset="identify", draws=0).best
     assert by_argument.plant.values["M"] == 12.0
     assert by_argument.parameters["offset"].status == "identified"
 
 
 def test_a_bound_is_kept_and_said():
-    fit = identify(sliding_log(F_v=-5.0)).best
+    fit = identify(sliding_log(F_v=-5.0), draws=0).best
     assert fit.parameters["F_v"].value == 0.0
     assert fit.parameters["F_v"].status == "at_edge"
     assert fit.parameters["F_v"].std is None
@@ -77,7 +77,7 @@ def test_a_bound_is_kept_and_said():
 
 def test_break_away_never_falls_below_coulomb_friction():
     with_rise = friction.stribeck(F_C=8.0, F_S=5.0, v_S=4e-3, F_v=30.0, validate=False)
-    fit = identify(slow_log(with_rise), "stribeck").best
+    fit = identify(slow_log(with_rise), "stribeck", draws=0).best
     assert fit.friction.values["F_S"] >= fit.friction.values["F_C"]
     assert fit.parameters["F_S"].status == "at_edge"
     assert "does not fall with speed" in fit.parameters["F_S"].note
@@ -104,14 +104,14 @@ def test_a_model_of_ones_own_is_identified():
         name="hyperbolic", description="turns smoothly", Parameters=HyperbolicParameters, State=HyperbolicState,
         trial=trial, commit=commit,
     )  # fmt: skip
-    fit = identify(slow_log(own(F_C=8.0, v_t=2e-3)), [own]).best
+    fit = identify(slow_log(own(F_C=8.0, v_t=2e-3)), [own], draws=0).best
     assert fit.name == "hyperbolic"
     assert fit.friction.values["F_C"] == pytest.approx(8.0, rel=0.01)
     assert fit.friction.values["v_t"] == pytest.approx(2e-3, rel=0.02)
 
 
 def test_predicted_and_measured_are_traced():
-    fit = identify(sliding_log()).best
+    fit = identify(sliding_log(), draws=0).best
     traces = fit.traces
     assert traces.time.shape == traces.velocity.shape == traces.measured.shape == traces.predicted.shape
     assert np.all(np.diff(traces.time) > 0.0)
@@ -126,7 +126,9 @@ def test_predicted_and_measured_are_traced():
 
 def test_progress_runs_from_start_to_end_and_an_interrupt_passes():
     told = []
-    identify(sliding_log(), "coulomb_viscous,stribeck", progress=lambda share, text: told.append((share, text)))
+    identify(
+        sliding_log(), "coulomb_viscous,stribeck", progress=lambda share, text: told.append((share, text)), draws=0
+    )
     shares = [share for share, _ in told]
     assert shares == sorted(shares)
     assert (shares[0], shares[-1]) == (0.0, 1.0)
@@ -136,7 +138,7 @@ def test_progress_runs_from_start_to_end_and_an_interrupt_passes():
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        identify(sliding_log(), progress=interrupt)
+        identify(sliding_log(), progress=interrupt, draws=0)
 
 
 @pytest.mark.parametrize(
@@ -152,7 +154,7 @@ def test_progress_runs_from_start_to_end_and_an_interrupt_passes():
 )
 def test_a_model_that_cannot_be_fitted_is_named(model, words):
     with pytest.raises(InputError, match=words) as caught:
-        identify(sliding_log(), model)
+        identify(sliding_log(), model, draws=0)
     assert caught.value.path == "model"
 
 

@@ -20,11 +20,11 @@ def one_way(forward: bool = True) -> Motion:
 
 def test_offset_is_held_with_asymmetry_and_said():
     log = sliding_log()
-    at_zero = identify(log, "coulomb_viscous+asymmetry").best
+    at_zero = identify(log, "coulomb_viscous+asymmetry", draws=0).best
     assert at_zero.parameters["offset"].status == "held"
     assert at_zero.parameters["offset"].value == 0.0
     assert any("F_C_pos and F_C_neg" in sentence for sentence in at_zero.assumptions)
-    at_known = identify(log, "coulomb_viscous+asymmetry", axis=Axis(offset=1.5)).best
+    at_known = identify(log, "coulomb_viscous+asymmetry", axis=Axis(offset=1.5), draws=0).best
     assert at_known.parameters["offset"].value == 1.5
     # Sliding shows two levels only: whatever the offset is held at, they are the same, and so is the fit.
     for side, sign in (("F_C_pos", 1.0), ("F_C_neg", -1.0)):
@@ -36,7 +36,7 @@ def test_offset_is_held_with_asymmetry_and_said():
 @pytest.mark.parametrize("forward", [True, False])
 def test_one_direction_holds_the_offset(forward):
     motion = one_way(forward)
-    fit = identify(log_of(motion, sliding_effort(motion, offset=0.0))).best
+    fit = identify(log_of(motion, sliding_effort(motion, offset=0.0)), draws=0).best
     assert fit.parameters["offset"].status == "held"
     assert ("forward only" if forward else "backward only") in fit.parameters["offset"].note
     assert fit.parameters["F_C"].value == pytest.approx(8.0, rel=0.02)
@@ -44,14 +44,14 @@ def test_one_direction_holds_the_offset(forward):
 
 def test_one_direction_leaves_the_offset_to_a_model_without_a_level():
     motion = one_way()
-    fit = identify(log_of(motion, sliding_effort(motion, F_C=0.0)), "viscous").best
+    fit = identify(log_of(motion, sliding_effort(motion, F_C=0.0)), "viscous", draws=0).best
     assert fit.parameters["offset"].value == pytest.approx(1.5, abs=4.0 * fit.parameters["offset"].std)
 
 
 def test_one_direction_does_not_show_the_other():
     motion = one_way()
     with pytest.raises(InputError, match="forward only") as caught:
-        identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous+asymmetry")
+        identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous+asymmetry", draws=0)
     assert "drop +asymmetry" in caught.value.mend
 
 
@@ -67,13 +67,15 @@ def test_friction_too_small_to_tell_is_no_reversed_effort():
     motion = sines()
     for seed in range(5):
         effort = sliding_effort(motion, seed, noise=0.3, F_C=0.0, F_v=0.0)
-        assert identify(log_of(motion, effort), blocks=0).best.parameters["M"].value == pytest.approx(12.0, rel=0.01)
+        assert identify(log_of(motion, effort), blocks=0, draws=0).best.parameters["M"].value == pytest.approx(
+            12.0, rel=0.01
+        )
 
 
 def test_an_effort_of_zero_is_refused():
     motion = sines()
     with pytest.raises(InputError, match="zero throughout"):
-        identify(log_of(motion, np.zeros(motion.time.size)))
+        identify(log_of(motion, np.zeros(motion.time.size)), draws=0)
 
 
 def test_a_log_without_effort_is_refused():
@@ -81,7 +83,7 @@ def test_a_log_without_effort_is_refused():
     log = log_of(motion, sliding_effort(motion))
     bare = type(log)(log.time, log.position, sample_time=log.sample_time, segments=log.segments)
     with pytest.raises(InputError, match="no effort"):
-        identify(bare)
+        identify(bare, draws=0)
 
 
 def test_parameters_that_the_rows_do_not_separate_have_no_standard_error():

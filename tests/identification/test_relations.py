@@ -47,7 +47,7 @@ def rising():
 @pytest.mark.parametrize("linear", [False, True])
 def test_a_relation_is_kept_whatever_the_order_of_the_parameters(rising, linear):
     model = two_levels("F_S >= F_C", lambda p: p.F_S >= p.F_C, linear=linear)
-    fit = identify(rising, model, blocks=0).best
+    fit = identify(rising, model, blocks=0, draws=0).best
     values = fit.friction.values
     assert values["F_S"] >= values["F_C"]
     assert values["F_S"] == pytest.approx(values["F_C"], rel=1e-3)
@@ -57,7 +57,7 @@ def test_a_relation_is_kept_whatever_the_order_of_the_parameters(rising, linear)
 def test_a_relation_that_no_search_can_keep_is_refused_where_it_breaks(rising):
     model = two_levels("F_C within F_S", lambda p: p.F_C <= p.F_S)
     with pytest.raises(InputError, match="not what the model allows") as caught:
-        identify(rising, model, blocks=0)
+        identify(rising, model, blocks=0, draws=0)
     assert caught.value.path == "model"
     assert "F_C within F_S" in caught.value.message
     assert "another model" in caught.value.mend
@@ -68,6 +68,6 @@ def test_a_relation_that_no_search_can_keep_is_refused_where_it_breaks(rising):
     ["viscous", "coulomb_viscous+asymmetry", "stribeck", "stribeck+asymmetry", "dahl", "lugre", "lugre+asymmetry"],
 )
 def test_what_is_identified_can_be_read_again(tmp_path, name):
-    best = identify(sliding_log(F_v=-2.0), name, blocks=0).best
+    best = identify(sliding_log(F_v=-2.0), name, blocks=0, draws=0).best
     write_model(tmp_path / "model.toml", best.plant, best.friction, estimates=best.estimates)
     assert read_model(tmp_path / "model.toml").friction.values == best.friction.values

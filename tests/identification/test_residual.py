@@ -23,7 +23,7 @@ def with_position(log, position):
 
 
 def fit_to(log, model="lugre"):
-    return identify(log, model, axis=Axis(held=True), blocks=0).best
+    return identify(log, model, axis=Axis(held=True), blocks=0, draws=0).best
 
 
 def doubted(fit, words):

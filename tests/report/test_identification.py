@@ -145,7 +145,7 @@ def test_the_copied_table_is_the_table(workbench):
 
 
 def test_parameters_on_an_edge_and_without_limit_are_told(stage):
-    lugre = identify(stage.log, find("lugre"), axis=stage.axis, blocks=0)
+    lugre = identify(stage.log, find("lugre"), axis=stage.axis, blocks=0, draws=0)
     page = Page(identification_page(stage, identification=lugre, simulation=None, prediction=None))
     assert page.unbalanced == []
     assert "∞" in page.words
@@ -163,7 +163,7 @@ def test_the_report_of_a_measured_axis():
 
     axis = read_axis(Path(__file__).parents[2] / "examples" / "emps" / "axis.toml")
     log = read_log(Path(folder) / "emps" / "DATA_EMPS.mat", axis)
-    found = identify(log, "coulomb_viscous,coulomb_viscous+asymmetry", axis=axis)
+    found = identify(log, "coulomb_viscous,coulomb_viscous+asymmetry", axis=axis, draws=0)
     best = found.best
     loop = simulate(loop_of(best.plant, best.friction, log, axis))
     text = identification_report(

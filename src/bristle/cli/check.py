@@ -13,7 +13,6 @@ from bristle.cli.options import Json
 from bristle.cli.terminal import complain, progress, show_table
 
 if TYPE_CHECKING:
-    from bristle.certificates import Certificate
     from bristle.testing import Check
 
 __all__ = ["EXAMPLE", "check"]
@@ -50,17 +49,21 @@ def _pair(text: str | None) -> tuple[str, ...] | None:
 def _check_values(model: Path, force_ripple: Any, loop: Any, as_json: bool) -> int:
     from bristle.certificates import check as certificates_of
     from bristle.files.model import read_model
+    from bristle.files.operator import holds_operator, read_operator
 
-    chosen = read_model(model, related=False).friction
+    of_operator = holds_operator(model)
+    chosen = read_operator(model).operator if of_operator else read_model(model, related=False).friction
     with progress("checking"):
         found = certificates_of(chosen, force_ripple=force_ripple, loop=loop)
     failed = {name: one for name, one in found.items() if one.passed is False}
-    if not failed:
+    if not failed and not of_operator:
         read_model(model)  # refuses what breaks a condition that no certificate speaks of, such as F_S >= F_C
     if as_json:
         _print_json(chosen.name, not failed, {name: vars(one) for name, one in found.items()})
     else:
-        _show_certificates(chosen.name, found)
+        from bristle.report.certificates import certificate_table
+
+        show_table(certificate_table(chosen.name, found))
     for name, one in failed.items():
         complain(f"{name}: {one.advice}")
     return NO if failed else 0
@@ -117,22 +120,6 @@ def _outcome(one: Check) -> str:
     if not one.applies:
         return "–"
     return "met" if one.passed else "NOT MET"
-
-
-def _show_certificates(name: str, found: dict[str, Certificate]) -> None:
-    from bristle.core.typography import with_unit
-    from bristle.report.table import Table
-
-    def told(value: float | None, unit: str) -> str:
-        return "" if value is None else with_unit(value, unit)
-
-    verdicts = {True: "passed", False: "FAILED", None: "does not apply"}
-    rows = [
-        (key, verdicts[one.passed], told(one.value, one.unit), told(one.threshold, one.unit), one.advice)
-        for key, one in found.items()
-    ]
-    heads = ("Certificate", "Verdict", "Found", "Limit", "What it means, what to do")
-    show_table(Table(f"Is it fit to be used: {name}", heads, rows))
 
 
 def _show_demands(name: str, results: list[Check]) -> None:

@@ -14,6 +14,7 @@ from bristle.cli.options import AxisFiles, Force, Json, Out
 from bristle.cli.terminal import complain, progress
 
 if TYPE_CHECKING:
+    from bristle.certificates import Certificate
     from bristle.core import Axis
     from bristle.identification import Identification
     from bristle.logs import Log
@@ -51,6 +52,9 @@ def identify(
     decimation: Annotated[
         int | None, typer.Option("--decimation", metavar="COUNT", help="Keep one of so many filtered samples.")
     ] = None,
+    draws: Annotated[
+        int, typer.Option("--draws", metavar="COUNT", help="Simulated logs for the 95 % intervals; 0 for none.")
+    ] = 200,
     free: Annotated[
         str,
         typer.Option("--free", metavar="NAME[,NAME...]", help="Shapes to identify too, such as exponent of dahl."),
@@ -73,7 +77,8 @@ def identify(
         named = None if model == DEFAULT else model
         identify_operators(log, axis, named, out, force=force, as_json=as_json, command=context.obj)
         return
-    asked = {"model": _models(model), "cutoff": _hertz(cutoff), "decimation": decimation, "free": free}
+    asked = {"model": _models(model), "cutoff": _hertz(cutoff), "decimation": decimation, "free": free,
+             "draws": draws}  # fmt: skip
     _identify_friction(log, axis or [], asked, out, force=force, as_json=as_json, command=context.obj)
 
 
@@ -100,9 +105,11 @@ def _identify_friction(
         described = axes[0]
         simulation, prediction = _in_the_loop(found, found.log, described or Axis(), report)
         source = provenance_of_all(command, log=log, axis=axis)
+        certificates = _certificates(found)
         summary = identification_summary(
-            found, table=table, simulation=simulation, prediction=prediction, provenance=source
-        )
+            found, table=table, simulation=simulation, prediction=prediction, provenance=source,
+            certificates=certificates,
+        )  # fmt: skip
         if folder:
             from bristle.report.identification import identification_report
             from bristle.report.results import write_identification
@@ -110,6 +117,7 @@ def _identify_friction(
             page = identification_report(
                 found, prediction=prediction, simulation=simulation, table=table, command=command,
                 axis_name=described.name if described else log[0].stem, provenance=source,
+                certificates=certificates,
             )  # fmt: skip
             write_identification(folder, found, table=table, report=page, summary=summary, provenance=source)
     if as_json:
@@ -145,6 +153,18 @@ def _hertz(text: str | None) -> float | None:
     from bristle.core.units import quantity
 
     return quantity(text, Variable("frequency", "cut-off of the filter"), path="--cutoff")
+
+
+def _certificates(found: Identification) -> dict[str, Certificate]:
+    """Return whether the best model is fit to be used; nothing where it cannot be asked, as of one without friction."""
+    from bristle.certificates import check
+    from bristle.core import InputError
+
+    try:
+        return check(found.best.friction)
+    except InputError as error:
+        complain(f"no certificates: {error}")
+        return {}
 
 
 def _in_the_loop(

@@ -57,6 +57,7 @@ def predict(
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
     from bristle.identification import predict as predicted
+    from bristle.identification.bands import Bands
     from bristle.logs import read_log
     from bristle.report.summary import prediction_summary
     from bristle.testing import admit
@@ -68,7 +69,8 @@ def predict(
         admit(friction)
         described = read_axis(axis) if axis else None
         recorded = read_log(log, described)
-        prediction = predicted(plant, friction, recorded, described, mode, **known["treatment"])
+        bands = Bands(**known["bands"]) if known["bands"] else None
+        prediction = predicted(plant, friction, recorded, described, mode, bands=bands, **known["treatment"])
         source = provenance(context.obj, model=model, log=log, axis=axis)
         summary = prediction_summary(prediction, friction=friction, notes=recorded.notes, provenance=source)
         if folder:

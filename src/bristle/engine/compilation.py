@@ -121,8 +121,8 @@ def compiled(
 
 
 SIGNATURES = {
-    "C": "aaffffff", "S": "aaff", "F": "aaaaff", "B": "aaaaafffia", "R": "aaaafa", "T": "aaaaa",
-    "K": "aaaafffiaaaaaaaaaa",
+    "C": "aaffffff", "S": "aaff", "F": "aaaaff", "B": "aaaaafffia",
+    "K": "aaaafffiaaaaaaaaaa", "R": "aaaafa", "E": "aaaaaffffaaaaa", "T": "aaaaa",
 }  # fmt: skip
 
 

@@ -82,6 +82,7 @@ class Contact:
         return float(self._follow(self._part.state.copy(), self._memory.copy(), np.array([v]), at, 0.0)[0])
 
     def _follow(self, state: np.ndarray, memory: Any, v: np.ndarray, x: np.ndarray, dt: float) -> np.ndarray:
-        force, load, temperature = np.empty(v.size), np.full(v.size, NOMINAL_LOAD), np.full(v.size, NOMINAL_TEMPERATURE)
+        force = np.empty(v.size)
+        load, temperature = np.full(v.size, NOMINAL_LOAD), np.full(v.size, NOMINAL_TEMPERATURE)
         self._entry(self._part.parameters, state, memory, v, x, load, temperature, float(dt), force)
         return force

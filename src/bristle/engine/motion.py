@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -17,7 +19,7 @@ from bristle.engine.compilation import compiled
 from bristle.engine.part import Part, check_run, memory_of, vector, warn_of_lost
 from bristle.engine.path import after, output_along
 
-__all__ = ["conditioned", "force_along", "presliding_distance", "response", "settled"]
+__all__ = ["conditioned", "force_along", "force_in_turns", "presliding_distance", "response", "settled"]
 
 
 # From a picometre to a metre, and each step takes so long [s] that viscous parts do not show.
@@ -58,14 +60,67 @@ def force_along(
     part = Part(model)
     velocity = vector(v, "v")
     position = np.cumsum(velocity) * dt if x is None else vector(x, "x")
-    around = [
-        np.full(velocity.size, float(one)) if np.ndim(one) == 0 else vector(one, name)
-        for name, one in (("load", load), ("temperature", temperature))
-    ]
+    around = _around(velocity.size, load, temperature)
     if state is not None:
         part.state = pack(state)
     check_run(dt, count=velocity.size, v=velocity, x=position, load=around[0], temperature=around[1])
     return _follow(part, memory_of(model, memory), velocity, position, dt, *around)
+
+
+def force_in_turns(
+    model: Model, parameters: np.ndarray, v: Any, dt: float, x: Any, starts: Sequence[int], *,
+    load: Any = NOMINAL_LOAD, temperature: Any = NOMINAL_TEMPERATURE,
+) -> np.ndarray:  # fmt: skip
+    """Return the friction force along a prescribed velocity, where parameters change on the way.
+
+    What the contact remembers carries over from each turn to the next: a surface that is a little rougher on one stroke
+    than on the last one.
+
+    Parameters
+    ----------
+    model : Model
+        The friction model; a virgin one begins.
+    parameters : ndarray, shape (turn, number)
+        Its parameters in each turn, as `bristle.core.packing.pack` lays them out.
+    v, x : array_like, shape (step,)
+        Mean velocity of each step [m/s or rad/s] and position at its end [m or rad].
+    dt : float
+        Length of a step [s].
+    starts : sequence of int
+        First step of each turn, in rising order; the first one is 0.
+    load, temperature : float or array_like, shape (step,)
+        Normal load over its nominal value, and temperature [K].
+
+    Returns
+    -------
+    ndarray, shape (step,)
+        Mean friction force of each step [N or N*m].
+
+    Raises
+    ------
+    InputError
+        If there is not one start for each turn.
+    """
+    velocity, position = vector(v, "v"), vector(x, "x")
+    if len(parameters) != len(starts) or not len(starts) or starts[0] != 0:
+        raise InputError("must name the first step of each turn, from 0", path="starts", value=list(starts)[:5])
+    around = _around(velocity.size, load, temperature)
+    check_run(dt, count=velocity.size, v=velocity, x=position, load=around[0], temperature=around[1])
+    part, memory = Part(model), memory_of(model, None)
+    force = np.empty(velocity.size)
+    for row, (first, last) in zip(parameters, pairwise([*starts, velocity.size]), strict=True):
+        part.parameters = np.ascontiguousarray(row)
+        turn = slice(first, last)
+        force[turn] = _follow(part, memory, velocity[turn], position[turn], dt, *(one[turn] for one in around))
+    return force
+
+
+def _around(count: int, load: Any, temperature: Any) -> list[np.ndarray]:
+    """Return load and temperature of each step."""
+    return [
+        np.full(count, float(one)) if np.ndim(one) == 0 else vector(one, name)
+        for name, one in (("load", load), ("temperature", temperature))
+    ]
 
 
 def settled(model: Model, v: float) -> tuple[Any, np.ndarray]:

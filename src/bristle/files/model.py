@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from bristle.core.contracts import FrictionModel, Model, make_model
 from bristle.core.errors import InputError
 from bristle.core.variable import KINDS, Kind, Variable
+from bristle.files.bands import bands_at, bands_table
 from bristle.files.components import (
     check_keys,
     check_schema,
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 
 __all__ = ["ModelFile", "friction_from", "read_model", "write_model"]
 
-KEYS = ("schema", "kind", "provenance", "treatment", "plant", "friction", "uncertainty")
+KEYS = ("schema", "kind", "provenance", "treatment", "plant", "friction", "uncertainty", "bands")
 DERIVED = {"s"}  # what is known of a model with lists instead of their numbers
 TREATMENT = {
     "cutoff": Variable("frequency", "cut-off of the zero-phase filter of the identification", min=1e-9),
@@ -43,8 +44,8 @@ class ModelFile(NamedTuple):
     """What a model file holds.
 
     `info` has ``"provenance"``, ``"treatment"`` (``cutoff`` [Hz], ``decimation`` and ``velocity_max`` [m/s or rad/s] of
-    the identification, where known) and ``"uncertainty"``: for each parameter ``std`` and ``robust_std`` in SI, where
-    known, and ``status``.
+    the identification, where known), ``"uncertainty"``: for each parameter ``std``, ``robust_std`` and ``interval`` in
+    SI, where known, and ``status``; and ``"bands"``, what bands around a prediction are made of, or None.
     """
 
     plant: Model | None
@@ -60,6 +61,7 @@ def write_model(
     estimates: Iterable[Any] = (),
     provenance: Mapping[str, str] | None = None,
     treatment: Mapping[str, float] | None = None,
+    bands: Any = None,
 ) -> None:
     """Write a model file; numbers come back to the bit.
 
@@ -76,6 +78,8 @@ def write_model(
     treatment : mapping
         How the log was treated: ``cutoff`` [Hz], ``decimation`` and ``velocity_max`` [m/s or rad/s]; further entries
         are left out.
+    bands : Bands, optional
+        What bands around a prediction are made of.
 
     Raises
     ------
@@ -100,8 +104,11 @@ def write_model(
         uncertainty = tomlkit.table(is_super_table=True)
         for one in known:
             entry = {"std": one.std, "robust_std": one.robust_std, "status": one.status, "note": one.note}
+            entry["interval"] = list(one.interval) if one.interval else None
             uncertainty.add(key_of(one.name), tomlkit.item({key: value for key, value in entry.items() if value}))
         document.add("uncertainty", uncertainty)
+    if bands is not None:
+        document.add("bands", bands_table(bands))
     target.write_text(tomlkit.dumps(document), encoding="utf-8")
 
 
@@ -189,7 +196,8 @@ def _model_from(data: dict[str, Any], folder: Path, related: bool) -> ModelFile:
     check_keys(uncertainty, [key_of(name) for name in known], "uncertainty")
     provenance = table_at(data.get("provenance", {}), "provenance")
     treatment = _treatment(data.get("treatment", {}), kind)
-    return ModelFile(plant, friction, {"provenance": provenance, "treatment": treatment, "uncertainty": uncertainty})
+    told = {"provenance": provenance, "treatment": treatment, "uncertainty": uncertainty}
+    return ModelFile(plant, friction, told | {"bands": bands_at(data.get("bands"), known)})
 
 
 def _treatment(value: Any, kind: Kind) -> dict[str, Any]:

@@ -91,7 +91,9 @@ def _components_of(one: Any) -> list[SlottedModel]:
 def _refuse_arrays(component: FrictionModel) -> None:
     slips = base_of(component) is maxwell_slip
     arrays = [name for name in component.variables if component.is_array(name) and not slips]
-    choices = [name for name, variable in component.variables.items() if variable.choices]
+    choices = [
+        name for name, variable in component.variables.items() if variable.choices and name not in component.defaults
+    ]
     if slips and "F_C" not in component.variables:
         raise InputError(
             "is not identified by direction: in pre-sliding that is an offset, once the motion has been to and fro",
@@ -173,7 +175,9 @@ def unknowns_of(component: FrictionModel, known: Known, regression: Regression) 
         if "c" in known.plant.variables and _is_damping(variable):
             held[name] = Held(0.0, "it cannot be told from the damping c of the plant")
         elif name in component.defaults and not variable.excitation and name not in (*held, *known.free):
-            held[name] = Held(component.defaults[name], "a shape that is kept at its default")
+            default = component.defaults[name]
+            code = variable.code(default, name) if variable.choices else default
+            held[name] = Held(code, "a shape that is kept at its default")
     reason = _why_no_offset(component, regression)
     if known.offset is not None:
         held["offset"] = Held(known.offset, "given as known")

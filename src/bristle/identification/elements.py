@@ -17,7 +17,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,6 +29,7 @@ from bristle.identification.operators.stops import thresholds_over
 from bristle.identification.operators.weights import NormalEquations
 from bristle.identification.problem import Problem
 from bristle.identification.regression import Regression, Stretch
+from bristle.identification.resampling.refit import Space
 from bristle.identification.shaped import shaped
 from bristle.identification.solution import Solution
 from bristle.identification.unknowns import Unknowns
@@ -36,12 +37,13 @@ from bristle.identification.unknowns import Unknowns
 __all__ = ["Elements"]
 
 COUNT_LEAST, PER_DECADE = 20, 12  # of the thresholds
+CURVE = 12  # displacements at which the virgin curve has intervals
 STEPS_LEAST, NOISE_LEAST = 2.0, 5.0  # of the encoder, of the noise of the position: the smallest threshold
 DECADES_MOST = 5.0
 COVERED = 0.9  # of the range of a stretch: from there on no element remembers how the log began
 FITTED_LEAST = 0.5  # of the rows: with fewer left, all are fitted
 FACTORS = ("p_1", "p_2", "k_L", "k_T")
-FACTOR_MOST = 20.0
+FACTOR_MOST, EDGE = 20.0, 0.99
 EVALUATIONS = 40
 
 
@@ -98,8 +100,39 @@ class Elements:
         values = {name: values[name] for name in self.unknowns.free}
         jacobian = self._jacobian(found, kept, r)
         at_edge = {name: "smallest" for name in ("sigma_2", "M") if found.others.get(name) == 0.0}
+        for name in self._factors:
+            if abs(values[name]) > EDGE * FACTOR_MOST:
+                at_edge[name] = "largest" if values[name] > 0.0 else "smallest"
         solution = Solution(values, at_edge, jacobian, np.eye(len(values)))
         return Problem(self.regression, replace(self.unknowns, component=view)), solution
+
+    def space(self) -> tuple[Problem, Space]:
+        """Return the problem with all its elements, and the coordinates of its solution: one stiffness for each."""
+        found, r = self._best(slice(None)), self.thresholds
+        weights = np.append(found.stiffness, found.others.get("sigma_2", 0.0))
+        factors = [self._varying[place + 1] @ weights for place in range(len(self._factors))]
+        names = (*(f"k_{number}" for number in range(r.size)), *self._others, *self._factors)
+        told = tuple(name for name in self.unknowns.free if name not in ("F_C", "s"))
+        first = np.zeros((2, len(names)))
+        first[0, : r.size], first[1, : r.size] = r, 1.0
+        curve = np.geomspace(r[0], r[-1], CURVE)
+        reach = np.minimum.outer(curve, r)
+        rest = [names.index(name) for name in told]
+        low = np.array([*(0.0 if sign > 0.0 else -np.inf for sign in self._signs), *([-np.inf] * len(factors))])
+
+        def values(phi: np.ndarray) -> dict[str, Any]:
+            # An element without force still has its threshold.
+            stiffness = np.maximum(phi[: r.size], 1e-12 * np.sum(phi[: r.size]))
+            level = float(stiffness @ r)
+            lists = {"F_C": level, "k_i": stiffness, "nu_i": stiffness * r / level}
+            return lists | dict(zip(names[r.size :], phi[r.size :].tolist(), strict=True))
+
+        return Problem(self.regression, replace(self.unknowns, component=self.component)), Space(
+            names, np.concatenate([found.stiffness, list(found.others.values()), found.factors]), low,
+            np.full(len(names), np.inf), np.column_stack([found.columns, *factors]), values, ("F_C", "s", *told),
+            np.vstack([first, np.eye(len(names))[rest]]), linear=True, curve=tuple(curve.tolist()),
+            tell=lambda phi: np.concatenate([first @ phi, phi[rest], reach @ phi[: r.size]]),
+        )  # fmt: skip
 
     @property
     def _factors(self) -> tuple[str, ...]:
@@ -201,8 +234,8 @@ class Elements:
             signals = [self._share(one) ** (1 if name == "a_1" else 2) for one in stretches]
         else:
             turn = 2.0 * np.pi / self.unknowns.held["pitch"].value
-            wave = np.cos if name == "c_1" else np.sin
-            signals = [wave(turn * one.position) for one in stretches]
+            wave, times = np.cos if name.startswith("c_") else np.sin, int(name.rpartition("_")[2])
+            signals = [wave(times * turn * one.position) for one in stretches]
         return self.regression.rows_of([self.regression.filtered(one) for one in signals])
 
     @cached_property

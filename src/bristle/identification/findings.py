@@ -11,7 +11,7 @@ import numpy as np
 from bristle.core.contracts import FrictionModel, Model, make_model
 from bristle.core.errors import InputError
 from bristle.core.typography import with_unit
-from bristle.core.variable import Kind
+from bristle.core.variable import Kind, Variable
 from bristle.identification.excitation import out_of_sight, why_unidentifiable
 from bristle.identification.problem import Problem
 from bristle.identification.repetition import about_amplitudes
@@ -102,7 +102,8 @@ def _combinations(component: FrictionModel, known: Mapping[str, Estimate]) -> tu
 def _valid(component: FrictionModel, values: Mapping[str, float], kind: Kind) -> Model:
     """Return the friction model with its values, refused where a model file with them could not be read again."""
     try:
-        return make_model(component, {name: values[name] for name in component.variables}, kind=kind, validate=True)
+        written = {name: variable.written(values[name]) for name, variable in component.variables.items()}
+        return make_model(component, written, kind=kind, validate=True)
     except InputError as error:
         raise InputError(
             f"the best fit of {component.name} is not what the model allows: {error.path} {error.message}",
@@ -127,7 +128,7 @@ class _Findings:
 
     def estimates(self) -> tuple[Estimate, ...]:
         """Return every parameter, plant first."""
-        return tuple(self._estimate(name) for name in self.variables)
+        return tuple(self._estimate(name) for name, variable in self.variables.items() if not variable.choices)
 
     def _estimate(self, name: str) -> Estimate:
         variable, held = self.variables[name], self.problem.unknowns.held.get(name)
@@ -201,6 +202,10 @@ class _Findings:
         return f"the search ran to the {edge} value that this log could show, {told}: {self._why(name)}"
 
 
+def _told(value: float, variable: Variable, kind: Kind) -> str:
+    return variable.written(value) if variable.choices else with_unit(value, variable.unit(kind))
+
+
 def _warnings(estimates: tuple[Estimate, ...], uncertainty: Uncertainty, names: tuple[str, ...]) -> tuple[str, ...]:
     found = []
     for estimate in estimates:
@@ -220,7 +225,7 @@ def _warnings(estimates: tuple[Estimate, ...], uncertainty: Uncertainty, names: 
 def _assumptions(problem: Problem, *, by_output: bool) -> tuple[str, ...]:
     regression, variables = problem.regression, problem.unknowns.variables
     found = [
-        f"{name} is held at {with_unit(held.value, variables[name].unit(regression.kind))}: {held.note}"
+        f"{name} is held at {_told(held.value, variables[name], regression.kind)}: {held.note}"
         for name, held in problem.unknowns.held.items()
     ]
     if by_output:

@@ -9,7 +9,7 @@ involved, and the controller that was running does not matter.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from os import PathLike
 from typing import Any
 
@@ -23,14 +23,17 @@ from bristle.friction.slots import SlottedModel
 from bristle.identification.asked import Known, freed, known_of, models_of, refuse_reversed_effort, unknowns_of
 from bristle.identification.elements import Elements
 from bristle.identification.findings import fit_of
-from bristle.identification.given import logs_and_axes, treatment_of, whole_number
+from bristle.identification.given import logs_and_axes, none_or_more, treatment_of
 from bristle.identification.held_out import held_out_error
+from bristle.identification.information import with_information
 from bristle.identification.output_error import OutputError, held_out_position, one_period, refined
 from bristle.identification.places import pitch_in
 from bristle.identification.problem import Problem
 from bristle.identification.ranking import ranked
 from bristle.identification.regression import Regression
 from bristle.identification.repetition import about_repetition
+from bristle.identification.resampling.assessment import assessed
+from bristle.identification.resampling.refit import Space, space_of
 from bristle.identification.result import Fit, HeldOut, Identification
 from bristle.identification.search import Search
 from bristle.identification.several import treat_all
@@ -42,6 +45,7 @@ from bristle.simulation.result import relative_error_percent
 
 __all__ = ["identify"]
 
+FEWEST_DRAWS = 20
 LEAST_LEVEL = 0.01  # of the effort: a Coulomb force that says nothing of the magnitude of friction
 
 Progress = Callable[[float, str], None]
@@ -52,7 +56,7 @@ def identify(
     axis: Axis | str | PathLike[str] | Sequence[Axis | str | PathLike[str]] | None = None,
     cutoff: float | str | None = None, decimation: int | None = None, blocks: int = 5,
     offset: float | str | None = None, mass: float | str | None = None, free: str | Sequence[str] = (),
-    progress: Progress | None = None,
+    draws: int = 200, progress: Progress | None = None,
 ) -> Identification:  # fmt: skip
     """Identify one friction model or several from a log, with the inertia, and rank them.
 
@@ -79,6 +83,8 @@ def identify(
     free : str or sequence of str
         Shapes that are identified too, instead of being kept at their default: ``"exponent"`` of the Dahl model;
         several separated by commas.
+    draws : int
+        Logs that are simulated with the best model and fitted again, for its 95 % intervals; 0 for none.
     progress : callable, optional
         Called with the share of the work done and what is being done.
 
@@ -100,9 +106,7 @@ def identify(
     given = logs_and_axes(log, axis)
     logs, axes = [log for log, _ in given], [axis for _, axis in given]
     components = models_of(model)
-    blocks = whole_number(blocks, "blocks", "0, or 2 and more")
-    if blocks < 0 or blocks == 1:
-        raise InputError("out of range", path="blocks", value=blocks, allowed="0, or 2 and more")
+    blocks, draws = none_or_more(blocks, "blocks", 2), none_or_more(draws, "draws", FEWEST_DRAWS)
     _refuse_without_effort(logs)
     kind = logs[0].kind
     known = replace(known_of(axes[0], mass, offset, kind), free=freed(free, components))
@@ -112,21 +116,24 @@ def identify(
     workbench = _Workbench.of(regression, known, tuple(zip(logs, axes, strict=True)) if by_output else ())
     fits = []
     for number, component in enumerate(components):
-        report = _share(progress, number, len(components), component.name)
+        report = _share(progress, number, len(components) + bool(draws), f"fitting {component.name}")
         fits.append(workbench.fit(component, blocks, report))
-    return Identification(
-        fits=tuple(replace(fit, rank=rank) for rank, fit in enumerate(ranked(fits), 1)),
-        log=logs[0],
-        further_logs=tuple(logs[1:]),
-        treatment={
-            "cutoff": regression.cutoff,
-            "decimation": float(regression.decimation),
-            "dropped": float(regression.dropped),
-            "rows": float(regression.effort.size),
-            "rest_percent": 100.0 * regression.rest_share,
-            "velocity_max": float(np.max(np.abs(regression.velocity))),
-        },
-    )
+    first, *others = (replace(fit, rank=rank) for rank, fit in enumerate(with_information(ranked(fits)), 1))
+    if draws:
+        report = _share(progress, len(components), len(components) + 1, f"fitting {first.name} to simulated logs")
+        first = workbench.assessed(first, draws, report)
+    return Identification((first, *others), logs[0], _treatment(regression), tuple(logs[1:]))
+
+
+def _treatment(regression: Regression) -> dict[str, float]:
+    return {
+        "cutoff": regression.cutoff,
+        "decimation": float(regression.decimation),
+        "dropped": float(regression.dropped),
+        "rows": float(regression.effort.size),
+        "rest_percent": 100.0 * regression.rest_share,
+        "velocity_max": float(np.max(np.abs(regression.velocity))),
+    }
 
 
 def _refuse_without_effort(logs: Sequence[Log]) -> None:
@@ -136,10 +143,10 @@ def _refuse_without_effort(logs: Sequence[Log]) -> None:
                              mend="Name the column of force, torque or current in the axis file")  # fmt: skip
 
 
-def _share(progress: Progress | None, number: int, count: int, name: str) -> Callable[[float], None]:
+def _share(progress: Progress | None, number: int, count: int, what: str) -> Callable[[float], None]:
     def report(share: float) -> None:
         if progress is not None:
-            progress((number + share) / count, f"fitting {name}")
+            progress((number + share) / count, what)
 
     return report
 
@@ -161,6 +168,7 @@ class _Workbench:
     sliding: dict[str, float]
     scales: Scales
     simulated: tuple[tuple[Log, Axis | None], ...] = ()
+    found: dict[str, tuple[Problem, Space]] = field(default_factory=dict)
 
     @classmethod
     def of(
@@ -210,9 +218,14 @@ class _Workbench:
         held_out = None
         if blocks:
             held_out = held_out_error(self.regression, predicted, blocks, lambda share: report(0.6 + 0.4 * share))
+        self.found[component.name] = problem, space_of(problem, solution, self.scales)
         fit = fit_of(problem, solution, self.scales)
         report(1.0)
         return self._finished(fit, held_out)
+
+    def assessed(self, fit: Fit, draws: int, report: Callable[[float], None]) -> Fit:
+        """Return a fit of this bench with its intervals from simulated logs."""
+        return assessed(fit, *self.found[fit.name], draws, report) if fit.name in self.found else fit
 
     def _by_output(self, problem: Problem, start: Solution, blocks: int, report: Callable[[float], None]) -> Fit:
         """Fit one model to the position, from where inverse dynamics ended."""
@@ -241,6 +254,7 @@ class _Workbench:
             return there.predicted(there.unknowns.complete(best.values))
 
         problem, solution = elements.solution()
+        self.found[component.name] = elements.space()
         report(0.5)
         held_out = None
         if blocks:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from os import PathLike
 from typing import Any, NamedTuple
 
@@ -18,6 +19,7 @@ from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
 from bristle.engine import Trace, run_closed_loop, run_open_loop, settled
 from bristle.friction import is_static, with_presliding
+from bristle.identification.bands import Bands, half_width
 from bristle.identification.between_samples import finer
 from bristle.identification.doubts import with_doubts
 from bristle.identification.given import checked_model, log_and_axis, treatment_of
@@ -37,7 +39,7 @@ START_SAMPLES = 20  # over which the initial velocity is estimated
 def predict(
     plant: Model, friction: Model, log: Log | str | PathLike[str], axis: Axis | str | PathLike[str] | None = None,
     mode: str = "inverse", *, cutoff: float | str | None = None, decimation: int | None = None,
-    velocity_max: float | None = None,
+    velocity_max: float | None = None, bands: Bands | None = None,
 ) -> Prediction:  # fmt: skip
     """Predict a log with a model.
 
@@ -60,6 +62,8 @@ def predict(
 
     velocity_max : float, optional
         Largest speed that the model was fitted to [m/s or rad/s]: a log that goes far beyond it is told.
+    bands : Bands, optional
+        How sure the model is; what is predicted in the inverse mode then has a 95 % band.
 
     Returns
     -------
@@ -87,7 +91,8 @@ def predict(
         raise InputError("has no effort to compare with or to apply", path="log", mend="Name its column in the axis")
     if mode == "inverse":
         regression = treat(log, axis, *treatment_of(cutoff, decimation, log.kind))
-        return with_doubts(_inverse(plant, friction, log, regression), log, velocity_max)
+        width = None if bands is None else half_width(bands, plant, friction, regression)
+        return with_doubts(replace(_inverse(plant, friction, log, regression), half_width=width), log, velocity_max)
     axis = axis or Axis(kind=log.kind)
     notes = []
     if axis.presliding and is_static(friction):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -24,9 +24,23 @@ REACH_PERIODS = 2  # of the cut-off, over which the zero-phase filter mixes samp
 
 def low_passed(signal: np.ndarray, cutoff: float, sample_time: float) -> np.ndarray:
     """Return a signal behind the zero-phase Butterworth filter of fourth order, cut-off in Hz, shape (sample,)."""
-    from scipy.signal import butter, sosfiltfilt
+    from scipy.signal import sosfiltfilt
 
-    return sosfiltfilt(butter(4, cutoff, fs=1.0 / sample_time, output="sos"), signal)
+    return sosfiltfilt(_sections(cutoff, sample_time), signal)
+
+
+@cache
+def _sections(cutoff: float, sample_time: float) -> np.ndarray:
+    from scipy.signal import butter
+
+    return np.asarray(butter(4, cutoff, fs=1.0 / sample_time, output="sos"))
+
+
+@cache
+def _taps(decimation: int) -> np.ndarray:
+    from scipy.signal import firwin
+
+    return np.asarray(firwin(2 * REACH * decimation + 1, 1.0 / decimation, window="hamming"))
 
 
 def mechanical(plant: Model, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
@@ -65,19 +79,23 @@ class Stretch:
         found = {"load": self.load, "temperature": self.temperature}
         return {name: values for name, values in found.items() if values is not None}
 
+    def signals(self, dt: float) -> dict[str, np.ndarray]:
+        """Return what friction depends on along the stretch, with its first cycle before it where that is known."""
+        # The velocity at a sample is the mean over the step around it, which ends half a step later.
+        found = {"v": self.velocity, "x": self.position + 0.5 * dt * self.velocity} | self.surroundings
+        return {name: np.concatenate([values[: self.first_cycle], values]) for name, values in found.items()}
+
     def answer(self, friction: Model, dt: float, plant: Model | None = None) -> np.ndarray:
         """Return the force of a friction model along the stretch, after its first cycle where that is known.
 
         Where the state of the contact before the log matters, it is the one that fits the effort best beside `plant`.
         """
-        # The velocity at a sample is the mean over the step around it, which ends half a step later.
-        signals = {"v": self.velocity, "x": self.position + 0.5 * dt * self.velocity} | self.surroundings
-        before = {name: np.concatenate([values[: self.first_cycle], values]) for name, values in signals.items()}
         state = None
         if plant is not None and friction.component.start is not None:
             wanted = self.effort - mechanical(plant, self.position, self.velocity, self.acceleration)
-            state = starting_state(friction, signals, dt, wanted)
-        return force_along(friction, dt=dt, state=state, **before)[self.first_cycle :]
+            ahead = {name: values[self.first_cycle :] for name, values in self.signals(dt).items()}
+            state = starting_state(friction, ahead, dt, wanted)
+        return force_along(friction, dt=dt, state=state, **self.signals(dt))[self.first_cycle :]
 
 
 @dataclass(frozen=True)
@@ -106,6 +124,10 @@ class Regression:
         Whether the recorded effort acts until the next sample; None where nobody said so.
     keeps_rests : bool
         Whether rows at rest are kept.
+    kept : ndarray or None
+        Which of the decimated samples are rows, shape (sample,) of bool; those in motion where not given.
+    effort_noise : float
+        Standard deviation of the noise of the effort, sample by sample [N or N*m].
     """
 
     stretches: tuple[Stretch, ...]
@@ -118,10 +140,12 @@ class Regression:
     dropped: int
     held: bool | None = None
     keeps_rests: bool = False
+    kept: np.ndarray | None = None
+    effort_noise: float = 0.0
 
     def rows_of(self, parts: Sequence[np.ndarray]) -> np.ndarray:
         """Return the rows of a signal, which is given along each whole stretch, shape (row,)."""
-        return self._thinned(parts)[self._in_motion]
+        return self._thinned(parts)[self.in_motion]
 
     def explained(self, plant: Model, friction: Model) -> list[np.ndarray]:
         """Return the effort that plant and friction take along each stretch [N or N*m]."""
@@ -153,21 +177,21 @@ class Regression:
         from scipy.signal import resample_poly
 
         return np.concatenate(
-            [np.asarray(resample_poly(part, 1, self.decimation, window=self._taps, padtype="edge")) for part in parts]
+            [
+                np.asarray(resample_poly(part, 1, self.decimation, window=_taps(self.decimation), padtype="edge"))
+                for part in parts
+            ]
         )
 
     @cached_property
-    def _in_motion(self) -> np.ndarray:
+    def in_motion(self) -> np.ndarray:
+        """Which of the decimated samples are rows, shape (sample,) of bool."""
+        if self.kept is not None:
+            return self.kept
         if self.keeps_rests:
             return np.ones(self._thinned([one.time for one in self.stretches]).size, dtype=bool)
         rests = [self.filtered((stretch.velocity == 0.0).astype(float)) for stretch in self.stretches]
         return np.abs(self._thinned(rests)) < REST_IN_ROW
-
-    @cached_property
-    def _taps(self) -> np.ndarray:
-        from scipy.signal import firwin
-
-        return np.asarray(firwin(2 * REACH * self.decimation + 1, 1.0 / self.decimation, window="hamming"))
 
     @property
     def reach(self) -> int:
@@ -182,7 +206,7 @@ class Regression:
 
     def sampled(self, parts: Sequence[np.ndarray]) -> np.ndarray:
         """Return the values of a signal at the rows, not mixed with those between."""
-        return np.concatenate([self.without_edges(part)[:: self.decimation] for part in parts])[self._in_motion]
+        return np.concatenate([self.without_edges(part)[:: self.decimation] for part in parts])[self.in_motion]
 
     @cached_property
     def samples_from_reversal(self) -> np.ndarray:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -11,9 +12,10 @@ from bristle.simulation.result import relative_error_percent
 
 if TYPE_CHECKING:
     from bristle.core import Model
+    from bristle.identification.bands import Bands
     from bristle.logs.log import Log
 
-__all__ = ["Estimate", "Fit", "HeldOut", "Identification", "Traces"]
+__all__ = ["Estimate", "Fit", "HeldOut", "Identification", "Information", "Resampling", "Scatter", "Traces"]
 
 NORMAL_95 = 1.96
 
@@ -38,6 +40,8 @@ class Estimate:
         Why it is held, at an edge or unidentifiable, in words; empty otherwise.
     robust_std : float or None
         Standard error in `unit` that holds for residuals correlated over time.
+    interval : tuple of float or None
+        Low and high end of the 95 % interval in `unit`, from fits to twins of the log; None where there were none.
     """
 
     name: str
@@ -48,6 +52,7 @@ class Estimate:
     status: str = "identified"
     note: str = ""
     robust_std: float | None = None
+    interval: tuple[float, float] | None = None
 
     @property
     def relative_std_percent(self) -> float | None:
@@ -63,7 +68,9 @@ class Estimate:
 
     @property
     def interval_percent(self) -> float | None:
-        """Half-width of the 95 % interval, from the larger standard error, as a percentage of the value."""
+        """Half-width of the 95 % interval as a percentage of the value, from the larger standard error if need be."""
+        if self.interval is not None and self.value != 0.0:
+            return 50.0 * (self.interval[1] - self.interval[0]) / abs(self.value)
         if self.larger_std is None or self.value == 0.0:
             return None
         return NORMAL_95 * 100.0 * self.larger_std / abs(self.value)
@@ -77,6 +84,54 @@ class HeldOut:
     mean_percent: float
     std_percent: float
     of: str = "time blocks"
+
+
+class Information(NamedTuple):
+    """Akaike's and the Bayesian information criterion above those of the best model, and the measurements counted."""
+
+    aic: float
+    bic: float
+    measurements: float
+
+
+class Scatter(NamedTuple):
+    """Standard deviation of the level of friction from reversal to reversal, as a share of it, with 95 % interval."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Resampling:
+    """What fits to twins of the log and to parts of it say.
+
+    Parameters
+    ----------
+    bands : Bands
+        Each free parameter as fitted to the twins, and what else makes up a band around a prediction.
+    scatter : Scatter
+        Of the level of friction from reversal to reversal.
+    half_cycles : int
+        From which the scatter is known.
+    resolution : float
+        Step of the position encoder [m or rad].
+    white : bool
+        Whether the residual is that of independent errors, so that the plain standard errors hold.
+    jackknife : mapping of str to float
+        Standard error of parameters [SI] by leaving out half-cycles; empty with fewer than five.
+    curve : tuple of (float, float, float, float)
+        Of elements that slip: displacement [m or rad], force on the virgin curve there [N or N*m], and the ends of its
+        95 % interval.
+    """
+
+    bands: Bands
+    scatter: Scatter
+    half_cycles: int
+    resolution: float
+    white: bool
+    jackknife: Mapping[str, float]
+    curve: tuple[tuple[float, float, float, float], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -134,6 +189,10 @@ class Fit:
         Products that the log tells where it does not tell one of their factors.
     further : int
         Free numbers besides the parameters: the shape of the elements of ``maxwell_slip``.
+    resampling : Resampling or None
+        How sure the fit is; None where that was not asked.
+    information : Information or None
+        What the fit costs in parameters, against the other models.
     """
 
     plant: Model
@@ -152,6 +211,8 @@ class Fit:
     position_rmse: float | None = None
     combinations: tuple[Estimate, ...] = ()
     further: int = 0
+    resampling: Resampling | None = None
+    information: Information | None = None
 
     @property
     def name(self) -> str:
@@ -187,6 +248,8 @@ class Fit:
         if self.held_out is not None:
             found["held_out_error_percent"] = self.held_out.mean_percent
             found["held_out_error_std_percent"] = self.held_out.std_percent
+        if self.information is not None:
+            found |= {"aic": self.information.aic, "bic": self.information.bic}
         return found
 
 

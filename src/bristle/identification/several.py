@@ -53,6 +53,7 @@ def treat_all(
         stretches=tuple(stretches),
         resolution=max(one.resolution for one in parts),
         noise=float(np.sqrt(np.mean([one.noise**2 for one in parts]))),
+        effort_noise=float(np.sqrt(np.mean([one.effort_noise**2 for one in parts]))),
     )
 
 

@@ -82,12 +82,15 @@ def treat(log: Any, axis: Axis | None, cutoff: float | None = None, decimation: 
             mend="Record a longer motion, raise the cut-off or lower the decimation",
         )  # fmt: skip
     treated = [_stretch(log, part, dt, cutoff, resolution, held=bool(held)) for part in kept]
-    moving = tuple(stretch for stretch, _ in treated if np.any(stretch.velocity != 0.0))
+    moving = tuple(stretch for stretch, *_ in treated if np.any(stretch.velocity != 0.0))
     if axis is not None and axis.in_cycle:
         moving = tuple(replace(one, first_cycle=_first_cycle(one, log.kind)) for one in moving)
-    noise = float(np.mean([one for _, one in treated]))
+    noise, effort_noise = (
+        float(np.mean(one)) for one in ([two for _, two, _ in treated], [two for *_, two in treated])
+    )
     keeps = axis is not None and axis.keeps_rests
-    regression = Regression(moving, log.kind, dt, resolution, noise, cutoff, decimation, dropped, held, keeps)
+    regression = Regression(moving, log.kind, dt, resolution, noise, cutoff, decimation, dropped, held, keeps,
+                            effort_noise=effort_noise)  # fmt: skip
     if not moving or regression.time.size < ROWS_MIN:
         raise InputError(
             "the axis hardly moves", path="log.position",
@@ -133,8 +136,8 @@ def _smallest_step(position: np.ndarray) -> float:
 
 def _stretch(
     log: Any, part: slice, dt: float, cutoff: float, resolution: float, *, held: bool
-) -> tuple[Stretch, float]:  # fmt: skip
-    """Return a stretch of the log and the standard deviation of the noise of its position [m or rad]."""
+) -> tuple[Stretch, float, float]:  # fmt: skip
+    """Return a stretch of the log, and the standard deviations of the noise of its position and of its effort."""
     raw = np.asarray(log.position.values[part], dtype=float)
     # The offset of a long stroke would cost digits in the second difference.
     origin = raw[0]
@@ -144,17 +147,21 @@ def _stretch(
     acceleration = np.gradient(velocity, dt)
     window = max(round(REST_PERIODS / (cutoff * dt)), 1)
     effort = np.asarray(log.effort.values[part], dtype=float)
+    effort = _at_samples(effort) if held else effort
+    smooth_effort = low_passed(effort, cutoff, dt)
     rest = _rests(smooth, window, max(1.5 * resolution, 4.0 * noise))
     stretch = Stretch(
         time=np.asarray(log.time.values[part], dtype=float),
         position=smooth + origin,
         velocity=_with_sides(velocity, rest),
         acceleration=acceleration,
-        effort=low_passed(_at_samples(effort) if held else effort, cutoff, dt),
+        effort=smooth_effort,
         load=None if log.load is None else low_passed(log.load.values[part], cutoff, dt),
         temperature=None if log.temperature is None else low_passed(log.temperature.values[part], cutoff, dt),
     )
-    return stretch, noise
+    # White noise above the cut-off tells how much there is in all.
+    above = max(1.0 - 2.0 * cutoff * dt, 0.1)
+    return stretch, noise, GAUSSIAN * float(np.median(np.abs(effort - smooth_effort))) / above**0.5
 
 
 def _first_cycle(one: Stretch, kind: Kind) -> int:

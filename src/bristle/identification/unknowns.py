@@ -22,7 +22,8 @@ from bristle.plants.inertia import MODEL as inertia
 
 __all__ = ["Coordinate", "Held", "Scales", "Unknowns", "coordinates_of", "scales_of", "stroke_of"]
 
-AT_LEAST = re.compile(r"(\w+) >= (\w+)")
+AT_LEAST = re.compile(r"(\w+) >=? (\w+)")
+CLEARLY = 0.1  # of the force scale: by how much a force is above another one that it must exceed
 SLOWEST_SHARE = 0.01  # of the samples are slower than the smallest Stribeck velocity sought
 BREAK_AWAY_MOST = 2.0  # times the largest effort of the log
 STRIBECK_SHARE = 1.0 / 3.0  # of the greatest speed: beyond, the log would not show the level that friction falls to
@@ -173,9 +174,14 @@ def coordinates_of(unknowns: Unknowns, scales: Scales) -> tuple[Coordinate, ...]
         scale = scales.magnitude(variable)
         allowed = (variable.min, variable.max)
         if name in floors:
+            strict = any(
+                one.condition.startswith(f"{name.removesuffix('_pos').removesuffix('_neg')} > ")
+                for one in unknowns.component.relations
+            )
             # A log shows no force that its effort never came near.
             most = BREAK_AWAY_MOST * scales.peak / scale if variable.quantity == "force" else math.inf
-            found.append(Coordinate(name, "excess", scale, 0.0, most, *allowed, floors[name]))
+            least = CLEARLY if strict else 0.0
+            found.append(Coordinate(name, "excess", scale, least, most, *allowed, floors[name]))
         elif variable.min > 0.0 and variable.quantity != "mass":
             low, high = scales.range(variable)
             low, high = max(low, variable.min), min(high, variable.max)

@@ -10,8 +10,9 @@ from bristle.core.variable import unit_of
 from bristle.identification.drive_table import largest_deviation, steady_curve
 from bristle.logs.passages import passages
 from bristle.report.advice import next_measurements
+from bristle.report.certificates import certificate_table
 from bristle.report.compensation import gain_of
-from bristle.report.log_facts import log_facts, treatment_facts
+from bristle.report.log_facts import log_facts, scatter_facts, treatment_facts
 from bristle.report.loop_tables import variant_table
 from bristle.report.model_tables import as_csv, comparison_table, drive_rows, parameter_table
 from bristle.report.page import render
@@ -22,6 +23,7 @@ from bristle.report.simulation import following_picture
 from bristle.report.verdict import figures_of_merit, sentences
 
 if TYPE_CHECKING:
+    from bristle.certificates import Certificate
     from bristle.identification.result import Fit, Identification
     from bristle.simulation.result import Prediction, SimulationResult
 
@@ -31,7 +33,8 @@ __all__ = ["identification_report"]
 def identification_report(
     identification: Identification, *, prediction: Prediction | None = None,
     simulation: SimulationResult | None = None, table: Sequence[tuple[float, float]] | None = None, command: str,
-    axis_name: str, provenance: Mapping[str, str], banner: str | None = None,
+    axis_name: str, provenance: Mapping[str, str], certificates: Mapping[str, Certificate] | None = None,
+    banner: str | None = None,
 ) -> str:  # fmt: skip
     """Return the report of an identification as one HTML page.
 
@@ -51,6 +54,8 @@ def identification_report(
         What people call the axis.
     provenance : mapping of str to str
         Versions, files, checksums.
+    certificates : mapping of str to Certificate, optional
+        Whether the best model is fit to be used.
     banner : str, optional
         What a reader must know before anything else.
     """
@@ -82,7 +87,9 @@ def identification_report(
         assumptions=_assumed(fit, prediction),
         passages=passage_table([one.as_data() for one in passages(identification.log)], kind),
         log=log_facts(identification.log, identification.further_logs)
-        + treatment_facts(identification.treatment, kind),
+        + treatment_facts(identification.treatment, kind)
+        + scatter_facts(fit.resampling, kind),
+        certificates=certificate_table(fit.name, certificates) if certificates else None,
         notes=[note for one in (identification.log, *identification.further_logs) for note in one.notes],
     )
 

@@ -12,9 +12,10 @@ from bristle.core.variable import Kind, unit_of
 from bristle.report.table import Quantity
 
 if TYPE_CHECKING:
+    from bristle.identification.result import Resampling
     from bristle.logs.log import Log
 
-__all__ = ["log_facts", "treatment_facts"]
+__all__ = ["log_facts", "scatter_facts", "treatment_facts"]
 
 TREATMENT = {
     "cutoff": ("Cut-off of the zero-phase filter", "{:g} Hz"),
@@ -53,4 +54,19 @@ def treatment_facts(treatment: Mapping[str, float], kind: Kind) -> list[tuple[st
     facts = [(word, pattern.format(treatment[key])) for key, (word, pattern) in TREATMENT.items() if key in treatment]
     if "velocity_max" in treatment:
         facts.append(("Largest speed of the rows", with_unit(treatment["velocity_max"], unit_of("length/time", kind))))
+    return facts
+
+
+def scatter_facts(resampling: Resampling | None, kind: Kind) -> list[tuple[str, str]]:
+    """Return how repeatable the friction of a log is, and what else keeps a fit from being exact."""
+    if resampling is None:
+        return []
+    bands, scatter = resampling.bands, resampling.scatter
+    low, high = (number(100.0 * one, digits=2) for one in (scatter.low, scatter.high))
+    facts = [("Noise of the effort, sample by sample", with_unit(bands.noise, unit_of("force", kind)))]
+    if scatter.value > 0.0:
+        told = f"{number(100.0 * scatter.value, digits=2)} %, 95 % interval {low} to {high} %"
+        facts.append(("Scatter of friction from reversal to reversal", f"{told}, {resampling.half_cycles} half-cycles"))
+    left = with_unit(bands.unexplained, unit_of("force", kind))
+    facts.append(("Residual that noise, encoder and scatter do not explain", f"{left}, root mean square"))
     return facts

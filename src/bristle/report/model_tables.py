@@ -24,16 +24,22 @@ STATUS_WORDS = {
 
 
 def parameter_table(fit: Fit) -> Table:
-    """Return the parameters of a fit with their uncertainty."""
-    heads = ("Parameter", "Meaning", "Value", "Standard error", "Unit", "Standard error [%]", "95 % interval [%]",
-             "Remark")  # fmt: skip
+    """Return the parameters of a fit with their uncertainty.
+
+    Standard errors of least squares are told where nothing better is known, or the residuals are white.
+    """
+    heads = ("Parameter", "Meaning", "Value", "Standard error", "95 % interval", "Unit", "Standard error [%]",
+             "95 % interval [%]", "Remark")  # fmt: skip
+    plain = fit.resampling is None or fit.resampling.white
     return Table(
-        f"Parameters of {fit.name}", heads, [_parameter_row(one) for one in (*fit.estimates, *fit.combinations)]
+        f"Parameters of {fit.name}",
+        heads,
+        [_parameter_row(one, plain=plain) for one in (*fit.estimates, *fit.combinations)],
     ).without_empty_columns()
 
 
-def _parameter_row(estimate: Estimate) -> tuple[str, ...]:
-    std = estimate.std if estimate.std is not None and math.isfinite(estimate.std) else None
+def _parameter_row(estimate: Estimate, *, plain: bool) -> tuple[str, ...]:
+    std = estimate.std if plain and estimate.std is not None and math.isfinite(estimate.std) else None
     scale = scale_of(estimate.unit, estimate.value or std or 0.0)
     scaled = None if std is None else std * scale.factor
     half = _percent(estimate.interval_percent)
@@ -42,11 +48,20 @@ def _parameter_row(estimate: Estimate) -> tuple[str, ...]:
         estimate.description,
         number(estimate.value * scale.factor, scaled),
         "–" if scaled is None else f"± {number(scaled, scaled)}",
+        _interval(estimate, scale.factor),
         scale.unit or "–",
-        _percent(estimate.relative_std_percent),
+        _percent(estimate.relative_std_percent) if plain else "–",
         "–" if half == "–" else f"± {half}",
         STATUS_WORDS.get(estimate.status, estimate.status),
     )
+
+
+def _interval(estimate: Estimate, factor: float) -> str:
+    if estimate.interval is None:
+        return "–"
+    low, high = (factor * one for one in estimate.interval)
+    width = 0.5 * (high - low)
+    return f"{number(low, width)} to {number(high, width)}"
 
 
 def _percent(value: float | None) -> str:
@@ -56,7 +71,7 @@ def _percent(value: float | None) -> str:
 def comparison_table(identification: Identification) -> Table:
     """Return the models side by side, best first."""
     heads = ("Model", "Parameters", "Held-out error [%]", "Spread over blocks [%]", "Error of the fit [%]",
-             "Condition number", "Not identified")  # fmt: skip
+             "AIC, above the best", "BIC, above the best", "Condition number", "Not identified")  # fmt: skip
     rows = []
     for fit in identification.fits:
         held_out = fit.held_out
@@ -67,6 +82,8 @@ def comparison_table(identification: Identification) -> Table:
             "–" if held_out is None else number(held_out.mean_percent, digits=3),
             "–" if held_out is None else f"± {number(held_out.std_percent, digits=2)}",
             number(fit.error_percent, digits=3),
+            "–" if fit.information is None else number(fit.information.aic, digits=3),
+            "–" if fit.information is None else number(fit.information.bic, digits=3),
             number(fit.condition_number, digits=3),
             ", ".join(unknown) or "–",
         ))  # fmt: skip

@@ -36,7 +36,7 @@ def write_identification(
     best = identification.best
     write_model(
         folder / "model.toml", best.plant, best.friction, estimates=best.estimates, provenance=provenance,
-        treatment=identification.treatment,
+        treatment=identification.treatment, bands=best.resampling.bands if best.resampling else None,
     )  # fmt: skip
     if table:
         (folder / "drive_table.csv").write_text(as_csv(table, best.friction.kind) + "\n", encoding="utf-8")

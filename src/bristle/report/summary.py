@@ -10,6 +10,7 @@ from bristle.core.variable import unit_of
 from bristle.identification.drive_table import largest_deviation
 
 if TYPE_CHECKING:
+    from bristle.certificates import Certificate
     from bristle.core.contracts import Model
     from bristle.identification.result import Estimate, Fit, Identification
     from bristle.simulation.result import Prediction, SimulationResult
@@ -23,6 +24,7 @@ NO_POSITION: dict[str, Any] = {"position_error_percent": None, "position_rmse": 
 def identification_summary(
     identification: Identification, *, table: Sequence[tuple[float, float]], simulation: SimulationResult | None,
     prediction: Prediction | None, provenance: Mapping[str, str],
+    certificates: Mapping[str, Certificate] | None = None,
 ) -> dict[str, Any]:  # fmt: skip
     """Return an identification in numbers: the best model on top, all of them under ``models``."""
     best, log = identification.best, identification.log
@@ -33,6 +35,8 @@ def identification_summary(
         "parameters": _parameters(best),
         "combinations": _described(best.combinations),
         "metrics": NO_POSITION | best.metrics,
+        "resampling": _resampling(best),
+        "certificates": {name: vars(one) for name, one in (certificates or {}).items()},
         "warnings": best.warnings,
         "assumptions": best.assumptions,
         "models": [
@@ -63,8 +67,10 @@ def prediction_summary(
     return head | _prediction(prediction) | {"log_notes": notes, "provenance": provenance}
 
 
-def simulation_summary(result: SimulationResult, *, provenance: Mapping[str, str]) -> dict[str, Any]:
-    """Return a simulated experiment in numbers, in SI of the axis."""
+def simulation_summary(
+    result: SimulationResult, *, provenance: Mapping[str, str], warnings: Sequence[str] = ()
+) -> dict[str, Any]:
+    """Return a simulated experiment in numbers, in SI of the axis; `warnings` are those of its loops."""
     kind = result.experiment.kind
     return {
         "name": result.experiment.name,
@@ -74,6 +80,7 @@ def simulation_summary(result: SimulationResult, *, provenance: Mapping[str, str
         "runs": max((one.runs for one in result.variants.values()), default=0),
         "variants": _variants(result)
         | {name: {"status": reason, "completed": False, "runs": 0} for name, reason in result.refused.items()},
+        "warnings": warnings,
         "provenance": provenance,
     }
 
@@ -91,11 +98,31 @@ def _described(estimates: Sequence[Estimate]) -> dict[str, Any]:
             "relative_std_percent": one.relative_std_percent,
             "robust_std": one.robust_std,
             "interval_percent": one.interval_percent,
+            "interval": one.interval,
             "status": one.status,
             "note": one.note,
             "description": one.description,
         }
         for one in estimates
+    }
+
+
+def _resampling(fit: Fit) -> dict[str, Any] | None:
+    """Return what fits to simulated logs say beside the intervals of the parameters, in SI."""
+    found = fit.resampling
+    if found is None:
+        return None
+    return {
+        "draws": found.bands.count,
+        "scatter": found.scatter._asdict(),
+        "half_cycles": found.half_cycles,
+        "noise": found.bands.noise,
+        "resolution": found.resolution,
+        "unexplained": found.bands.unexplained,
+        "inflation": found.bands.inflation,
+        "white": found.white,
+        "jackknife_std": dict(found.jackknife),
+        "virgin_curve": [dict(zip(("x", "force", "low", "high"), one, strict=True)) for one in found.curve],
     }
 
 
@@ -109,7 +136,7 @@ def _variants(result: SimulationResult) -> dict[str, Any]:
 def _prediction(prediction: Prediction) -> dict[str, Any]:
     return {
         "mode": prediction.mode,
-        "metrics": dict(prediction.metrics),
+        "metrics": dict(prediction.metrics) | {"inside_band_percent": prediction.inside_percent},
         "status": prediction.status.sentence,
         "completed": prediction.status is not Status.NOT_FINITE,
         "notes": prediction.notes,

@@ -184,6 +184,8 @@ class Prediction:
     metrics : mapping
         ``force_error_percent``, ``position_error_percent``, ``position_rmse``, ``position_unit``; None where the mode
         does not predict the signal.
+    half_width : ndarray or None
+        Half-width of the 95 % band around the effort [N or N*m]; None where the model does not say how sure it is.
     """
 
     mode: str
@@ -195,3 +197,11 @@ class Prediction:
     metrics: Mapping[str, float | str | None]
     status: Status = Status.OK
     notes: tuple[str, ...] = field(default=())
+    half_width: np.ndarray | None = None
+
+    @property
+    def inside_percent(self) -> float | None:
+        """Share of the samples of the effort that lie inside the 95 % band [%]; None without a band."""
+        if self.half_width is None or self.effort is None or self.effort_predicted is None:
+            return None
+        return 100.0 * float(np.mean(np.abs(self.effort - self.effort_predicted) <= self.half_width))

@@ -130,4 +130,5 @@ def _name_reason(node: ast.Name, function: Callable[..., Any]) -> str:
 
 
 def _value(name: str, function: Callable[..., Any]) -> Any:
-    return inspect.getclosurevars(function).globals.get(name, function.__globals__.get(name))
+    around = inspect.getclosurevars(function)
+    return around.nonlocals.get(name, around.globals.get(name, function.__globals__.get(name)))

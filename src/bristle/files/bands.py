@@ -1,0 +1,83 @@
+"""What bands around a prediction are made of, as a table of a model file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bristle.core.errors import InputError
+from bristle.files.components import check_keys, key_of, table_at
+
+if TYPE_CHECKING:
+    from tomlkit.items import Table
+
+__all__ = ["bands_at", "bands_table"]
+
+NUMBERS = ("scatter", "noise", "unexplained", "inflation")
+MEMBERS = 40
+DIGITS = 7
+
+
+def bands_table(bands: Any) -> Table:
+    """Return the table of a model file, with as many sets of parameters as a band is drawn from."""
+    import tomlkit
+
+    table = tomlkit.table()
+    for name in NUMBERS:
+        table.add(name, float(getattr(bands, name)))
+    table["scatter"].comment("of the level of friction from reversal to reversal, a share of it")
+    table["noise"].comment("of the effort, sample by sample")
+    table["unexplained"].comment("left over beyond noise, encoder and scatter")
+    table["inflation"].comment("factor set on blocks that were held out")
+    draws = tomlkit.table()
+    for name, values in bands.draws.items():
+        draws.add(key_of(name), tomlkit.item([_short(one) for one in values[:MEMBERS]]))
+    table.add("draws", draws)
+    return table
+
+
+def _short(value: Any) -> Any:
+    if np.ndim(value):
+        return [_short(one) for one in value]
+    return float(f"{float(value):.{DIGITS}g}")
+
+
+def bands_at(value: Any, known: Collection[str]) -> dict[str, Any] | None:
+    """Return the table as `bristle.identification.bands.Bands` takes it; None where there is none.
+
+    Raises
+    ------
+    InputError
+        With the path of the key that does not fit.
+    """
+    if value is None:
+        return None
+    given = table_at(value, "bands")
+    check_keys(given, (*NUMBERS, "draws"), "bands")
+    found: dict[str, Any] = {}
+    for name in NUMBERS:
+        number = given.get(name)
+        if isinstance(number, bool) or not isinstance(number, (int, float)) or not math.isfinite(number) or number < 0:
+            raise InputError("must be a number", path=f"bands.{name}", value=number, allowed=">= 0",
+                             mend="Leave [bands] out to predict without bands")  # fmt: skip
+        found[name] = float(number)
+    names = {key_of(name): name for name in known}
+    draws = table_at(given.get("draws", {}), "bands.draws")
+    check_keys(draws, names, "bands.draws")
+    found["draws"] = {names[key]: _draws(one, f"bands.draws.{key}") for key, one in draws.items()}
+    if len({len(one) for one in found["draws"].values()}) > 1:
+        raise InputError("must have as many numbers for each parameter", path="bands.draws")
+    return found
+
+
+def _draws(value: Any, path: str) -> np.ndarray:
+    try:
+        numbers = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        numbers = np.zeros(())
+    if numbers.ndim not in (1, 2) or not np.all(np.isfinite(numbers)):
+        raise InputError("must be a list of numbers, or of lists of one length", path=path)
+    return numbers

@@ -1,0 +1,130 @@
+"""How sure a fit is: intervals from twins of the log, a cross-check, and what the log does not see."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from bristle.core.typography import number, with_unit
+from bristle.core.variable import unit_of
+from bristle.identification.bands import Bands, half_width
+from bristle.identification.problem import Problem
+from bristle.identification.resampling.bootstrap import Bootstrap, bootstrap
+from bristle.identification.resampling.half_cycles import HalfCycles
+from bristle.identification.resampling.jackknife import jackknife_std
+from bristle.identification.resampling.refit import Refit, Space
+from bristle.identification.resampling.sight import Unseen, unseen
+from bristle.identification.resampling.whiteness import is_white
+from bristle.identification.result import Estimate, Fit, Resampling
+
+__all__ = ["assessed"]
+
+BLOCKS = 5
+CLEAR = 0.5  # relative standard error
+AT_ODDS = 3.0  # ratio of the jackknife to the bootstrap from which the reader is told
+
+
+def assessed(
+    fit: Fit, problem: Problem, space: Space, draws: int, report: Callable[[float], None] = lambda share: None
+) -> Fit:
+    """Return a fit with what resampling says of it.
+
+    Parameters
+    ----------
+    fit : Fit
+        The fit.
+    problem, space : Problem, Space
+        What was fitted, and the coordinates of the solution.
+    draws : int
+        Number of twins.
+    report : callable
+        Is told the share of the work done.
+    """
+    residual, cycles = fit.traces.residual, HalfCycles(problem.regression)
+    blind = unseen(problem, space, frozenset(one.name for one in fit.estimates if _is_clear(one)))
+    # What is only weakly seen stays free: held, it would make the others look surer than they are.
+    flat = {one.name for one in blind if one.flat}
+    free = np.array([name not in flat for name in space.names])
+    found = bootstrap(problem, space, draws, free=free, report=report)
+    bands = Bands(
+        draws={name: np.array([one[name] for one in found.members]) for name in found.members[0]},
+        scatter=found.scatter.value, noise=found.disturbance.noise, unexplained=found.unexplained,
+    )  # fmt: skip
+    resampling = Resampling(
+        bands=replace(bands, inflation=_inflation(bands, fit, problem, space, free)),
+        scatter=found.scatter,
+        half_cycles=cycles.count,
+        resolution=found.disturbance.resolution,
+        white=is_white(residual),
+        jackknife=jackknife_std(space, cycles, residual),
+        curve=found.curve,
+    )
+    estimates = tuple(_estimate(one, found, blind) for one in fit.estimates)
+    told = [f"{one.name} cannot be identified: {one.note}" for one in blind]
+    return replace(
+        fit, estimates=estimates, resampling=resampling,
+        warnings=(*fit.warnings, *told, *_at_odds(estimates, found, resampling.jackknife)),
+        assumptions=(*fit.assumptions, _how(fit, resampling)),
+    )  # fmt: skip
+
+
+def _inflation(bands: Bands, fit: Fit, problem: Problem, space: Space, free: np.ndarray) -> float:
+    """Return the factor that makes bands hold 95 % of the rows of blocks that were held out, at least 1."""
+    regression = problem.regression
+    width = half_width(bands, fit.plant, fit.friction, regression)
+    count, reach = regression.effort.size, regression.reach
+    share = []
+    for first, last in pairwise(np.linspace(0, count, BLOCKS + 1).astype(int).tolist()):
+        fitted = np.ones(count, dtype=bool)
+        fitted[max(first - reach, 0) : last + reach] = False
+        if fitted.any():
+            _, residual = Refit(space, free, fitted).solve(problem, space.phi)
+            share.append(np.abs(residual[first:last]) / width[first:last])
+    return max(float(np.quantile(np.concatenate(share), 0.95)), 1.0) if share else 1.0
+
+
+def _is_clear(one: Estimate) -> bool:
+    """Return whether 30 % of a value mean anything: not so where it is known to be next to nothing."""
+    return one.status == "identified" and one.larger_std is not None and one.larger_std <= CLEAR * abs(one.value)
+
+
+def _estimate(one: Estimate, found: Bootstrap, blind: tuple[Unseen, ...]) -> Estimate:
+    lost = next((other for other in blind if other.name == one.name), None)
+    if lost is not None:
+        one = replace(one, status="unidentifiable", note=lost.note)
+    return replace(one, interval=found.interval(one.name)) if one.name in found.space.told else one
+
+
+def _at_odds(
+    estimates: tuple[Estimate, ...], found: Bootstrap, jackknife: Mapping[str, float]
+) -> list[str]:  # fmt: skip
+    """Return a warning for what scatters more from half-cycle to half-cycle than the twins do."""
+    spread = dict(zip(found.space.told, found.std.tolist(), strict=False))
+    names = [
+        one.name
+        for one in estimates
+        if one.status == "identified" and jackknife.get(one.name, 0.0) > AT_ODDS * spread.get(one.name, np.inf)
+    ]
+    if not names:
+        return []
+    return [
+        f"leaving out half-cycles changes {', '.join(names)} by more than noise, encoder and scatter do: the model "
+        "lacks something that differs between the half-cycles, and these intervals are too narrow"
+    ]
+
+
+def _how(fit: Fit, resampling: Resampling) -> str:
+    kind = fit.friction.kind
+    bands = resampling.bands
+    noise, left = (with_unit(one, unit_of("force", kind)) for one in (bands.noise, bands.unexplained))
+    step = with_unit(resampling.resolution, unit_of("length", kind))
+    scatter = number(100.0 * resampling.scatter.value, digits=2)
+    return (
+        f"95 % intervals from {bands.count} fits to logs simulated with the model: "
+        f"noise of {noise}, encoder steps of {step}, friction that scatters by {scatter} % over "
+        f"{resampling.half_cycles} half-cycles; {left} of the residual (root mean square) is none of these, and comes "
+        "back block by block with a sign drawn by chance"
+    )

@@ -1,0 +1,205 @@
+"""Parametric bootstrap: intervals from fits to twins of the log.
+
+The error of a fit is that of the same fit to a log that the fitted model made. Errors are turned around: where the
+fits to twins come out high, so did the first one (basic interval [1]_); those of a parameter that is sought in
+its logarithm are factors. A parameter on an edge of its range has the percentiles themselves.
+
+References
+----------
+.. [1] A. C. Davison, D. V. Hinkley, "Bootstrap Methods and their Application", Cambridge University Press, 1997.
+   doi:10.1017/CBO9780511802843
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bristle.identification.problem import Problem
+from bristle.identification.resampling.half_cycles import HalfCycles, level_slope, scatter_seen
+from bristle.identification.resampling.refit import Refit, Space
+from bristle.identification.resampling.twin import Disturbance, Twin, disturbance_of
+from bristle.identification.result import Scatter
+
+__all__ = ["Bootstrap", "basic_interval", "bootstrap"]
+
+PILOT = 24  # draws by which the scatter, and then what the model lacks, are set right
+SEED = 20_261_120
+TAIL = 2.5  # percent
+FEWEST_CYCLES = 4  # for a scatter
+
+
+@dataclass(frozen=True)
+class Bootstrap:
+    """Fits to logs drawn anew.
+
+    Parameters
+    ----------
+    space : Space
+        The coordinates of the fit to the log itself.
+    draws : ndarray, shape (draw, told and curve)
+        What was fitted to each twin, as `Space.numbers` tells it [SI].
+    members : tuple of mapping
+        The same, as the model takes it.
+    free : ndarray, shape (free,) of bool
+        Coordinates that were fitted.
+    disturbance : Disturbance
+        What the logs were drawn with.
+    scatter : Scatter
+        From reversal to reversal.
+    unexplained : float
+        Root mean square of the part of the residual that neither noise, encoder nor scatter explain [N or N*m].
+    """
+
+    space: Space
+    draws: np.ndarray
+    members: tuple[Mapping[str, Any], ...]
+    free: np.ndarray
+    disturbance: Disturbance
+    scatter: Scatter
+    unexplained: float
+
+    @property
+    def estimate(self) -> np.ndarray:
+        """What was fitted to the log itself [SI], shape (told and curve,)."""
+        return self.space.numbers(self.space.phi)
+
+    @property
+    def std(self) -> np.ndarray:
+        """Standard deviation of the draws [SI], shape (told and curve,)."""
+        return np.std(self.draws, axis=0, ddof=1)
+
+    def interval(self, name: str) -> tuple[float, float]:
+        """Return the 95 % interval of a parameter [SI]."""
+        column = self.space.told.index(name)
+        draws = self.draws[:, column]
+        if name in self.space.at_edge:
+            low, high = np.percentile(draws, [TAIL, 100.0 - TAIL])
+            return float(low), float(high)
+        return basic_interval(draws, self.estimate[column], logarithmic=name in self.space.logarithmic)
+
+    @property
+    def curve(self) -> tuple[tuple[float, float, float, float], ...]:
+        """The virgin curve: displacement [m or rad], force [N or N*m], and the ends of its 95 % interval."""
+        first, found = len(self.space.told), self.estimate
+        return tuple(
+            (x, float(found[first + place]),
+             *basic_interval(self.draws[:, first + place], found[first + place], logarithmic=False))
+            for place, x in enumerate(self.space.curve)
+        )  # fmt: skip
+
+
+def basic_interval(draws: np.ndarray, estimate: float, *, logarithmic: bool) -> tuple[float, float]:
+    """Return the 95 % interval of an estimate from estimates of twins, shape (draw,), whose truth it is."""
+    if logarithmic:
+        low, high = basic_interval(np.log(draws), float(np.log(estimate)), logarithmic=False)
+        return float(np.exp(low)), float(np.exp(high))
+    low, high = np.percentile(draws, [TAIL, 100.0 - TAIL])
+    return float(2.0 * estimate - high), float(2.0 * estimate - low)
+
+
+def bootstrap(
+    problem: Problem, space: Space, count: int, *, free: np.ndarray | None = None, seed: int = SEED,
+    report: Callable[[float], None] = lambda share: None,
+) -> Bootstrap:  # fmt: skip
+    """Return fits to twins of a log.
+
+    Parameters
+    ----------
+    problem : Problem
+        What was fitted.
+    space : Space
+        The coordinates of the solution.
+    count : int
+        Number of twins.
+    free : ndarray, shape (free,) of bool, optional
+        Coordinates that are fitted; all where not given.
+    seed : int
+        Of the random numbers.
+    report : callable
+        Is told the share of the work done.
+    """
+    free = np.ones(len(space.names), dtype=bool) if free is None else free
+    values = problem.unknowns.complete(space.values(space.phi))
+    cycles = HalfCycles(problem.regression)
+    residual = problem.regression.effort - problem.predicted(values)
+    slope = level_slope(problem, values)
+    seen = scatter_seen(cycles, slope, residual) if cycles.count >= FEWEST_CYCLES else 0.0
+    twin = Twin(problem, cycles, values, disturbance_of(problem.regression, seen))
+    fits = _Fits(twin, Refit(space, free, slice(None)), slope, np.ones(1))
+    seeds = np.random.SeedSequence(seed).spawn(2 * PILOT + count)
+    with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+        # A fit takes part of the scatter into its parameters: what is seen of it is less than there is.
+        pilot = list(pool.map(fits.one, seeds[:PILOT]))
+        again = float(np.sqrt(np.mean([one.scatter**2 for one in pilot])))
+        scatter = seen * seen / again if again > 0.0 else 0.0
+        fits = replace(fits.disturbed(scatter=scatter), ratios=_ratios([one.scatter for one in pilot]))
+        pilot = list(pool.map(fits.one, seeds[PILOT : 2 * PILOT]))
+        square = float(np.mean(residual**2))
+        lacking = max(square - float(np.mean([one.square for one in pilot])), 0.0)
+        fits = fits.disturbed(unexplained=(lacking / square) ** 0.5 if square > 0.0 else 0.0)
+        found = []
+        for one in pool.map(fits.one, seeds[2 * PILOT :]):
+            found.append(one)
+            report(len(found) / count)
+    return Bootstrap(
+        space, np.array([one.numbers for one in found]), tuple(one.values for one in found), free,
+        fits.twin.disturbance, _scatter(scatter, np.array([one.scatter for one in found])), lacking**0.5,
+    )  # fmt: skip
+
+
+def _scatter(scatter: float, drawn: np.ndarray) -> Scatter:
+    if scatter == 0.0:
+        return Scatter(0.0, 0.0, 0.0)
+    typical = float(np.sqrt(np.mean(drawn**2)))
+    low, high = (scatter * typical / float(np.percentile(drawn, q)) for q in (100.0 - TAIL, TAIL))
+    return Scatter(scatter, low, high)
+
+
+def _ratios(drawn: list[float]) -> np.ndarray:
+    """Return by which factors the scatter may be another than its estimate: as that of twins differs from theirs."""
+    typical = float(np.sqrt(np.mean(np.square(drawn))))
+    return typical / np.array(drawn) if typical > 0.0 and min(drawn) > 0.0 else np.ones(1)
+
+
+class _Drawn(NamedTuple):
+    """A fit to one twin: as a person is told and as the model takes it, the scatter seen, the mean square residual."""
+
+    numbers: np.ndarray
+    values: dict[str, Any]
+    scatter: float
+    square: float
+
+
+@dataclass(frozen=True)
+class _Fits:
+    """What fits a model to its twins.
+
+    Nobody knows the scatter exactly: each twin has that of the estimate times one of the `ratios`.
+    """
+
+    twin: Twin
+    refit: Refit
+    slope: np.ndarray
+    ratios: np.ndarray
+
+    def disturbed(self, **changes: float) -> _Fits:
+        """Return the same with another disturbance."""
+        return replace(self, twin=replace(self.twin, disturbance=replace(self.twin.disturbance, **changes)))
+
+    def one(self, seed: np.random.SeedSequence) -> _Drawn:
+        """Draw a twin and fit the model to it."""
+        space, rng = self.refit.space, np.random.default_rng(seed)
+        again = self.twin.drawn(rng, float(rng.choice(self.ratios)))
+        phi, residual = self.refit.solve(again, space.phi)
+        return _Drawn(
+            space.numbers(phi),
+            space.values(phi),
+            scatter_seen(self.twin.cycles, self.slope, residual) if self.twin.disturbance.scatter > 0.0 else 0.0,
+            float(np.mean(residual**2)),
+        )

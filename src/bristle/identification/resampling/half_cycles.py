@@ -1,0 +1,116 @@
+r"""Half-cycles of a log, and how much friction differs from one to the next.
+
+Friction that has been sliding one way is not quite the same the next time: its level scatters from reversal to
+reversal by a few percent. It is the same within a half-cycle, so that no number of samples averages it out.
+
+With the force :math:`F(c)` of a model whose forces are all scaled by :math:`c`, the scale of a half-cycle `k` is
+
+.. math:: \hat c_k = 1 + \frac{s_k \cdot r_k}{s_k \cdot s_k}, \qquad s = \frac{\partial F}{\partial c}
+
+from the residual `r` there. The root mean square of :math:`\hat c_k - 1`, weighted by :math:`s_k \cdot s_k`, is what is
+seen of the scatter; a fit takes part of it into its parameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from bristle.identification.problem import Problem
+from bristle.identification.regression import Regression
+from bristle.identification.resampling.levels import scaled
+
+__all__ = ["HalfCycles", "level_slope", "scatter_seen"]
+
+STEPS = 2.0  # of the encoder
+DEVIATIONS = 8.0  # of the noise of the position: what a body at rest does not go beyond
+NUDGE = 1e-3
+
+
+@dataclass(frozen=True)
+class HalfCycles:
+    """Where the direction of a motion really changes: not where noise or a step of the encoder turns it.
+
+    Parameters
+    ----------
+    regression : Regression
+        The log.
+    """
+
+    regression: Regression
+
+    @cached_property
+    def starts(self) -> tuple[tuple[int, ...], ...]:
+        """First sample of each half-cycle of each stretch; the first one is 0."""
+        least = max(STEPS * self.regression.resolution, DEVIATIONS * self.regression.noise)
+        return tuple(
+            (0, *_turns(one.position, [k for there, k in self.regression.reversals if there == number], least))
+            for number, one in enumerate(self.regression.stretches)
+        )
+
+    @cached_property
+    def of_rows(self) -> np.ndarray:
+        """Number of the half-cycle of each row, counted through all stretches."""
+        parts, before = [], 0
+        for stretch, starts in zip(self.regression.stretches, self.starts, strict=True):
+            parts.append(before + np.searchsorted(starts, np.arange(stretch.velocity.size), side="right") - 1)
+            before += len(starts)
+        return self.regression.sampled(parts)
+
+    @property
+    def count(self) -> int:
+        """Number of half-cycles with rows in them."""
+        return int(self._index[-1]) + 1
+
+    @cached_property
+    def _index(self) -> np.ndarray:
+        return np.unique(self.of_rows, return_inverse=True)[1]
+
+    def summed(self, rows: np.ndarray) -> np.ndarray:
+        """Return the sum of a signal over the rows of each half-cycle, shape (half-cycle with rows, ...)."""
+        starts = np.flatnonzero(np.diff(self._index, prepend=-1))
+        return np.add.reduceat(rows, starts, axis=0)
+
+
+def _turns(position: np.ndarray, reversals: list[int], least: float) -> list[int]:
+    """Return those reversals between which the body moves by at least so much."""
+    kept: list[int] = []
+    before, candidate = 0, None
+    for point in [*reversals, position.size - 1]:
+        if candidate is None:
+            candidate = point if abs(position[point] - position[before]) >= least else None
+            continue
+        way, back = position[candidate] - position[before], position[point] - position[candidate]
+        if way * back > 0.0:
+            candidate = point
+        elif abs(back) >= least:
+            kept.append(candidate)
+            before, candidate = candidate, point
+    return kept
+
+
+def level_slope(problem: Problem, values: Mapping[str, float]) -> np.ndarray:
+    """Return by how much the effort of each row rises with the level of friction, dF/dc [N or N*m], shape (row,)."""
+    nudged = problem.friction(scaled(problem.unknowns.component, values, 1.0 + NUDGE))
+    return (nudged - problem.friction(values)) / NUDGE
+
+
+def scatter_seen(cycles: HalfCycles, slope: np.ndarray, residual: np.ndarray) -> float:
+    """Return the standard deviation of the level of friction from half-cycle to half-cycle, as a residual shows it.
+
+    Parameters
+    ----------
+    cycles : HalfCycles
+        Half-cycles of the log.
+    slope, residual : ndarray, shape (row,)
+        What `level_slope` returns; measured minus predicted effort [N or N*m].
+    """
+    weight, along = cycles.summed(slope * slope), cycles.summed(slope * residual)
+    whole = float(np.sum(weight))
+    if whole == 0.0:
+        return 0.0
+    excess = np.divide(along, weight, out=np.zeros_like(along), where=weight > 0.0)
+    return float(np.sum(weight * excess * excess) / whole) ** 0.5
