@@ -97,7 +97,7 @@ class Drive(NamedTuple):
 
 @kernel
 def drive_of(h, out):
-    """Return the drive for steps of length `h` [s], exact for a command that is held; without lag it is there at once."""
+    """Return the drive for steps of length `h` [s]: exact for a command that is held, without lag there at once."""
     if out[DRIVE_LAG] <= 0.0:
         return Drive(out[DRIVE_EFFORT], 0.0, 0.0)
     rate = h / out[DRIVE_LAG]
