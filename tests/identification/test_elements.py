@@ -39,7 +39,7 @@ def elements_log(name="maxwell_slip", *, noise=0.05, seed=0, duration=12.0, load
 
 
 def test_level_stiffness_and_the_curve_between_come_back():
-    fit = identify(elements_log(), "maxwell_slip", mass=MASS, cutoff=80.0, decimation=2).best
+    fit = identify(elements_log(), "maxwell_slip", mass=MASS, cutoff=80.0, decimation=2, draws=0).best
     values = fit.friction.values
     assert fit.name == "maxwell_slip"
     assert sum(values["nu_i"]) == pytest.approx(1.0)
@@ -55,14 +55,14 @@ def test_level_stiffness_and_the_curve_between_come_back():
 
 
 def test_they_come_before_models_of_local_memory_where_loops_lie_inside_loops():
-    found = identify(elements_log(), "dahl,maxwell_slip", mass=MASS, cutoff=80.0, decimation=10)
+    found = identify(elements_log(), "dahl,maxwell_slip", mass=MASS, cutoff=80.0, decimation=10, draws=0)
     assert found.best.name == "maxwell_slip"
     errors = {fit.name: fit.held_out.mean_percent for fit in found.fits}
     assert errors["maxwell_slip"] < 0.7 * errors["dahl"]
 
 
 def test_a_model_file_with_elements_predicts_another_log(tmp_path):
-    fit = identify(elements_log(), "maxwell_slip", mass=MASS, cutoff=80.0, decimation=2, blocks=0).best
+    fit = identify(elements_log(), "maxwell_slip", mass=MASS, cutoff=80.0, decimation=2, blocks=0, draws=0).best
     write_model(tmp_path / "model.toml", fit.plant, fit.friction, estimates=fit.estimates)
     read = read_model(tmp_path / "model.toml")
     assert read.friction == fit.friction
@@ -74,7 +74,7 @@ def test_a_model_file_with_elements_predicts_another_log(tmp_path):
 def test_friction_that_varies_along_the_axis_is_told_from_a_force_that_does():
     truth = {"x_0": 0.0, "x_L": 50e-6, "p_1": 0.15, "p_2": -0.2, "a_1": 1.2, "a_2": -0.8}
     log = elements_log("maxwell_slip+position", **truth)
-    found = identify(log, "maxwell_slip,maxwell_slip+position", mass=MASS, cutoff=80.0, decimation=2)
+    found = identify(log, "maxwell_slip,maxwell_slip+position", mass=MASS, cutoff=80.0, decimation=2, draws=0)
     assert found.best.name == "maxwell_slip+position"
     fit = found.best
     x = np.linspace(-40e-6, 40e-6, 9)
@@ -94,19 +94,19 @@ def test_load_and_temperature_are_factors_of_friction():
     t = 1e-3 * np.arange(12_000)
     load, temperature = 1.0 + 0.3 * np.sin(0.9 * t), 293.15 + 10.0 * np.cos(0.37 * t)
     log = elements_log("maxwell_slip+load+temperature", load=load, temperature=temperature, k_L=0.8, k_T=-0.01)
-    fit = identify(log, "maxwell_slip+load+temperature", mass=MASS, cutoff=80.0, decimation=2, blocks=0).best
+    fit = identify(log, "maxwell_slip+load+temperature", mass=MASS, cutoff=80.0, decimation=2, blocks=0, draws=0).best
     assert fit.parameters["k_L"].value == pytest.approx(0.8, abs=0.03)
     assert fit.parameters["k_T"].value == pytest.approx(-0.01, abs=1e-3)
     # The search finds the same for a model that is no list of elements.
-    coulomb = identify(log, "coulomb_viscous+load", mass=MASS, cutoff=80.0, decimation=20, blocks=0).best
+    coulomb = identify(log, "coulomb_viscous+load", mass=MASS, cutoff=80.0, decimation=20, blocks=0, draws=0).best
     assert coulomb.parameters["k_L"].value == pytest.approx(0.8, abs=0.15)
     with pytest.raises(InputError, match=r"has no load, which \+load needs"):
-        identify(elements_log(), "maxwell_slip+load", mass=MASS)
+        identify(elements_log(), "maxwell_slip+load", mass=MASS, draws=0)
 
 
 def test_the_interval_of_the_level_leaves_the_shape_free():
     fits = [
-        identify(elements_log(seed=seed), "maxwell_slip", mass=MASS, cutoff=80.0, decimation=2, blocks=0).best
+        identify(elements_log(seed=seed), "maxwell_slip", mass=MASS, cutoff=80.0, decimation=2, blocks=0, draws=0).best
         for seed in range(8)
     ]
     for name in ("F_C", "offset"):

@@ -42,7 +42,7 @@ def log() -> Log:
 
 @pytest.fixture(scope="module")
 def fit(log):
-    return identify(log, "bouc_wen_classic", axis=AXIS).best
+    return identify(log, "bouc_wen_classic", axis=AXIS, draws=0).best
 
 
 def test_the_truth_comes_back_within_its_intervals(fit):

@@ -19,11 +19,11 @@ def screw_log(**changes):
 
 
 def test_the_pitch_is_found_and_the_wave_with_it():
-    found = identify(screw_log(), "coulomb_viscous,coulomb_viscous+periodic")
+    found = identify(screw_log(), "coulomb_viscous,coulomb_viscous+periodic", draws=0)
     fit = found.best
     assert fit.name == "coulomb_viscous+periodic"
     assert fit.parameters["pitch"].value == pytest.approx(PITCH, rel=2e-3)
-    known = identify(screw_log(), "coulomb_viscous+periodic", axis=Axis(pitch=PITCH)).best
+    known = identify(screw_log(), "coulomb_viscous+periodic", axis=Axis(pitch=PITCH), draws=0).best
     assert known.parameters["pitch"].value == PITCH
     assert known.parameters["c_1"].value == pytest.approx(0.8, abs=0.03)
     assert known.parameters["s_1"].value == pytest.approx(-0.5, abs=0.03)
@@ -32,7 +32,7 @@ def test_the_pitch_is_found_and_the_wave_with_it():
 
 
 def test_a_search_takes_slots_as_well():
-    fit = identify(screw_log(), "coulomb_viscous+periodic+position", axis=Axis(pitch=PITCH), blocks=0).best
+    fit = identify(screw_log(), "coulomb_viscous+periodic+position", axis=Axis(pitch=PITCH), blocks=0, draws=0).best
     assert np.hypot(fit.parameters["c_1"].value, fit.parameters["s_1"].value) == pytest.approx(0.943, abs=0.05)
     for name in ("p_1", "p_2", "a_1", "a_2"):
         assert abs(fit.parameters[name].value) < 0.2, name
@@ -41,4 +41,4 @@ def test_a_search_takes_slots_as_well():
 def test_a_range_of_less_than_three_turns_shows_no_pitch():
     motion = sines(10.0, amplitudes=(2e-3, 0.0, 0.0))
     with pytest.raises(InputError, match="does not resolve a pitch"):
-        identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous+periodic", cutoff=2.0)
+        identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous+periodic", cutoff=2.0, draws=0)

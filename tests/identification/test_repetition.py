@@ -30,19 +30,19 @@ def beginnings(fit):
 
 def test_one_amplitude_and_repetition_are_told():
     log = one_amplitude()
-    found = identify(log, "dahl,maxwell_slip", mass=1e-3, cutoff=50.0, decimation=2)
+    found = identify(log, "dahl,maxwell_slip", mass=1e-3, cutoff=50.0, decimation=2, draws=0)
     for fit in found.fits:
         told = " ".join(fit.warnings)
         assert "all 23 half-cycles go the same way of 60 µm" in told or "all 22 half-cycles" in told
         assert "dahl" in told
         assert "maxwell_slip" in told
         assert "the motion repeats itself every 1.8 s" in told
-    static = identify(log, "coulomb_viscous", mass=1e-3).best
+    static = identify(log, "coulomb_viscous", mass=1e-3, draws=0).best
     assert not any("half-cycles" in one for one in beginnings(static))
 
 
 def test_nested_loops_are_not_one_amplitude_and_a_motion_of_three_sines_repeats_nothing():
-    fit = identify(elements_log(), "maxwell_slip", mass=12.0, cutoff=80.0, decimation=2).best
+    fit = identify(elements_log(), "maxwell_slip", mass=12.0, cutoff=80.0, decimation=2, draws=0).best
     assert not any("half-cycles" in one or "repeats" in one for one in beginnings(fit))
 
 
@@ -67,7 +67,7 @@ def test_a_log_that_begins_within_a_cycle_is_run_in_along_it():
     errors = {}
     for in_cycle in (False, True):
         axis = Axis(mass=1e-3, cutoff=200.0, decimation=2, in_cycle=in_cycle, keeps_rests=True)
-        errors[in_cycle] = identify(cut, "maxwell_slip", axis=axis, blocks=0).best.force_error_percent
+        errors[in_cycle] = identify(cut, "maxwell_slip", axis=axis, blocks=0, draws=0).best.force_error_percent
     assert errors[True] < 1.5
     assert errors[False] > 3.0 * errors[True]
     away = sines(2.0, amplitudes=(0.02, 0.0, 0.0), frequencies=(0.05, 1.0, 1.0), phases=(0.0, 0.0, 0.0))

@@ -190,7 +190,7 @@ def test_an_axis_with_a_screw_is_designed_with_its_backlash():
     )  # fmt: skip
     found = design(Experiment("screw", "rotational", (axis,)))
     assert found.is_stable
-    assert {one.cause for one in found.budget.entries} == {"asymmetry", "encoder", "delay", "backlash"}
+    assert {one.cause for one in found.budget.entries} == {"lag", "asymmetry", "encoder", "delay", "backlash"}
     # 0.02 N m of the motor, and 25 N over an arm of 0.796 mm.
     assert found.friction == pytest.approx(0.02 + 25.0 * 5e-3 / (2.0 * math.pi), rel=0.2)
     assert inertia_of(axis) == pytest.approx(1e-3 + 50.0 * (5e-3 / (2.0 * math.pi)) ** 2, rel=0.01)

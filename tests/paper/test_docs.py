@@ -67,6 +67,20 @@ def test_the_drift(paper):
     assert 100.0 * (drift["equations (5)–(7)"] / drift["LuGre"] - 1.0) == pytest.approx(more, abs=0.5)
 
 
+def test_the_other_figures(paper):
+    rests, width = row("3")[:2]
+    assert 1e9 * abs(paper[3].numbers["drift_per_cycle"]["virtual rig"]) == pytest.approx(rests, abs=0.5)
+    drift, share = (paper[3].numbers[key]["virtual rig"] for key in ("drift_per_cycle", "share_of_the_orbit"))
+    assert 1e6 * abs(drift) / share == pytest.approx(width, abs=0.006)
+    bottom, top, tip = row("5")[:3]
+    assert 1e3 * np.array(paper[5].numbers["largest_loop"]) == pytest.approx((bottom, top), abs=0.6)
+    assert 1e3 * np.ptp(paper[5].numbers["forward_tips"]) == pytest.approx(tip, abs=0.5)
+    assert f"{row('8')[1]:.0f} % of it after" not in " ".join(paper[8].found)
+    assert f"of which it has {row('8')[1]:.0f} % after {row('8')[2]:.1f} µm" in " ".join(paper[8].found)
+    printed = paper[10].numbers["missing_at_return"]["equations (5)–(7)"]["B"]
+    assert -100.0 * printed == pytest.approx(row("9, 10")[-1], abs=0.5)
+
+
 def test_the_tracking(paper):
     peaks, worse = paper[12].numbers["peak_to_peak"], paper[12].numbers["forward_over_backward"]
     _, before, after, less, forward = row("11, 12")

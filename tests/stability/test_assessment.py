@@ -8,10 +8,11 @@ from scipy import signal
 from tests.stability.laws import RADIAN, rig
 
 from bristle import controllers, friction, plants
-from bristle.core.experiment import Run
+from bristle.core.experiment import Experiment, Run
 from bristle.engine import run_closed_loop
 from bristle.sensors import encoder
 from bristle.stability import Friction, Motions, Verdict, assess, remarks, runnable, sentence
+from bristle.stability.linear_friction import slope_in_sliding, stiffness_at_rest
 
 
 def point(assessment, motions, under=Friction.NONE):
@@ -198,8 +199,6 @@ def test_friction_is_a_spring_where_the_axis_is_stuck_and_a_damper_where_it_slid
 
 
 def test_stiffness_and_damping_are_those_of_the_model():
-    from bristle.stability.linear_friction import slope_in_sliding, stiffness_at_rest
-
     stuck = stiffness_at_rest(LUGRE, 5e-4)
     assert stuck.k == pytest.approx(30.0, rel=1e-6)
     assert stuck.c == pytest.approx(0.053, rel=1e-6)
@@ -209,9 +208,25 @@ def test_stiffness_and_damping_are_those_of_the_model():
     assert stiffness_at_rest(friction.coulomb(kind="rotational", F_C=0.03), 5e-4) is None
 
 
-def test_an_offset_and_two_sides_are_no_slope():
-    from bristle.stability.linear_friction import stiffness_at_rest
+@pytest.mark.parametrize("model", friction.MODELS.values(), ids=friction.MODELS)
+def test_every_friction_model_has_a_linear_form_or_sticks(model):
+    typical = model(**model.example)
+    stuck = stiffness_at_rest(typical, 1e-3)
+    assert stuck is None or (stuck.k >= 0.0 and stuck.c >= 0.0)
+    # At 1 m/s the Stribeck curve has come down: what is left is viscous friction, of one order in all examples.
+    assert 0.0 <= slope_in_sliding(typical, 1.0).c <= 1000.0
 
+
+def test_a_film_is_no_spring():
+    stuck = stiffness_at_rest(friction.viscous(F_v=200.0), 1e-3)
+    assert stuck.k == 0.0
+    assert stuck.c == pytest.approx(200.0)
+    assert {one.friction for one in assess(rig(0, model=friction.viscous(kind="rotational", F_v=1e-3))).points} == {
+        Friction.NONE, Friction.SLIDING,
+    }  # fmt: skip
+
+
+def test_an_offset_and_two_sides_are_no_slope():
     shifted = friction.find("lugre+asymmetry")(
         kind="rotational", F_C_pos=0.044, F_C_neg=0.024, F_S_pos=0.05, F_S_neg=0.03, v_S=0.5, sigma_0=30.0,
         sigma_1=0.05, offset=0.005,
@@ -228,8 +243,6 @@ def test_what_only_friction_upsets_is_stick_slip_and_simulated():
 
 
 def test_variants_that_diverge_are_left_out():
-    from bristle.core.experiment import Experiment
-
     variants = tuple(replace(rig(delay), name=f"delay_{delay}") for delay in range(4))
     kept, judged = runnable(Experiment("delays", "rotational", variants))
     assert [one.name for one in kept.variants] == ["delay_0", "delay_1", "delay_2"]

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bristle.figures import style
-from bristle.figures.envelope import line
+from bristle.figures.envelope import envelope, line, runs
 from bristle.figures.labels import effort_scale, time_scale
 
 if TYPE_CHECKING:
@@ -35,13 +35,19 @@ def effort_over_time(fit: Fit) -> Figure:
 
 
 def draw_pair(
-    whole: style.Axes, close: style.Axes, time: np.ndarray, measured: np.ndarray, predicted: np.ndarray, kind: Kind
-) -> None:
-    """Draw measured and predicted effort into two panels, the second one close up where they differ most."""
+    whole: style.Axes, close: style.Axes, time: np.ndarray, measured: np.ndarray, predicted: np.ndarray, kind: Kind,
+    half_width: np.ndarray | None = None,
+) -> None:  # fmt: skip
+    """Draw measured and predicted effort into two panels, the second one close up where they differ most.
+
+    With a `half_width` [N or N*m] the 95 % band around what is predicted is shaded.
+    """
     scale, word = effort_scale(kind, measured, predicted)
     near = window(time, measured - predicted)
     for axes, part in ((whole, slice(None)), (close, near)):
         span = time_scale(time[part])
+        if half_width is not None:
+            _draw_band(axes, time[part] * span.factor, predicted[part] * scale.factor, half_width[part] * scale.factor)
         for signal, look, name in (
             (measured, style.MEASURED, "measured"), (predicted, style.PREDICTED, "predicted"),
         ):  # fmt: skip
@@ -51,6 +57,16 @@ def draw_pair(
         axes.set_ylabel(scale.label(word))
     style.mark_window(whole, time[near] * time_scale(time).factor)
     close.set_title("close up, around the largest difference")
+
+
+def _draw_band(axes: style.Axes, x: np.ndarray, middle: np.ndarray, half_width: np.ndarray) -> None:
+    label = "95 % band"
+    for part in runs(x, middle):
+        # The outline of the band turns where what is predicted does.
+        kept = envelope(middle[part]) + part.start
+        low, high = middle[kept] - half_width[kept], middle[kept] + half_width[kept]
+        axes.fill_between(x[kept], low, high, color=style.PREDICTED["color"], alpha=0.18, linewidth=0, label=label)
+        label = "_"
 
 
 def window(time: np.ndarray, error: np.ndarray, share: float = 0.03) -> slice:

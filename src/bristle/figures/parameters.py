@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["parameters"]
 
+NORMAL_95 = 1.96
 LINEAR_BELOW = 1.0  # percent
 TICKS = (-100.0, -10.0, -1.0, 0.0, 1.0, 10.0, 100.0)
 EDGES = (2.0, 20.0, 200.0)  # percent: an interval wider than the last ends in an arrow
@@ -57,13 +58,18 @@ def parameters(fit: Fit) -> Figure:
     return figure
 
 
-def _half_width(estimate: Estimate) -> float:
+def _ends(estimate: Estimate) -> tuple[float, float]:
+    """Return the ends of the interval about the value, in percent of it."""
+    if estimate.interval is not None and estimate.value != 0.0:
+        low, high = (100.0 * (end - estimate.value) / abs(estimate.value) for end in estimate.interval)
+        return low, high
     percent = estimate.interval_percent
-    return percent if percent is not None and math.isfinite(percent) else math.inf
+    half = percent if percent is not None and math.isfinite(percent) else math.inf
+    return -half, half
 
 
 def _edge(estimates: Sequence[Estimate]) -> float:
-    widest = max((_half_width(one) for one in estimates if one.status != "held"), default=0.0)
+    widest = max((max(map(abs, _ends(one))) for one in estimates if one.status != "held"), default=0.0)
     return next((edge for edge in EDGES if widest <= edge), EDGES[-1])
 
 
@@ -72,18 +78,19 @@ def _draw(axes: style.Axes, row: int, estimate: Estimate, edge: float) -> None:
         axes.plot(0.0, row, marker="s", color=style.GREY, markersize=4.5, fillstyle="none")
         return
     doubtful = estimate.status != "identified"
-    half = _half_width(estimate)
+    low, high = _ends(estimate)
     look = {"color": "#b5651d" if doubtful else style.PREDICTED["color"], "linestyle": "--" if doubtful else "-"}
-    shown = min(half, edge)
-    axes.plot([-shown, shown], [row, row], linewidth=1.6, **look)
-    ends = ("<", ">") if half > edge else ("|", "|")
-    for x, marker in ((-shown, ends[0]), (shown, ends[1])):
+    shown = max(low, -edge), min(high, edge)
+    axes.plot(shown, [row, row], linewidth=1.6, **look)
+    for x, marker in zip(shown, ("|" if low >= -edge else "<", "|" if high <= edge else ">"), strict=True):
         axes.plot(x, row, marker=marker, color=look["color"], markersize=5.5, clip_on=False)
     axes.plot(0.0, row, marker="D" if doubtful else "o", color=look["color"], markersize=4.5)
 
 
 def _in_words(estimate: Estimate) -> str:
     std = estimate.larger_std if estimate.larger_std is not None and math.isfinite(estimate.larger_std) else None
+    if estimate.interval is not None:
+        std = (estimate.interval[1] - estimate.interval[0]) / (2.0 * NORMAL_95)
     scale = scale_of(estimate.unit, estimate.value or std or 0.0)
     value = number(estimate.value * scale.factor, None if std is None else std * scale.factor)
     if estimate.status == "held":

@@ -36,7 +36,7 @@ def prediction(predicted: Prediction, kind: Kind = "translational") -> Figure:
     figure, grid = style.panels(0.5 + 1.5 * rows, rows=rows)
     axes = [row[0] for row in grid]
     if effort is not None and effort_predicted is not None:
-        draw_pair(axes[0], axes[1], predicted.time, effort, effort_predicted, kind)
+        draw_pair(axes[0], axes[1], predicted.time, effort, effort_predicted, kind, predicted.half_width)
     if predicted.position_predicted is not None:
         _draw_position(axes[-2], axes[-1], predicted, predicted.position_predicted, kind)
     style.legend(axes[0])

@@ -147,20 +147,21 @@ def _stretch(
     acceleration = np.gradient(velocity, dt)
     window = max(round(REST_PERIODS / (cutoff * dt)), 1)
     effort = np.asarray(log.effort.values[part], dtype=float)
+    effort = _at_samples(effort) if held else effort
+    smooth_effort = low_passed(effort, cutoff, dt)
     rest = _rests(smooth, window, max(1.5 * resolution, 4.0 * noise))
     stretch = Stretch(
         time=np.asarray(log.time.values[part], dtype=float),
         position=smooth + origin,
         velocity=_with_sides(velocity, rest),
         acceleration=acceleration,
-        effort=low_passed(_at_samples(effort) if held else effort, cutoff, dt),
+        effort=smooth_effort,
         load=None if log.load is None else low_passed(log.load.values[part], cutoff, dt),
         temperature=None if log.temperature is None else low_passed(log.temperature.values[part], cutoff, dt),
     )
     # White noise above the cut-off tells how much there is in all.
     above = max(1.0 - 2.0 * cutoff * dt, 0.1)
-    lost = effort - low_passed(effort, cutoff, dt)
-    return stretch, noise, GAUSSIAN * float(np.median(np.abs(lost))) / above**0.5
+    return stretch, noise, GAUSSIAN * float(np.median(np.abs(effort - smooth_effort))) / above**0.5
 
 
 def _first_cycle(one: Stretch, kind: Kind) -> int:

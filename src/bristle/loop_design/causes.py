@@ -11,6 +11,7 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.experiment import Variant
+from bristle.loop_design.following import told_the_motion
 from bristle.simulation import friction_along
 
 __all__ = ["Cause", "best_gain", "causes_of", "nominal"]
@@ -32,6 +33,7 @@ class Cause(NamedTuple):
 def causes_of(variant: Variant) -> tuple[Cause, ...]:
     """Return what a loop errs by: what its friction, compensator, encoder, computer and drive have of it."""
     return (
+        *_of_following(variant),
         *_of_compensator(variant),
         *_of_friction(variant),
         *_of_encoder(variant),
@@ -77,6 +79,18 @@ def _alike(friction: Model, changed: dict[str, float]) -> Model:
             mean = 0.5 * (values[name] + values[f"{stem}_neg"])
             new |= {name: mean, f"{stem}_neg": mean}
     return friction.with_values(**new) if new else friction
+
+
+def _of_following(variant: Variant) -> list[Cause]:
+    told = told_the_motion(variant)
+    if told.controller == variant.controller and told.feedforward == variant.feedforward:
+        return []
+
+    def follows(one: Variant) -> Variant:
+        mass = told.feedforward.mass
+        return replace(one, controller=told.controller, feedforward=replace(one.feedforward, mass=mass))
+
+    return [Cause("lag", "velocity or inertia of the desired motion is not fed forward as it is", follows)]
 
 
 def _of_compensator(variant: Variant) -> list[Cause]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from bristle.core.experiment import Experiment, Variant
 from bristle.core.status import Status
+from bristle.loop_design.following import told_the_motion
 from bristle.loop_design.tuning import count_response, stiffness_of, tuned
 from bristle.simulation import Statistics, simulate
 from bristle.stability import Assessment, Verdict, assess
@@ -107,6 +108,6 @@ def _loops(variant: Variant, bandwidth: float | None) -> tuple[list[Variant], di
     for name, law in laws.items():
         found = tuned(variant, law, bandwidth)
         if found is not None and found.law != variant.controller:
-            loops.append(replace(desired, name=name, controller=found.law))
+            loops.append(told_the_motion(replace(desired, name=name, controller=found.law)))
             bandwidths[name] = found.bandwidth
     return loops, bandwidths

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 __all__ = ["design_report", "design_sentences", "design_summary"]
 
 MUCH = 0.5  # of the friction: effort for a single count that is worth a word
-FREE = 0.95  # of an error: less than that is an improvement
+LESS, MORE = 0.95, 1.05  # of an error: between them it is about the same
 
 
 def design_report(design: Design, *, command: str, provenance: Mapping[str, str]) -> str:
@@ -51,7 +51,7 @@ def design_report(design: Design, *, command: str, provenance: Mapping[str, str]
         delays=delay_table(design.delays),
         budget=None if design.budget is None else budget_table(design.budget, design),
         proposals=proposal_table(design),
-        laws=[(one.name, controller_text(one.variant.controller)) for one in design.proposals[1:]],
+        laws=[(one.name, controller_text(one.variant)) for one in design.proposals[1:]],
         circles=circle_table(design.circles, design) if design.circles else None,
         circle=_circle_words(design),
         pictures=_pictures(design),
@@ -96,11 +96,14 @@ def _advice(design: Design) -> list[str]:
     if best is None:
         return []
     length = unit_of("length", design.experiment.kind)
-    if present is not None and _peak(best) >= FREE * present.peak_to_peak:
+    if present is not None and _peak(best) > MORE * present.peak_to_peak:
         return [
-            "None of the loops proposed errs less in the simulation. They keep wider margins: "
-            "weigh that against the error."
+            "None of the loops proposed errs as little in the simulation. They keep wider margins: weigh that against "
+            "the error."
         ]
+    if present is not None and _peak(best) > LESS * present.peak_to_peak:
+        return [f"The loop {best.name} ({best.variant.controller.name}, gains below) errs about as little in the "
+                f"simulation, {_told(_peak(best), length)}, with margins kept."]  # fmt: skip
     return [
         f"The loop {best.name} ({best.variant.controller.name}, gains below) errs by {_told(_peak(best), length)} "
         "in the simulation, with margins kept. Friction fed forward along the desired motion and an observer for what "
@@ -225,6 +228,7 @@ def _proposal(proposal: Proposal) -> dict[str, Any]:
         "controller": proposal.variant.controller.name,
         "bandwidth": proposal.bandwidth,
         "parameters": proposal.variant.controller.values,
+        "mass_fed_forward": proposal.variant.feedforward.mass,
         "stiffness": proposal.stiffness,
         "count_effort": proposal.count_effort,
         "verdict": proposal.assessment.verdict.value,

@@ -76,7 +76,8 @@ def prediction_picture(prediction: Prediction, kind: Kind) -> dict[str, Picture]
         "prediction": picture(
             "prediction", lambda: draw(prediction, kind), f"Measured and predicted signals, {prediction.mode} mode",
             f"The model run on the log in {prediction.mode} mode: {MODES.get(prediction.mode, '')}. Where the light "
-            "line looks out from under the dark one, what was measured is not predicted.",
+            "line looks out from under the dark one, what was measured is not predicted."
+            + " Shaded: where 95 % of what is measured are expected." * (prediction.half_width is not None),
         )
     }  # fmt: skip
 
@@ -88,6 +89,8 @@ def metrics_in_words(prediction: Prediction) -> list[tuple[str, str]]:
         value = prediction.metrics.get(key)
         if isinstance(value, (int, float)):
             found.append((word, f"{number(float(value), digits=3)} %"))
+    if prediction.inside_percent is not None:
+        found.append(("Measured effort inside the 95 % band", f"{number(prediction.inside_percent, digits=3)} %"))
     rmse, unit = prediction.metrics.get("force_rmse"), prediction.metrics.get("force_unit")
     if isinstance(rmse, (int, float)):
         found.append(("Effort error, root mean square", with_unit(float(rmse), str(unit or "N"))))

@@ -129,20 +129,20 @@ class Refit:
     rows: np.ndarray | slice
 
     @cached_property
-    def _factors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The left singular vectors, and the triangle that a bounded step is solved with."""
+    def _factors(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """The orthogonal factor, the triangle, its inverse, and the lengths that columns were divided by."""
         columns = self.space.jacobian[self.rows][:, self.free]
         scale = np.linalg.norm(columns, axis=0)
         scale[scale == 0.0] = 1.0
         q, r = np.linalg.qr(columns / scale)
-        return q, r, scale
+        return q, r, np.linalg.pinv(r, rcond=SINGULAR), scale
 
     def step(self, phi: np.ndarray, residual: np.ndarray) -> np.ndarray:
         """Return the step of the free coordinates that best takes away a residual [N or N*m], shape (row,)."""
-        q, r, scale = self._factors
+        q, r, inverse, scale = self._factors
         target = q.T @ residual[self.rows]
         low, high = ((bound - phi)[self.free] * scale for bound in (self.space.low, self.space.high))
-        found = np.linalg.lstsq(r, target, rcond=SINGULAR)[0]
+        found = inverse @ target
         if np.any(found < low) or np.any(found > high):
             found = _bounded(r, target, low, high)
         step = np.zeros_like(phi)

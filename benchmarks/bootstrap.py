@@ -1,0 +1,41 @@
+"""What intervals cost: 500 fits of elements that slip to simulated logs, against fitting each of them afresh."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from benchmarks.coverage import AXIS, FITTED, MAXWELL, motion, recorded
+from benchmarks.timing import Ratio, wall
+from bristle.friction import find
+from bristle.identification.asked import known_of, unknowns_of
+from bristle.identification.elements import Elements
+from bristle.identification.resampling.bootstrap import bootstrap as resampled
+from bristle.identification.shaped import shaped
+from bristle.identification.treatment import treat
+
+__all__ = ["bootstrap"]
+
+DRAWS, RUNS = 500, 3
+AFRESH = 10
+
+
+def bootstrap() -> Iterator[Ratio]:
+    """Time 500 draws of the bootstrap of a fit by non-negative least squares, the treatment of each log included."""
+    log = recorded(MAXWELL, motion(*FITTED, pairs=11), seed=0)
+    component, known = find("maxwell_slip"), known_of(AXIS, None, None, log.kind)
+    regression = treat(log, AXIS)
+
+    def elements() -> Elements:
+        prototype = shaped(component, np.ones(1), np.ones(1))
+        return Elements(regression, component, unknowns_of(prototype, known, regression))
+
+    problem, space = elements().space()
+    resampled(problem, space, 20)
+    afresh = DRAWS * min(wall(lambda: elements().space()) for _ in range(AFRESH))
+    ours = min(wall(lambda: resampled(problem, space, DRAWS)) for _ in range(RUNS))
+    yield Ratio(
+        f"{DRAWS} draws, {len(log)} samples, {len(space.names)} columns", ours, afresh, ours / afresh, None,
+        "as many fits from scratch", "best of 3", most=2.0,
+    )  # fmt: skip

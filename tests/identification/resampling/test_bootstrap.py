@@ -1,0 +1,85 @@
+"""Intervals from twins of the log: what they hold, and where the plain ones do not."""
+
+import numpy as np
+import pytest
+from benchmarks.coverage import AXIS, CASES, FITTED, MAXWELL, SCATTER, UNSEEN, motion, recorded
+from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
+
+from bristle.core import InputError
+from bristle.identification import identify, predict
+from bristle.identification.resampling.bootstrap import basic_interval
+
+PAIRS = 15
+
+
+@pytest.fixture(scope="module")
+def dahl():
+    log = recorded(CASES["dahl"], motion(*FITTED, pairs=PAIRS), seed=4)
+    return identify(log, "dahl", axis=AXIS, blocks=0, draws=40).best
+
+
+def test_where_the_level_scatters_the_bootstrap_knows_and_the_plain_covariance_does_not(dahl):
+    for name, truth in CASES["dahl"].values.items():
+        one = dahl.parameters[name]
+        assert one.interval[0] < truth < one.interval[1]
+    level = dahl.parameters["F_C"]
+    assert level.interval[1] - level.interval[0] > 4.0 * level.std
+    assert not dahl.resampling.white
+
+
+def test_the_scatter_is_a_number_with_an_interval(dahl):
+    scatter = dahl.resampling.scatter
+    assert scatter.low < SCATTER < scatter.high
+    assert scatter.low < scatter.value < scatter.high
+    assert dahl.resampling.half_cycles == pytest.approx(2 * PAIRS, abs=2)
+
+
+def test_the_jackknife_agrees_where_the_model_is_right(dahl):
+    for name in ("F_C", "sigma_2"):
+        low, high = dahl.parameters[name].interval
+        assert 0.3 < dahl.resampling.jackknife[name] / ((high - low) / 3.92) < 2.0
+
+
+def test_bands_hold_what_was_measured_though_the_truth_is_another_model():
+    log = recorded(MAXWELL, motion(*FITTED, pairs=PAIRS), seed=1)
+    fit = identify(log, "dahl", axis=AXIS, blocks=0, draws=40).best
+    unseen = predict(fit.plant, fit.friction, recorded(MAXWELL, motion(*UNSEEN, pairs=9), seed=2), AXIS,
+                     bands=fit.resampling.bands)  # fmt: skip
+    assert 85.0 < unseen.inside_percent < 99.5
+    assert unseen.half_width.shape == unseen.effort.shape
+
+
+def test_elements_that_slip_have_intervals_on_their_level_stiffness_and_virgin_curve():
+    log = recorded(MAXWELL, motion(*FITTED, pairs=PAIRS), seed=3)
+    fit = identify(log, "maxwell_slip", axis=AXIS, blocks=0, draws=40).best
+    level = fit.parameters["F_C"]
+    assert level.interval[0] < MAXWELL.values["F_C"] < level.interval[1]
+    x, force, low, high = np.array(fit.resampling.curve).T
+    assert np.all(np.diff(x) > 0.0)
+    assert np.all((low <= high) & (low < force + 1e-9) & (force < high + 1e-9))
+    # Up to the last threshold a virgin curve rises.
+    assert np.all(np.diff(force) >= 0.0)
+
+
+def test_white_noise_alone_gives_what_least_squares_does():
+    effort = sliding_effort(sines(10.0), noise=0.3)
+    fit = identify(log_of(sines(10.0), effort), blocks=0, draws=150).best
+    for name, truth in TRUTH.items():
+        one = fit.parameters[name]
+        half = 0.5 * (one.interval[1] - one.interval[0])
+        assert half == pytest.approx(1.96 * one.std, rel=0.45)
+        assert abs(one.value - truth) < 2.5 * half
+
+
+def test_errors_of_a_logarithmic_parameter_are_factors():
+    draws = np.exp(np.linspace(-1.0, 2.0, 101))
+    low, high = basic_interval(draws, 1.0, logarithmic=True)
+    assert low == pytest.approx(np.exp(-1.925))
+    assert high == pytest.approx(np.exp(0.925))
+    low, high = basic_interval(np.linspace(-1.0, 2.0, 101), 0.0, logarithmic=False)
+    assert (low, high) == pytest.approx((-1.925, 0.925))
+
+
+def test_too_few_draws_are_refused():
+    with pytest.raises(InputError, match="draws"):
+        identify(log_of(sines(), sliding_effort(sines())), draws=5)

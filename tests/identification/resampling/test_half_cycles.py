@@ -1,0 +1,42 @@
+"""Half-cycles are where the body turns, not where noise or a step of the encoder does."""
+
+import numpy as np
+import pytest
+from tests.identification.known_logs import Motion, log_of, sines, sliding_effort
+
+from bristle.core import Axis
+from bristle.identification.resampling.half_cycles import HalfCycles
+from bristle.identification.treatment import treat
+
+DT = 1e-3
+
+
+def cycles_of(motion, step=0.0, noise=0.0):
+    shaken = motion._replace(position=motion.position + noise * np.random.default_rng(2).normal(size=motion.time.size))
+    log = log_of(shaken, sliding_effort(motion), step=step)
+    return HalfCycles(treat(log, Axis(resolution=step or None), 50.0, 5))
+
+
+@pytest.mark.parametrize(("step", "noise"), [(0.0, 0.0), (1e-5, 0.0), (0.0, 2e-6)])
+def test_every_turn_of_a_sine_is_one(step, noise):
+    cycles = cycles_of(sines(10.0, DT, (0.01,), (0.5,), (0.0,)), step, noise)
+    # Ten turns in ten seconds, the first quarter of a second before the first one.
+    assert len(cycles.starts[0]) == 11
+    turns = DT * np.array(cycles.starts[0][1:])
+    np.testing.assert_allclose(turns, 0.5 + np.arange(10), atol=0.02)
+
+
+def test_a_rest_in_noise_is_no_turn():
+    t = DT * np.arange(6000)
+    there = np.clip(t - 1.0, 0.0, 1.0) - np.clip(t - 4.0, 0.0, 1.0)
+    motion = Motion(t, 0.01 * there, np.gradient(0.01 * there, DT), np.zeros(t.size))
+    assert len(cycles_of(motion, step=1e-6, noise=1e-6).starts[0]) == 2
+
+
+def test_sums_over_half_cycles_are_sums_of_their_rows():
+    cycles = cycles_of(sines())
+    rows = np.random.default_rng(0).normal(size=(cycles.regression.effort.size, 2))
+    sums = cycles.summed(rows)
+    assert sums.shape == (cycles.count, 2)
+    for number, index in enumerate(np.unique(cycles.of_rows)):
+        np.testing.assert_allclose(sums[number], rows[cycles.of_rows == index].sum(axis=0))
