@@ -21,8 +21,10 @@ from benchmarks.composite import composite
 from benchmarks.coverage import Share, coverage
 from benchmarks.lanes import lanes
 from benchmarks.preisach import preisach
+from benchmarks.presliding import presliding
 from benchmarks.stick_slip import stick_slip
 from benchmarks.timing import HEAD, Ratio, command, python, side_by_side, wall
+from benchmarks.tracking import tracking
 
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parent / "examples"
@@ -123,8 +125,37 @@ def demo() -> Iterator[Ratio]:
     yield Ratio("demo, warm cache", warm, beside, warm / beside, None, "import numpy, numba, scipy.signal", "best of 3")
 
 
+def paper() -> Iterator[Ratio]:
+    """Time the source paper, all of its figures and the report: the first time on a machine, and a later one.
+
+    The limits are in seconds on two cores; how many entries it compiles is told beside them.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        job = command(BRISTLE, "paper", "--out", f"{folder}/out", "--force", BRISTLE_CACHE_DIR=f"{folder}/cache")
+        cold, warm = wall(job), min(wall(job) for _ in range(2))
+        compiled = sum(one.suffix == ".bin" for one in Path(folder, "cache").rglob("*"))
+    beside = wall(python("import numpy, numba, scipy.signal"))
+    against = "import numpy, numba, scipy.signal"
+    yield Ratio("paper, cold cache", cold, beside, cold / beside, None, against, f"{compiled} entries", most=90.0)
+    yield Ratio("paper, warm cache", warm, beside, warm / beside, None, against, "best of 2", most=30.0)
+
+
 BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
-    one.__name__: one for one in (lugre, preisach, composite, start_up, identify, demo, lanes, stick_slip, bootstrap)
+    one.__name__: one
+    for one in (
+        lugre,
+        preisach,
+        composite,
+        start_up,
+        identify,
+        demo,
+        paper,
+        lanes,
+        stick_slip,
+        tracking,
+        presliding,
+        bootstrap,
+    )
 }
 # No times but shares, of hundreds of identifications: half an hour, so only where it is asked for.
 LONG: dict[str, Callable[[], Iterator[Share]]] = {"coverage": coverage}

@@ -63,9 +63,10 @@ def page(title: str, *parts: str) -> str:
 def models() -> str:
     """Return the page of all models: what `bristle models` tells, in one place."""
     parts = [
-        "What `bristle models` and `bristle models NAME` tell. Every friction model also takes an `offset`, and "
-        "`+asymmetry` behind its name: the parameters marked *by direction* then have one value forward (`_pos`) and "
-        "one backward (`_neg`). Which one to take: [how to choose a model](../how-to/choose-a-model.md)."
+        "What `bristle models` and `bristle models NAME` tell. Every friction model also takes an `offset`, and slots "
+        "behind its name. With `+asymmetry` the parameters marked *by direction* have one value forward (`_pos`) and "
+        "one backward (`_neg`); `+position`, `+periodic`, `+load` and `+temperature` let friction "
+        "[vary](../theory/models.md#what-varies). Which model to take: [how to choose](../how-to/choose-a-model.md)."
     ]
     for family, members in families().items():
         parts.append(f"## {family}")
@@ -238,11 +239,30 @@ def _names(module: Any) -> str:
     return ", ".join(f"`{one}`" for one in module.__all__ if not one.isupper())
 
 
+# --- errata -----------------------------------------------------------------------------------------------------
+
+
+def errata() -> str:
+    """Return the page of what in the source paper cannot stand as printed."""
+    from bristle.paper.errata import ERRATA
+
+    rows = [(one.place, one.printed, one.correct, f"`{one.test}`") for one in ERRATA]
+    return page(
+        "Errata of the source paper",
+        "Of *Pre-sliding friction control using the sliding mode controller with hysteresis friction compensator*: "
+        "what cannot stand as printed, what is right, and the test below `tests/` that shows it. What follows from it "
+        "is told in [the source paper](../theory/the-source-paper.md); `bristle paper` puts the same table into its "
+        "report.",
+        table(("Place", "As printed", "Correct", "Test"), rows),
+    )
+
+
 PAGES: dict[str, Callable[[], str]] = {
     "models.md": models,
     "symbols.md": symbols,
     "command-line.md": command_line,
     "python.md": python,
+    "errata.md": errata,
 }
 
 if __name__ == "__main__":

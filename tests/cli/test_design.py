@@ -1,7 +1,10 @@
 """``bristle design``: margins, budget and gains from an experiment file."""
 
 import json
+import math
 from pathlib import Path
+
+import pytest
 
 
 def test_a_loop_is_designed_in_numbers(bristle, place):
@@ -22,12 +25,15 @@ def test_a_loop_is_designed_in_numbers(bristle, place):
 
 
 def test_results_are_a_report_and_numbers(bristle, place):
-    found = bristle("design", "experiment.toml", "--variant", "none", "--out", "design")
+    found = bristle("design", "experiment.toml", "--variant", "none", "--bandwidth", "10 Hz", "--out", "design")
     assert found.code == 0
     assert "Poles and margins of the sampled loop" in found.out
     assert "none: the sampled loop is stable" in found.out
     assert {one.name for one in Path("design").iterdir()} == {"summary.json", "report.html"}
     assert json.loads(Path("design/summary.json").read_text())["variant"] == "none"
+    proposed = json.loads(Path("design/summary.json").read_text())["proposals"]["tuned"]
+    assert proposed["bandwidth"] == pytest.approx(20.0 * math.pi)
+    assert proposed["parameters"]["k_p"] == pytest.approx(5.0 * math.pi)
     page = Path("design/report.html").read_text()
     for name in ("margins", "budget", "circles"):
         assert f'<figure id="figure-{name}">' in page

@@ -55,9 +55,11 @@ def test_the_variants_whose_loops_are_stable_are_simulated_all_the_same(bristle,
 def test_a_small_margin_is_warned_of(bristle, place):
     text = Path("experiment.toml").read_text()
     Path("experiment.toml").write_text(text.replace("[run]", "[run]\ndelay = 3"))
-    ended = bristle("run", "experiment.toml")
+    ended = bristle("run", "experiment.toml", "--json", "--out", "run")
     assert ended.code == 0
-    assert "warning: the phase margin is" in ended.err
+    assert "base, none: warning: the phase margin is" in ended.err
+    assert "the phase margin is" in ended.data["warnings"][0]
+    assert "the phase margin is" in (Path("run") / "report.html").read_text()
 
 
 def test_a_user_model_runs_from_its_file(bristle, place):

@@ -12,11 +12,12 @@ from tests.docs.conftest import PAGES, ROOT, blocks
 from bristle.cli.application import app
 from bristle.files.axis import axis_from
 from bristle.files.axis_schema import AxisFile
+from bristle.files.curves import read_curve_columns
 from bristle.files.experiment import KEYS, experiment_from, merged
 from bristle.files.model import friction_from
 from bristle.files.run import RUN
 from bristle.files.schema import Strict
-from bristle.files.variant import FEEDFORWARD, SECTIONS
+from bristle.files.variant import FEEDFORWARD, LEARNING, SECTIONS
 
 COMMANDS = typer.main.get_command(app).commands
 LEAST_AXIS = {
@@ -113,6 +114,12 @@ def test_parts_of_axis_files_in_pages_are_read(block):
     assert axis.columns["position"].name == part["columns"]["position"]["column"]
 
 
+@each("toml hysteresis")
+def test_files_of_curves_in_pages_are_read(block, tmp_path):
+    (tmp_path / "axis.toml").write_text(block.text)
+    assert read_curve_columns(tmp_path / "axis.toml").start == "saturated"
+
+
 @each("toml experiment")
 def test_experiments_in_pages_are_read(block, at_the_reader):
     experiment = experiment_from(tomllib.loads(block.text), at_the_reader / "experiment.toml")
@@ -126,7 +133,10 @@ def test_friction_tables_in_pages_are_read(block, at_the_reader):
 
 
 def test_no_block_goes_unchecked():
-    checked = ("toml axis", "toml axis-part", "toml experiment", "toml friction", "python", "sh", "text")
+    checked = (
+        "toml axis", "toml axis-part", "toml contact", "toml hysteresis", "toml experiment", "toml friction", "python",
+        "sh", "text",
+    )  # fmt: skip
     every = sum(page.read_text().count("\n```") for page in PAGES)
     assert len(blocks(*checked)) == every / 2
 
@@ -152,7 +162,7 @@ def test_the_axis_page_tells_every_key():
 
 def test_the_experiment_page_tells_every_key():
     page = (ROOT / "docs/how-to/experiment-file.md").read_text()
-    keys = {*KEYS, *SECTIONS, *RUN, *FEEDFORWARD} - {"kind"}
+    keys = {*KEYS, *SECTIONS, *RUN, *FEEDFORWARD, *LEARNING} - {"kind"}
     assert [key for key in sorted(keys) if not re.search(rf"\b{key}\b", page)] == []
 
 

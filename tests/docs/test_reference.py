@@ -63,17 +63,19 @@ schema = 1
 friction = { file = "results/model.toml" }
 controller = { model = "cascade", k_p = 60.0, k_v = 6000.0 }
 reference = { model = "sine", amplitude = "1 mm", frequency = "1 Hz" }
-run = { duration = "1 s", sample_time = "1 ms" }
+run = { duration = "1 s", sample_time = "1 ms", seeds = 2 }
 """
 
 RUNS = {
     "identify": "identify log.csv --axis axis.toml --model coulomb_viscous+asymmetry",
     "predict": "predict results/model.toml log.csv --axis axis.toml --mode closed-loop",
     "run": "run experiment.toml",
+    "paper": "paper --figure 4",
     "design": "design experiment.toml",
     "check": "check quadratic_drag.py",
     "models": "models lugre",
     "log": "log log.csv --axis axis.toml",
+    "excite": "excite axis.toml --duration 5s --for break-away",
 }
 
 

@@ -59,6 +59,7 @@ def test_loops_before_sliding_are_fourteen_pairs_behind_a_conditioning_slide():
     assert {one.reference.values["cycle_count"] for one in pairs} == {2}
     assert pairs[0].amplitude == pytest.approx(0.7e-6)
     assert pairs[-1].amplitude == pytest.approx(6.8e-6, rel=0.01)
+    assert np.diff([one.amplitude for one in pairs]) == pytest.approx(0.467e-6, rel=0.02)
     assert len({one.speed for one in pairs}) == 1
     assert pieces[0].amplitude > 2.0 * pairs[-1].amplitude
 

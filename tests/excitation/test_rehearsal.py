@@ -16,7 +16,7 @@ TRUTH = lugre(F_C=60.0, F_S=80.0, v_S=2e-3, sigma_0=1.2e7, sigma_1=4e3, sigma_2=
 
 @pytest.fixture(scope="module")
 def found():
-    return excite(AXIS, duration="24 s", purposes="presliding,stribeck", model=TRUTH)
+    return excite(AXIS, duration="24 s", purposes="presliding,stribeck", model=TRUTH, draws=0)
 
 
 def test_the_log_is_one_of_the_axis(found):
@@ -37,7 +37,7 @@ def test_what_was_put_in_is_found_as_far_as_scatter_allows(found):
 
 
 def test_without_slow_loops_stiffness_is_not_found():
-    lost = excite(AXIS, duration="10 s", purposes="stribeck", model=TRUTH)
+    lost = excite(AXIS, duration="10 s", purposes="stribeck", model=TRUTH, draws=0)
     status = {one.name: one.status for one in lost.rehearsal.identification.best.estimates}
     assert status["sigma_0"] != "identified" or status["sigma_1"] != "identified"
 
@@ -45,7 +45,7 @@ def test_without_slow_loops_stiffness_is_not_found():
 def test_with_a_controller_it_runs_in_the_loop():
     stiff, soft = (
         excite(replace(AXIS, controller=cascade(k_p=k, k_v=4e3, k_i=40.0 * k * 4e3)), duration="6 s",
-               purposes="presliding", model=TRUTH)
+               purposes="presliding", model=TRUTH, draws=0)
         for k in (60.0, 6.0)
     )  # fmt: skip
     assert stiff.rehearsal.loop is soft.rehearsal.loop is True
@@ -54,6 +54,13 @@ def test_with_a_controller_it_runs_in_the_loop():
 
 def test_a_model_with_lists_is_rehearsed_and_another_fitted():
     elements = maxwell_slip(F_C=60.0, k_i=[2e7, 8e6], nu_i=[0.5, 0.5])
-    found = excite(AXIS, duration="6 s", purposes="presliding", model=elements)
+    found = excite(AXIS, duration="6 s", purposes="presliding", model=elements, draws=0)
     assert found.rehearsal.identification.best.name == "lugre"
     assert set(found.rehearsal.truth) == {"M"}
+
+
+def test_a_loop_that_the_guessed_mass_would_make_unstable_is_not_run():
+    guessed = replace(AXIS, mass=None, effort_limit=None, controller=cascade(k_p=160.0, k_v=8500.0, limit=350.0))
+    found = excite(guessed, duration="6 s", purposes="break-away", draws=0)
+    assert found.rehearsal.loop is False
+    assert any("mass of" in one for one in found.prior.assumed)

@@ -104,13 +104,12 @@ def test_load_and_temperature_are_factors_of_friction():
         identify(elements_log(), "maxwell_slip+load", mass=MASS, draws=0)
 
 
-def test_intervals_of_level_and_stiffness_leave_the_shape_free():
-    fit = identify(elements_log(), "maxwell_slip", mass=MASS, cutoff=80.0, decimation=2, blocks=0, draws=0).best
-    level = [
+def test_the_interval_of_the_level_leaves_the_shape_free():
+    fits = [
         identify(elements_log(seed=seed), "maxwell_slip", mass=MASS, cutoff=80.0, decimation=2, blocks=0, draws=0).best
-        for seed in range(1, 9)
+        for seed in range(8)
     ]
-    for name in ("F_C", "s", "offset"):
-        spread = float(np.std([one.parameters[name].value for one in level], ddof=1))
-        assert fit.parameters[name].larger_std > 0.5 * spread, name
-        assert fit.parameters[name].std < 10.0 * spread, name
+    for name in ("F_C", "offset"):
+        spread = float(np.std([one.parameters[name].value for one in fits], ddof=1))
+        assert fits[0].parameters[name].larger_std > 0.5 * spread, name
+        assert fits[0].parameters[name].std < 10.0 * spread, name

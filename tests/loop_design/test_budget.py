@@ -6,9 +6,10 @@ from dataclasses import replace
 import pytest
 from tests.loop_design.conftest import COMPENSATOR, TRUTH, loop
 
-from bristle import friction
+from bristle import controllers, friction
 from bristle.core.experiment import Experiment
 from bristle.loop_design.causes import best_gain, causes_of, nominal
+from bristle.loop_design.following import feeds_inertia, told_the_motion
 from bristle.simulation import simulate
 
 
@@ -16,6 +17,23 @@ def test_each_cause_of_the_loop_is_found_and_no_other():
     assert [one.name for one in causes_of(loop())] == ["amplitude", "shape", "asymmetry", "encoder", "delay"]
     plain = loop(compensator=None)
     assert [one.name for one in causes_of(plain)] == ["no compensation", "asymmetry", "encoder", "delay"]
+
+
+def test_a_loop_that_is_not_told_velocity_and_inertia_lags():
+    deaf = loop(controller=loop().controller.with_values(k_ff=0.0), feedforward=replace(loop().feedforward, mass=0.0))
+    lag = causes_of(deaf)[0]
+    assert lag.name == "lag"
+    told = lag.without(deaf)
+    assert told.controller == loop().controller
+    assert told.feedforward.mass == pytest.approx(20.0, rel=1e-3)
+    assert "lag" not in [one.name for one in causes_of(loop())]
+
+
+def test_inertia_is_fed_forward_once():
+    # The sliding mode law feeds the inertia by itself, the cascade does not.
+    sliding = controllers.sliding_mode(J=20.0, lambda_=100.0, K_1=100.0)
+    assert [feeds_inertia(one, 1e-3) for one in (sliding, loop().controller)] == [True, False]
+    assert told_the_motion(loop(controller=sliding)).feedforward.mass == 0.0
 
 
 def test_a_loop_that_knows_everything_has_no_cause_of_error():

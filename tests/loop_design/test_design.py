@@ -8,9 +8,9 @@ import pytest
 from tests.loop_design.conftest import TRUTH, loop
 from tests.stability.laws import RADIAN, rig
 
-from bristle import controllers
+from bristle import controllers, friction, plants, references, sensors
 from bristle.core import InputError
-from bristle.core.experiment import Experiment
+from bristle.core.experiment import Experiment, Feedforward
 from bristle.loop_design import delays_of, design, run_circles, tuned
 from bristle.loop_design.circle import circle_of
 from bristle.loop_design.tuning import PHASE, count_response, inertia_of, stiffness_of
@@ -30,7 +30,7 @@ def margins(variant, law):
 @pytest.mark.parametrize("name", ["sliding_mode", "disturbance_observer"])
 def test_tuned_gains_keep_the_margins_and_no_higher_ones_do(name, delay):
     variant = replace(rig(delay), controller=SLIDING_MODE)
-    law = tuned(variant, name)
+    law = tuned(variant, name).law
     found = margins(variant, law)
     assert all(one.phase >= PHASE and one.gain >= 2.0 for one in found)
     higher = law.with_values(
@@ -41,7 +41,7 @@ def test_tuned_gains_keep_the_margins_and_no_higher_ones_do(name, delay):
 
 def test_less_delay_allows_more_gain():
     gains = [
-        tuned(replace(rig(delay), controller=SLIDING_MODE), "sliding_mode").values["lambda_"] for delay in range(4)
+        tuned(replace(rig(delay), controller=SLIDING_MODE), "sliding_mode").law.values["lambda_"] for delay in range(4)
     ]
     assert gains == sorted(gains, reverse=True)
     assert gains[0] > 1.5 * gains[3]
@@ -49,13 +49,13 @@ def test_less_delay_allows_more_gain():
 
 def test_tuned_gains_are_near_the_rule_of_thumb():
     variant = replace(rig(1), controller=SLIDING_MODE.with_values(K_2=0.0, phi=0.0))
-    values = tuned(variant, "sliding_mode").values
+    values = tuned(variant, "sliding_mode").law.values
     assert 0.5 <= (values["lambda_"] + values["K_1"]) * delays_of(variant).total <= 1.0
 
 
 def test_no_count_of_the_encoder_leaves_the_boundary_layer():
     variant = replace(rig(1), controller=SLIDING_MODE)
-    values = tuned(variant, "sliding_mode").values
+    values = tuned(variant, "sliding_mode").law.values
     component = controllers.sliding_mode
     law = component(kind="rotational", **values)
     p, count, peak = law.parameters, 0.125 * RADIAN, 0.0
@@ -161,3 +161,36 @@ def test_a_name_that_is_no_variant_is_refused():
     with pytest.raises(InputError, match="no such variant") as refused:
         design(Experiment("bench", "translational", (loop(),)), variant="fedd")
     assert "Did you mean 'fed'?" in str(refused.value)
+
+
+def test_a_bandwidth_that_is_asked_for_is_given_as_far_as_the_margins_allow():
+    variant = replace(rig(1), controller=SLIDING_MODE)
+    widest = tuned(variant, "sliding_mode")
+    asked = tuned(variant, "sliding_mode", 0.5 * widest.bandwidth)
+    assert asked.bandwidth == asked.law.values["lambda_"] == 0.5 * widest.bandwidth
+    too_much = tuned(variant, "sliding_mode", 3.0 * widest.bandwidth)
+    assert too_much.bandwidth == pytest.approx(widest.bandwidth, rel=0.05)
+
+
+def test_a_bandwidth_of_nothing_is_refused():
+    with pytest.raises(InputError, match="must be positive"):
+        design(Experiment("bench", "translational", (loop(),)), bandwidth=0.0)
+
+
+def test_an_axis_with_a_screw_is_designed_with_its_backlash():
+    screw = plants.ball_screw(kind="rotational", J=1e-3, M=50.0, lead=5e-3, k=1e8, d=2e3, backlash="3 um")
+    motor = friction.coulomb_viscous(kind="rotational", F_C=0.02, F_v=1e-3)
+    guide = friction.find("coulomb_viscous+asymmetry")(F_C_pos=30.0, F_C_neg=20.0, F_v_pos=200.0, F_v_neg=200.0)
+    axis = loop(
+        compensator=None, plant=screw, friction=motor, table=guide, sensor_at="motor",
+        controller=controllers.cascade(kind="rotational", k_p=80.0, k_v=0.2),
+        sensor=sensors.encoder(kind="rotational", resolution=1e-5),
+        reference=references.sine(kind="rotational", amplitude=1.0, frequency=0.5),
+        feedforward=Feedforward(),
+    )  # fmt: skip
+    found = design(Experiment("screw", "rotational", (axis,)))
+    assert found.is_stable
+    assert {one.cause for one in found.budget.entries} == {"lag", "asymmetry", "encoder", "delay", "backlash"}
+    # 0.02 N m of the motor, and 25 N over an arm of 0.796 mm.
+    assert found.friction == pytest.approx(0.02 + 25.0 * 5e-3 / (2.0 * math.pi), rel=0.2)
+    assert inertia_of(axis) == pytest.approx(1e-3 + 50.0 * (5e-3 / (2.0 * math.pi)) ** 2, rel=0.01)

@@ -2,14 +2,23 @@
 
 import pytest
 
+from bristle.engine import compilation
 from bristle.paper import EXPERIMENTS, FIGURES, reproduce
 from bristle.paper.setting import read_setting
 
 
 @pytest.fixture(scope="session")
-def paper():
+def entries():
+    """The compiled entries that the figures run, whatever other tests have used before."""
+    return {}
+
+
+@pytest.fixture(scope="session")
+def paper(entries):
     """Every figure by its number."""
-    return {one.number: one for one in reproduce(FIGURES)}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(compilation, "_entries", entries)
+        return {one.number: one for one in reproduce(FIGURES)}
 
 
 @pytest.fixture(scope="session")

@@ -1,12 +1,15 @@
 """What the figures of the source paper show here, and that a reader can read them."""
 
+import re
+
 import numpy as np
 import pytest
 from tests.figures.test_figures import assert_legible
+from tests.figures.test_figures import test_lines_with_a_name_differ_without_colour as lines_differ_without_colour
 
 from bristle.paper import FIGURES
 
-PANELS_WITHOUT_AXES = {7}
+WITHOUT_AXES, WITHOUT_UNIT = {7}, {"Branches measured"}
 
 
 def drawings(one):
@@ -14,11 +17,14 @@ def drawings(one):
 
 
 @pytest.mark.parametrize("number", FIGURES)
-def test_every_figure_is_legible_and_its_axes_have_units(number, paper):
+def test_every_figure_is_legible_in_grey_too_and_its_axes_have_units(number, paper):
     for figure in drawings(paper[number]):
         assert_legible(figure)
-        for axes in figure.axes if number not in PANELS_WITHOUT_AXES else ():
-            assert "[" in axes.get_xlabel() or axes.get_xlabel() == "Branches measured"
+        lines_differ_without_colour(figure)
+        for axes in figure.axes if number not in WITHOUT_AXES else ():
+            assert axes.get_ylabel() or not any(tick.label1.get_visible() for tick in axes.yaxis.get_major_ticks())
+            for label in (axes.get_xlabel(), axes.get_ylabel()):
+                assert not label or label in WITHOUT_UNIT or re.search(r"\[[^\]]+\]$", label), label
 
 
 @pytest.mark.parametrize("number", FIGURES)
@@ -99,3 +105,48 @@ def test_9_and_10_loops_are_wiped_out_by_the_operator_and_not_over_the_position(
     assert missing["(16) and (17) alone"]["B"] < -0.15
     assert abs(missing["with a gate"]["B"]) < 0.02
     assert abs(missing["virtual rig"]["B"]) < 0.1
+
+
+def test_7_the_scheme_is_drawn_from_the_experiment(paper):
+    texts = " ".join(one.get_text() for one in paper[7].draw().axes[0].texts)
+    for part in ("sliding mode", "maxwell_stribeck+asymmetry", "30 elements", "125 nm", "gain 0.64", "M = 632 kg"):
+        assert part in texts
+
+
+def test_11_the_table_is_nearer_to_the_command_with_the_compensator(paper):
+    true = paper[11].numbers["true_error"]
+    assert true["none"] == pytest.approx(1.35e-6, abs=0.05e-6)
+    assert true["paper"] == pytest.approx(0.60e-6, abs=0.05e-6)
+    assert paper[11].numbers["amplitude"] < 7e-6
+
+
+def test_12_the_error_falls_by_half_and_by_more_with_a_compensator_that_is_identified(paper):
+    peak = paper[12].numbers["peak_to_peak"]
+    assert peak["none"] == pytest.approx(1.46e-6, abs=0.05e-6)
+    assert peak["paper"] == pytest.approx(0.69e-6, abs=0.05e-6)
+    assert 1.0 - peak["paper"] / peak["none"] == pytest.approx(1.0 - 0.69 / 1.46, abs=0.03)
+    assert 1.0 - peak["identified"] / peak["none"] > 0.7
+    assert peak["observer_feedforward"] <= 0.40e-6
+    assert paper[12].verdict == "holds"
+
+
+def test_12_forward_motion_is_the_worse(paper):
+    assert all(ratio > 1.2 for ratio in paper[12].numbers["forward_over_backward"].values())
+
+
+def test_13_the_range_and_the_mean_are_those_printed_once_read_right(paper):
+    before, after = (paper[13].numbers[name] for name in ("none", "paper"))
+    assert (before["min"], before["max"]) == pytest.approx((-0.4e-6, 1.0e-6), abs=0.1e-6)
+    assert (after["min"], after["max"]) == pytest.approx((-0.2e-6, 0.49e-6), abs=0.05e-6)
+    assert (before["mean"], after["mean"]) == pytest.approx((0.23e-6, 0.15e-6), abs=0.03e-6)
+    # As printed: 2.3 um lies outside the range, and 1.1 um is no peak-to-peak value of 0.69 um.
+    assert before["max"] < 2.3e-6
+    assert after["max"] - after["min"] < 0.8e-6
+    assert after["std"] < 0.5 * (0.9e-6 + 0.2e-6)
+
+
+def test_14_the_effort_hardly_grows(paper):
+    rms = paper[14].numbers["rms"]
+    assert 1.0 < rms["paper"] / rms["none"] < 1.05
+    # A count of the encoder over the sample time, times the gain, exceeds break-away: most of it is chatter.
+    assert paper[14].numbers["peak"]["none"] > 0.1

@@ -60,3 +60,8 @@ def test_the_numbers_are_plain_json(paper):
     for one in data["figures"].values():
         assert set(one) == {"title", "claim", "verdict", "found", "numbers", "experiment"}
     assert data["figures"]["6"]["numbers"]["error_percent"]["tabulated surface"][0] is None
+
+
+def test_the_whole_paper_needs_few_entries(paper, entries):
+    assert len(paper) == len(FIGURES) == 14
+    assert 10 < len(entries) <= 40

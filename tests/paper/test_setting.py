@@ -5,9 +5,11 @@ import pytest
 
 from bristle import friction, response
 from bristle.core.errors import InputError
+from bristle.files import read_experiment
 from bristle.paper import EXPERIMENTS, reproduce, write_experiments
 from bristle.paper.setting import read_setting
 from bristle.paper.sums import summed
+from bristle.paper.tracking import DivergedError
 from bristle.paper.walk import follow, walk
 
 
@@ -75,6 +77,34 @@ def test_a_changed_experiment_gives_another_result(tmp_path):
     changed(tmp_path, 'file = "set_a_rig.toml"', 'file = "set_a_rig.toml"\nscatter = 0.0')
     missing = reproduce([1], folder=tmp_path)[0].numbers["missing_at_return"]
     assert abs(missing["virtual rig"]) < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("[compare.paper.controller.feedforward]", "[compare.other.controller.feedforward]", "compare.paper"),
+        ("seeds = 6", "seeds = x", "set_a.toml"),
+        ('file = "set_a_rig.toml"', 'file = "nowhere.toml"', "nowhere.toml"),
+    ],
+)
+def test_a_tracking_experiment_that_is_not_one_is_refused(old, new, said, tmp_path):
+    changed(tmp_path, old, new, "set_a.toml")
+    with pytest.raises(InputError, match=said):
+        reproduce([11], folder=tmp_path)
+
+
+def test_a_loop_that_diverges_is_a_no_with_its_name(tmp_path):
+    text = changed(tmp_path, "delay = 1", "delay = 9", "set_a.toml").read_text(encoding="utf-8")
+    (tmp_path / "set_a.toml").write_text(text.replace("seeds = 6", "seeds = 1"), encoding="utf-8")
+    with pytest.raises(DivergedError, match=r"compare\.none") as caught:
+        reproduce([14], folder=tmp_path)
+    assert caught.value.exit_code == 1
+
+
+def test_the_files_handed_out_are_complete(tmp_path):
+    write_experiments(tmp_path)
+    for name in ("set_a", "set_b"):
+        assert [one.name for one in read_experiment(tmp_path / f"{name}.toml").variants][:2] == ["none", "paper"]
 
 
 def test_what_the_paper_has_not_is_refused():

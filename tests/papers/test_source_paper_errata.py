@@ -1,5 +1,6 @@
 """What else of the source paper cannot stand as printed; and that every erratum names a test that exists."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,16 +9,20 @@ from scipy.integrate import solve_ivp
 from tests.certificates.ballscrew import F_S, UM, composite
 from tests.papers.test_source_paper_preisach import falling_16, rising_17, tip_17
 
-from bristle import friction, hysteresis, response
+from bristle import controllers, friction, hysteresis, plants, response, sensors
 from bristle.core.transmission import Transmission
+from bristle.engine import run_closed_loop
 from bristle.engine.contact import Contact
+from bristle.files import read_experiment
+from bristle.paper import EXPERIMENTS
 from bristle.paper.errata import ERRATA
+from bristle.simulation import simulate
 
 
 @pytest.mark.parametrize("erratum", ERRATA, ids=lambda one: f"{one.place}: {one.test.partition('::')[2]}")
 def test_every_erratum_has_its_test(erratum):
     file, _, name = erratum.test.partition("::")
-    assert f"def {name}(" in (Path(__file__).parent / file).read_text(encoding="utf-8")
+    assert f"def {name}(" in (Path(__file__).parents[1] / file).read_text(encoding="utf-8")
 
 
 def test_a_micrometre_of_the_table_is_1_2566_milliradians_at_5_mm_lead():
@@ -148,3 +153,48 @@ def test_loops_of_one_width_are_congruent_for_a_masing_kernel_and_not_for_16_and
         operator = hysteresis.preisach(kernel=kernel, s=1.0, f_p=1.0)
         heights = [np.subtract(*response(operator, [start, start - 1.0])) for start in (2.0, 5.0, 50.0)]
         assert np.ptp(heights) < 1e-12
+
+
+M, F_COULOMB, SLOPE, RATE = 2.0, 3.0, 100.0, 50.0
+
+
+def surface_at_the_end(K_2, phi=0.0, fed_forward=0.0):
+    """The surface of a loop that moves steadily forward against Coulomb friction, in its last tenth [m/s]."""
+    dt, count, speed = 1e-5, 30_000, 1e-2
+    t = dt * np.arange(count)
+    desired = np.stack((speed * t, np.full(count, speed), np.zeros(count), np.full(count, fed_forward)))
+    law = controllers.sliding_mode(J=M, lambda_=SLOPE, K_1=RATE, K_2=K_2, phi=phi)
+    trace = run_closed_loop(
+        plants.inertia(M=M), friction.coulomb(F_C=F_COULOMB), law, sensors.encoder(resolution=0.0), desired, dt, v=speed
+    )
+    surface = (speed - trace.velocity) + SLOPE * (desired[0] - trace.position)
+    return surface[-count // 10 :]
+
+
+def test_22_friction_holds_the_table_back():
+    # Where the surface rests, (22) asks for K_1 s = F/J with the sign of (18), and for the opposite as printed.
+    rests = surface_at_the_end(K_2=0.0)
+    assert np.ptp(rests) < 1e-3 * rests.mean()
+    assert RATE * rests.mean() == pytest.approx(F_COULOMB / M, rel=1e-2)
+    # With all of the friction fed forward, as (23) says, nothing is left of it.
+    assert abs(surface_at_the_end(K_2=0.0, fed_forward=F_COULOMB).mean()) < 1e-3 * rests.mean()
+
+
+def test_23_the_surface_is_reached_only_with_K_2_above_what_is_not_compensated():
+    free = surface_at_the_end(K_2=0.0).mean()
+    below, above = (np.abs(surface_at_the_end(K_2=share * F_COULOMB / M)).mean() for share in (0.5, 1.5))
+    assert below == pytest.approx(0.5 * free, rel=2e-2)
+    assert above < 0.01 * free
+    # Half of the friction fed forward halves what K_2 must exceed.
+    assert np.abs(surface_at_the_end(K_2=0.75 * F_COULOMB / M, fed_forward=0.5 * F_COULOMB)).mean() < 0.01 * free
+
+
+def test_10000_counts_a_revolution_would_not_do():
+    experiment = read_experiment(EXPERIMENTS / "set_a.toml")
+    fine = next(one for one in experiment.variants if one.name == "paper")
+    assert fine.sensor.values["resolution"] == pytest.approx(5e-3 / 40_000)
+    fine = replace(fine, run=replace(fine.run, seeds=1))
+    coarse = replace(fine, name="coarse", sensor=fine.sensor.with_values(resolution=5e-3 / 10_000))
+    found = simulate(replace(experiment, variants=(fine, coarse))).variants
+    assert found["paper"].following_error.peak_to_peak < 0.75e-6
+    assert found["coarse"].following_error.peak_to_peak > 1.0e-6

@@ -10,7 +10,7 @@ from tests.report.pages import Page
 from tests.report.test_pages import COMMON, HOSTILE
 
 from bristle import controllers
-from bristle.core.experiment import Experiment
+from bristle.core.experiment import Experiment, Feedforward
 from bristle.files.controller import controller_from
 from bristle.loop_design import design
 from bristle.report.design import design_report, design_sentences
@@ -65,7 +65,9 @@ def test_the_budget_holds_its_numbers(designed):
     ],
 )
 def test_a_law_is_told_as_an_experiment_file_takes_it(law):
-    table = tomllib.loads(controller_text(law))["controller"]
+    variant = loop(controller=law, feedforward=Feedforward(mass=20.0))
+    table = tomllib.loads(controller_text(variant))["controller"]
+    assert table.pop("feedforward") == {"mass": "20 " + {"translational": "kg", "rotational": "kg*m^2"}[law.kind]}
     assert controller_from(table, kind=law.kind, columns={}, path="controller") == law
 
 

@@ -8,10 +8,11 @@ from scipy import signal
 from tests.stability.laws import RADIAN, rig
 
 from bristle import controllers, friction, plants
-from bristle.core.experiment import Run
+from bristle.core.experiment import Experiment, Run
 from bristle.engine import run_closed_loop
 from bristle.sensors import encoder
 from bristle.stability import Friction, Motions, Verdict, assess, remarks, runnable, sentence
+from bristle.stability.linear_friction import slope_in_sliding, stiffness_at_rest
 
 
 def point(assessment, motions, under=Friction.NONE):
@@ -126,13 +127,48 @@ def test_the_linear_loop_goes_where_the_simulation_goes(k_v, k_i, delay):
     variant = replace(rig(0), plant=mass, friction=film, controller=law, run=Run(1.0, 1e-3, delay=delay))
     loop = point(assess(variant), Motions.ALL, Friction.SLIDING).loop
     trace = run_closed_loop(mass, film, law, encoder(), np.zeros((4, 120)), 1e-3, steps=4, delay=delay, x=moved)
-    body, state, line = np.array([moved, 0.0, 0.0]), np.array([moved, moved, 0.0]), [0.0] * delay
+    body, state, line = np.zeros(loop.plant.B.size), np.array([moved, moved, 0.0]), [0.0] * delay
+    body[0] = moved
     for simulated in trace.position:
         position = loop.plant.C @ body
         assert position == pytest.approx(simulated, rel=1e-6, abs=1e-6 * moved)
         line.append(loop.law.C @ state + loop.law.D * position)
         state = loop.law.A @ state + loop.law.B * position
         body = loop.plant.A @ body + loop.plant.B * line.pop(0)
+
+
+@pytest.mark.parametrize("side", ["motor", "load"])
+def test_a_table_behind_a_screw_goes_where_the_simulation_goes(side):
+    screw = plants.ball_screw(kind="rotational", J=1e-4, M=20.0, lead=5e-3, k=1e7, d=200.0)
+    film, guide = friction.viscous(kind="rotational", F_v=1e-3), friction.viscous(F_v=300.0)
+    law, moved = controllers.cascade(kind="rotational", k_p=40.0, k_v=0.02), 1e-3
+    variant = replace(
+        rig(0), plant=screw, friction=film, table=guide, sensor_at=side, controller=law,
+        run=Run(1.0, 5e-4, substeps=10, delay=1, current_lag=2e-4),
+    )  # fmt: skip
+    loop = point(assess(variant), Motions.ALL, Friction.SLIDING).loop
+    trace = run_closed_loop(
+        screw, film, law, encoder(kind="rotational"), np.zeros((4, 300)), 5e-4, table=guide, sensor_at=side, steps=10,
+        delay=1, lag=2e-4, x=moved,
+    )  # fmt: skip
+    body, state, line = np.zeros(loop.plant.B.size), np.array([moved, moved, 0.0]), [0.0]
+    body[0] = body[2] = moved
+    seen = trace.position if side == "load" else trace.motor_position
+    for simulated in seen:
+        position = loop.plant.C @ body
+        assert position == pytest.approx(simulated, rel=1e-5, abs=1e-5 * moved)
+        line.append(loop.law.C @ state + loop.law.D * position)
+        state = loop.law.A @ state + loop.law.B * position
+        body = loop.plant.A @ body + loop.plant.B * line.pop(0)
+
+
+def test_a_loop_closed_behind_a_screw_stands_less_gain_than_one_at_the_motor():
+    screw = plants.ball_screw(kind="rotational", J=1e-4, M=200.0, lead=5e-3, k=1e7, d=2e3)
+    variant = replace(
+        rig(0), plant=screw, controller=controllers.cascade(kind="rotational", k_p=40.0, k_v=0.1), run=Run(1.0, 5e-4)
+    )
+    gains = [assess(replace(variant, sensor_at=side)).bare[0].margins.gain for side in ("motor", "load")]
+    assert gains[0] > 1.3 * gains[1] > 0.0
 
 
 def test_a_mode_that_nothing_drives_is_no_pole_of_the_loop():
@@ -163,8 +199,6 @@ def test_friction_is_a_spring_where_the_axis_is_stuck_and_a_damper_where_it_slid
 
 
 def test_stiffness_and_damping_are_those_of_the_model():
-    from bristle.stability.linear_friction import slope_in_sliding, stiffness_at_rest
-
     stuck = stiffness_at_rest(LUGRE, 5e-4)
     assert stuck.k == pytest.approx(30.0, rel=1e-6)
     assert stuck.c == pytest.approx(0.053, rel=1e-6)
@@ -174,9 +208,25 @@ def test_stiffness_and_damping_are_those_of_the_model():
     assert stiffness_at_rest(friction.coulomb(kind="rotational", F_C=0.03), 5e-4) is None
 
 
-def test_an_offset_and_two_sides_are_no_slope():
-    from bristle.stability.linear_friction import stiffness_at_rest
+@pytest.mark.parametrize("model", friction.MODELS.values(), ids=friction.MODELS)
+def test_every_friction_model_has_a_linear_form_or_sticks(model):
+    typical = model(**model.example)
+    stuck = stiffness_at_rest(typical, 1e-3)
+    assert stuck is None or (stuck.k >= 0.0 and stuck.c >= 0.0)
+    # At 1 m/s the Stribeck curve has come down: what is left is viscous friction, of one order in all examples.
+    assert 0.0 <= slope_in_sliding(typical, 1.0).c <= 1000.0
 
+
+def test_a_film_is_no_spring():
+    stuck = stiffness_at_rest(friction.viscous(F_v=200.0), 1e-3)
+    assert stuck.k == 0.0
+    assert stuck.c == pytest.approx(200.0)
+    assert {one.friction for one in assess(rig(0, model=friction.viscous(kind="rotational", F_v=1e-3))).points} == {
+        Friction.NONE, Friction.SLIDING,
+    }  # fmt: skip
+
+
+def test_an_offset_and_two_sides_are_no_slope():
     shifted = friction.find("lugre+asymmetry")(
         kind="rotational", F_C_pos=0.044, F_C_neg=0.024, F_S_pos=0.05, F_S_neg=0.03, v_S=0.5, sigma_0=30.0,
         sigma_1=0.05, offset=0.005,
@@ -193,8 +243,6 @@ def test_what_only_friction_upsets_is_stick_slip_and_simulated():
 
 
 def test_variants_that_diverge_are_left_out():
-    from bristle.core.experiment import Experiment
-
     variants = tuple(replace(rig(delay), name=f"delay_{delay}") for delay in range(4))
     kept, judged = runnable(Experiment("delays", "rotational", variants))
     assert [one.name for one in kept.variants] == ["delay_0", "delay_1", "delay_2"]

@@ -49,12 +49,14 @@ def _pair(text: str | None) -> tuple[str, ...] | None:
 def _check_values(model: Path, force_ripple: Any, loop: Any, as_json: bool) -> int:
     from bristle.certificates import check as certificates_of
     from bristle.files.model import read_model
+    from bristle.files.operator import holds_operator, read_operator
 
-    chosen = read_model(model, related=False).friction
+    of_operator = holds_operator(model)
+    chosen = read_operator(model).operator if of_operator else read_model(model, related=False).friction
     with progress("checking"):
         found = certificates_of(chosen, force_ripple=force_ripple, loop=loop)
     failed = {name: one for name, one in found.items() if one.passed is False}
-    if not failed:
+    if not failed and not of_operator:
         read_model(model)  # refuses what breaks a condition that no certificate speaks of, such as F_S >= F_C
     if as_json:
         _print_json(chosen.name, not failed, {name: vars(one) for name, one in found.items()})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from contextlib import nullcontext
 from pathlib import Path
@@ -25,6 +26,10 @@ def design(
     variant: Annotated[
         str | None,
         typer.Option(metavar="NAME", help="The variant to design; by default the first that feeds friction forward."),
+    ] = None,
+    bandwidth: Annotated[
+        str | None,
+        typer.Option(metavar="FREQUENCY", help='Of the gains to propose, such as "30 Hz"; by default the widest.'),
     ] = None,
     out: Out = None,
     force: Force = False,
@@ -50,7 +55,7 @@ def design(
             one for each in described.variants for one in (each.friction, each.feedforward.friction) if one
         }:
             admit(friction)
-        found = designed(described, variant=variant, progress=report)
+        found = designed(described, variant=variant, bandwidth=_in_radians(bandwidth), progress=report)
         source = provenance(context.obj, experiment=experiment)
         summary = design_summary(found, provenance=source)
         if folder:
@@ -69,3 +74,13 @@ def design(
     if out:
         complain(f"wrote {out}; open {out / 'report.html'} in a browser")
     return 0 if found.is_stable else NO
+
+
+def _in_radians(text: str | None) -> float | None:
+    """Return a frequency that a person typed, as an angular one [rad/s]."""
+    if text is None:
+        return None
+    from bristle.core.units import quantity
+    from bristle.core.variable import Variable
+
+    return 2.0 * math.pi * quantity(text, Variable("frequency", "bandwidth"), path="--bandwidth")

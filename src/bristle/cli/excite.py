@@ -21,6 +21,8 @@ __all__ = ["EXAMPLE", "excite"]
 EXAMPLE = """Example:
   bristle excite axis.toml --out motion --for presliding,stribeck"""
 
+OPTIONS = {"duration": "--duration", "travel": "--travel", "purposes": "--for", "model": "--model"}
+
 
 def excite(
     context: typer.Context,
@@ -51,6 +53,7 @@ def excite(
 
     Writes motion.csv, axis.toml, summary.json and report.html into DIR.
     """
+    from bristle.core import InputError
     from bristle.excitation import excite as designed
     from bristle.files.provenance import provenance
     from bristle.files.results import results_folder
@@ -59,7 +62,13 @@ def excite(
     from bristle.report.results import write_motion_folder
 
     with results_folder(out, force=force) if out else nullcontext() as folder, progress("designing") as report:
-        found = designed(axis, duration=duration, travel=travel, purposes=purposes, model=model, progress=report)
+        try:
+            found = designed(axis, duration=duration, travel=travel, purposes=purposes, model=model, progress=report)
+        except InputError as error:
+            path = OPTIONS.get(error.path, error.path)
+            raise InputError(
+                error.message, path=path, value=error.value, allowed=error.allowed, mend=error.mend
+            ) from None
         source = provenance(context.obj, axis=axis, model=model)
         following = _identify(found, out)
         files = {"motion": "motion.csv", "axis": "axis.toml"} if out else {}
@@ -78,8 +87,7 @@ def excite(
 
 def _identify(found: Excitation, out: Path | None) -> str:
     """Return the command that identifies the log of the motion."""
-    assert found.rehearsal is not None
-    model = found.rehearsal.identification.best.name
+    model = found.rehearsal.identification.best.name if found.rehearsal else found.prior.friction.name
     axis = str(out / "axis.toml") if out else "AXIS.toml"
     return shlex.join(["bristle", "identify", "LOG", "--axis", axis, "--model", model, "--out", "results"])
 
@@ -88,7 +96,8 @@ def _show(found: Excitation, following: str) -> None:
     from bristle.report.excitation import outlook_table, piece_table
 
     show_table(piece_table(found))
-    show_table(outlook_table(found))
+    if found.rehearsal is not None:
+        show_table(outlook_table(found))
     for note in found.notes:
         say(f"Note: {note}")
     say(f"Then: {following}")

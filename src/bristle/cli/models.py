@@ -101,7 +101,10 @@ def _show_families(families: dict[str, list[Component]]) -> None:
     for family, members in families.items():
         rows = [(one.name, ", ".join(key_of(name) for name in one.variables), one.description) for one in members]
         show_table(Table(family.capitalize(), ("Name", "Parameters", "What it is"), rows))
-    say("Every friction model takes an offset, and +asymmetry behind its name: parameters by direction of motion.")
+    say(
+        "Every friction model takes an offset, and slots behind its name: +asymmetry for parameters by direction of "
+        "motion; +position, +periodic, +load, +temperature for friction that varies."
+    )
 
 
 def _show_one(one: Component) -> None:

@@ -16,13 +16,14 @@ def identify_operators(
 ) -> None:
     """Identify hysteresis operators from recorded curves, and write them where `out` says."""
     from bristle.core import InputError
-    from bristle.files.curves import read_curves
+    from bristle.files.curves import read_curve_columns, read_curves
     from bristle.files.operator import write_operator
     from bristle.files.provenance import provenance
-    from bristle.files.results import SUMMARY, results_folder
+    from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
     from bristle.identification.operators import FITTED, identify_operator
-    from bristle.report.operators import comparison_of_operators, operator_summary
+    from bristle.report.operators import comparison_of_operators, operator_report, operator_summary
+    from bristle.report.results import write_report
 
     if len(logs) > 1 or len(axes) > 1:
         raise InputError("takes one file of curves, and its axis file", path="LOG", value=f"{len(logs)} files",
@@ -35,7 +36,8 @@ def identify_operators(
         summary = operator_summary(found, provenance=source)
         if folder:
             write_operator(folder / "model.toml", found.best.operator, found.best.offset, provenance=source)
-            (folder / SUMMARY).write_text(json_text(summary), encoding="utf-8")
+            page = operator_report(found, name=read_curve_columns(axis).name, command=command, provenance=source)
+            write_report(folder, page, summary)
     if as_json:
         sys.stdout.write(json_text(summary))
     else:
@@ -46,7 +48,7 @@ def identify_operators(
         for note in recorded.notes:
             say(f"Note: {note}")
     if out:
-        complain(f"wrote {out}")
+        complain(f"wrote {out}; open {out / 'report.html'} in a browser")
 
 
 def predict_operator(
@@ -56,13 +58,14 @@ def predict_operator(
     from bristle.core import InputError
     from bristle.core.typography import with_unit
     from bristle.core.variable import unit_of
-    from bristle.files.curves import read_curves
+    from bristle.files.curves import read_curve_columns, read_curves
     from bristle.files.operator import read_operator
     from bristle.files.provenance import provenance
-    from bristle.files.results import SUMMARY, results_folder
+    from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
     from bristle.identification.operators import predict_operator as predicted
-    from bristle.report.operators import operator_prediction_summary
+    from bristle.report.operators import operator_prediction_report, operator_prediction_summary
+    from bristle.report.results import write_report
 
     if axis is None:
         raise InputError("is needed: it says which columns are input and output", path="--axis",
@@ -77,7 +80,10 @@ def predict_operator(
         source = provenance(command, model=model, log=log, axis=axis)
         summary = operator_prediction_summary(prediction, operator, recorded, provenance=source)
         if folder:
-            (folder / SUMMARY).write_text(json_text(summary), encoding="utf-8")
+            page = operator_prediction_report(
+                prediction, operator, recorded, name=read_curve_columns(axis).name, command=command, provenance=source
+            )
+            write_report(folder, page, summary)
     if as_json:
         sys.stdout.write(json_text(summary))
     else:
@@ -86,4 +92,4 @@ def predict_operator(
         for note in recorded.notes:
             say(f"Note: {note}")
     if out:
-        complain(f"wrote {out}")
+        complain(f"wrote {out}; open {out / 'report.html'} in a browser")

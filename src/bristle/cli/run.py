@@ -18,7 +18,7 @@ from bristle.cli.terminal import complain, progress, say, show_table
 if TYPE_CHECKING:
     from bristle.stability import Assessment
 
-__all__ = ["EXAMPLE", "run", "warn_of_loops"]
+__all__ = ["EXAMPLE", "about_loops", "run"]
 
 EXAMPLE = """Example:
   bristle run experiment.toml --out results"""
@@ -54,16 +54,19 @@ def run(
         }:
             admit(friction)
         stable, judged = runnable(described)
-        warn_of_loops(judged)
+        warnings = about_loops(judged)
+        for warning in warnings:
+            complain(warning)
         refused = {name: sentence(one) for name, one in judged.items() if one.verdict is Verdict.DIVERGES}
         result = replace(simulate(stable, report), refused=refused)
         source = provenance(context.obj, experiment=experiment)
-        summary = simulation_summary(result, provenance=source)
+        summary = simulation_summary(result, provenance=source, warnings=warnings)
         if folder:
             from bristle.report.results import write_report
             from bristle.report.simulation import simulation_report
 
-            write_report(folder, simulation_report(result, command=context.obj, provenance=source), summary)
+            page = simulation_report(result, command=context.obj, provenance=source, warnings=warnings)
+            write_report(folder, page, summary)
     if as_json:
         sys.stdout.write(json_text(summary))
     elif result.variants:
@@ -81,8 +84,8 @@ def run(
     return NO if failed else 0
 
 
-def warn_of_loops(judged: Mapping[str, Assessment]) -> None:
-    """Name each loop that is unstable, and warn of small margins; variants that are one loop are named together."""
+def about_loops(judged: Mapping[str, Assessment]) -> list[str]:
+    """Return what is to be said of the loops, those that are unstable or have small margins: once for alike ones."""
     from bristle.stability import Verdict, remarks, sentence
 
     found: dict[str, list[str]] = {}
@@ -90,5 +93,4 @@ def warn_of_loops(judged: Mapping[str, Assessment]) -> None:
         texts = [sentence(one)] if one.verdict is not Verdict.STABLE else []
         for text in texts or [f"warning: {remark}" for remark in remarks(one)]:
             found.setdefault(text, []).append(name)
-    for text, names in found.items():
-        complain(f"{', '.join(names)}: {text}")
+    return [f"{', '.join(names)}: {text}" for text, names in found.items()]

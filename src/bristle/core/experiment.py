@@ -109,12 +109,34 @@ class Feedforward:
 
 
 @dataclass(frozen=True)
+class Learning:
+    """How a motion that is repeated is learned.
+
+    Parameters
+    ----------
+    trials : int
+        Trials, of which the last one is reported.
+    k_e : float
+        Effort learned from the following error [N/m or N*m/rad].
+    k_d : float
+        Effort learned from its derivative [N*s/m or N*m*s/rad].
+    cutoff : float
+        Cut-off of the zero-phase low-pass on what is learned [Hz].
+    """
+
+    trials: int
+    k_e: float
+    k_d: float
+    cutoff: float
+
+
+@dataclass(frozen=True)
 class Variant:
     """One loop: the mechanism, what controls it, what it is asked to follow.
 
     `disturbance` is a force against the motion that no model explains, such as the residual of an identification,
-    shape (sample,) [N or N*m]. Of a plant with a screw, `friction` acts on the motor and `table` on its table, in N
-    and m; `sensor_at` tells which of both the sensor reads.
+    shape (sample,) [N or N*m]. With `learning` the motion is repeated. Of a plant with a screw, `friction` acts on the
+    motor and `table` on its table, in N and m; `sensor_at` tells which of both the sensor reads.
     """
 
     name: str
@@ -126,6 +148,7 @@ class Variant:
     feedforward: Feedforward
     run: Run
     disturbance: np.ndarray | None = None
+    learning: Learning | None = None
     table: Model | None = None
     sensor_at: str = "load"
 

@@ -82,7 +82,8 @@ def scale_of(unit: str, magnitude: float) -> Scale:
         steps = _MASS if unit == "kg" else _INERTIA
         _, name, factor = next(step for step in steps if magnitude >= step[0])
         return Scale(factor, typeset(name))
-    symbol = re.match(r"[A-Za-z]*", unit)[0]  # type: ignore[index]
+    # A prefix before a power would be raised with it.
+    symbol = re.match(r"(?:[A-Za-z]+(?![A-Za-z^]))?", unit)[0]  # type: ignore[index]
     steps = _MULTIPLES.get(symbol, ((0.0, "{}", 1.0),))
     _, pattern, factor = next((step for step in steps if magnitude >= step[0] * (1 - 1e-12)), steps[-1])
     return Scale(factor, typeset(pattern.format(unit)))

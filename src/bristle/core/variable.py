@@ -58,7 +58,16 @@ UNITS: dict[str, tuple[str, str]] = {
     "temperature": ("K", "K"),
     "1/temperature": ("1/K", "1/K"),
 }
-MAGNETIC = {"1": "1", "length": "T", "force": "A*m^2", "force/length": "A*m^2/T", "length/force": "T/(A*m^2)"}
+MAGNETIC = {
+    "1": "1",
+    "time": "s",
+    "length": "T",
+    "length/time": "T/s",
+    "force": "A*m^2",
+    "force/length": "A*m^2/T",
+    "length/force": "T/(A*m^2)",
+    "force*time/length": "A*m^2*s/T",
+}
 
 
 def unit_of(quantity: str, kind: Kind = "translational") -> str:

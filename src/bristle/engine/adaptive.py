@@ -19,7 +19,7 @@ from bristle.engine.loop import Trace, burst_entry, held
 from bristle.engine.motion import presliding_distance
 from bristle.engine.part import Part, vector
 from bristle.engine.pieces import Layout, make_rates, make_turn, never_turn
-from bristle.engine.rosenbrock import STAGES, make_step, rosenbrock
+from bristle.engine.rosenbrock import STAGES, make_search, make_step, rosenbrock
 from bristle.engine.screwed import refuse_screw
 from bristle.engine.step_doubling import doubling, make_rest_time
 from bristle.engine.step_length import GIVE_UP, ROUNDING
@@ -217,17 +217,18 @@ def _by_rosenbrock(body: Part, contact: Part, memory: np.ndarray, inputs: tuple[
     key, functions = f"{body.key}-{contact.key}", body.functions + contact.functions
     step = compiled(f"step-{key}", lambda: make_step(layout), SIGNATURES["K"], functions)
     rates = compiled(f"rates-{key}", lambda: make_rates(layout), SIGNATURES["R"], functions)
+    search = compiled(f"search-{key}", lambda: make_search(layout), SIGNATURES["E"], functions)
     if layout.piece is None:
         turn = compiled("never_turn", lambda: never_turn, SIGNATURES["T"])
     else:
         turn = compiled(f"turn-{key}", lambda: make_turn(layout), SIGNATURES["T"], functions)
-    driver = compiled("rosenbrock", lambda: rosenbrock, "KRTaaaaaai" + "a" * 22)
+    driver = compiled("rosenbrock", lambda: rosenbrock, "KRETaaaaaai" + "a" * 22)
     n = layout.size
     y = np.concatenate((body.state, varying, np.zeros(1)))
     work = [np.zeros(size) for size in (n * n, n * n, STAGES * n, n, n + 1, n, n, 9, n)]
     return int(
         driver(
-            step, rates, turn, body.parameters, contact.parameters, piece, contact.state, memory, y, n, *inputs,
+            step, rates, search, turn, body.parameters, contact.parameters, piece, contact.state, memory, y, n, *inputs,
             rodas5p.TABLEAU, rodas5p.ADVANCES, rodas5p.COUPLINGS, rodas5p.DENSE, *record.samples, *work, record.report,
         )
     )  # fmt: skip

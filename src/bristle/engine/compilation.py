@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from bristle.core import dispatch
+from bristle.core.borrowed import without_holder
 from bristle.core.errors import InputError
 from bristle.core.exponent import in_bits
 from bristle.core.fingerprint import fingerprint
@@ -120,8 +121,8 @@ def compiled(
 
 
 SIGNATURES = {
-    "C": "aaffffff", "S": "aaff", "F": "aaaaff", "B": "aaaaafffia", "R": "aaaafa", "T": "aaaaa",
-    "K": "aaaafffiaaaaaaaaaa",
+    "C": "aaffffff", "S": "aaff", "F": "aaaaff", "B": "aaaaafffia",
+    "K": "aaaafffiaaaaaaaaaa", "R": "aaaafa", "E": "aaaaaffffaaaaa", "T": "aaaaa",
 }  # fmt: skip
 
 
@@ -231,7 +232,7 @@ def _numbered_from(code: str) -> Iterator[None]:
 
 
 # What turns kernels into machine code; a change here changes products too.
-_MACHINERY = (_types, kernel_options, dispatch.overload_all, in_bits, _interleaving)
+_MACHINERY = (_types, kernel_options, dispatch.overload_all, in_bits, without_holder, _interleaving)
 
 
 class _EntryCache:

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from typing import Any
 
 from bristle.controllers.feedforward import Shape, shaped
+from bristle.core.borrowed import borrowed
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion, Reference
 from bristle.core.dispatch import (
     controller_step,
@@ -56,7 +57,7 @@ def make_force_along(parameters: Structure, state: Structure) -> Callable[..., A
     unpack, load, store = unpacker(parameters), unpacker(state), packer(state)
 
     def force_along(p_vector, state_vector, memory, v, x, loads, temperatures, dt, force):
-        p = unpack(p_vector)
+        p, memory = unpack(p_vector), borrowed(memory)
         s = load(state_vector)
         for k in range(v.size):
             force[k], move = friction_trial(s, memory, Motion(v[k], x[k], loads[k], temperatures[k]), dt, p)
@@ -114,7 +115,7 @@ def make_burst(plant: Structure, plant_state: Structure, friction: Structure, fr
 
     def burst(q_vector, plant_vector, p_vector, state_vector, memory, effort, effort_end, dt, steps, out):
         q, body = unpack_plant(q_vector), load_plant(plant_vector)
-        p, s = unpack_friction(p_vector), load_friction(state_vector)
+        p, s, memory = unpack_friction(p_vector), load_friction(state_vector), borrowed(memory)
         h = dt / steps
         slope, acceleration, slack = 1.0 + out[SLOPE] * h, out[ACCELERATION], out[SLACK]
         total, failures = 0.0, 0.0
@@ -145,7 +146,7 @@ def make_semi_implicit_burst(
 
     def burst(q_vector, plant_vector, p_vector, state_vector, memory, effort, effort_end, dt, steps, out):
         q, body = unpack_plant(q_vector), load_plant(plant_vector)
-        p, s = unpack_friction(p_vector), load_friction(state_vector)
+        p, s, memory = unpack_friction(p_vector), load_friction(state_vector), borrowed(memory)
         h = dt / steps
         total = 0.0
         for i in range(steps):
@@ -184,7 +185,7 @@ def make_compensate(parameters: Structure, state: Structure) -> Callable[..., An
     unpack, load, store = unpacker(parameters), unpacker(state), packer(state)
 
     def compensate(p_vector, state_vector, memory, shape, measured, dt):
-        p, s = unpack(p_vector), load(state_vector)
+        p, s, memory = unpack(p_vector), load(state_vector), borrowed(memory)
         v = (measured - shape[5]) / dt
         force, move = friction_trial(s, memory, Motion(v, measured, NOMINAL_LOAD, NOMINAL_TEMPERATURE), dt, p)
         if v == 0.0:

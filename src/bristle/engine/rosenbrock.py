@@ -27,7 +27,7 @@ from bristle.engine.pieces import Layout, rates_of
 from bristle.engine.step_doubling import copy
 from bristle.engine.step_length import GIVE_UP, ROUNDING, next_length, own_factor
 
-__all__ = ["STAGES", "make_step", "rosenbrock"]
+__all__ = ["STAGES", "make_search", "make_step", "rosenbrock"]
 
 STAGES = 8
 DIFFERENCE = 1.5e-8
@@ -154,43 +154,53 @@ def sampled(k, t, h, t_next, y, y_next, last, dense, stages, bends, times, x, v,
 
 
 @kernel
-def margin_at(part, rates, q, p, piece, y, y_next, n, u, u_end, dense, stages, bends, slope, there):
-    """Return the margin at this part of a step; the state goes into `there`."""
+def state_at(part, n, y, y_next, dense, stages, bends, there):
+    """Write all `n` variables at this part of a step into `there`."""
     for j in range(n):
         bend(dense, stages, j, bends, 0)
         there[j] = interpolated(bends, 0, part, y[j], y_next[j])
-    return rates(q, p, piece, there, u + part * (u_end - u), slope)
 
 
-@kernel(inline=False)
-def event_in(rates, q, p, piece, y, y_next, n, u, u_end, margins, dense, stages, bends, slope, there):
-    """Return after what part of a step the margin first falls below zero, 1 where it does not.
+def make_search(layout: Layout) -> Callable[..., Any]:
+    """Return the entry that tells after what part of a step the margin first falls below zero, 1 where it does not.
 
-    ``margins`` are those at the beginning and at the end. The state just past the event goes into `there`.
+    `margin` is that at the beginning, `margin_end` that at the end. The state just past the event goes into `there`.
     """
-    low, high, above, below = 0.0, 0.0, margins[0], margins[0]
-    for look in range(1, LOOKS + 1):
-        low, high, above, below = high, look / LOOKS, below, margins[1]
-        if look < LOOKS:
-            below = margin_at(high, rates, q, p, piece, y, y_next, n, u, u_end, dense, stages, bends, slope, there)
-        if below < 0.0:
-            break
-    if not below < 0.0:
-        return 1.0
-    bracket, part = Bracket(low, -above, high, -below, 0.0), high
-    for _ in range(LOCATIONS):
-        is_found = bracket.high - bracket.low <= NARROW
-        part = bracket.high if is_found else bracket_guess(bracket)
-        found = margin_at(part, rates, q, p, piece, y, y_next, n, u, u_end, dense, stages, bends, slope, there)
-        if is_found:
-            return part
-        bracket = bracket_update(bracket, part, -found)
-    return part
+    n = layout.size
+    load, rates = rates_of(layout)
+
+    def search(
+        q_vector, p_vector, piece_vector, y, y_next, u, u_end, margin, margin_end, dense, stages, bends, slope, there
+    ):  # fmt: skip
+        mechanism = load(q_vector, p_vector, piece_vector)
+        low, high, above, below = 0.0, 0.0, margin, margin
+        # Two crossings may hide each other: the first is in the first part at whose end one is seen.
+        for look in range(1, LOOKS + 1):
+            low, above, high, below = high, below, look / LOOKS, margin_end
+            if look < LOOKS:
+                state_at(high, n, y, y_next, dense, stages, bends, there)
+                below = rates(mechanism, there, u + high * (u_end - u), slope)
+            if below < 0.0:
+                break
+        if not below < 0.0:
+            return 1.0
+        bracket = Bracket(low, -above, high, -below, 0.0)
+        for _ in range(LOCATIONS):
+            if bracket.high - bracket.low <= NARROW:
+                break
+            part = bracket_guess(bracket)
+            state_at(part, n, y, y_next, dense, stages, bends, there)
+            bracket = bracket_update(bracket, part, -rates(mechanism, there, u + part * (u_end - u), slope))
+        state_at(bracket.high, n, y, y_next, dense, stages, bends, there)
+        return bracket.high
+
+    return search
 
 
 def rosenbrock(
-    step, rates, turn, q, p, piece, state, memory, y, n, knots, starts, ends, settings, tableau, advances, couplings,
-    dense, times, x, v, impulse, jacobian, matrix, stages, y_next, slope, slope_0, drift, bends, there, report,
+    step, rates, search, turn, q, p, piece, state, memory, y, n, knots, starts, ends, settings, tableau, advances,
+    couplings, dense, times, x, v, impulse, jacobian, matrix, stages, y_next, slope, slope_0, drift, bends, there,
+    report,
 ):  # fmt: skip
     """Integrate a plant with friction under an effort that is straight between knots.
 
@@ -227,11 +237,9 @@ def rosenbrock(
                 tries += 1
                 wish = max(h_min, h * own_factor(error, 4.0))
                 continue
-            margins = margin, rates(q, p, piece, y_next, u_end, slope_0)
-            if min(margins[1], slope[n]) < 0.0 <= margin and h > h_min:
-                part = event_in(
-                    rates, q, p, piece, y, y_next, n, u, u_end, margins, dense, stages, bends, slope, there
-                )  # fmt: skip
+            margin_end = rates(q, p, piece, y_next, u_end, slope_0)
+            if min(margin_end, slope[n]) < 0.0 <= margin and h > h_min:
+                part = search(q, p, piece, y, y_next, u, u_end, margin, margin_end, dense, stages, bends, slope, there)
             t_next = t_end if is_last and part == 1.0 else t + part * h
             if k < times.size and times[k] <= t_next:
                 k = sampled(k, t, h, t_next, y, y_next, n - 1, dense, stages, bends, times, x, v, impulse)
@@ -239,7 +247,7 @@ def rosenbrock(
             if part < 1.0:
                 copy(there, y)
             t, u = t_next, u + part * h * rise
-            margin = margins[1]
+            margin = margin_end
             if margin < 0.0 or part < 1.0:
                 turn(p, state, memory, piece, y)
                 margin = rates(q, p, piece, y, u, slope_0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import ModuleType
 from typing import Any, NamedTuple
 
@@ -27,6 +27,7 @@ __all__ = ["PURPOSES", "Excitation", "Purpose", "excite"]
 
 DURATION, LEAST = 60.0, 2.0  # [s]
 SAMPLES_MOST = 5_000_000
+DRAWS = 100
 SAMPLE_TIME = 1e-3  # where the axis file has none
 LATE = 1.1  # of the duration asked for: beyond, it is said
 TIME = Variable("time", "duration")
@@ -82,7 +83,7 @@ class Excitation:
 def excite(
     axis: Axis | str | os.PathLike[str], *, duration: float | str | None = None, travel: float | str | None = None,
     purposes: Sequence[str] | str | None = None, model: Any = None, rehearsed: bool = True,
-    progress: Progress | None = None,
+    draws: int = DRAWS, progress: Progress | None = None,
 ) -> Excitation:  # fmt: skip
     """Return the motion to run on an axis so that its friction can be identified from the log.
 
@@ -100,6 +101,8 @@ def excite(
         An earlier model of the friction, or the model file of the mechanism; one made of the limits by default.
     rehearsed : bool
         Whether to run the motion on the prior and identify it from that.
+    draws : int
+        Simulated logs for the 95 % intervals of that identification; 0 for none.
     progress : callable, optional
         Called with the share done and what comes next.
 
@@ -135,7 +138,10 @@ def excite(
     found = Excitation(motion, axis, room, prior, tuple(notes))
     if not rehearsed:
         return found
-    return Excitation(motion, axis, room, prior, tuple(notes), rehearse(motion, axis, prior, progress))
+    try:
+        return replace(found, rehearsal=rehearse(motion, axis, prior, draws=draws, progress=progress))
+    except InputError as reason:
+        return replace(found, notes=(*notes, f"it could not be rehearsed: {reason}"))
 
 
 def _axis(axis: Any) -> Axis:

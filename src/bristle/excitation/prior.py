@@ -15,7 +15,7 @@ from bristle.engine import force_along, settled
 from bristle.friction import find, is_static, with_presliding
 from bristle.plants import inertia
 
-__all__ = ["Prior", "prior_of", "turning_distance"]
+__all__ = ["Prior", "effort_limit", "prior_of", "turning_distance"]
 
 FRICTION_SHARE = 0.1  # of the largest effort, where no model says what friction takes
 STATIC_OVER_COULOMB = 1.25
@@ -43,6 +43,8 @@ class Prior:
         Velocity over which friction falls [m/s or rad/s]; None where nothing says so.
     assumed : tuple of str
         What nobody said.
+    mass_known : bool
+        Whether the mass is no guess: the loop of a controller is tuned to it.
     """
 
     plant: Model
@@ -51,6 +53,7 @@ class Prior:
     resonance: float | None
     stribeck_velocity: float | None
     assumed: tuple[str, ...]
+    mass_known: bool = True
 
 
 def prior_of(axis: Axis, plant: Model | None = None, friction: Model | None = None) -> Prior:
@@ -80,12 +83,14 @@ def prior_of(axis: Axis, plant: Model | None = None, friction: Model | None = No
         math.sqrt(stiffness / mass) / (2.0 * math.pi) if stiffness and known else None,
         friction.values.get("v_S"),
         told,
+        known,
     )
 
 
 def _from_limits(axis: Axis, plant: Model | None) -> Prior:
     kind = axis.kind
-    force = FRICTION_SHARE * (axis.effort_limit or 1.0 / FRICTION_SHARE)
+    most = effort_limit(axis)
+    force = FRICTION_SHARE * most if most is not None else 1.0
     static = STATIC_OVER_COULOMB * force
     mass, told = _mass(axis, plant, force)
     told += (f"Coulomb friction of {with_unit(force, unit_of('force', kind))}",)
@@ -101,15 +106,24 @@ def _from_limits(axis: Axis, plant: Model | None) -> Prior:
         "sigma_1": 2.0 * DAMPING_RATIO * math.sqrt(stiffness * mass),
         "sigma_2": VISCOUS_SHARE * force / fastest,
     }
-    known = axis.effort_limit is not None and (plant is not None or axis.mass is not None)
+    known = plant is not None or axis.mass is not None
     return Prior(
         plant or make_model(inertia, {"M": mass}, kind=kind, validate=True),
         make_model(find("lugre"), values, kind=kind, validate=True),
         distance,
-        math.sqrt(stiffness / mass) / (2.0 * math.pi) if known and distance else None,
+        math.sqrt(stiffness / mass) / (2.0 * math.pi) if known and most is not None and distance else None,
         None,
         (*told, "lugre with the usual proportions"),
+        known,
     )
+
+
+def effort_limit(axis: Axis) -> float | None:
+    """Return the largest effort of an axis, or else of its controller [N or N*m]; None where neither says it."""
+    if axis.effort_limit is not None:
+        return axis.effort_limit
+    limit = axis.controller.values.get("limit", math.inf) if axis.controller is not None else math.inf
+    return limit if math.isfinite(limit) else None
 
 
 def _mass(axis: Axis, plant: Model | None, force: float) -> tuple[float, tuple[str, ...]]:
@@ -118,7 +132,8 @@ def _mass(axis: Axis, plant: Model | None, force: float) -> tuple[float, tuple[s
         return plant.values["M"], ()
     if axis.mass is not None:
         return axis.mass, ()
-    mass = (0.5 * axis.effort_limit if axis.effort_limit else force) / (axis.acceleration_limit or 1.0)
+    most = effort_limit(axis)
+    mass = (0.5 * most if most is not None else force) / (axis.acceleration_limit or 1.0)
     word = "mass" if axis.kind == "translational" else "inertia"
     return mass, (f"{word} of {with_unit(mass, unit_of('mass', axis.kind))}",)
 

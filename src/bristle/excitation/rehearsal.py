@@ -25,6 +25,7 @@ NOISE = 0.005  # of the friction force, standard deviation: what a drive adds to
 SCATTER = 0.05  # of the friction force, from one reversal to the next
 SEED = 1
 SUBSTEPS = 8
+ASTRAY = 10.0  # times the whole motion, that no stable loop errs by
 FITTED = "lugre"  # where the prior is a model that is not identified
 
 Progress = Callable[[float, str], None]
@@ -61,7 +62,9 @@ class Rehearsal:
     loop: bool
 
 
-def rehearse(motion: Motion, axis: Axis, prior: Prior, progress: Progress | None = None) -> Rehearsal:
+def rehearse(
+    motion: Motion, axis: Axis, prior: Prior, *, draws: int, progress: Progress | None = None
+) -> Rehearsal:  # fmt: skip
     """Run a motion on the prior, and identify the prior from the log.
 
     Friction scatters by 5 % from one reversal to the next, the effort has a noise of 0.5 % of friction, and the
@@ -75,6 +78,8 @@ def rehearse(motion: Motion, axis: Axis, prior: Prior, progress: Progress | None
         Its controller, encoder and limit.
     prior : Prior
         What is believed of it.
+    draws : int
+        Simulated logs for the intervals of the identification; 0 for none.
     progress : callable, optional
         Called with the share done and what comes next.
     """
@@ -84,7 +89,7 @@ def rehearse(motion: Motion, axis: Axis, prior: Prior, progress: Progress | None
     name = model_to_fit(prior.friction)
     told = replace(axis, delay=0.0, held=loop)
     found = identify(
-        log, name, axis=told, blocks=0,
+        log, name, axis=told, blocks=0, draws=draws,
         progress=None if progress is None else lambda share, text: progress(0.2 + 0.6 * share, text),
     )  # fmt: skip
     same = name.partition("+")[0] == prior.friction.name.partition("+")[0]
@@ -130,8 +135,11 @@ def recorded(motion: Motion, axis: Axis, prior: Prior) -> tuple[Log, np.ndarray,
 
 
 def _in_loop(motion: Motion, axis: Axis, prior: Prior, disturbance: np.ndarray) -> Trace | None:
-    """Return the run in the loop of the controller; None where there is none, or the loop diverges."""
-    if axis.controller is None:
+    """Return the run in the loop of the controller; None where there is none, or where it is not stable.
+
+    A controller is tuned to the mass of its axis: with a mass that is a guess, its loop would tell nothing.
+    """
+    if axis.controller is None or not prior.mass_known:
         return None
     trace = run_closed_loop(
         prior.plant, prior.friction, axis.controller,
@@ -140,7 +148,10 @@ def _in_loop(motion: Motion, axis: Axis, prior: Prior, disturbance: np.ndarray) 
         motion.sample_time, steps=SUBSTEPS, disturbance=disturbance,
         limit=axis.effort_limit or math.inf, x=float(motion.position[0]),
     )  # fmt: skip
-    return None if trace.status is Status.NOT_FINITE else trace
+    if trace.status is Status.NOT_FINITE:
+        return None
+    astray = float(np.max(np.abs(trace.position - motion.position)))
+    return None if astray > ASTRAY * float(np.ptp(motion.position)) else trace
 
 
 def _friction(motion: Motion, friction: Model) -> np.ndarray:

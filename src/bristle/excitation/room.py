@@ -9,7 +9,7 @@ from bristle.core.axis import Axis
 from bristle.core.errors import InputError
 from bristle.core.typography import with_unit
 from bristle.core.variable import Kind, unit_of
-from bristle.excitation.prior import Prior
+from bristle.excitation.prior import Prior, effort_limit
 
 __all__ = ["Room", "room_of"]
 
@@ -89,9 +89,9 @@ def room_of(axis: Axis, prior: Prior, sample_time: float, travel: float | None) 
             "is more than the stroke of the axis", path="travel", value=travel,
             allowed=f"up to {with_unit(stroke, unit_of('length', axis.kind))}",
         )  # fmt: skip
-    acceleration = axis.acceleration_limit
-    if acceleration is None and axis.effort_limit is not None and axis.mass is not None:
-        acceleration = EFFORT_SHARE * axis.effort_limit / axis.mass
+    acceleration, most = axis.acceleration_limit, effort_limit(axis)
+    if acceleration is None and most is not None and prior.mass_known:
+        acceleration = EFFORT_SHARE * most / prior.plant.values["M"]
     return Room(
         kind=axis.kind,
         sample_time=sample_time,

@@ -29,6 +29,7 @@ from bristle.figures.passages import passages
 from bristle.figures.prediction import prediction
 from bristle.figures.preisach_plane import preisach_plane
 from bristle.figures.preisach_stages import preisach_stages
+from bristle.figures.recorded_curves import recorded_curves
 from bristle.figures.residuals import residuals
 from bristle.figures.ripple import ripple
 from bristle.figures.svg import inline_svg
@@ -66,6 +67,7 @@ __all__ = [
     "prediction",
     "preisach_plane",
     "preisach_stages",
+    "recorded_curves",
     "residuals",
     "ripple",
     "tracking",

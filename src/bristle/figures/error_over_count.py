@@ -12,6 +12,8 @@ from bristle.figures import style
 
 __all__ = ["error_over_count"]
 
+ASIDE = (0.96, 1.0, 1.04, 0.92, 1.08)  # factors on the counts, so that ranges stand beside each other
+
 
 @style.styled
 def error_over_count(
@@ -31,9 +33,9 @@ def error_over_count(
         What stands at the axes.
     """
     figure, ((axes,),) = style.panels(3.3)
-    for (name, found), look in zip(errors.items(), style.SERIES, strict=False):
+    for (name, found), look, aside in zip(errors.items(), style.SERIES, ASIDE, strict=False):
         known = np.isfinite(found).any(axis=1)
-        at, rows = np.asarray(counts)[known], found[known]
+        at, rows = aside * np.asarray(counts)[known], found[known]
         axes.plot(at, rows.mean(axis=1), label=name, markersize=4.0, **look)
         axes.vlines(at, rows.min(axis=1), rows.max(axis=1), color=look["color"], linewidth=0.8)
     axes.axhline(floor, color=style.GREY, linewidth=1.0, linestyle=(0, (1, 2)), label="scatter of the rig")

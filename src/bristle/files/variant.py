@@ -11,7 +11,7 @@ from bristle.core import units
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
-from bristle.core.experiment import Feedforward, Variant
+from bristle.core.experiment import Feedforward, Learning, Variant
 from bristle.core.variable import Kind, Variable, variables_of
 from bristle.files.components import check_keys, key_of, model_from, number_at, table_at
 from bristle.files.controller import controller_from
@@ -34,6 +34,13 @@ FEEDFORWARD = {
     **variables_of(Shape),
     "conditioning": Variable("length", "amplitude of the decaying sweep before the first sample", min=0.0),
 }
+LEARNING = {
+    "trials": Variable("1", "trials, of which the last is reported", min=1.0, max=1000.0),
+    "k_e": Variable("force/length", "effort learned from the following error", min=0.0),
+    "k_d": Variable("force*time/length", "effort learned from its derivative", min=0.0),
+    "cutoff": Variable("frequency", "cut-off of the zero-phase low-pass on what is learned", min=1e-3),
+}
+BESIDE = ("feedforward", "learning")  # of the parameters of a control law
 ALONG = ("desired", "measured")
 
 
@@ -96,6 +103,7 @@ def variant_from(name: str, tables: Tables, sources: Sources) -> Variant:
         sensor_at=_side(tables, plant),
         reference=reference,
         feedforward=_feedforward(tables, kind, sources),
+        learning=_learning(tables, kind),
         run=run_from(tables.table("run"), axis, reference, kind, tables.path("run")),
     )
 
@@ -143,7 +151,7 @@ def _plant(tables: Tables, axis: Axis | None, identified: Model | None, kind: Ki
 
 def _controller(tables: Tables, axis: Axis | None, kind: Kind) -> Model:
     path = tables.path("controller")
-    given = {key: value for key, value in tables.table("controller").items() if key != "feedforward"}
+    given = {key: value for key, value in tables.table("controller").items() if key not in BESIDE}
     if "model" not in given and axis is not None and axis.controller is not None:
         given = _known(axis.controller) | given
     return controller_from(given, kind=kind, columns=axis.columns if axis is not None else {}, path=path)
@@ -171,6 +179,22 @@ def _feedforward(tables: Tables, kind: Kind, sources: Sources) -> Feedforward:
     }
     compensator = None if friction == "none" else sources.friction(friction, kind, where)[1]
     return Feedforward(friction=compensator, along=along, **values)
+
+
+def _learning(tables: Tables, kind: Kind) -> Learning | None:
+    if "learning" not in tables.table("controller"):
+        return None
+    path = tables.path("controller", "learning")
+    given = {"k_d": 0.0, **table_at(tables.table("controller")["learning"], path)}
+    check_keys(given, LEARNING, path)
+    for name in LEARNING:
+        if name not in given:
+            raise InputError(f"needs {name}", path=path, mend=f"Write {name}, {LEARNING[name].description}")
+    values = {name: number_at(given[name], variable, kind, f"{path}.{name}") for name, variable in LEARNING.items()}
+    trials = values.pop("trials")
+    if not trials.is_integer():
+        raise InputError("must be a whole number", path=f"{path}.trials", value=given["trials"])
+    return Learning(int(trials), **values)
 
 
 def _table_friction(tables: Tables, plant: Model, sources: Sources) -> Model | None:

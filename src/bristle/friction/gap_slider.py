@@ -14,6 +14,11 @@ a stroke.
 
 Where the contact stands in its backlash before a log begins is not known: it may be anywhere between the stops. With
 ``+asymmetry`` the two ends have a force and a spring each, by the side that the contact leans to.
+
+References
+----------
+.. [1] A. Downey, L. Cao, S. Laflamme, D. Taylor, J. Ricles, "High capacity variable friction damper based on band
+   brake technology", Engineering Structures 113, 2016: the device. doi:10.1016/j.engstruct.2016.01.035
 """
 
 from typing import Annotated, NamedTuple
@@ -126,5 +131,6 @@ MODEL = FrictionModel(
     commit=commit,
     trial_sided=trial_sided,
     start=start,
+    reference="doi:10.1016/j.engstruct.2016.01.035",
     example={"F_C": 20.0, "give": 4e-6, "gap": 4e-6, "n": 2.0, "share": 0.1, "sigma_2": 200.0},
 )

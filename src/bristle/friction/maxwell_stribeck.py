@@ -64,7 +64,7 @@ class Parameters(NamedTuple):
 
 
 class State(NamedTuple):
-    """State besides the deflections of the elements, which are the memory."""
+    """State besides the forces of the elements, which are the memory."""
 
     side: Annotated[float, Variable("1", "direction of the motion; 0 before the first")] = 0.0
     reversals: Annotated[int, Variable("1", "reversals so far", min=0)] = 0
@@ -75,7 +75,7 @@ class Move(NamedTuple):
     """What a trial hands to commit."""
 
     v: float
-    dx: float
+    way: float
     limit: float
 
 
@@ -91,32 +91,30 @@ def trial(state, memory, motion, dt, p):
     """Return the mean force [N or N*m] over a step at constant velocity, and what to commit."""
     v = motion.v
     side = direction(v)
-    dx = v * dt
+    way = abs(v) * dt
     limit = limit_of(state, v, p)
-    total, sticking = 0.0, 0.0
+    total, slipping = 0.0, 0.0
     for i in range(p.k_i.size):
-        k = p.k_i[i]
-        end = side * p.nu_i[i] * limit / k
-        e = side * min(side * memory[i], side * end)
-        free = side * (e + dx - end)
-        if free <= 0.0:
-            total += k * (e + 0.5 * dx)
-            sticking += 1.0
-        else:
-            # It slips over the last part of the step: less stretch, in the mean by that part of the excess.
-            total += k * (e + 0.5 * dx) - 0.5 * k * side * free * (free / abs(dx))
-            sticking += 1.0 - free / abs(dx)
-    share = sticking / p.k_i.size
-    return total + (p.sigma_1 * share + p.sigma_2) * v, Move(v, dx, limit)
+        f_max = p.nu_i[i] * limit
+        f = min(side * memory[i], f_max)
+        rise = p.k_i[i] * way
+        beyond = f + rise - f_max
+        total += f + 0.5 * rise
+        if beyond > 0.0:
+            # It slips over the last part of the step, and in the mean lacks what it would have risen there.
+            part = beyond / rise
+            total -= 0.5 * beyond * part
+            slipping += part
+    sticking = 1.0 - slipping / p.k_i.size
+    return side * total + (p.sigma_1 * sticking + p.sigma_2) * v, Move(v, way, limit)
 
 
 @kernel
 def commit(state, memory, move, p):
-    """Stretch every element by the displacement of the step; a reversal draws a new limit."""
+    """Pull every element by the displacement of the step; a reversal draws a new limit."""
     side = direction(move.v)
     for i in range(p.k_i.size):
-        end = p.nu_i[i] * move.limit / p.k_i[i]
-        memory[i] = side * min(side * memory[i] + abs(move.dx), end)
+        memory[i] = side * min(side * memory[i] + p.k_i[i] * move.way, p.nu_i[i] * move.limit)
     if side * state.side >= 0.0 and state.side != 0.0:
         return state
     if abs(move.v) <= p.v_r:

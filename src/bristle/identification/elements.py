@@ -43,7 +43,7 @@ DECADES_MOST = 5.0
 COVERED = 0.9  # of the range of a stretch: from there on no element remembers how the log began
 FITTED_LEAST = 0.5  # of the rows: with fewer left, all are fitted
 FACTORS = ("p_1", "p_2", "k_L", "k_T")
-FACTOR_MOST = 20.0
+FACTOR_MOST, EDGE = 20.0, 0.99
 EVALUATIONS = 40
 
 
@@ -100,6 +100,9 @@ class Elements:
         values = {name: values[name] for name in self.unknowns.free}
         jacobian = self._jacobian(found, kept, r)
         at_edge = {name: "smallest" for name in ("sigma_2", "M") if found.others.get(name) == 0.0}
+        for name in self._factors:
+            if abs(values[name]) > EDGE * FACTOR_MOST:
+                at_edge[name] = "largest" if values[name] > 0.0 else "smallest"
         solution = Solution(values, at_edge, jacobian, np.eye(len(values)))
         return Problem(self.regression, replace(self.unknowns, component=view)), solution
 
@@ -231,8 +234,8 @@ class Elements:
             signals = [self._share(one) ** (1 if name == "a_1" else 2) for one in stretches]
         else:
             turn = 2.0 * np.pi / self.unknowns.held["pitch"].value
-            wave = np.cos if name == "c_1" else np.sin
-            signals = [wave(turn * one.position) for one in stretches]
+            wave, times = np.cos if name.startswith("c_") else np.sin, int(name.rpartition("_")[2])
+            signals = [wave(times * turn * one.position) for one in stretches]
         return self.regression.rows_of([self.regression.filtered(one) for one in signals])
 
     @cached_property

@@ -20,6 +20,7 @@ __all__ = [
     "checked_model",
     "log_and_axis",
     "logs_and_axes",
+    "none_or_more",
     "number_or_text",
     "treatment_of",
     "whole_number",
@@ -117,6 +118,21 @@ def whole_number(value: Any, path: str, allowed: str) -> int:
     if not number.is_integer():
         raise InputError("must be a whole number", path=path, value=value, allowed=allowed)
     return int(number)
+
+
+def none_or_more(value: Any, path: str, fewest: int) -> int:
+    """Return a whole number that is 0, for none, or at least `fewest`.
+
+    Raises
+    ------
+    InputError
+        If it is neither.
+    """
+    allowed = f"0, or {fewest} and more"
+    count = whole_number(value, path, allowed)
+    if count != 0 and count < fewest:
+        raise InputError("out of range", path=path, value=value, allowed=allowed)
+    return count
 
 
 def checked_model(model: Any, family: str, path: str) -> Model:

@@ -23,7 +23,7 @@ from bristle.friction.slots import SlottedModel
 from bristle.identification.asked import Known, freed, known_of, models_of, refuse_reversed_effort, unknowns_of
 from bristle.identification.elements import Elements
 from bristle.identification.findings import fit_of
-from bristle.identification.given import logs_and_axes, treatment_of, whole_number
+from bristle.identification.given import logs_and_axes, none_or_more, treatment_of
 from bristle.identification.held_out import held_out_error
 from bristle.identification.information import with_information
 from bristle.identification.output_error import OutputError, held_out_position, one_period, refined
@@ -56,8 +56,7 @@ def identify(
     axis: Axis | str | PathLike[str] | Sequence[Axis | str | PathLike[str]] | None = None,
     cutoff: float | str | None = None, decimation: int | None = None, blocks: int = 5,
     offset: float | str | None = None, mass: float | str | None = None, free: str | Sequence[str] = (),
-    draws: int = 200,
-    progress: Progress | None = None,
+    draws: int = 200, progress: Progress | None = None,
 ) -> Identification:  # fmt: skip
     """Identify one friction model or several from a log, with the inertia, and rank them.
 
@@ -107,16 +106,8 @@ def identify(
     given = logs_and_axes(log, axis)
     logs, axes = [log for log, _ in given], [axis for _, axis in given]
     components = models_of(model)
-    blocks = whole_number(blocks, "blocks", "0, or 2 and more")
-    if blocks < 0 or blocks == 1:
-        raise InputError("out of range", path="blocks", value=blocks, allowed="0, or 2 and more")
-    draws = whole_number(draws, "draws", "0, or 20 and more")
-    if draws != 0 and draws < FEWEST_DRAWS:
-        raise InputError("out of range", path="draws", value=draws, allowed="0, or 20 and more")
-    for one in logs:
-        if one.effort is None:
-            raise InputError("has no effort, which inverse dynamics needs", path=f"log {one.source.name}".strip(),
-                             mend="Name the column of force, torque or current in the axis file")  # fmt: skip
+    blocks, draws = none_or_more(blocks, "blocks", 2), none_or_more(draws, "draws", FEWEST_DRAWS)
+    _refuse_without_effort(logs)
     kind = logs[0].kind
     known = replace(known_of(axes[0], mass, offset, kind), free=freed(free, components))
     by_output = any(axis is not None and axis.method == "output_error" for axis in axes)
@@ -131,19 +122,25 @@ def identify(
     if draws:
         report = _share(progress, len(components), len(components) + 1, f"fitting {first.name} to simulated logs")
         first = workbench.assessed(first, draws, report)
-    return Identification(
-        fits=(first, *others),
-        log=logs[0],
-        further_logs=tuple(logs[1:]),
-        treatment={
-            "cutoff": regression.cutoff,
-            "decimation": float(regression.decimation),
-            "dropped": float(regression.dropped),
-            "rows": float(regression.effort.size),
-            "rest_percent": 100.0 * regression.rest_share,
-            "velocity_max": float(np.max(np.abs(regression.velocity))),
-        },
-    )
+    return Identification((first, *others), logs[0], _treatment(regression), tuple(logs[1:]))
+
+
+def _treatment(regression: Regression) -> dict[str, float]:
+    return {
+        "cutoff": regression.cutoff,
+        "decimation": float(regression.decimation),
+        "dropped": float(regression.dropped),
+        "rows": float(regression.effort.size),
+        "rest_percent": 100.0 * regression.rest_share,
+        "velocity_max": float(np.max(np.abs(regression.velocity))),
+    }
+
+
+def _refuse_without_effort(logs: Sequence[Log]) -> None:
+    for one in logs:
+        if one.effort is None:
+            raise InputError("has no effort, which inverse dynamics needs", path=f"log {one.source.name}".strip(),
+                             mend="Name the column of force, torque or current in the axis file")  # fmt: skip
 
 
 def _share(progress: Progress | None, number: int, count: int, what: str) -> Callable[[float], None]:

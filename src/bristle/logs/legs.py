@@ -11,7 +11,7 @@ import numpy as np
 __all__ = ["Leg", "graininess", "legs_of", "rests_of", "turning_points"]
 
 REST_TIME = 0.12  # [s] without a motion that the encoder sees
-COUNTS, DEVIATIONS = 1.5, 4.0  # of the encoder, of its noise: no motion is smaller
+COUNTS, DEVIATIONS = 2.5, 4.0  # of the encoder, of its noise: no motion is smaller
 GAUSSIAN = 1.4826  # standard deviation over median absolute deviation, of a normal distribution
 CHUNKS = 20  # of a leg, in which its speed is looked at
 CRUISING = 0.08  # relative deviation of the speed that counts as constant; a sine keeps to it for a third

@@ -34,11 +34,13 @@ TURNED = 0.9  # of the swing of the effort: the contact has turned over
 LONG_BREAK_AWAY = 0.15  # of a leg from rest, that the turning over of the contact takes
 BREAK_AWAY_SAMPLES = 30
 EDGE = 0.1  # of a cruise
-SAMPLES = 6  # in a third of a leg, to judge its effort
+NINTHS, PARTS = 9, 40  # of a cruise, and of a leg, in which the effort is averaged
+SAMPLES = 2  # in each, at least
 CHIRP_LEGS, SWEPT, ALIKE = 8, 2.0, 0.25
 FALL = 0.7  # slope of amplitude over duration, both logarithmic: triangles at one speed have 1
 SHORT_REST = 0.5  # [s] a shorter rest does not part what is alike
 SAME_AMPLITUDE = 0.05
+AS_SMALL = 1.3  # times the leg beside it
 
 
 @dataclass(frozen=True)
@@ -192,35 +194,39 @@ class _Stretch:
 
     def _settled(self, leg: Leg) -> bool | None:
         """Return whether the effort has settled in the second half of a cruise; None where nobody can tell."""
-        assert self.effort is not None
         # What is left of speeding up and slowing down at either end of a cruise is not for friction to answer.
         edge = round(EDGE * (leg.cruise.stop - leg.cruise.start))
         begin, end = leg.cruise.start + edge, leg.cruise.stop - edge
-        if end - begin < 3 * SAMPLES:
+        if end - begin < SAMPLES * NINTHS:
             return None
-        third = (end - begin) // 3
-        middle, late = self.effort[begin + third : end - third], self.effort[end - third : end]
-        swing = self._swing(leg)
-        noise = float(np.std(np.diff(late))) / np.sqrt(late.size) if late.size > 1 else 0.0
-        return abs(float(late.mean() - middle.mean())) <= SETTLED * swing + 3.0 * noise
+        course = self._course(begin, end, NINTHS)
+        middle, late = float(course[3:6].mean()), float(course[6:].mean())
+        # Of each level three means are taken, and a mean scatters by a share of what two of them differ by.
+        scatter = float(np.std(np.diff(course))) / np.sqrt(3.0)
+        return abs(late - middle) <= SETTLED * self._swing(leg) + scatter
+
+    def _course(self, begin: int, end: int, count: int) -> np.ndarray:
+        """Return the mean effort of so many parts of a stretch [N or N*m]: single samples are mostly noise."""
+        assert self.effort is not None
+        marks = np.unique(np.linspace(begin, end, count + 1).astype(int))
+        return np.add.reduceat(self.effort[: marks[-1]], marks[:-1]) / np.diff(marks)
 
     def _swing(self, leg: Leg) -> float:
-        """Return by how much the effort changes in a leg [N or N*m], single samples left out."""
-        assert self.effort is not None
-        low, high = np.quantile(self.effort[leg.first : leg.last + 1], (0.02, 0.98))
-        return float(high - low)
+        """Return by how much the effort changes in a leg [N or N*m]."""
+        return float(np.ptp(self._course(leg.first, leg.last + 1, PARTS)))
 
     def _breaks_away(self, leg: Leg) -> bool:
         """Return whether a good part of a leg from rest is the contact turning over, slowly enough to see it."""
         if self.effort is None:
             return False
-        effort = self.effort[leg.first : leg.last + 1]
-        before = float(np.median(effort[:SAMPLES]))
+        course = self._course(leg.first, leg.last + 1, PARTS) * np.sign(leg.distance)
         steady = float(self.effort[(leg.cruise.start + leg.cruise.stop) // 2 : leg.cruise.stop].mean())
-        change, level = (effort - before) * np.sign(leg.distance), (steady - before) * np.sign(leg.distance)
+        steady *= float(np.sign(leg.distance))
+        before = float(np.median(self.effort[leg.first : leg.first + SAMPLES])) * float(np.sign(leg.distance))
+        level = steady - before
         if level < 0.5 * max(self._swing(leg), abs(steady)):
             return False
-        samples = int(np.argmax(change >= TURNED * level))
+        samples = round(float(np.argmax(course - before >= TURNED * level)) / course.size * (leg.last - leg.first))
         moved = abs(self.position[leg.first + samples] - self.position[leg.first])
         return samples >= BREAK_AWAY_SAMPLES and moved >= LONG_BREAK_AWAY * abs(leg.distance)
 
@@ -267,13 +273,23 @@ def _levels(amplitudes: np.ndarray, grain: float) -> int:
 
 
 def _leave_none_alone(legs: Sequence[Leg], kinds: list[str]) -> None:
-    """Name a leg that alone would be a loop, or a slide amid moves, as those that it turns to or comes from."""
+    """Name a leg as those that it turns to or comes from, where by itself it is something else.
+
+    That is a single loop, a slide amid moves, and a move among loops that is no longer than they are: close to the
+    grain of the position, and of how well a loop follows its reference, no speed is constant.
+    """
     for k, kind in enumerate(kinds):
         beside = [kinds[j] for j in (k - 1, k + 1) if 0 <= j < len(legs) and _join(legs[min(j, k)], legs[max(j, k)])]
         if kind == "loops" and "loops" not in beside:
             kinds[k] = beside[0] if beside else "moves"
         elif kind == "constant_velocity" and beside == ["moves", "moves"]:
             kinds[k] = "moves"
+    for order in (range(1, len(legs)), range(len(legs) - 2, -1, -1)):
+        for k in order:
+            j = k - order.step
+            small = abs(legs[k].distance) <= AS_SMALL * abs(legs[j].distance)
+            if kinds[k] == "moves" and kinds[j] == "loops" and small and _join(legs[min(j, k)], legs[max(j, k)]):
+                kinds[k] = "loops"
 
 
 def _join(one: Leg, other: Leg) -> bool:

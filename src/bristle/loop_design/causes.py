@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.experiment import Variant
+from bristle.loop_design.following import told_the_motion
 from bristle.simulation import friction_along
 
 __all__ = ["Cause", "best_gain", "causes_of", "nominal"]
@@ -32,6 +33,7 @@ class Cause(NamedTuple):
 def causes_of(variant: Variant) -> tuple[Cause, ...]:
     """Return what a loop errs by: what its friction, compensator, encoder, computer and drive have of it."""
     return (
+        *_of_following(variant),
         *_of_compensator(variant),
         *_of_friction(variant),
         *_of_encoder(variant),
@@ -79,7 +81,21 @@ def _alike(friction: Model, changed: dict[str, float]) -> Model:
     return friction.with_values(**new) if new else friction
 
 
+def _of_following(variant: Variant) -> list[Cause]:
+    told = told_the_motion(variant)
+    if told.controller == variant.controller and told.feedforward == variant.feedforward:
+        return []
+
+    def follows(one: Variant) -> Variant:
+        mass = told.feedforward.mass
+        return replace(one, controller=told.controller, feedforward=replace(one.feedforward, mass=mass))
+
+    return [Cause("lag", "velocity or inertia of the desired motion is not fed forward as it is", follows)]
+
+
 def _of_compensator(variant: Variant) -> list[Cause]:
+    if variant.table is not None:
+        return []  # what acts on both sides of a screw is no model that could be fed forward instead
     feedforward, true = variant.feedforward, nominal(variant.friction)
     if feedforward.friction is None or feedforward.gain == 0.0:
 
@@ -106,28 +122,35 @@ def _of_compensator(variant: Variant) -> list[Cause]:
 
 
 def _of_friction(variant: Variant) -> list[Cause]:
-    values, feedforward, found = variant.friction.values, variant.feedforward, []
+    feedforward, found = variant.feedforward, []
+    sides = [one for one in (variant.friction, variant.table) if one is not None]
     shift = (feedforward.offset, feedforward.asymmetry)
-    if _alike(variant.friction, {"offset": 0.0}) != variant.friction or shift != (0.0, 0.0):
+    if shift != (0.0, 0.0) or any(_even(one) != one for one in sides):
 
         def symmetric(one: Variant) -> Variant:
             fed = one.feedforward
-            compensator = None if fed.friction is None else _alike(fed.friction, {"offset": 0.0})
-            return replace(
-                one, friction=_alike(one.friction, {"offset": 0.0}),
-                feedforward=replace(fed, friction=compensator, offset=0.0, asymmetry=0.0),
-            )  # fmt: skip
+            even = replace(fed, friction=_even(fed.friction), offset=0.0, asymmetry=0.0)
+            return replace(one, friction=_even(one.friction), table=_even(one.table), feedforward=even)
 
         text = "friction by direction and offset, less what of both is fed forward"
         found.append(Cause("asymmetry", text, symmetric))
-    if values.get("scatter", 0.0) > 0.0:
+    scatter = max(one.values.get("scatter", 0.0) for one in sides)
+    if scatter > 0.0:
 
         def regular(one: Variant) -> Variant:
-            return replace(one, friction=one.friction.with_values(scatter=0.0))
+            return replace(one, friction=_regular(one.friction), table=_regular(one.table))
 
-        text = f"friction that differs by {100.0 * values['scatter']:.2g} % from reversal to reversal"
+        text = f"friction that differs by {100.0 * scatter:.2g} % from reversal to reversal"
         found.append(Cause("irregularity", text, regular))
     return found
+
+
+def _even(friction: Any) -> Any:
+    return None if friction is None else _alike(friction, {"offset": 0.0})
+
+
+def _regular(friction: Any) -> Any:
+    return friction.with_values(scatter=0.0) if friction is not None and "scatter" in friction.values else friction
 
 
 def _of_encoder(variant: Variant) -> list[Cause]:
@@ -152,6 +175,14 @@ def _of_delay(variant: Variant) -> list[Cause]:
 
 
 def _of_the_rest(variant: Variant) -> list[Cause]:
-    if variant.disturbance is None:
-        return []
-    return [Cause("unexplained", "force that no model explains", lambda one: replace(one, disturbance=None))]
+    found = []
+    if variant.plant.values.get("backlash", 0.0) > 0.0:
+
+        def tight(one: Variant) -> Variant:
+            return replace(one, plant=one.plant.with_values(backlash=0.0))
+
+        found.append(Cause("backlash", "travel lost at a reversal", tight))
+    if variant.disturbance is not None:
+        text = "force that no model explains"
+        found.append(Cause("unexplained", text, lambda one: replace(one, disturbance=None)))
+    return found

@@ -116,8 +116,10 @@ def _axis(variant: Variant, radius: float, feed: float, axis: str) -> Variant:
         name=f"{variant.name}, {axis}",
         reference=circle(kind=variant.plant.kind, radius=radius, feed=feed, axis=axis),
         friction=_seeded(variant.friction, other),
+        table=None if variant.table is None else _seeded(variant.table, other),
         sensor=_seeded(variant.sensor, other),
         disturbance=None,
+        learning=None,
         run=replace(variant.run, duration=duration, settle=0.5 * duration, seeds=1),
     )
 

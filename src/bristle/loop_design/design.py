@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
 
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.experiment import Experiment, Variant
+from bristle.engine.steady import steady_force
 from bristle.loop_design.budget import Budget, error_budget
 from bristle.loop_design.circle import Circle, circle_of, is_sampled, run_circles
 from bristle.loop_design.delays import Delays, delays_of
 from bristle.loop_design.proposals import Proposal, proposals_for
-from bristle.stability import Assessment, Verdict, assess
+from bristle.stability import Assessment, Verdict, assess, top_speed
 
 __all__ = ["Design", "design"]
 
@@ -33,6 +35,8 @@ class Design:
         Poles and margins of each loop of the experiment.
     delays : Delays
         Where the delay of the loop comes from.
+    friction : float
+        At the largest speed of the reference, the mean of both directions [N or N*m].
     budget : Budget or None
         What it errs by; None for a loop that is not stable enough to be simulated.
     proposals : tuple of Proposal
@@ -45,6 +49,7 @@ class Design:
     variant: Variant
     assessments: tuple[Assessment, ...]
     delays: Delays
+    friction: float
     budget: Budget | None
     proposals: tuple[Proposal, ...]
     circles: tuple[Circle, ...]
@@ -61,8 +66,9 @@ class Design:
 
 
 def design(
-    experiment: Experiment | str | PathLike[str], *, variant: str | None = None, progress: Progress | None = None
-) -> Design:
+    experiment: Experiment | str | PathLike[str], *, variant: str | None = None, bandwidth: float | None = None,
+    progress: Progress | None = None,
+) -> Design:  # fmt: skip
     """Design the loop of an experiment.
 
     Parameters
@@ -71,6 +77,8 @@ def design(
         The loop, or the file that describes it.
     variant : str, optional
         Name of the variant to be designed; by default the first one that feeds friction forward, else the first one.
+    bandwidth : float, optional
+        Bandwidth wanted of what is proposed [rad/s]; by default as much as the margins allow.
     progress : callable, optional
         Called with the share done and the name of what comes next.
 
@@ -82,7 +90,7 @@ def design(
     Raises
     ------
     InputError
-        If there is no such variant.
+        If there is no such variant, or the bandwidth is not positive.
     """
     if isinstance(experiment, (str, PathLike)):
         from bristle.files.experiment import read_experiment
@@ -90,14 +98,21 @@ def design(
         experiment = read_experiment(experiment)
     if not isinstance(experiment, Experiment):
         raise InputError("must be an experiment or its file", path="experiment", value=experiment)
+    if bandwidth is not None and not 0.0 < bandwidth < math.inf:
+        raise InputError("must be positive", path="bandwidth", value=bandwidth, allowed="> 0 rad/s")
     chosen = _chosen(experiment.variants, variant)
     assessments = tuple(assess(one) for one in experiment.variants)
     verdict = next(one.verdict for one in assessments if one.name == chosen.name)
     runs = verdict is not Verdict.DIVERGES
     budget = error_budget(chosen, _part(progress, 0.0, 0.6)) if runs else None
-    proposals = proposals_for(chosen, simulated=runs, progress=_part(progress, 0.6, 0.85))
+    proposals = proposals_for(
+        chosen, bandwidth=bandwidth, simulated=runs, progress=_part(progress, 0.6, 0.85)
+    )  # fmt: skip
     circles = _circles(chosen, proposals, _part(progress, 0.85, 1.0))
-    return Design(experiment, chosen, assessments, delays_of(chosen), budget, proposals, circles)
+    return Design(
+        experiment, chosen, assessments, delays_of(chosen), _friction_at(chosen, top_speed(chosen)), budget, proposals,
+        circles,
+    )  # fmt: skip
 
 
 def _chosen(variants: Sequence[Variant], name: str | None) -> Variant:
@@ -120,6 +135,18 @@ def _circles(chosen: Variant, proposals: Sequence[Proposal], progress: Progress 
     loops = {one.name: one for one in (plain, *(one.variant for one in proposals))}
     stable = tuple(one for one in loops.values() if assess(one).verdict is not Verdict.DIVERGES)
     return run_circles(stable, radius, feed, progress) if stable else ()
+
+
+def _friction_at(variant: Variant, speed: float) -> float:
+    """Return the friction at a steady speed [m/s or rad/s], the mean of both directions [N or N*m]."""
+    if speed <= 0.0:
+        return 0.0
+    sides, screw = [(variant.friction, 1.0)], variant.plant.component.screw
+    if variant.table is not None and screw is not None:
+        sides.append((variant.table, screw(variant.plant.parameters).arm))
+    return sum(
+        0.5 * arm * (steady_force(one, speed * arm) - steady_force(one, -speed * arm)) for one, arm in sides
+    )  # fmt: skip
 
 
 def _part(progress: Progress | None, begin: float, end: float) -> Progress | None:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from bristle.core.experiment import Experiment, Variant
 from bristle.core.status import Status
+from bristle.loop_design.following import told_the_motion
 from bristle.loop_design.tuning import count_response, stiffness_of, tuned
 from bristle.simulation import Statistics, simulate
 from bristle.stability import Assessment, Verdict, assess
@@ -28,6 +29,8 @@ class Proposal:
         The loop, under the name of the proposal.
     assessment : Assessment
         Its poles and margins.
+    bandwidth : float or None
+        What its gains follow from [rad/s]; None for the loop as it is.
     stiffness : float
         Effort over a deviation that lasts [N/m or N*m/rad].
     count_effort : float
@@ -40,6 +43,7 @@ class Proposal:
 
     variant: Variant
     assessment: Assessment
+    bandwidth: float | None
     stiffness: float
     count_effort: float
     following_error: Statistics | None
@@ -52,20 +56,23 @@ class Proposal:
 
 
 def proposals_for(
-    variant: Variant, *, simulated: bool = True, progress: Callable[[float, str], None] | None = None
-) -> tuple[Proposal, ...]:
+    variant: Variant, *, bandwidth: float | None = None, simulated: bool = True,
+    progress: Callable[[float, str], None] | None = None,
+) -> tuple[Proposal, ...]:  # fmt: skip
     """Return the loop as it is and others in its place, the ones that would not diverge simulated.
 
     Parameters
     ----------
     variant : Variant
         The loop.
+    bandwidth : float, optional
+        Bandwidth wanted of what is proposed [rad/s]; by default as much as the margins allow.
     simulated : bool
         Whether the loop as it is can be simulated.
     progress : callable, optional
         Called with the share done and the name of what comes next.
     """
-    loops = _loops(variant)
+    loops, bandwidths = _loops(variant, bandwidth)
     judged = {one.name: assess(one) for one in loops}
     runs = min(variant.run.seeds, RUNS_MAX)
     able = tuple(
@@ -79,6 +86,7 @@ def proposals_for(
         Proposal(
             one,
             judged[one.name],
+            bandwidths.get(one.name),
             stiffness_of(one.controller, one.run.sample_time),
             count_response(one),
             completed[one.name].following_error if one.name in completed else None,
@@ -88,15 +96,18 @@ def proposals_for(
     )
 
 
-def _loops(variant: Variant) -> list[Variant]:
-    loops = [replace(variant, name=AS_IT_IS)]
-    desired = replace(variant, feedforward=replace(variant.feedforward, along="desired"))
+def _loops(variant: Variant, bandwidth: float | None) -> tuple[list[Variant], dict[str, float]]:
+    """Return the loop as it is and those proposed, and the bandwidth of each of these by name."""
+    loops, bandwidths = [replace(variant, name=AS_IT_IS)], {}
+    desired = replace(variant, feedforward=replace(variant.feedforward, along="desired"), learning=None)
     if variant.feedforward.along != "desired":
         loops.append(replace(desired, name=ALONG_DESIRED))
-    own = tuned(variant, variant.controller.name)
-    if own is not None and own != variant.controller:
-        loops.append(replace(desired, name=TUNED, controller=own))
-    observer = tuned(variant, "disturbance_observer")
-    if observer is not None and variant.controller.name != "disturbance_observer":
-        loops.append(replace(desired, name=OBSERVER, controller=observer))
-    return loops
+    laws = {TUNED: variant.controller.name, OBSERVER: "disturbance_observer"}
+    if laws[TUNED] == laws[OBSERVER]:
+        del laws[OBSERVER]
+    for name, law in laws.items():
+        found = tuned(variant, law, bandwidth)
+        if found is not None and found.law != variant.controller:
+            loops.append(told_the_motion(replace(desired, name=name, controller=found.law)))
+            bandwidths[name] = found.bandwidth
+    return loops, bandwidths

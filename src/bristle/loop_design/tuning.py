@@ -18,18 +18,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from bristle.controllers import CONTROLLERS
 from bristle.core.contracts import Model, make_model
 from bristle.core.experiment import Variant
-from bristle.stability import NO_FRICTION, SampledLoop, margins_of
-from bristle.stability.linear_system import LARGE, SMALL, linear_law, linear_plant
+from bristle.stability import SampledLoop, margins_of
+from bristle.stability.linear_plant import linear_plant
+from bristle.stability.linear_system import LARGE, SMALL, linear_law
 from bristle.stability.measured_feedforward import Stiffness
 
-__all__ = ["PHASE", "count_response", "inertia_of", "stiffness_of", "tuned"]
+__all__ = ["PHASE", "Tuned", "count_response", "inertia_of", "stiffness_of", "tuned"]
 
 PHASE, GAIN = 40.0, 2.0  # margins that the loop is to keep: degrees, and a factor
 WIDEST, NARROWEST = 3.0, 1e-4  # bandwidths that are tried, in 1/sample time
@@ -39,7 +40,14 @@ RESPONSE = 50  # samples after a count
 Gains = Callable[[float, Mapping[str, Any], Variant], dict[str, Any]]
 
 
-def tuned(variant: Variant, name: str) -> Model | None:
+class Tuned(NamedTuple):
+    """A control law, and the bandwidth that its gains follow from [rad/s]."""
+
+    law: Model
+    bandwidth: float
+
+
+def tuned(variant: Variant, name: str, bandwidth: float | None = None) -> Tuned | None:
     """Return a control law with the gains that a loop allows it.
 
     Parameters
@@ -48,34 +56,35 @@ def tuned(variant: Variant, name: str) -> Model | None:
         The loop. What of its own law is no gain, such as the cut-off of its velocity, is kept.
     name : str
         Name of the law.
+    bandwidth : float, optional
+        No more than this [rad/s]; by default as much as the margins allow.
 
     Returns
     -------
-    Model or None
+    Tuned or None
         None for a law that no gains are known for, or where no gains keep the margins.
     """
     if name not in GAINS:
         return None
 
-    def law(bandwidth: float) -> Model:
+    def law(omega: float) -> Model:
         component = CONTROLLERS[name]
         own = {key: value for key, value in variant.controller.values.items() if key in component.variables}
         kept = {"J": inertia_of(variant)} | own if "J" in component.variables else own
-        gains = GAINS[name](bandwidth, kept, variant)
+        gains = GAINS[name](omega, kept, variant)
         return make_model(component, kept | gains, kind=variant.plant.kind, validate=True)
 
     run = variant.run
-    plants = {
-        amplitude: linear_plant(variant.plant, NO_FRICTION, run.sample_time, run.substeps, amplitude, run.current_lag)
-        for amplitude in (SMALL, LARGE)
-    }
+    plants = {amplitude: linear_plant(variant, amplitude) for amplitude in (SMALL, LARGE)}
 
-    def keeps_margins(bandwidth: float) -> bool:
-        laws = ((linear_law(law(bandwidth), run.sample_time, amplitude), plants[amplitude]) for amplitude in plants)
+    def keeps_margins(omega: float) -> bool:
+        laws = ((linear_law(law(omega), run.sample_time, amplitude), plants[amplitude]) for amplitude in plants)
         return all(_is_safe(SampledLoop(plant, one, run.delay, run.sample_time)) for one, plant in laws)
 
-    bandwidth = _widest(keeps_margins, 1.0 / run.sample_time)
-    return None if bandwidth is None else law(_round(bandwidth))
+    if bandwidth is not None and keeps_margins(bandwidth):
+        return Tuned(law(bandwidth), bandwidth)
+    widest = _widest(keeps_margins, 1.0 / run.sample_time, bandwidth)
+    return None if widest is None else Tuned(law(_round(widest)), _round(widest))
 
 
 def _is_safe(loop: SampledLoop) -> bool:
@@ -85,9 +94,9 @@ def _is_safe(loop: SampledLoop) -> bool:
     return margins.phase is not None and margins.phase >= PHASE and (margins.gain is None or margins.gain >= GAIN)
 
 
-def _widest(keeps: Callable[[float], bool], rate: float) -> float | None:
+def _widest(keeps: Callable[[float], bool], rate: float, most: float | None) -> float | None:
     """Return the largest bandwidth that keeps the margins, found from above."""
-    high = WIDEST * rate
+    high = WIDEST * rate if most is None else min(WIDEST * rate, most)
     while not keeps(high / COARSE):
         high /= COARSE
         if high < NARROWEST * rate:
@@ -137,7 +146,7 @@ GAINS: dict[str, Gains] = {
 def inertia_of(variant: Variant) -> float:
     """Return the mass or inertia that the effort moves, as it shows well below the sample rate [kg or kg*m^2]."""
     run = variant.run
-    plant = linear_plant(variant.plant, NO_FRICTION, run.sample_time, run.substeps, LARGE)
+    plant = linear_plant(variant, LARGE)
     omega = 1e-2 / run.sample_time
     return float(1.0 / (omega**2 * np.abs(plant.response(np.exp([1j * omega * run.sample_time]))[0])))
 

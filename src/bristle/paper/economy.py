@@ -102,7 +102,7 @@ def economy(
     for row, count in enumerate(counts):
         for seed in range(seeds):
             if progress is not None:
-                progress((row * seeds + seed) / (len(counts) * seeds), f"{count} branches")
+                progress((row * seeds + seed) / (len(counts) * seeds), f"branches measured: {count}")
             record = _branches(setting, seeded(friction, seed), extent, count, np.random.default_rng(seed))
             for name, fit in WAYS.items():
                 found = fit(record, setting.arm)

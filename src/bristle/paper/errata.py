@@ -6,9 +6,10 @@ from typing import NamedTuple
 
 __all__ = ["ERRATA", "Erratum"]
 
-DRIFT = "test_source_paper_drift.py"
-PREISACH = "test_source_paper_preisach.py"
-ERRATA_TESTS = "test_source_paper_errata.py"
+DRIFT = "papers/test_source_paper_drift.py"
+PREISACH = "papers/test_source_paper_preisach.py"
+ERRATA_TESTS = "papers/test_source_paper_errata.py"
+FIGURES = "paper/test_figures.py"
 
 
 class Erratum(NamedTuple):
@@ -23,7 +24,7 @@ class Erratum(NamedTuple):
     correct : str
         What is right.
     test : str
-        File and name of the test, below ``tests/papers``.
+        File and name of the test, below ``tests``.
     """
 
     place: str
@@ -38,7 +39,7 @@ ERRATA = (
         "σ₀ is counted twice: (3) makes σ₀ g the Stribeck curve G, and (2) divides σ₀ z by g alone. The bristles then "
         "settle at G/σ₀², and sliding friction at G/σ₀ instead of (4).",
         "ż = v (1 − σ₀ z sgn v / G(v)), or ż = v − |v| z / g(v) with σ₀ g = G.",
-        "test_canudas_1995.py::test_a_bristle_equation_with_the_stiffness_counted_twice_misses_its_own_steady_state",
+        "papers/test_canudas_1995.py::test_a_bristle_equation_with_the_stiffness_counted_twice_misses_its_own_steady_state",
     ),
     Erratum(
         "(4), (11)",
@@ -50,7 +51,7 @@ ERRATA = (
         "below (3)",
         "σ₁ is called the viscous friction of the bristles, and v_s the velocity of the position.",
         "σ₁ damps the bristles while they stretch and does nothing in steady sliding; σ₂ is the viscous friction.",
-        "test_canudas_1995.py::test_micro_damping_is_not_viscous_friction",
+        "papers/test_canudas_1995.py::test_micro_damping_is_not_viscous_friction",
     ),
     Erratum(
         "figures",
@@ -156,6 +157,44 @@ ERRATA = (
         "These branches belong to no operator: corner and symmetry fail by 12 % and 6 % at k = 1, more beyond. "
         "An Everett function in closed form has the same symmetric loops.",
         f"{PREISACH}::test_100_transition_branches_describe_no_operator",
+    ),
+    Erratum(
+        "(19)–(21)",
+        "S, s and s(t) name the stiffness of (16) and the sliding surface.",
+        "Two quantities, two names: here s is the stiffness and ς = ė + λ e the surface.",
+        f"{ERRATA_TESTS}::test_22_friction_holds_the_table_back",
+    ),
+    Erratum(
+        "(22)",
+        "(u + F_p)/J, which contradicts (18) and (23): friction would push the table ahead of its command.",
+        "ς̇ = θ̈_d − (u − F_p)/J + λ ė.",
+        f"{ERRATA_TESTS}::test_22_friction_holds_the_table_back",
+    ),
+    Erratum(
+        "(23)",
+        "Feeds F_p forward as if it were known, and takes (21) for what then happens.",
+        "u contains an estimate F̂, and ς̇ = −K₁ ς − K₂ sgn ς + (F_p − F̂)/J: the surface is reached only where K₂ "
+        "exceeds sup |F_p − F̂|/J.",
+        f"{ERRATA_TESTS}::test_23_the_surface_is_reached_only_with_K_2_above_what_is_not_compensated",
+    ),
+    Erratum(
+        "sections 2 and 4",
+        "The encoder has 40,000 pulses per revolution, and 10,000.",
+        "10,000 lines, four counts each: 0.125 µm at a lead of 5 mm. One count a line, 0.5 µm, cannot give 0.69 µm.",
+        f"{ERRATA_TESTS}::test_10000_counts_a_revolution_would_not_do",
+    ),
+    Erratum(
+        "figure 13",
+        "“Standard deviation … from −0.2 to 0.9 µm” with the compensator: a range, which is 1.1 µm wide where figure "
+        "12 has 0.69 µm. “Mean 2.3 µm” without it: outside its own range of −0.4 to 1 µm.",
+        "Range −0.2 to 0.49 µm and mean 0.15 µm with it; range −0.4 to 1 µm and mean 0.23 µm without.",
+        f"{FIGURES}::test_13_the_range_and_the_mean_are_those_printed_once_read_right",
+    ),
+    Erratum(
+        "section 4, 53 %",
+        "Right: 1 − 0.69/1.46.",
+        "52.7 %. But that is a compensator with two thirds of the friction; one that is identified well takes 72 %.",
+        f"{FIGURES}::test_12_the_error_falls_by_half_and_by_more_with_a_compensator_that_is_identified",
     ),
     Erratum(
         "names",

@@ -10,8 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from bristle.core.errors import InputError
+from bristle.core.errors import BristleError, InputError
 from bristle.core.experiment import Experiment
+from bristle.core.status import Status
 from bristle.core.typography import number
 from bristle.files.experiment import read_experiment
 from bristle.paper.bench import SETS
@@ -19,18 +20,24 @@ from bristle.paper.reproduced import Reproduced, in_micrometres, percent
 from bristle.report.table import Table
 from bristle.simulation import SimulationResult, VariantResult, simulate
 
-__all__ = ["Bench", "figure_7", "figure_11", "figure_12", "figure_13", "figure_14"]
+__all__ = ["DivergedError", "Tracked", "figure_7", "figure_11", "figure_12", "figure_13", "figure_14"]
 
 BEFORE, AFTER = "none", "paper"
 NAMES = {BEFORE: "without compensator", AFTER: "with compensator"}
 PRINTED = {BEFORE: 1.46e-6, AFTER: 0.69e-6}  # peak to peak [m]
 AS_PRINTED = 0.05e-6  # how near to the numbers of the paper counts as the same [m]
 ALIKE = 0.05  # relative change of the effort that is none
-CHATTER = 0.05  # shown close up [s]
+CHATTER = 0.2  # shown close up [s]
+
+
+class DivergedError(BristleError):
+    """A loop that was to be shown left the finite numbers."""
+
+    exit_code = 1
 
 
 @dataclass(frozen=True)
-class Bench:
+class Tracked:
     """The tracking experiment, simulated once for all figures that show it.
 
     Parameters
@@ -64,8 +71,18 @@ class Bench:
 
     @cached_property
     def result(self) -> SimulationResult:
-        """All variants, simulated."""
-        return simulate(self.experiment, self._tell)
+        """All variants, simulated.
+
+        Raises
+        ------
+        DivergedError
+            If a loop left the finite numbers.
+        """
+        found = simulate(self.experiment, self._tell)
+        for name, one in found.variants.items():
+            if one.status is Status.NOT_FINITE:
+                raise DivergedError(f"{self.source}: compare.{name}: {one.status.sentence}")
+        return found
 
     def _tell(self, share: float, text: str) -> None:
         for listener in self.listeners:
@@ -94,11 +111,11 @@ class Bench:
         return top - before, top + after
 
 
-def figure_7(bench: Bench) -> Reproduced:
+def figure_7(tracked: Tracked) -> Reproduced:
     """Return figure 7: rig and control scheme, drawn from the experiment."""
     from bristle.figures import control_scheme
 
-    variant = next(one for one in bench.experiment.variants if one.name == AFTER)
+    variant = next(one for one in tracked.experiment.variants if one.name == AFTER)
     run, resolution = variant.run, variant.sensor.values["resolution"]
     law, fed = variant.controller.name.replace("_", " "), variant.feedforward.friction
     compensator = fed.name.replace("_", " ") if fed else "none"
@@ -110,17 +127,17 @@ def figure_7(bench: Bench) -> Reproduced:
             f"of {in_micrometres(resolution)}; control is {law}, the compensator {compensator}."
         ],
         draw=lambda: control_scheme(variant),
-        source=bench.source,
+        source=tracked.source,
         numbers={"sample_time": run.sample_time, "delay": run.delay, "resolution": resolution},
     )  # fmt: skip
 
 
-def figure_11(bench: Bench) -> Reproduced:
+def figure_11(tracked: Tracked) -> Reproduced:
     """Return figure 11: command and position, without and with the compensator."""
     from bristle.figures import tracking
 
-    reach = float(np.max(np.abs(bench.result.variants[BEFORE].reference)))
-    true = {name: bench.result.variants[name].true_error.peak_to_peak for name in NAMES}
+    reach = float(np.max(np.abs(tracked.result.variants[BEFORE].reference)))
+    true = {name: tracked.result.variants[name].true_error.peak_to_peak for name in NAMES}
     return Reproduced(
         number=11,
         verdict="holds" if true[AFTER] < true[BEFORE] else "does not hold",
@@ -129,18 +146,18 @@ def figure_11(bench: Bench) -> Reproduced:
             f"What the table really misses it by, which no encoder tells, goes from {in_micrometres(true[BEFORE])} to "
             f"{in_micrometres(true[AFTER])} peak to peak.",
         ],
-        draw=lambda: tracking(bench.pair, bench.settle, bench.turn(0.6, 0.9)),
-        source=bench.source,
+        draw=lambda: tracking(tracked.pair, tracked.settle, tracked.turn(0.6, 0.9)),
+        source=tracked.source,
         numbers={"amplitude": reach, "true_error": true},
     )
 
 
-def figure_12(bench: Bench) -> Reproduced:
+def figure_12(tracked: Tracked) -> Reproduced:
     """Return figure 12: the following error, and by direction."""
     from bristle.figures import tracking_error
 
-    both = {name: bench.result.variants[name] for name in NAMES}
-    peaks = {name: one.following_error.peak_to_peak for name, one in bench.result.variants.items()}
+    both = {name: tracked.result.variants[name] for name in NAMES}
+    peaks = {name: one.following_error.peak_to_peak for name, one in tracked.result.variants.items()}
     worse = {name: one.by_direction["forward"].rms / one.by_direction["backward"].rms for name, one in both.items()}
     near = all(abs(peaks[name] - PRINTED[name]) <= AS_PRINTED for name in NAMES)
     return Reproduced(
@@ -153,53 +170,53 @@ def figure_12(bench: Bench) -> Reproduced:
             f"{percent(1.0 - PRINTED[AFTER] / PRINTED[BEFORE], 1.0)}).",
             f"Root mean square forward over backward: {number(worse[BEFORE], digits=3)} without and "
             f"{number(worse[AFTER], digits=3)} with it.",
-            _beyond(bench),
+            _beyond(tracked),
         ],
-        draw=lambda: tracking_error(bench.pair, bench.settle),
-        source=bench.source,
+        draw=lambda: tracking_error(tracked.pair, tracked.settle),
+        source=tracked.source,
         numbers={"peak_to_peak": peaks, "forward_over_backward": worse},
-        tables=(_by_variant(bench), _by_direction(bench)),
+        tables=(_by_variant(tracked), _by_direction(tracked)),
     )  # fmt: skip
 
 
-def _beyond(bench: Bench) -> str:
+def _beyond(tracked: Tracked) -> str:
     """Return what the other variants come to, in words."""
     told = [
         f"{name.replace('_', ' and ')} {in_micrometres(one.following_error.peak_to_peak)}"
-        for name, one in bench.result.variants.items()
+        for name, one in tracked.result.variants.items()
         if name not in NAMES
     ]
     return f"Past the paper, on the same rig: {', '.join(told)}." if told else "Nothing else was run on this rig."
 
 
-def _by_variant(bench: Bench) -> Table:
+def _by_variant(tracked: Tracked) -> Table:
     rows = []
-    for name, one in bench.result.variants.items():
+    for name, one in tracked.result.variants.items():
         error = one.following_error
         numbers = (error.peak_to_peak, error.mean, error.std, one.true_error.peak_to_peak)
         cells = [number(1e6 * value, resolution=0.01) for value in numbers]
-        rows.append((name, *cells, number(1e3 * bench.arm * one.effort_rms, resolution=1.0)))
+        rows.append((name, *cells, number(1e3 * tracked.arm * one.effort_rms, resolution=1.0)))
     heads = ("Variant", "Peak to peak [µm]", "Mean [µm]", "Std [µm]", "True error [µm]", "Effort rms [mN·m]")
-    runs = next(iter(bench.result.variants.values())).runs
+    runs = next(iter(tracked.result.variants.values())).runs
     return Table(f"Following error, mean over {runs} runs with other noise", heads, rows)
 
 
-def _by_direction(bench: Bench) -> Table:
+def _by_direction(tracked: Tracked) -> Table:
     rows = [
         (shown, direction, *(number(1e6 * value, resolution=0.01) for value in (e.mean, e.rms, e.peak_to_peak)))
-        for shown, one in bench.pair.items()
+        for shown, one in tracked.pair.items()
         for direction, e in one.by_direction.items()
     ]
     heads = ("Loop", "Reference moves", "Mean [µm]", "rms [µm]", "Peak to peak [µm]")
     return Table("Following error by direction", heads, rows)
 
 
-def figure_13(bench: Bench) -> Reproduced:
+def figure_13(tracked: Tracked) -> Reproduced:
     """Return figure 13: the distribution of the following error."""
     from bristle.figures import error_distribution
 
-    both = {name: bench.result.variants[name].following_error for name in NAMES}
-    resolution = bench.experiment.variants[0].sensor.values.get("resolution", 0.0)
+    both = {name: tracked.result.variants[name].following_error for name in NAMES}
+    resolution = tracked.experiment.variants[0].sensor.values.get("resolution", 0.0)
     narrower = both[AFTER].std < both[BEFORE].std and abs(both[AFTER].mean) < abs(both[BEFORE].mean)
     return Reproduced(
         number=13,
@@ -209,18 +226,18 @@ def figure_13(bench: Bench) -> Reproduced:
             f"{in_micrometres(one.std)}, range from {in_micrometres(one.min)} to {in_micrometres(one.max)}."
             for name, one in both.items()
         ],
-        draw=lambda: error_distribution(bench.pair, bench.settle, resolution),
-        source=bench.source,
+        draw=lambda: error_distribution(tracked.pair, tracked.settle, resolution),
+        source=tracked.source,
         numbers={name: asdict(one) for name, one in both.items()},
     )
 
 
-def figure_14(bench: Bench) -> Reproduced:
+def figure_14(tracked: Tracked) -> Reproduced:
     """Return figure 14: the control effort."""
     from bristle.figures import control_effort
 
-    rms = {name: bench.arm * bench.result.variants[name].effort_rms for name in NAMES}
-    peak = {name: bench.arm * bench.result.variants[name].effort_peak for name in NAMES}
+    rms = {name: tracked.arm * tracked.result.variants[name].effort_rms for name in NAMES}
+    peak = {name: tracked.arm * tracked.result.variants[name].effort_peak for name in NAMES}
     more = rms[AFTER] / rms[BEFORE] - 1.0
     return Reproduced(
         number=14,
@@ -231,9 +248,9 @@ def figure_14(bench: Bench) -> Reproduced:
             f"{_torque(peak[AFTER])}.",
         ],
         draw=lambda: control_effort(
-            bench.pair, bench.settle, bench.turn(0.5 * CHATTER, 0.5 * CHATTER), bench.arm, "rotational"
+            tracked.pair, tracked.settle, tracked.turn(0.5 * CHATTER, 0.5 * CHATTER), tracked.arm, "rotational"
         ),
-        source=bench.source,
+        source=tracked.source,
         numbers={"rms": rms, "peak": peak},
     )  # fmt: skip
 

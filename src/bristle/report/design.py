@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 
 __all__ = ["design_report", "design_sentences", "design_summary"]
 
-FREE = 0.95  # of an error: less than that is an improvement
+MUCH = 0.5  # of the friction: effort for a single count that is worth a word
+LESS, MORE = 0.95, 1.05  # of an error: between them it is about the same
 
 
 def design_report(design: Design, *, command: str, provenance: Mapping[str, str]) -> str:
@@ -50,7 +51,7 @@ def design_report(design: Design, *, command: str, provenance: Mapping[str, str]
         delays=delay_table(design.delays),
         budget=None if design.budget is None else budget_table(design.budget, design),
         proposals=proposal_table(design),
-        laws=[(one.name, controller_text(one.variant.controller)) for one in design.proposals[1:]],
+        laws=[(one.name, controller_text(one.variant)) for one in design.proposals[1:]],
         circles=circle_table(design.circles, design) if design.circles else None,
         circle=_circle_words(design),
         pictures=_pictures(design),
@@ -66,6 +67,7 @@ def design_sentences(design: Design) -> list[str]:
         f"The loop has {with_unit(delays.total, 's')} of delay. As a rule of thumb that allows the sum of its two "
         f"bandwidths, such as λ + K_1, {number(0.5 / delays.total, digits=2)} 1/s."
     )
+    found += _about_a_count(design)
     if design.budget is not None and design.budget.entries:
         first, length = design.budget.entries[0], unit_of("length", design.experiment.kind)
         found.append(
@@ -75,6 +77,18 @@ def design_sentences(design: Design) -> list[str]:
     return found + _advice(design)
 
 
+def _about_a_count(design: Design) -> list[str]:
+    present, kind = design.proposals[0], design.experiment.kind
+    if present.count_effort <= MUCH * design.friction or design.friction <= 0.0:
+        return []
+    effort, friction = (with_unit(one, unit_of("force", kind)) for one in (present.count_effort, design.friction))
+    return [
+        f"One count of the encoder calls up {effort}, {number(present.count_effort / design.friction, digits=2)} times "
+        f"the friction ({friction}): much of the effort is noise. A finer encoder, a lower cut-off of the velocity or "
+        "less gain lowers it."
+    ]
+
+
 def _advice(design: Design) -> list[str]:
     present = design.proposals[0].following_error
     simulated = [one for one in design.proposals[1:] if one.following_error is not None]
@@ -82,11 +96,14 @@ def _advice(design: Design) -> list[str]:
     if best is None:
         return []
     length = unit_of("length", design.experiment.kind)
-    if present is not None and _peak(best) >= FREE * present.peak_to_peak:
+    if present is not None and _peak(best) > MORE * present.peak_to_peak:
         return [
-            "None of the loops proposed errs less in the simulation. They keep wider margins: "
-            "weigh that against the error."
+            "None of the loops proposed errs as little in the simulation. They keep wider margins: weigh that against "
+            "the error."
         ]
+    if present is not None and _peak(best) > LESS * present.peak_to_peak:
+        return [f"The loop {best.name} ({best.variant.controller.name}, gains below) errs about as little in the "
+                f"simulation, {_told(_peak(best), length)}, with margins kept."]  # fmt: skip
     return [
         f"The loop {best.name} ({best.variant.controller.name}, gains below) errs by {_told(_peak(best), length)} "
         "in the simulation, with margins kept. Friction fed forward along the desired motion and an observer for what "
@@ -209,7 +226,9 @@ def _proposal(proposal: Proposal) -> dict[str, Any]:
     error = proposal.following_error
     return {
         "controller": proposal.variant.controller.name,
+        "bandwidth": proposal.bandwidth,
         "parameters": proposal.variant.controller.values,
+        "mass_fed_forward": proposal.variant.feedforward.mass,
         "stiffness": proposal.stiffness,
         "count_effort": proposal.count_effort,
         "verdict": proposal.assessment.verdict.value,

@@ -12,8 +12,8 @@ from bristle.report.table import Quantity, Table
 from bristle.stability import stiffness_text
 
 if TYPE_CHECKING:
-    from bristle.core.contracts import Model
-    from bristle.loop_design import Budget, Circle, Delays, Design
+    from bristle.core.experiment import Variant
+    from bristle.loop_design import Budget, Circle, Delays, Design, Proposal
 
 MICROMETRE = 1e-6  # the errors of servos are told in no smaller unit
 
@@ -24,15 +24,15 @@ def margin_table(design: Design) -> Table:
     """Return poles and margins of each loop; variants that are one loop share its rows."""
     heads = (
         "Variant", "Motions", "Friction", "Largest pole", "Phase margin [°]", "Gain margin", "Delay margin [samples]",
-        "Crossover [Hz]", "Peak sensitivity",
+        "Crossover [Hz]",
     )  # fmt: skip
     loops: dict[tuple[tuple[str, ...], ...], list[str]] = {}
     for assessment in design.assessments:
         rows = []
         for point in assessment.points:
-            phase, gain, crossover, delay, sensitivity = point.margins
+            phase, gain, crossover, delay, _ = point.margins
             hertz = None if crossover is None else crossover / (2.0 * math.pi)
-            cells = (_cell(phase), _cell(gain), _cell(delay), _cell(hertz), _cell(sensitivity))
+            cells = (_cell(phase), _cell(gain), _cell(delay), _cell(hertz))
             rows.append((point.motions.value, point.friction.value, number(point.loop.spectral_radius), *cells))
         loops.setdefault(tuple(rows), []).append(assessment.name)
     found = [
@@ -91,26 +91,31 @@ def proposal_table(design: Design) -> Table:
     effort = Quantity.of(unit_of("force", kind), [one.effort_rms for one in proposals if one.effort_rms])
     count = Quantity.of(unit_of("force", kind), [one.count_effort for one in proposals])
     heads = (
-        "Loop", "Law", "Smallest phase margin [°]", "Crossover [Hz]", "Stiffness", count.head("Effort of one count"),
-        length.head("Following error, peak to peak"), effort.head("Effort, rms"),
+        "Loop", "Law", "Bandwidth [1/s]", "Smallest phase margin [°]", "Stiffness",
+        count.head("Effort of one count"), length.head("Following error, peak to peak"), effort.head("Effort, rms"),
     )  # fmt: skip
-    rows = []
-    for one in proposals:
-        margins = [point.margins for point in one.assessment.bare if point.margins.phase is not None]
-        least = min(margins, key=lambda margin: margin.phase or 0.0, default=None)
-        hertz = None if least is None or least.crossover is None else least.crossover / (2.0 * math.pi)
-        rows.append((
-            one.name, one.variant.controller.name, _cell(None if least is None else least.phase), _cell(hertz),
+    rows = [
+        (
+            one.name, one.variant.controller.name, _cell(one.bandwidth), _least_margin(one),
             "∞" if math.isinf(one.stiffness) else stiffness_text(one.stiffness, kind).replace(" ", "\u00a0"),
             count.cell(one.count_effort),
             "–" if one.following_error is None else length.cell(one.following_error.peak_to_peak),
             "–" if one.effort_rms is None else effort.cell(one.effort_rms),
-        ))  # fmt: skip
+        )
+        for one in proposals
+    ]  # fmt: skip
     return Table("The loop as it is, and what is proposed", heads, rows)
 
 
-def controller_text(controller: Model) -> str:
-    """Return a control law as the table of an experiment file that describes it."""
+def _least_margin(proposal: Proposal) -> str:
+    """Return the smallest phase margin of a loop without friction, as text."""
+    phases = [point.margins.phase for point in proposal.assessment.bare]
+    return _cell(min((phase for phase in phases if phase is not None), default=None))
+
+
+def controller_text(variant: Variant) -> str:
+    """Return control law and inertia fed forward of a loop as the tables of an experiment file that describe them."""
+    controller, mass = variant.controller, variant.feedforward.mass
     lines = ["[controller]", f'model = "{controller.name}"']
     for name, value in controller.values.items():
         unit = controller.component.variables[name].unit(controller.kind)
@@ -120,6 +125,9 @@ def controller_text(controller: Model) -> str:
             lines.append(f"{key_of(name)} = {value}")
         elif math.isfinite(value):
             lines.append(f'{key_of(name)} = "{value:.6g} {unit}"')
+    if mass > 0.0:
+        unit = unit_of("mass", controller.kind)
+        lines += ["", "[controller.feedforward]", f'mass = "{mass:.6g} {unit}"']
     return "\n".join(lines)
 
 

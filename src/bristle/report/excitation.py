@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 __all__ = ["excitation_report", "excitation_summary", "outlook_table", "piece_table"]
 
+SMALL_PERCENT = 2.0  # an error that nobody minds
 CAPTIONS = {
     "motion": (
         "Position over time, for each purpose",
@@ -81,8 +82,16 @@ def _outlook(one: Estimate, put_in: float | None) -> tuple[str, ...]:
         number(one.value * scale.factor), scale.unit or "–",
         "" if error is None else number(error, digits=2),
         "–" if half is None or not math.isfinite(half) else f"± {number(half, digits=2)}",
-        STATUS_WORDS.get(one.status, one.status),
+        "beyond its interval" if _misses(one, put_in) else STATUS_WORDS.get(one.status, one.status),
     )  # fmt: skip
+
+
+def _misses(one: Estimate, put_in: float | None) -> bool:
+    """Return whether a parameter that counts as identified lies further from what was put in than its interval."""
+    error = _error_percent(one, put_in)
+    if one.status != "identified" or error is None or one.interval_percent is None:
+        return False
+    return abs(error) > one.interval_percent + SMALL_PERCENT
 
 
 def _error_percent(one: Estimate, put_in: float | None) -> float | None:
@@ -168,12 +177,13 @@ def _verdict(found: Excitation) -> list[str]:
         return told
     rehearsal = found.rehearsal
     estimates = rehearsal.identification.best.estimates
-    known = [one.name for one in estimates if one.status == "identified"]
+    missed = [one.name for one in estimates if _misses(one, rehearsal.truth.get(one.name))]
+    known = [one.name for one in estimates if one.status == "identified" and one.name not in missed]
     open_ = [one.name for one in estimates if one.status in ("unidentifiable", "at_edge")]
-    told.append(f"Its log would identify {', '.join(known) or 'nothing'}" + (
-        f", and not {', '.join(open_)}." if open_ else "."
-    ))  # fmt: skip
-    how = "in the loop of its controller" if rehearsal.loop else "along the motion itself, for want of a controller"
+    for words, names in (("identify", known), ("not identify", open_), ("give beyond its interval", missed)):
+        if names:
+            told.append(f"Its log would {words} {', '.join(names)}.")
+    how = "in the loop of its controller" if rehearsal.loop else "along the motion itself, as no stable loop is known"
     told.append(
         f"This was rehearsed {how}, with friction that scatters by 5 % from one reversal to the next, 0.5 % noise of "
         "the effort and the encoder of the axis; one rehearsal: the error is what an interval should cover."

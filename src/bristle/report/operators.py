@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from bristle.core.typography import number
+from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
 from bristle.report.table import Quantity, Table
 
@@ -14,7 +14,13 @@ if TYPE_CHECKING:
     from bristle.identification.operators.result import OperatorFit, OperatorIdentification, OperatorPrediction
     from bristle.logs.curves import Curves
 
-__all__ = ["comparison_of_operators", "operator_prediction_summary", "operator_summary"]
+__all__ = [
+    "comparison_of_operators",
+    "operator_prediction_report",
+    "operator_prediction_summary",
+    "operator_report",
+    "operator_summary",
+]
 
 
 def operator_summary(found: OperatorIdentification, *, provenance: Mapping[str, str]) -> dict[str, Any]:
@@ -46,6 +52,73 @@ def operator_prediction_summary(
         "log": _log(recorded),
         "provenance": provenance,
     }
+
+
+def operator_report(
+    found: OperatorIdentification, *, name: str, command: str, provenance: Mapping[str, str], banner: str | None = None
+) -> str:
+    """Return the report of the identification of an operator as one HTML page."""
+    best = found.best
+    metrics = [("Error", f"{number(best.prediction.error_percent, digits=3)} %")]
+    if best.held_out is not None:
+        held_out = f"{number(best.held_out.mean_percent, digits=3)} %"
+        metrics.insert(0, ("Error on what was not fitted", held_out))
+    notes = [f"{fit.name}: {note}" for fit in found.fits for note in fit.notes]
+    comparison = comparison_of_operators(found) if len(found.fits) > 1 else None
+    return _page(
+        best.prediction, best.operator, found.recorded, what=f"{best.name} identified", name=name, metrics=metrics,
+        notes=notes, comparison=comparison, command=command, provenance=provenance, banner=banner,
+    )  # fmt: skip
+
+
+def operator_prediction_report(
+    prediction: OperatorPrediction, operator: Model, recorded: Curves, *, name: str, command: str,
+    provenance: Mapping[str, str], banner: str | None = None,
+) -> str:  # fmt: skip
+    """Return the report of recorded curves, predicted by an operator, as one HTML page."""
+    metrics = [("Error", f"{number(prediction.error_percent, digits=3)} %")]
+    return _page(
+        prediction, operator, recorded, what=f"prediction by {operator.name}", name=name, metrics=metrics, notes=(),
+        comparison=None, command=command, provenance=provenance, banner=banner,
+    )  # fmt: skip
+
+
+def _page(prediction: OperatorPrediction, operator: Model, recorded: Curves, *, name: str, **content: Any) -> str:
+    from bristle.figures import recorded_curves
+    from bristle.report.page import picture, render
+
+    drawn = picture(
+        "curves", lambda: recorded_curves(recorded.curves, prediction.outputs, recorded.kind),
+        "Recorded and predicted output over the input",
+        "Where the light line looks out from under the dark one, what was recorded is not predicted. Of many curves, "
+        "some are shown.",
+    )  # fmt: skip
+    unit = unit_of("force", recorded.kind)
+    facts = [
+        ("Curves", str(len(recorded.curves))),
+        ("Samples", str(sum(one.u.size for one in recorded.curves))),
+        ("Each begins", recorded.start),
+        ("Full scale", with_unit(recorded.full_scale, unit)),
+        *(("Note", note) for note in recorded.notes),
+    ]
+    return render(
+        "operator.html", axis_name=name, picture=drawn, facts=facts, parameters=_parameter_table(operator), **content
+    )
+
+
+def _parameter_table(operator: Model) -> Table:
+    """Return the parameters of an operator; of a list, how many numbers it has."""
+    rows = []
+    for name, variable in operator.component.variables.items():
+        value = operator.values[name]
+        if isinstance(value, str):
+            told = value
+        elif hasattr(value, "__len__"):
+            told = f"{len(value)} numbers, in the model file"
+        else:
+            told = with_unit(float(value), variable.unit(operator.kind))
+        rows.append([name, told, variable.description])
+    return Table(operator.name, ("Parameter", "Value", "Meaning"), rows)
 
 
 def comparison_of_operators(found: OperatorIdentification) -> Table:

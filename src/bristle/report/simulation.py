@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from bristle.core.status import Status
@@ -21,8 +21,9 @@ __all__ = ["following_picture", "simulation_report"]
 
 
 def simulation_report(
-    result: SimulationResult, *, command: str, provenance: Mapping[str, str], banner: str | None = None
-) -> str:
+    result: SimulationResult, *, command: str, provenance: Mapping[str, str], banner: str | None = None,
+    warnings: Sequence[str] = (),
+) -> str:  # fmt: skip
     """Return the report of a simulated experiment as one HTML page.
 
     Parameters
@@ -35,6 +36,8 @@ def simulation_report(
         Versions, files, checksums.
     banner : str, optional
         What a reader must know before anything else.
+    warnings : sequence of str
+        What is to be said of the loops: poles and margins.
     """
     variants = result.experiment.variants
     return render(
@@ -43,7 +46,7 @@ def simulation_report(
         command=command,
         banner=banner,
         name=result.experiment.name,
-        verdict=_sentences(result),
+        verdict=[*(f"{one}." for one in warnings), *_sentences(result)],
         variants=variant_table(result),
         directions=direction_table(result),
         pictures=following_picture(result),
@@ -75,8 +78,7 @@ def _focus(result: SimulationResult) -> tuple[str, ...]:
 
 def _sentences(result: SimulationResult) -> list[str]:
     failed = [one.name for one in result.variants.values() if one.status is Status.NOT_FINITE]
-    found = [f"{name}: {reason}." for name, reason in result.refused.items()]
-    found += [f"{name}: {Status.NOT_FINITE.sentence}." for name in failed]
+    found = [f"{name}: {Status.NOT_FINITE.sentence}." for name in failed]
     unit = unit_of("length", result.experiment.kind)
     found += [
         f"{one.name}: following error {with_unit(one.following_error.peak_to_peak, unit)} peak to peak, "

@@ -67,8 +67,10 @@ def prediction_summary(
     return head | _prediction(prediction) | {"log_notes": notes, "provenance": provenance}
 
 
-def simulation_summary(result: SimulationResult, *, provenance: Mapping[str, str]) -> dict[str, Any]:
-    """Return a simulated experiment in numbers, in SI of the axis."""
+def simulation_summary(
+    result: SimulationResult, *, provenance: Mapping[str, str], warnings: Sequence[str] = ()
+) -> dict[str, Any]:
+    """Return a simulated experiment in numbers, in SI of the axis; `warnings` are those of its loops."""
     kind = result.experiment.kind
     return {
         "name": result.experiment.name,
@@ -78,6 +80,7 @@ def simulation_summary(result: SimulationResult, *, provenance: Mapping[str, str
         "runs": max((one.runs for one in result.variants.values()), default=0),
         "variants": _variants(result)
         | {name: {"status": reason, "completed": False, "runs": 0} for name, reason in result.refused.items()},
+        "warnings": warnings,
         "provenance": provenance,
     }
 

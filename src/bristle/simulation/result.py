@@ -77,6 +77,8 @@ class VariantResult:
         Runs with other noise that the numbers are means of; the signals are those of the first.
     spread : mapping
         Standard deviation over the runs of each number of `as_dict`, in the same shape; empty for one run.
+    trials : tuple of float
+        Following error peak to peak of each trial, where the motion is learned [m or rad].
     """
 
     name: str
@@ -96,10 +98,12 @@ class VariantResult:
     status: Status = Status.OK
     runs: int = 1
     spread: Mapping[str, Any] = field(default_factory=dict)
+    trials: tuple[float, ...] = ()
 
     def as_dict(self) -> dict[str, Any]:
         """Return the numbers, without the arrays; beside each mean over several runs its ``..._spread``."""
-        return _with_spread(self._numbers(), self.spread) | {"status": self.status.sentence, "runs": self.runs}
+        told = _with_spread(self._numbers(), self.spread) | {"status": self.status.sentence, "runs": self.runs}
+        return told | ({"trials": list(self.trials)} if self.trials else {})
 
     def _numbers(self) -> dict[str, Any]:
         return {
@@ -146,6 +150,7 @@ def mean_result(runs: Sequence[VariantResult]) -> VariantResult:
         effort_peak=float(np.mean([one.effort_peak for one in runs])),
         status=next((one.status for one in runs if one.status is not Status.OK), Status.OK),
         runs=len(runs),
+        trials=tuple(np.mean([one.trials for one in runs], axis=0).tolist()),
         spread=_spread([one._numbers() for one in runs]),
     )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from os import PathLike
 
 import numpy as np
@@ -14,6 +15,7 @@ from bristle.core.experiment import Experiment, Variant
 from bristle.engine import run_closed_loop
 from bristle.simulation.feedforward import compensator_of, feedforward_effort
 from bristle.simulation.result import SimulationResult, VariantResult, mean_result, statistics_of
+from bristle.simulation.trials import learn
 
 __all__ = ["simulate"]
 
@@ -46,12 +48,12 @@ def simulate(experiment: Experiment | str | PathLike[str], progress: Progress | 
     total, done = sum(variant.run.seeds for variant in experiment.variants), 0
     results = {}
     for variant in experiment.variants:
-        effort = _fed_forward(variant)
+        desired = _desired(variant)
         runs = []
         for run in range(variant.run.seeds):
             if progress is not None:
                 progress(done / total, variant.name)
-            runs.append(_simulate_once(variant, effort, run))
+            runs.append(_simulate_variant(variant, desired, run))
             done += 1
         results[variant.name] = mean_result(runs)
     return SimulationResult(experiment, results)
@@ -62,7 +64,7 @@ def _seeded(model: Model, run: int) -> Model:
     return model.with_values(seed=model.values["seed"] + run) if run and "seed" in model.values else model
 
 
-def _fed_forward(variant: Variant) -> np.ndarray:
+def _desired(variant: Variant) -> np.ndarray:
     """Return the desired motion and what is fed forward along it, shape (4, sample).
 
     What is fed forward acts `delay` samples after the controller receives it: it is taken that much ahead.
@@ -73,6 +75,12 @@ def _fed_forward(variant: Variant) -> np.ndarray:
     position, velocity, acceleration = variant.reference.component.sample(t, variant.reference.parameters)
     effort = feedforward_effort(variant.feedforward, position, acceleration, run.sample_time)
     return np.stack((position[:count], velocity[:count], acceleration[:count], effort[run.delay :]))
+
+
+def _simulate_variant(variant: Variant, desired: np.ndarray, number: int) -> VariantResult:
+    if variant.learning is None:
+        return _simulate_once(variant, desired, number)
+    return learn(variant.learning, partial(_simulate_once, variant), desired, number, variant.run.sample_time)
 
 
 def _simulate_once(variant: Variant, desired: np.ndarray, number: int) -> VariantResult:

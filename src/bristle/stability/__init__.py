@@ -1,6 +1,6 @@
 """Sampled loops as linear systems: poles, margins, and what they say before anything is simulated."""
 
-from bristle.stability.assessment import Assessment, Friction, Motions, Verdict, WorkingPoint, assess
+from bristle.stability.assessment import Assessment, Friction, Motions, Verdict, WorkingPoint, assess, top_speed
 from bristle.stability.linear_friction import NO_FRICTION
 from bristle.stability.margins import Margins, margins_of
 from bristle.stability.sampled_loop import SampledLoop
@@ -21,4 +21,5 @@ __all__ = [
     "runnable",
     "sentence",
     "stiffness_text",
+    "top_speed",
 ]

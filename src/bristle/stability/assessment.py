@@ -15,12 +15,13 @@ import numpy as np
 from bristle.core.experiment import Variant
 from bristle.core.variable import Kind
 from bristle.stability.linear_friction import NO_FRICTION, LinearFriction, slope_in_sliding, stiffness_at_rest
-from bristle.stability.linear_system import LARGE, SMALL, LinearSystem, linear_law, linear_plant
+from bristle.stability.linear_plant import linear_plant
+from bristle.stability.linear_system import LARGE, SMALL, LinearSystem, linear_law
 from bristle.stability.margins import Margins, margins_of
 from bristle.stability.measured_feedforward import Stiffness, feedback_of
 from bristle.stability.sampled_loop import SampledLoop
 
-__all__ = ["Assessment", "Friction", "Motions", "Verdict", "WorkingPoint", "assess"]
+__all__ = ["Assessment", "Friction", "Motions", "Verdict", "WorkingPoint", "assess", "top_speed"]
 
 SAME = 1e-6  # relative difference of laws that are one law
 SWITCHING = 1e-3  # relative change, over a decade of amplitude, of a law that has no slope at rest
@@ -116,7 +117,7 @@ def assess(variant: Variant) -> Assessment:
     Parameters
     ----------
     variant : Variant
-        The loop. Its sensor is taken for exact: counts and noise have no slope.
+        The loop. Its sensor is taken for exact, because counts and noise have no slope, and a backlash for closed.
 
     Returns
     -------
@@ -129,12 +130,12 @@ def assess(variant: Variant) -> Assessment:
     points, stiffness = [], None
     for motions, law in laws.items():
         amplitude = SMALL if motions is Motions.SMALL else LARGE
-        for name, friction in _frictions(variant, motions).items():
-            plant = linear_plant(variant.plant, friction, run.sample_time, run.substeps, amplitude, run.current_lag)
+        for name, frictions in _frictions(variant, motions).items():
+            plant = linear_plant(variant, amplitude, *frictions)
             whole = law
             if name is Friction.STUCK and feedback is not None:
                 fed, taken = feedback
-                stiffness = Stiffness.of(min(laws.values(), key=_stiffness), friction.k, taken)
+                stiffness = Stiffness.of(min(laws.values(), key=_stiffness), frictions[0].k, taken)
                 whole = law.beside(fed)
             points.append(WorkingPoint(motions, name, SampledLoop(plant, whole, run.delay, run.sample_time)))
     return Assessment(variant.name, variant.plant.kind, tuple(points), switches, stiffness)
@@ -156,18 +157,24 @@ def _laws(variant: Variant) -> tuple[dict[Motions, LinearSystem], bool]:
     return {Motions.SMALL: small, Motions.LARGE: large}, False
 
 
-def _frictions(variant: Variant, motions: Motions) -> dict[Friction, LinearFriction]:
-    found = {Friction.NONE: NO_FRICTION}
-    stuck = stiffness_at_rest(variant.friction, variant.run.sample_time)
-    if stuck is not None and stuck.k > 0.0 and motions is not Motions.LARGE:
-        found[Friction.STUCK] = stuck
-    speed = _top_speed(variant)
+def _frictions(variant: Variant, motions: Motions) -> dict[Friction, tuple[LinearFriction, LinearFriction]]:
+    """Return what acts on the port of the plant and on its table at each working point."""
+    found = {Friction.NONE: (NO_FRICTION, NO_FRICTION)}
+    dt, screw = variant.run.sample_time, variant.plant.component.screw
+    stuck = stiffness_at_rest(variant.friction, dt)
+    behind = NO_FRICTION if variant.table is None else stiffness_at_rest(variant.table, dt)
+    if motions is not Motions.LARGE and stuck is not None and behind is not None and max(stuck.k, behind.k) > 0.0:
+        found[Friction.STUCK] = (stuck, behind)
+    speed = top_speed(variant)
     if speed > 0.0:
-        found[Friction.SLIDING] = slope_in_sliding(variant.friction, speed)
+        sliding, behind = slope_in_sliding(variant.friction, speed), NO_FRICTION
+        if variant.table is not None and screw is not None:
+            behind = slope_in_sliding(variant.table, speed * screw(variant.plant.parameters).arm)
+        found[Friction.SLIDING] = (sliding, behind)
     return found
 
 
-def _top_speed(variant: Variant) -> float:
+def top_speed(variant: Variant) -> float:
     """Return the largest velocity that the reference asks for [m/s or rad/s]."""
     run = variant.run
     t = run.sample_time * np.arange(round(run.duration / run.sample_time))

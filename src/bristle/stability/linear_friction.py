@@ -15,6 +15,7 @@ __all__ = ["NO_FRICTION", "LinearFriction", "slope_in_sliding", "stiffness_at_re
 
 MOVE = 1e-12  # far below every break-away distance [m or rad]
 ALIKE = 1e-3  # relative difference of two slopes that are the same one
+ROUNDING = 1e-9  # share of a slope below which it is none
 APART = 0.05  # relative distance of the two velocities that a slope is taken between
 
 
@@ -48,7 +49,8 @@ def stiffness_at_rest(friction: Model, dt: float) -> LinearFriction | None:
         return None
     # Over a move of length d in a time T the mean force is k d/2 + c d/T.
     c = (fast - slow) * dt / 9.0
-    return LinearFriction(2.0 * (slow - c / dt), c)
+    k = 2.0 * (slow - c / dt)
+    return LinearFriction(k if k > ROUNDING * slow else 0.0, c)
 
 
 def _slope(friction: Model, move: float, time: float) -> float:

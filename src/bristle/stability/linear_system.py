@@ -8,7 +8,6 @@ which control laws and mechanisms are piece by piece, the slope is exact to roun
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -16,9 +15,8 @@ import numpy as np
 
 from bristle.core.contracts import Model, Reference
 from bristle.core.packing import pack, structure_of, unpacker
-from bristle.stability.linear_friction import LinearFriction
 
-__all__ = ["LARGE", "SMALL", "LinearSystem", "linear_law", "linear_plant"]
+__all__ = ["LARGE", "SMALL", "LinearSystem", "linear_law", "measured_on", "varied_in"]
 
 SMALL = 1e-12
 """Amplitude [SI] within every boundary layer, dead band and backlash."""
@@ -81,70 +79,34 @@ def linear_law(controller: Model, dt: float, amplitude: float) -> LinearSystem:
         effort, after = component.step(load(state), still, measured, dt, p)
         return pack(after), effort
 
-    return _measured_on(sample, pack(rest), _varied(structure_of(rest)), amplitude)
+    return measured_on(sample, pack(rest), varied_in(structure_of(rest)), amplitude)
 
 
-def linear_plant(
-    plant: Model, friction: LinearFriction, dt: float, steps: int, amplitude: float, lag: float = 0.0
-) -> LinearSystem:
-    """Return a drive and its plant from the effort commanded, held over a sample, to the position at the samples.
-
-    Parameters
-    ----------
-    plant : Model
-        The mechanism.
-    friction : LinearFriction
-        What acts on its port.
-    dt : float
-        Sample time [s].
-    steps : int
-        Integration steps in a sample: it is the plant as it is simulated.
-    amplitude : float
-        To either side of rest, in the SI unit of the effort and of each state.
-    lag : float
-        Time constant with which the effort of the drive follows its command [s].
-    """
-    component, p = plant.component, plant.parameters
-    rest = component.initial_state(p)
-    load, h = unpacker(structure_of(rest)), dt / steps
-
-    def sample(state: np.ndarray, command: float) -> tuple[np.ndarray, float]:
-        body, given = load(state[:-1]), float(state[-1])
-        position = body.x
-        for _ in range(steps):
-            effort, given = _driven(command, given, h, lag)
-            a, b = component.port(body, effort, h, p)
-            # The mean force of the step is k (x + v h/2) + c v, and the mean velocity v is a + b times this force.
-            v = (a + b * friction.k * body.x) / (1.0 - b * (0.5 * friction.k * h + friction.c))
-            force = friction.k * (body.x + 0.5 * h * v) + friction.c * v
-            _, body = component.step(body, effort, force, h, p)
-        return np.append(pack(body), given), position
-
-    varied = np.append(_varied(structure_of(rest)), True)
-    return _measured_on(sample, np.append(pack(rest), 0.0), varied, amplitude)
-
-
-def _driven(command: float, before: float, h: float, lag: float) -> tuple[float, float]:
-    """Return the mean effort of a drive over a step, and that at its end."""
-    if lag <= 0.0:
-        return command, command
-    rate = h / lag
-    decay = math.expm1(-rate)
-    return command - (before - command) * decay / rate, before - (command - before) * decay
-
-
-def _varied(structure: Any) -> np.ndarray:
+def varied_in(structure: Any) -> np.ndarray:
     """Return which numbers of a packed state are states of a linear system: counters and modes are not."""
     found: list[bool] = []
     for part in structure[1]:
-        found.extend(_varied(part) if isinstance(part, tuple) else [part == "number"])
+        found.extend(varied_in(part) if isinstance(part, tuple) else [part == "number"])
     return np.array(found, dtype=bool)
 
 
-def _measured_on(
+def measured_on(
     sample: Callable[[np.ndarray, float], tuple[np.ndarray, float]], rest: np.ndarray, varied: np.ndarray,
     amplitude: float,
 ) -> LinearSystem:  # fmt: skip
+    """Return the linear system of a function of state and input that returns the next state and the output.
+
+    Parameters
+    ----------
+    sample : callable
+        What one sample does.
+    rest : ndarray, shape (number,)
+        The state about which it is linear.
+    varied : ndarray of bool, shape (number,)
+        Which of its numbers are states.
+    amplitude : float
+        How far to either side of rest a step is taken.
+    """
     directions = [np.where(np.arange(rest.size) == i, amplitude, 0.0) for i in np.flatnonzero(varied)]
     moves = [(direction, 0.0) for direction in directions] + [(np.zeros(rest.size), amplitude)]
     columns, outputs = [], []

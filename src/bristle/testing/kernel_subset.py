@@ -113,8 +113,8 @@ def _call_reason(node: ast.Call, function: Callable[..., Any]) -> str:
         return ""
     if not isinstance(target, ast.Name):
         return "a call to something that is not a name"
-    if target.id in BUILTINS:
-        return ""
+    if target.id in BUILTINS or target.id in function.__code__.co_varnames[: function.__code__.co_argcount]:
+        return ""  # what is handed in is a kernel too: the caller is looked at as well
     value = _value(target.id, function)
     is_tuple = isinstance(value, type) and issubclass(value, tuple) and hasattr(value, "_fields")
     if is_tuple or value in kernels() or (callable(value) and is_dispatch(value)):
@@ -130,4 +130,5 @@ def _name_reason(node: ast.Name, function: Callable[..., Any]) -> str:
 
 
 def _value(name: str, function: Callable[..., Any]) -> Any:
-    return inspect.getclosurevars(function).globals.get(name, function.__globals__.get(name))
+    around = inspect.getclosurevars(function)
+    return around.nonlocals.get(name, around.globals.get(name, function.__globals__.get(name)))

@@ -1,0 +1,53 @@
+"""Recorded hysteresis and what an operator makes of it, one panel over input, one with what is left."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from bristle.core.variable import Kind
+from bristle.figures import style
+from bristle.figures.labels import effort_scale, position_word, scale_for
+from bristle.figures.small_multiples import FIRST, LAST
+
+__all__ = ["recorded_curves"]
+
+SHOWN = 24  # curves
+
+
+@style.styled
+def recorded_curves(
+    curves: Sequence[tuple[np.ndarray, np.ndarray]], predicted: Sequence[np.ndarray], kind: Kind
+) -> Figure:
+    """Return output over input, recorded and predicted, and the difference of both.
+
+    Parameters
+    ----------
+    curves : sequence of (u, f)
+        Recorded input and output, SI.
+    predicted : sequence of ndarray
+        Predicted output along each.
+    kind : {"translational", "rotational", "magnetic"}
+        What the units are.
+    """
+    step = -(-len(curves) // SHOWN)
+    chosen = [(u, f, said) for (u, f), said in zip(curves, predicted, strict=True)][::step]
+    length = scale_for("length", kind, *(u for u, _, _ in chosen))
+    scale, word = effort_scale(kind, *(f for _, f, _ in chosen))
+    rest, _ = effort_scale(kind, *(f - said for _, f, said in chosen))
+    figure, ((both, left),) = style.panels(3.2, columns=2, between=0.75)
+    for number, (u, f, said) in enumerate(chosen):
+        x = u * length.factor
+        both.plot(x, f * scale.factor, label=None if number else "recorded", **FIRST)
+        both.plot(x, said * scale.factor, label=None if number else "predicted", **LAST)
+        left.plot(x, (f - said) * rest.factor, color=style.INK, linewidth=0.6)
+    both.set_title("recorded and predicted")
+    left.set_title("recorded less predicted")
+    both.set_ylabel(scale.label(word))
+    left.set_ylabel(rest.label(word))
+    for axes in (both, left):
+        axes.set_xlabel(length.label(position_word(kind)))
+    both.legend()
+    return figure

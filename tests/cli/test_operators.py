@@ -1,0 +1,93 @@
+"""Hysteresis operators through the command line: from curves to a model file and back."""
+
+import json
+
+import numpy as np
+import pytest
+from tests.cli.conftest import bristle  # noqa: F401
+
+from bristle import hysteresis, response
+
+AXIS = """
+schema = 1
+name = "loops"
+kind = "translational"
+
+[columns]
+input = { column = "x", unit = "um" }
+output = { column = "F", unit = "N" }
+"""
+
+
+@pytest.fixture
+def loops(tmp_path):
+    truth = hysteresis.preisach(s="10 N/um", f_p="20 N")
+    turns = np.array([0, 6, -6, 4, -3, 3, -2, 5, -5, 1, -1, 6])
+    u = np.interp(np.linspace(0, turns.size - 1, 700), np.arange(turns.size), turns)
+    f = response(truth, 1e-6 * u) + 0.02 * np.random.default_rng(0).standard_normal(u.size)
+    (tmp_path / "axis.toml").write_text(AXIS)
+    rows = [f"{a:.9g},{b:.9g}" for a, b in zip(u, f, strict=True)]
+    (tmp_path / "loops.csv").write_text("\n".join(["x,F", *rows]) + "\n")
+    return tmp_path
+
+
+def test_identify_and_predict(bristle, loops):  # noqa: F811
+    asked = ("--model", "prandtl_ishlinskii,preisach", "--axis", loops / "axis.toml")
+    found = bristle("identify", loops / "loops.csv", *asked, "--out", loops / "out", "--json")
+    assert found.code == 0, found.err
+    assert json.loads((loops / "out" / "summary.json").read_text()) == found.data
+    assert found.data["model"] == "preisach"
+    assert found.data["parameters"]["s"]["value"] == pytest.approx(1e7, rel=0.02)
+    assert found.data["parameters"]["s"]["unit"] == "N/m"
+    assert [one["rank"] for one in found.data["models"]] == [1, 2]
+    assert found.data["metrics"]["held_out_error_percent"] < 0.3
+    said = bristle(
+        "predict", loops / "out" / "model.toml", loops / "loops.csv", "--axis", loops / "axis.toml", "--json"
+    )
+    assert said.code == 0, said.err
+    assert said.data["metrics"]["error_percent"] == pytest.approx(found.data["metrics"]["error_percent"])
+    assert said.data["metrics"]["unit"] == "N"
+
+
+def test_what_a_person_reads(bristle, loops):  # noqa: F811
+    told = bristle("identify", loops / "loops.csv", "--axis", loops / "axis.toml", "--model", "preisach_grid")
+    assert told.code == 0, told.err
+    assert "Operators compared" in told.out
+    assert "the sign of a friction" in told.out
+
+
+def test_an_operator_has_its_certificates_and_its_reports(bristle, loops):  # noqa: F811
+    model = loops / "out" / "model.toml"
+    log, axis = loops / "loops.csv", loops / "axis.toml"
+    assert bristle("identify", log, "--axis", axis, "--model", "preisach", "--out", loops / "out").code == 0
+    checked = bristle("check", model, "--json")
+    assert checked.code == 0, checked.err
+    assert checked.data["certificates"]["dissipation"]["passed"]
+    assert bristle("predict", model, log, "--axis", axis, "--out", loops / "said").code == 0
+    for folder, title in (("out", "loops: preisach identified"), ("said", "loops: prediction by preisach")):
+        page = (loops / folder / "report.html").read_text()
+        assert title in page
+        assert page.count("<svg") == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--model", "lugre"), "is no operator that can be identified"),
+        (("--model", "reversal_table"), "needs first-order reversal curves"),
+    ],
+)
+def test_what_cannot_be_identified_ends_with_a_message(bristle, loops, arguments, said):  # noqa: F811
+    refused = bristle("identify", loops / "loops.csv", "--axis", loops / "axis.toml", *arguments)
+    assert refused.code == 2
+    assert said in refused.err
+
+
+def test_two_files_and_a_missing_axis_are_refused(bristle, loops):  # noqa: F811
+    log = loops / "loops.csv"
+    refused = bristle("identify", log, log, "--axis", loops / "axis.toml")
+    assert (refused.code, "takes one file of curves" in refused.err) == (2, True)
+    done = bristle("identify", log, "--axis", loops / "axis.toml", "--model", "preisach", "--out", loops / "out")
+    assert done.code == 0
+    refused = bristle("predict", loops / "out" / "model.toml", log)
+    assert (refused.code, "says which columns are input and output" in refused.err) == (2, True)

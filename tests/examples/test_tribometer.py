@@ -1,0 +1,60 @@
+"""The example of a reciprocating contact: its second half, predicted from a fit to the first."""
+
+import os
+from pathlib import Path
+
+import pytest
+from tests.cli.conftest import bristle  # noqa: F401
+
+from bristle.files import read_axis, read_log
+from bristle.identification import identify, predict
+from bristle.logs.span import within
+
+AXIS = Path(__file__).parents[2] / "examples" / "tribometer" / "axis.toml"
+MIDDLE = 108.5  # [s]
+
+
+@pytest.fixture(scope="module")
+def log_file() -> Path:
+    if "BRISTLE_DATA" not in os.environ:
+        pytest.skip("BRISTLE_DATA is not set")
+    path = Path(os.environ["BRISTLE_DATA"]) / "tribometer" / "test_data_2.txt"
+    assert path.is_file(), f"{path} is missing"
+    return path
+
+
+@pytest.fixture(scope="module")
+def found(log_file):
+    axis = read_axis(AXIS)
+    log = read_log(log_file, axis)
+    models = "dahl,maxwell_slip,maxwell_slip+position"
+    return identify(within(log, (12.0, MIDDLE)), models, axis=axis, free="exponent"), within(log, (MIDDLE, 205.0)), axis
+
+
+@pytest.mark.measured
+@pytest.mark.parametrize(("name", "most"), [("dahl", 0.121), ("maxwell_slip", 0.112), ("maxwell_slip+position", 0.085)])
+def test_the_second_half_is_predicted_from_the_first(found, name, most):
+    identification, second, axis = found
+    fit = next(one for one in identification.fits if one.name == name)
+    assert predict(fit.plant, fit.friction, second, axis).metrics["force_rmse"] <= most
+
+
+@pytest.mark.measured
+def test_what_this_log_cannot_tell_is_said(found):
+    identification, _, _ = found
+    assert identification.best.name == "maxwell_slip+position"
+    for fit in identification.fits:
+        told = " ".join(fit.warnings)
+        assert "a log of one amplitude holds no loop inside another one" in told
+        assert "Record a motion to and fro over 228 µm, 91" in told
+        assert "the motion repeats itself every 4 s" in told
+
+
+@pytest.mark.measured
+def test_the_model_file_predicts_the_log_through_the_command_line(bristle, log_file, tmp_path):  # noqa: F811
+    done = bristle("identify", log_file, "--axis", AXIS, "--model", "maxwell_slip", "--out", tmp_path / "out", "--json")
+    assert done.code == 0, done.err
+    assert done.data["parameters"]["F_C"]["value"] == pytest.approx(2.37, abs=0.05)
+    said = bristle("predict", tmp_path / "out" / "model.toml", log_file, "--axis", AXIS, "--json")
+    assert said.code == 0, said.err
+    assert said.data["metrics"]["force_error_percent"] == pytest.approx(done.data["metrics"]["force_error_percent"])

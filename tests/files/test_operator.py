@@ -1,0 +1,55 @@
+"""Model files of operators: every number comes back, and what does not fit is refused."""
+
+import numpy as np
+import pytest
+
+from bristle import hysteresis
+from bristle.core.errors import InputError
+from bristle.files.operator import holds_operator, read_operator, write_operator
+
+WRITTEN = [name for name in hysteresis.OPERATORS if name not in ("stop", "play")]
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+@pytest.mark.parametrize("kind", ["translational", "rotational", "magnetic"])
+def test_numbers_come_back_to_the_bit(tmp_path, name, kind):
+    component = hysteresis.OPERATORS[name]
+    operator = component(kind=kind, **component.example)
+    write_operator(tmp_path / "model.toml", operator, 1.0 / 3.0, provenance={"command": 'a "quoted" one'})
+    found = read_operator(tmp_path / "model.toml")
+    assert found.operator == operator
+    assert found.offset == 1.0 / 3.0
+    assert found.provenance == {"command": 'a "quoted" one'}
+    assert holds_operator(tmp_path / "model.toml")
+
+
+def test_a_table_of_many_numbers_is_written_and_read(tmp_path):
+    u = np.linspace(0.0, 1.0, 300)
+    curves = [(turn + (1.0 - turn) * u, u**2 * (1.0 - turn)) for turn in np.linspace(-1.0, 0.9, 150).tolist()]
+    operator = hysteresis.table_of_curves(curves, kind="magnetic")
+    write_operator(tmp_path / "model.toml", operator)
+    assert read_operator(tmp_path / "model.toml").operator == operator
+
+
+@pytest.mark.parametrize(
+    ("was", "now", "said"),
+    [
+        ("schema = 1", "schema = 2", "schema"),
+        ('kind = "translational"', 'kind = "magic"', "kind: unknown kind"),
+        ('model = "prandtl_ishlinskii"', 'model = "prandtl"', "operator.model"),
+        ("offset = 0.0", "offset = nan", "output.offset: must be finite"),
+        ("offset = 0.0", "level = 0.0", "output.level: unknown key"),
+        ("spring = 100000.0", 'spring = "1 N"', "operator.spring"),
+        ("thresholds = [1e-06, ", "thresholds = [", "of the same length"),
+    ],
+)
+def test_what_does_not_fit_is_refused(tmp_path, was, now, said):
+    component = hysteresis.prandtl_ishlinskii
+    write_operator(tmp_path / "model.toml", component(**component.example))
+    text = (tmp_path / "model.toml").read_text()
+    assert was in text
+    (tmp_path / "model.toml").write_text(text.replace(was, now))
+    with pytest.raises(InputError) as caught:
+        read_operator(tmp_path / "model.toml")
+    assert said in str(caught.value)
+    assert "model.toml" in str(caught.value)

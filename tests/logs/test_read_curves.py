@@ -1,0 +1,118 @@
+"""Curves of a hysteresis from files: one array each, or one table with a column that tells them apart."""
+
+import numpy as np
+import pytest
+
+from bristle.core.errors import InputError
+from bristle.files import read_curves
+from bristle.files.curves import describes_curves, read_curve_columns
+
+FAMILY = """
+schema = 1
+name = "sample"
+kind = "magnetic"
+
+[log]
+tables = "curve_*"
+
+[columns]
+input = { column = "column_1", unit = "mT" }
+output = { column = "column_2", unit = "A*m^2", sign = -1 }
+
+[curves]
+start = "saturated"
+shortest = 5
+"""
+
+LOOPS = """
+schema = 1
+kind = "translational"
+
+[columns]
+input = { column = "x", unit = "um" }
+output = "F"
+curve = "run"
+"""
+
+
+@pytest.fixture
+def family(tmp_path):
+    (tmp_path / "axis.toml").write_text(FAMILY)
+    fields = [np.linspace(low, 100.0, count) for low, count in ((50.0, 3), (0.0, 9), (-100.0, 17))]
+    curves = {f"curve_{k}": np.column_stack([one, -1e-6 * one]) for k, one in enumerate(fields)}
+    np.savez(tmp_path / "curves.npz", other=np.ones((4, 2)), **curves)
+    return tmp_path
+
+
+@pytest.fixture
+def loops(tmp_path):
+    (tmp_path / "axis.toml").write_text(LOOPS)
+    lines = ["run,x,F [N]", *(f"{k // 20},{(k % 20) - 10},{0.1 * k}" for k in range(60))]
+    (tmp_path / "loops.csv").write_text("\n".join(lines) + "\n")
+    return tmp_path
+
+
+def test_each_array_is_a_curve(family):
+    found = read_curves(family / "curves.npz", family / "axis.toml")
+    assert [one.u.size for one in found.curves] == [9, 17]
+    assert found.curves[1].u[[0, -1]] == pytest.approx([-0.1, 0.1])
+    assert found.curves[1].f[[0, -1]] == pytest.approx([-1e-4, 1e-4])
+    assert (found.kind, found.start, found.low, found.high) == ("magnetic", "saturated", -0.1, 0.1)
+    assert found.full_scale == pytest.approx(1e-4)
+    assert any("1 curves of less than 5 samples were left out" in note for note in found.notes)
+    assert len(found.checksum) == 64
+
+
+def test_a_column_tells_curves_apart(loops):
+    found = read_curves(loops / "loops.csv", loops / "axis.toml")
+    assert [one.u.size for one in found.curves] == [20, 20, 20]
+    assert found.curves[2].u[0] == pytest.approx(-10e-6)
+    assert found.curves[2].f[-1] == pytest.approx(5.9)
+    assert found.history(found.curves[0]).size == 0
+
+
+def test_saturation_lies_where_a_curve_heads_for(family):
+    found = read_curves(family / "curves.npz", family / "axis.toml")
+    rising = found.curves[0]
+    assert found.history(rising) > 0.1
+    assert found.history(type(rising)(rising.u[::-1], rising.f[::-1])) < -0.1
+
+
+def test_an_axis_file_of_curves_is_told_from_one_of_an_axis(family, loops, tmp_path):
+    assert describes_curves(family / "axis.toml")
+    assert describes_curves(loops / "axis.toml")
+    (tmp_path / "of_axis.toml").write_text('schema = 1\nkind = "rotational"\n[columns]\nposition = "q"\n')
+    assert not describes_curves(tmp_path / "of_axis.toml")
+
+
+@pytest.mark.parametrize(
+    ("was", "now", "said"),
+    [
+        ('unit = "mT"', 'unit = "mm"', "columns.input.unit"),
+        ('kind = "magnetic"', 'kind = "electric"', "kind: does not fit"),
+        ('"curve_*"', '"loop_*"', "fits the name of no table"),
+        ('"column_2"', '"column_3"', "no column 'curve_0/column_3'"),
+        ("shortest = 5", "shortest = 50", "holds no curve that is long enough"),
+        ("shortest = 5", "longest = 5", "curves.longest: unknown key"),
+        ('start = "saturated"', 'start = "rest"', "curves.start"),
+    ],
+)
+def test_what_does_not_fit_is_refused(family, was, now, said):
+    (family / "axis.toml").write_text(FAMILY.replace(was, now))
+    with pytest.raises(InputError) as caught:
+        read_curves(family / "curves.npz", family / "axis.toml")
+    assert said in str(caught.value)
+
+
+def test_samples_that_are_no_numbers_are_refused(loops):
+    text = (loops / "loops.csv").read_text().replace("0,-7,", "0,nan,")
+    (loops / "loops.csv").write_text(text)
+    with pytest.raises(InputError):
+        read_curves(loops / "loops.csv", loops / "axis.toml")
+
+
+def test_a_signal_that_stands_still_is_no_input(loops):
+    columns = read_curve_columns(loops / "axis.toml")
+    (loops / "still.csv").write_text("run,x,F\n" + "0,1,2\n" * 30)
+    with pytest.raises(InputError, match="is constant"):
+        read_curves(loops / "still.csv", columns)

@@ -1,0 +1,62 @@
+"""The compensator of the virtual rig, from a minute of the motion that `bristle excite` designs, and nothing else."""
+
+from dataclasses import replace
+from importlib.resources import files
+
+import numpy as np
+import pytest
+
+from bristle.core import Axis
+from bristle.excitation import excite
+from bristle.files.experiment import read_experiment
+from bristle.identification.compensator import identify_compensator
+from bristle.references import recorded
+from bristle.simulation import simulate
+
+FOLDER = files("bristle.paper") / "experiments"
+AXIS = Axis(
+    presliding=7e-6,
+    resolution=0.125e-6,
+    sample_time=0.5e-3,
+    mass=631.65,
+    effort_limit=500.0,
+    velocity_limit=0.1,
+    acceleration_limit=1.0,
+    stroke=(-0.05, 0.05),
+)
+
+
+@pytest.fixture(scope="module")
+def compensator():
+    """Identified from encoder and effort command of the rig, along the loops before sliding of the motion."""
+    motion = excite(AXIS, duration="60 s", rehearsed=False).motion
+    last = max(k for k, one in enumerate(motion.pieces) if one.purpose == "presliding")
+    span = motion.time < motion.begins[last] + motion.pieces[last].duration
+    log = read_experiment(FOLDER / "set_a_log.toml")
+    variant = log.variants[0]
+    run = replace(variant.run, duration=motion.sample_time * int(span.sum()))
+    assert run.sample_time == motion.sample_time
+    reference = recorded(position=motion.position[span], sample_time=motion.sample_time)
+    result = simulate(replace(log, variants=(replace(variant, reference=reference, run=run),))).variants[variant.name]
+    command = np.append(result.effort[run.delay :], np.full(run.delay, result.effort[-1]))
+    delay = (run.delay + 0.5) * run.sample_time + run.current_lag
+    return identify_compensator(result.measured, command, run.sample_time, mass=AXIS.mass, delay=delay)
+
+
+def following_error(experiment, variant, compensator, **run):
+    """Following error peak to peak [µm] with the compensator fed forward."""
+    whole = read_experiment(FOLDER / f"{experiment}.toml")
+    one = next(each for each in whole.variants if each.name == variant)
+    one = replace(
+        one, feedforward=replace(one.feedforward, friction=compensator), run=replace(one.run, **run)
+    )  # fmt: skip
+    return 1e6 * simulate(replace(whole, variants=(one,))).variants[variant].following_error.peak_to_peak
+
+
+def test_with_the_law_of_the_paper(compensator):
+    assert following_error("set_a", "identified", compensator, seeds=3) <= 0.45
+
+
+@pytest.mark.parametrize(("frequency", "most"), [(1, 0.40), (2, 0.40), (4, 0.42)])
+def test_with_an_observer_at_faster_references(compensator, frequency, most):
+    assert following_error("faster_a", f"observer_feedforward_{frequency}hz", compensator) <= most

@@ -1,0 +1,90 @@
+"""Controllers and compensators past the paper: a cheap part of ``python -m benchmarks.compensation``."""
+
+from dataclasses import replace
+from importlib.resources import files
+
+import numpy as np
+import pytest
+
+from bristle.files.experiment import read_experiment
+from bristle.files.model import read_model
+from bristle.paper.bench import SETS, compensator_from_log
+from bristle.paper.rig import rig_friction
+from bristle.simulation import simulate
+
+FOLDER = files("bristle.paper") / "experiments"
+
+
+def some(name, *variants, seeds=2, **run):
+    whole = read_experiment(FOLDER / f"{name}.toml")
+    chosen = tuple(replace(whole_one, run=replace(whole_one.run, seeds=seeds, **run))
+                   for whole_one in whole.variants if whole_one.name in variants)  # fmt: skip
+    assert len(chosen) == len(variants)
+    return simulate(replace(whole, variants=chosen)).variants
+
+
+def peaks(results):
+    return {name: 1e6 * one.following_error.peak_to_peak for name, one in results.items()}
+
+
+def test_on_set_a():
+    found = peaks(some("past_a", "mismatched_measured", "fitted", "pd", "observer", "super_twisting"))
+    expected = {"mismatched_measured": 0.70, "fitted": 0.48, "pd": 1.50, "observer": 0.37, "super_twisting": 0.65}
+    assert found == pytest.approx(expected, rel=0.12)
+
+
+def test_on_set_b():
+    found = peaks(some("past_b", "fitted_measured", "pd_mismatched", "observer_mismatched"))
+    assert found == pytest.approx(
+        {"fitted_measured": 0.73, "pd_mismatched": 0.72, "observer_mismatched": 0.65}, rel=0.12
+    )
+
+
+def test_five_trials_learn_what_repeats_and_no_more():
+    (learned,) = some("past_a", "learning", seeds=1).values()
+    trials = 1e6 * np.array(learned.trials)
+    assert trials.size == 5
+    assert trials[0] == pytest.approx(1.39, rel=0.12)
+    assert trials[-1] == pytest.approx(0.38, rel=0.12)
+    assert learned.following_error.peak_to_peak == learned.trials[-1]
+
+
+def test_the_faster_the_reference_the_more_the_model_is_worth_beside_the_observer():
+    names = ("none", "observer", "observer_feedforward")
+    found = peaks(some("faster_a", *(f"{name}_{f}hz" for f in (1, 4) for name in names)))
+    assert found["observer_1hz"] == pytest.approx(0.49, rel=0.12)
+    assert found["observer_4hz"] == pytest.approx(0.91, rel=0.12)
+    assert found["observer_feedforward_1hz"] <= 0.40
+    assert found["observer_feedforward_4hz"] <= 0.45
+    for frequency in (1, 4):
+        assert found[f"observer_feedforward_{frequency}hz"] <= 0.30 * found[f"none_{frequency}hz"]
+
+
+def test_at_low_gain_friction_along_the_measured_motion_is_positive_feedback():
+    found = peaks(some("low_gain", "desired", "measured"))
+    assert found == pytest.approx({"desired": 6.8, "measured": 14.3}, rel=0.12)
+
+
+def test_refining_the_step_of_the_plant_changes_little():
+    coarse = peaks(some("set_a", "none", "paper", seeds=3))
+    fine = peaks(some("set_a", "none", "paper", seeds=3, substeps=100))
+    assert fine == pytest.approx(coarse, rel=0.05)
+
+
+@pytest.mark.parametrize("name", sorted(SETS))
+def test_the_files_hold_what_the_rig_is_and_what_is_identified_on_it(name):
+    told = read_model(FOLDER / f"{name}_rig.toml").friction.values
+    for key, value in rig_friction(*SETS[name]).values.items():
+        assert told[key] == pytest.approx(value, rel=1e-12), key
+    stored = read_model(FOLDER / f"{name}_identified.toml").friction
+    again = compensator_from_log(FOLDER / f"{name}_log.toml")
+    travel = 6.8e-6 * np.linspace(0.0, 1.0, 50)
+    force, force_again = (_virgin_force(one, travel) for one in (stored, again))
+    # A quantised loop is chaotic in its last digits: another processor finds another record of the same contact.
+    assert force_again == pytest.approx(force, abs=0.02 * np.max(force))
+
+
+def _virgin_force(model, travel):
+    v = model.values
+    reach = v["nu_i"] * v["F_C"] / v["k_i"]
+    return np.minimum(travel[:, None], reach) @ v["k_i"] + v["offset"]

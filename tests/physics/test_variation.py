@@ -1,0 +1,85 @@
+"""Slots that let friction vary: what they do to a model is what their equation says, and no more."""
+
+import numpy as np
+import pytest
+
+from bristle import friction, response
+from bristle.certificates import check
+from bristle.core.errors import InputError
+from bristle.engine import force_along, run_open_loop
+from bristle.friction import base_of, find, unvaried
+from bristle.identification.drive_table import steady_force
+from bristle.plants import inertia
+
+LUGRE = {"F_C": 20.0, "F_S": 26.0, "v_S": 2e-3, "sigma_0": 4e6, "sigma_1": 1e3, "sigma_2": 300.0}
+PLACE = {"x_0": 0.1, "x_L": 0.1, "p_1": 0.2, "p_2": -0.1, "a_1": 2.0, "a_2": 1.0}
+
+
+def moved(count=2000, dt=1e-3):
+    t = dt * np.arange(1, count + 1)
+    x = 0.1 + 0.08 * np.sin(2.0 * t)
+    return np.diff(x, prepend=0.1) / dt, x, dt
+
+
+def test_at_the_middle_nothing_varies_and_at_the_end_all_of_it_does():
+    plain, placed = find("coulomb_viscous"), find("coulomb_viscous+position")
+    values = {"F_C": 20.0, "F_v": 100.0}
+    for x, factor, beside in ((0.1, 1.0, 0.0), (0.2, 1.1, 3.0), (0.0, 0.7, -1.0), (5.0, 1.1, 3.0), (-5.0, 0.7, -1.0)):
+        v = np.array([0.3, -0.3])
+        there = x + 0.5e-9 * v
+        said = force_along(placed(**values, **PLACE), v, 1e-9, there)
+        assert said == pytest.approx(factor * force_along(plain(**values), v, 1e-9) + beside)
+
+
+def test_the_force_of_a_screw_comes_once_a_turn():
+    model = find("viscous+periodic")(F_v=1.0, pitch=5e-3, c_1=3.0, s_1=4.0)
+    x = 0.01 + 1e-5 * np.arange(2000)
+    force = response(model, x, 1e-3)[1:]
+    assert np.ptp(force) == pytest.approx(10.0, rel=1e-3)
+    assert force[500:] == pytest.approx(force[:-500], abs=1e-9)
+
+
+def test_load_and_temperature_are_first_order_factors():
+    model = find("lugre+load+temperature")(**LUGRE, k_L=0.9, k_T=-0.02)
+    v, x, dt = moved()
+    plain = force_along(find("lugre")(**LUGRE), v, dt, x)
+    assert force_along(model, v, dt, x) == pytest.approx(plain)
+    assert force_along(model, v, dt, x, load=1.5) == pytest.approx(1.45 * plain)
+    warm = np.full(v.size, 303.15)
+    assert force_along(model, v, dt, x, load=1.5, temperature=warm) == pytest.approx(1.25 * plain)
+    # Nothing makes friction push.
+    assert np.all(force_along(model, v, dt, x, temperature=500.0) * plain >= 0.0)
+
+
+def test_a_body_still_sticks_where_friction_varies():
+    model = find("coulomb+position")(F_C=20.0, **PLACE)
+    trace = run_open_loop(inertia(M=5.0), model, np.full(2000, 10.0), 1e-3, x=0.15, v=0.2)
+    assert np.ptp(trace.position[-500:]) == 0.0
+
+
+def test_slots_go_together_in_any_order_and_the_base_is_known():
+    one, other = find("lugre+asymmetry+position+load"), find("lugre+load+position+asymmetry")
+    assert one is other
+    assert one.name == "lugre+position+load+asymmetry"
+    assert base_of(one) is friction.lugre
+    with pytest.raises(InputError, match="no such slot"):
+        find("lugre+wear")
+    with pytest.raises(InputError, match="a slot twice"):
+        find("lugre+load+load")
+
+
+def test_friction_may_not_change_its_sign_along_the_axis():
+    with pytest.raises(InputError, match=r"1 \+ p_1 xi"):
+        find("coulomb+position")(F_C=20.0, **(PLACE | {"p_1": 0.0, "p_2": -1.2}))
+    with pytest.raises(InputError, match="needs"):
+        find("coulomb+position")(F_C=20.0)
+
+
+def test_tables_and_certificates_take_friction_as_it_is_in_the_middle():
+    model = find("lugre+position+periodic")(**LUGRE, **PLACE, pitch=5e-3, c_1=3.0, s_1=1.0)
+    plain = find("lugre")(**LUGRE)
+    assert steady_force(model, 0.02) == pytest.approx(steady_force(plain, 0.02))
+    assert unvaried(plain) is plain
+    assert {name: one.passed for name, one in check(model).items()} == {
+        name: one.passed for name, one in check(plain).items()
+    }
