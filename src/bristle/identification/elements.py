@@ -124,6 +124,8 @@ class Elements:
         rest = [names.index(name) for name in told]
         low = np.array([*(0.0 if sign > 0.0 else -np.inf for sign in self._signs), *([-np.inf] * len(factors))])
 
+        at_edge = frozenset(name for name in ("sigma_2", "M") if found.others.get(name) == 0.0)
+
         def values(phi: np.ndarray) -> dict[str, Any]:
             # An element without force still has its threshold.
             stiffness = np.maximum(phi[: r.size], 1e-12 * np.sum(phi[: r.size]))
@@ -134,7 +136,8 @@ class Elements:
         return Problem(self.regression, replace(self.unknowns, component=self.component)), Space(
             names, np.concatenate([found.stiffness, list(found.others.values()), found.factors]), low,
             np.full(len(names), np.inf), np.column_stack([found.columns, *factors]), values, ("F_C", "s", *told),
-            np.vstack([first, np.eye(len(names))[rest]]), linear=True, curve=tuple(curve.tolist()),
+            np.vstack([first, np.eye(len(names))[rest]]), at_edge=at_edge, linear=not factors,
+            curve=tuple(curve.tolist()),
             tell=lambda phi: np.concatenate([first @ phi, phi[rest], reach @ phi[: r.size]]),
         )  # fmt: skip
 
