@@ -49,6 +49,37 @@ def test_the_folder_of_results_is_complete_and_agrees_with_what_was_printed(bris
     assert 4 <= len(table) - 1 <= 20
 
 
+def test_intervals_scatter_and_certificates_are_told_and_bands_come_with_a_prediction(bristle, place):
+    asked = ("identify", "log.csv", "--axis", "axis.toml", "--model", "viscous,coulomb_viscous", "--draws", 40)
+    found = bristle(*asked, "--out", "run", "--json").data
+    for name in ("F_C", "F_v"):
+        one = found["parameters"][name]
+        if one["status"] == "identified":
+            low, high = one["interval"]
+            assert low < one["value"] < high
+            assert abs(one["value"] - TRUTH[name]) < 1.5 * (high - low)
+            assert one["interval_percent"] == pytest.approx(50.0 * (high - low) / abs(one["value"]))
+    resampling = found["resampling"]
+    assert resampling["draws"] == 40
+    assert resampling["scatter"]["low"] <= resampling["scatter"]["value"] <= resampling["scatter"]["high"]
+    assert resampling["inflation"] >= 1.0
+    assert {"well_posed", "passive"} <= set(found["certificates"])
+    assert found["certificates"]["passive"]["passed"] is True
+    best, other = (one["metrics"] for one in found["models"])
+    assert (best["aic"], best["bic"]) == (0.0, 0.0)
+    assert min(other["aic"], other["bic"]) > 10.0
+    page = Path("run/report.html").read_text()
+    assert "Is the model fit to be used?" in page
+    assert "Scatter of friction from reversal to reversal" in page or resampling["scatter"]["value"] == 0.0
+    predicted = bristle("predict", "run/model.toml", "log.csv", "--axis", "axis.toml", "--json").data
+    assert 90.0 < predicted["inside_band_percent"] <= 100.0
+    model = Path("run/model.toml")
+    model.write_text(model.read_text().partition("[bands]")[0])
+    without = bristle("predict", "run/model.toml", "log.csv", "--axis", "axis.toml", "--json").data
+    assert without["inside_band_percent"] is None
+    assert without["metrics"] == predicted["metrics"]
+
+
 def test_the_treatment_asked_for_is_that_of_the_prediction(bristle, place):
     asked = ("--cutoff", "40 Hz", "--decimation", 8)
     found = bristle("identify", "log.csv", "--axis", "axis.toml", *asked, "--out", "run", "--json")

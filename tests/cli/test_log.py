@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from bristle.logs.passages import KINDS
+from bristle.logs.passage import KINDS
 
 
 def test_columns_channels_and_rate(bristle, place):

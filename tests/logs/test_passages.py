@@ -1,6 +1,7 @@
 """Experiments found in logs: those that were designed are recognised, and measured logs are what their papers say."""
 
 import os
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,8 +17,9 @@ from bristle.excitation import excite
 from bristle.excitation.rehearsal import recorded
 from bristle.files import read_axis, read_log
 from bristle.files.axis import axis_from
-from bristle.logs.legs import turning_points
-from bristle.logs.passages import nesting, passages
+from bristle.logs.legs import graininess, turning_points
+from bristle.logs.passage import nesting
+from bristle.logs.passages import passages, passages_along
 
 EXPECTED = {
     "decaying loops": "loops",
@@ -180,3 +182,21 @@ def record(name):
     path = Path(os.environ["BRISTLE_DATA"]) / name
     assert path.is_file(), path
     return path
+
+
+@pytest.mark.measured
+def test_sines_on_a_damper_are_oscillations_of_the_frequency_that_was_set():
+    tests = np.load(record("friction_damper/brfd_all.npz"))
+    found = {}
+    for name in sorted(tests.files)[::4]:
+        columns = tests[name] if len(tests[name]) < 10 else tests[name].T
+        time, position, force = (np.array(one, dtype=float) for one in columns[:3])
+        set_to = float(re.search(r"__([\d.]+)Hz", name)[1])
+        sines = [
+            one
+            for one in passages_along(time, position, force, graininess(position, None))
+            if one.kind == "oscillation" and one.end - one.begin > 0.7 * np.ptp(time)
+        ]
+        found[name] = bool(sines) and 0.9 < sines[0].legs / (2.0 * (sines[0].end - sines[0].begin)) / set_to < 1.1
+    # Fast strokes of large amplitude are cut by the actuator, and are no sines.
+    assert np.mean(list(found.values())) > 0.8, found

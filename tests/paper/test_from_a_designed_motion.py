@@ -10,6 +10,8 @@ from bristle.core import Axis
 from bristle.excitation import excite
 from bristle.files.experiment import read_experiment
 from bristle.identification.compensator import identify_compensator
+from bristle.logs.legs import graininess
+from bristle.logs.passages import passages_along
 from bristle.references import recorded
 from bristle.simulation import simulate
 
@@ -27,8 +29,8 @@ AXIS = Axis(
 
 
 @pytest.fixture(scope="module")
-def compensator():
-    """Identified from encoder and effort command of the rig, along the loops before sliding of the motion."""
+def recording():
+    """Encoder and effort command of the rig along the loops before sliding, with the motion and its delay."""
     motion = excite(AXIS, duration="60 s", rehearsed=False).motion
     last = max(k for k, one in enumerate(motion.pieces) if one.purpose == "presliding")
     span = motion.time < motion.begins[last] + motion.pieces[last].duration
@@ -40,7 +42,23 @@ def compensator():
     result = simulate(replace(log, variants=(replace(variant, reference=reference, run=run),))).variants[variant.name]
     command = np.append(result.effort[run.delay :], np.full(run.delay, result.effort[-1]))
     delay = (run.delay + 0.5) * run.sample_time + run.current_lag
-    return identify_compensator(result.measured, command, run.sample_time, mass=AXIS.mass, delay=delay)
+    return motion, result.measured, command, delay
+
+
+@pytest.fixture(scope="module")
+def compensator(recording):
+    motion, position, effort, delay = recording
+    return identify_compensator(position, effort, motion.sample_time, mass=AXIS.mass, delay=delay)
+
+
+def test_the_loops_are_found_in_a_log_with_noise_of_a_loop_that_follows_loosely(recording):
+    motion, position, effort, _ = recording
+    found = passages_along(motion.time[: position.size], position, effort, graininess(position, AXIS.resolution))
+    pairs = [k for k, one in enumerate(motion.pieces) if one.name == "triangles"]
+    begin, end = motion.begins[pairs[2]], motion.begins[pairs[-1]] + motion.pieces[pairs[-1]].duration
+    inside = sum(max(min(one.end, end) - max(one.begin, begin), 0.0) for one in found if one.kind == "loops")
+    assert inside > 0.85 * (end - begin)
+    assert not [one for one in found if one.kind == "constant_velocity" and begin < one.begin < one.end < end]
 
 
 def following_error(experiment, variant, compensator, **run):

@@ -65,12 +65,37 @@ def test_a_bad_file_is_told_with_its_place(old, new, said, tmp_path):
         (4, '"-2.5 um"', '"5 um"', "path.turns"),
         (5, '[contact."virtual rig"]', "[contact.rig]", "virtual rig"),
         (9, '"4.5 um", "6 um"', '"4.5 um", "6.1 um"', "path.turns"),
+        (2, "[contact.LuGre]", "[contact.other]", "contact.LuGre"),
+        (2, "cycles = 10", "cycles = 1.5", "torque.cycles"),
+        (3, '[contact."virtual rig"]', "[contact.rig]", "virtual rig"),
+        (4, "[operator.f_h]", "[contact.f_h]", "contact.f_h"),
+        (6, "branches = [1, 2", "branches = [0, 2", "measurement.branches"),
+        (6, "seeds = 6", "seeds = 2.5", "measurement.seeds"),
+        (8, '["14 um"]', '["-14 um"]', "path.turns"),
     ],
 )
 def test_an_experiment_says_what_it_needs(number, old, new, said, tmp_path):
     changed(tmp_path, old, new, f"fig_{number:02d}.toml")
     with pytest.raises(InputError, match=said):
         reproduce([number], folder=tmp_path)
+
+
+def test_figure_4_needs_an_operator(tmp_path):
+    path = changed(tmp_path, "schema = 1", "schema = 1", "fig_04.toml")
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text[: text.index("[operator")] + text[text.index("[path]") :], encoding="utf-8")
+    with pytest.raises(InputError, match=r"operator: is missing"):
+        reproduce([4], folder=tmp_path)
+
+
+def test_one_branch_alone_can_be_measured(tmp_path):
+    text = changed(tmp_path, "branches = [1, 2, 5, 10, 100]", "branches = [1]", "fig_06.toml").read_text("utf-8")
+    (tmp_path / "fig_06.toml").write_text(text.replace("seeds = 6", "seeds = 1"), encoding="utf-8")
+    one = reproduce([6], folder=tmp_path)[0]
+    assert one.numbers["branches"] == [1]
+    assert not any("; from" in sentence for sentence in one.found)
+    one.draw()
+    one.extras["economy"][0]()
 
 
 def test_a_changed_experiment_gives_another_result(tmp_path):

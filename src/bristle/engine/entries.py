@@ -9,7 +9,7 @@ functions: it is compiled once for everything, and the cost of compiling adds in
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 from bristle.controllers.feedforward import Shape, shaped
 from bristle.core.borrowed import borrowed
@@ -84,18 +84,24 @@ def make_output_along(parameters: Structure, state: Structure) -> Callable[..., 
     return output_along
 
 
-@kernel
-def driven(command, h, out):
-    """Return the mean effort [N or N*m] of a drive over a step, and let it follow what is commanded.
+class Drive(NamedTuple):
+    """What a drive gives [N or N*m], and the share of its distance from a command that is left after a step.
 
-    It is exact for a command that is held; a drive without lag gives what is commanded.
+    ``at_end`` is that at the end of the step, ``in_mean`` that in the mean over it.
     """
+
+    effort: float
+    at_end: float
+    in_mean: float
+
+
+@kernel
+def drive_of(h, out):
+    """Return the drive for steps of length `h` [s]: exact for a command that is held, without lag there at once."""
     if out[DRIVE_LAG] <= 0.0:
-        return command
+        return Drive(out[DRIVE_EFFORT], 0.0, 0.0)
     rate = h / out[DRIVE_LAG]
-    before = out[DRIVE_EFFORT]
-    out[DRIVE_EFFORT] = before - (command - before) * expm1(-rate)
-    return command + (before - command) * relaxation(rate)
+    return Drive(out[DRIVE_EFFORT], 1.0 + expm1(-rate), relaxation(rate))
 
 
 def make_burst(plant: Structure, plant_state: Structure, friction: Structure, friction_state: Structure) -> Any:
@@ -117,10 +123,14 @@ def make_burst(plant: Structure, plant_state: Structure, friction: Structure, fr
         q, body = unpack_plant(q_vector), load_plant(plant_vector)
         p, s, memory = unpack_friction(p_vector), load_friction(state_vector), borrowed(memory)
         h = dt / steps
+        drive = drive_of(h, out)
+        given = drive.effort
         slope, acceleration, slack = 1.0 + out[SLOPE] * h, out[ACCELERATION], out[SLACK]
         total, failures = 0.0, 0.0
         for i in range(steps):
-            u = driven(effort + (effort_end - effort) * ((i + 0.5) / steps), h, out)
+            command = effort + (effort_end - effort) * ((i + 0.5) / steps)
+            u = command + drive.in_mean * (given - command)
+            given = command + drive.at_end * (given - command)
             guess = 0.0 if body.v == 0.0 else body.v + 0.5 * h * acceleration
             done = advance(body, s, memory, u, h, q, p, Start(guess, slope, slack))
             body, s, slope = done.plant_state, done.friction_state, done.slope
@@ -130,7 +140,7 @@ def make_burst(plant: Structure, plant_state: Structure, friction: Structure, fr
         store_plant(body, plant_vector)
         store_friction(s, state_vector)
         out[FORCE], out[FAILED] = total / steps, failures
-        out[SLOPE], out[ACCELERATION] = (slope - 1.0) / h, acceleration
+        out[SLOPE], out[ACCELERATION], out[DRIVE_EFFORT] = (slope - 1.0) / h, acceleration, given
         return 0.0
 
     return burst
@@ -148,15 +158,19 @@ def make_semi_implicit_burst(
         q, body = unpack_plant(q_vector), load_plant(plant_vector)
         p, s, memory = unpack_friction(p_vector), load_friction(state_vector), borrowed(memory)
         h = dt / steps
+        drive = drive_of(h, out)
+        given = drive.effort
         total = 0.0
         for i in range(steps):
-            u = driven(effort + (effort_end - effort) * ((i + 0.5) / steps), h, out)
+            command = effort + (effort_end - effort) * ((i + 0.5) / steps)
+            u = command + drive.in_mean * (given - command)
+            given = command + drive.at_end * (given - command)
             done = semi_implicit.advance(body, s, memory, u, h, q, p)
             body, s = done.plant_state, done.friction_state
             total += done.force
         store_plant(body, plant_vector)
         store_friction(s, state_vector)
-        out[FORCE], out[FAILED] = total / steps, 0.0
+        out[FORCE], out[FAILED], out[DRIVE_EFFORT] = total / steps, 0.0, given
         return 0.0
 
     return burst

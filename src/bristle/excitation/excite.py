@@ -130,7 +130,7 @@ def excite(
                          mend="Record it in parts")  # fmt: skip
     room = room_of(axis, prior, sample_time, _travel(travel, axis))
     chosen, notes = _chosen(purposes, room)
-    pieces = _pieces(chosen, room, seconds)
+    pieces = _pieces(chosen, room, seconds - Motion.rest)
     start = 0.5 * sum(axis.stroke) if axis.stroke else 0.0
     motion = Motion(tuple(pieces), sample_time, axis.kind, start)
     notes += _told(motion, axis, seconds, prior)

@@ -14,7 +14,7 @@ from bristle.figures.labels import effort_scale, position_word, scale_for, time_
 
 if TYPE_CHECKING:
     from bristle.logs.log import Log
-    from bristle.logs.passages import Passage
+    from bristle.logs.passage import Passage
 
 __all__ = ["passages"]
 

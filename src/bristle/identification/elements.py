@@ -7,6 +7,7 @@ with :math:`e_i` the deflection of an element that slips at :math:`r_i`, :math:`
 :math:`c_j` of the slots the problem is convex and has one solution, which non-negative least squares finds; around it
 the factors are searched for. Elements that get no force are left out. The last threshold is half the range of the log:
 such an element does not slip any more once the motion has been through its range, and stands for all that never does.
+With ``+position`` the force along the axis stands for it instead, and thresholds end before.
 
 The shape of the elements is many numbers that trade places under noise; what counts are their level :math:`F_C`, their
 stiffness :math:`s = \sum k_i`, and the virgin curve between. Both have standard errors in which the shape is free.
@@ -40,6 +41,7 @@ COUNT_LEAST, PER_DECADE = 20, 12  # of the thresholds
 CURVE = 12  # displacements at which the virgin curve has intervals
 STEPS_LEAST, NOISE_LEAST = 2.0, 5.0  # of the encoder, of the noise of the position: the smallest threshold
 DECADES_MOST = 5.0
+SLIPPING = 0.7  # of half the range: an element that slips over much of each stroke
 COVERED = 0.9  # of the range of a stretch: from there on no element remembers how the log began
 FITTED_LEAST = 0.5  # of the rows: with fewer left, all are fitted
 FACTORS = ("p_1", "p_2", "k_L", "k_T")
@@ -80,6 +82,8 @@ class Elements:
         """Deflections at which elements slip, shape (element,) [m or rad]."""
         one = self.regression
         reach = 0.5 * max(float(np.ptp(stretch.position)) for stretch in one.stretches)
+        # What never slips cannot be told from a force that rises along the axis.
+        reach *= SLIPPING if "a_1" in self.unknowns.free else 1.0
         least = max(STEPS_LEAST * one.resolution, NOISE_LEAST * one.noise, reach * 10.0**-DECADES_MOST)
         count = max(COUNT_LEAST, round(PER_DECADE * np.log10(max(reach / least, 1.0))))
         return thresholds_over(reach, count, least)
@@ -120,6 +124,8 @@ class Elements:
         rest = [names.index(name) for name in told]
         low = np.array([*(0.0 if sign > 0.0 else -np.inf for sign in self._signs), *([-np.inf] * len(factors))])
 
+        at_edge = frozenset(name for name in ("sigma_2", "M") if found.others.get(name) == 0.0)
+
         def values(phi: np.ndarray) -> dict[str, Any]:
             # An element without force still has its threshold.
             stiffness = np.maximum(phi[: r.size], 1e-12 * np.sum(phi[: r.size]))
@@ -130,7 +136,8 @@ class Elements:
         return Problem(self.regression, replace(self.unknowns, component=self.component)), Space(
             names, np.concatenate([found.stiffness, list(found.others.values()), found.factors]), low,
             np.full(len(names), np.inf), np.column_stack([found.columns, *factors]), values, ("F_C", "s", *told),
-            np.vstack([first, np.eye(len(names))[rest]]), linear=True, curve=tuple(curve.tolist()),
+            np.vstack([first, np.eye(len(names))[rest]]), at_edge=at_edge, linear=not factors,
+            curve=tuple(curve.tolist()),
             tell=lambda phi: np.concatenate([first @ phi, phi[rest], reach @ phi[: r.size]]),
         )  # fmt: skip
 

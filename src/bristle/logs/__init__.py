@@ -1,7 +1,8 @@
 """Logs of motion axes: what was recorded, with units, and the readers of the files that hold it."""
 
 from bristle.logs.log import Channel, Log
-from bristle.logs.passages import Passage, passages
+from bristle.logs.passage import Passage
+from bristle.logs.passages import passages
 from bristle.logs.read import read_log
 from bristle.logs.sign import sign_of_effort
 from bristle.logs.summary import summarize

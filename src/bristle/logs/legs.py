@@ -15,7 +15,7 @@ COUNTS, DEVIATIONS = 2.5, 4.0  # of the encoder, of its noise: no motion is smal
 GAUSSIAN = 1.4826  # standard deviation over median absolute deviation, of a normal distribution
 CHUNKS = 20  # of a leg, in which its speed is looked at
 CRUISING = 0.08  # relative deviation of the speed that counts as constant; a sine keeps to it for a third
-SETTLING = 0.03  # of the leg beside it: a leg at the edge of a rest that is none
+SETTLING = 0.03  # of the leg beside it: a leg that is none
 FAST = 0.8  # quantile of the speeds of a leg that a cruise has
 
 
@@ -121,10 +121,29 @@ def legs_of(position: np.ndarray, rests: list[slice], grain: float, sample_time:
         if end - begin < 2:
             continue
         marks = [begin, *(begin + k for k in turning_points(position[begin : end + 1], grain)), end]
-        marks = _without_settling(position, marks)
+        marks = _without_settling(position, _without_jitter(position, marks))
         for number, (first, last) in enumerate(pairwise(marks)):
             if abs(position[last] - position[first]) > grain:
                 yield _leg(position, first, last, grain, sample_time, from_rest=number == 0 and begin > 0)
+
+
+def _without_jitter(position: np.ndarray, marks: list[int]) -> list[int]:
+    """Return ends of legs without those of legs that are nothing, in length and in time, beside the one next to them.
+
+    Around a turning point, where the motion is slow, noise turns it more than once.
+    """
+    kept = np.array(marks)
+    while kept.size > 3:
+        lengths, times = np.abs(np.diff(position[kept])), np.diff(kept)
+        beside = np.where(lengths[:-2] > lengths[2:], np.arange(lengths.size - 2), np.arange(2, lengths.size))
+        inner = slice(1, -1)
+        nothing = (lengths[inner] < SETTLING * lengths[beside]) & (times[inner] < SETTLING * times[beside])
+        if not nothing.any():
+            break
+        shortest = 1 + int(np.argmin(np.where(nothing, lengths[inner], np.inf)))
+        # Without the two ends of the leg, those before and after it are one.
+        kept = np.delete(kept, (shortest, shortest + 1))
+    return [int(k) for k in kept]
 
 
 def _without_settling(position: np.ndarray, marks: list[int]) -> list[int]:

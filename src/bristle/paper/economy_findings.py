@@ -53,16 +53,18 @@ def sentences(cost: Economy, still: Economy) -> list[str]:
     still : Economy
         Those on one that repeats itself exactly.
     """
-    few, many = cost.counts[0], cost.counts[-1]
-    first, last = _listed(cost, 0), _listed(cost, -1)
-    first_still, last_still = _listed(still, 0), _listed(still, -1)
     return [
-        f"On motions that were not measured, from {few} branch{'es' if few > 1 else ''}: {first}. From {many}: {last}. "
-        f"A branch takes {number(cost.duration, digits=2)} s.",
-        f"The scatter of the rig alone is {number(cost.floor, digits=2)} %: measuring more brings little to any of "
-        f"them.",
-        f"On a rig that repeated itself exactly: from {few}, {first_still}; from {many}, {last_still}.",
+        f"On motions that were not measured: {_both_ends(cost)}. A branch takes {number(cost.duration, digits=2)} s.",
+        f"The scatter of the rig alone is {number(cost.floor, digits=2)} %; no model of it does better.",
+        f"On a rig that repeated itself exactly: {_both_ends(still)}.",
     ]
+
+
+def _both_ends(cost: Economy) -> str:
+    """Return the errors from the fewest branches and from the most, in words."""
+    ends = [0] if len(cost.counts) == 1 else [0, -1]
+    told = [(cost.counts[row], _listed(cost, row)) for row in ends]
+    return "; ".join(f"from {count} branch{'es' if count > 1 else ''} {listed}" for count, listed in told)
 
 
 def _listed(cost: Economy, row: int) -> str:

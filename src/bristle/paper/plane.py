@@ -19,7 +19,7 @@ def figure_4(setting: Setting) -> Reproduced:
     """Return figure 4: how the staircase comes about, and the force by (14) and (15)."""
     from bristle.figures import preisach_stages
 
-    operator = next(iter(setting.operators.values()))
+    operator = setting.operator
     path, arm = setting["path", "turns"].tolist(), setting.arm
     _must_nest(setting, path)
     rows, forces = [], []

@@ -20,10 +20,13 @@ CLOSED = 0.005  # of the largest torque: what a torque sensor would not tell fro
 REPEATS = 0.1  # of the largest torque: what a contact that scatters by some per cent may miss
 NEARLY = 0.95  # of the break-away torque: where an eye sees it
 SAID = 7e-6  # where the paper sees it [m]
-RIG = "virtual rig"
+LUGRE, RIG = "LuGre", "virtual rig"
 
 
-def _led(setting: Setting) -> dict[str, Walk]:
+def _led(setting: Setting, *needed: str) -> dict[str, Walk]:
+    """Return the walks of all contacts along the path; those that are `needed` must be among them."""
+    for name in needed:
+        setting.contact(name)
     turns, speed = setting["path", "turns"], setting["path", "speed"]
     return {name: walk(model, turns, speed, setting.arm) for name, model in setting.contacts.items()}
 
@@ -65,12 +68,12 @@ def figure_1(setting: Setting) -> Reproduced:
     from bristle.figures import marked_path
 
     _must_return(setting, ((0, 2),))
-    walks = _led(setting)
+    walks = _led(setting, LUGRE, RIG)
     missing = {name: _missing(one, (0, 2)) for name, one in walks.items()}
     found = [f"{name}: {_comes_back(share, 'B')}." for name, share in missing.items()]
     return Reproduced(
         number=1,
-        verdict="holds" if abs(missing.get("LuGre", 0.0)) > 5.0 * abs(missing.get(RIG, 1.0)) else "does not hold",
+        verdict="holds" if abs(missing[LUGRE]) > 5.0 * abs(missing[RIG]) else "does not hold",
         found=found,
         draw=lambda: marked_path(
             _traces(walks), {name: [0, *one.turns] for name, one in walks.items()}, "ABCBD",
@@ -85,14 +88,16 @@ def figure_8(setting: Setting) -> Reproduced:
     """Return figure 8: where friction breaks away when the table is moved one way."""
     from bristle.figures import break_away
 
-    walks = _led(setting)
+    if np.any(setting["path", "turns"] <= 0.0):
+        raise InputError("must lead forward", path=f"{setting.source}: path.turns", allowed="> 0 m")
+    walks = _led(setting, RIG)
     # A limit that scatters may lie above the one that it starts with.
     held = {
         name: max(setting.arm * holding_of(model).forward, float(np.max(walks[name].torque)))
         for name, model in setting.contacts.items()
     }
     reached = {name: _reached(one, NEARLY * held[name]) for name, one in walks.items()}
-    at = reached.get(RIG, math.nan)
+    at = reached[RIG]
     found = [_breaks_away(name, walks[name], held[name], reached[name]) for name in walks]
     return Reproduced(
         number=8,
@@ -120,7 +125,7 @@ def _breaks_away(name: str, one: Walk, held: float, at: float) -> str:
 
 def figure_9(setting: Setting) -> Reproduced:
     """Return figure 9: wiping-out on the virtual rig."""
-    walks = _led(setting)
+    walks = _led(setting, RIG)
     missing = _missing_of_nest(setting, walks)
     worst = max(abs(share) for pair in missing.values() for share in pair.values())
     return Reproduced(

@@ -49,14 +49,15 @@ class Key(NamedTuple):
     variable: Variable
     kind: Kind = KIND
     several: bool = False
+    whole: bool = False
 
 
 LENGTHS = Key(Variable("length", "travels of the table"), several=True)
 LENGTH = Key(Variable("length", "travel of the table", min=0.0))
 SPEED = Key(Variable("length/time", "speed of the table", min=1e-9))
 TORQUE = Key(Variable("force", "torque of the screw"), "rotational")
-COUNT = Key(Variable("1", "a number of times", min=1.0))
-COUNTS = Key(Variable("1", "numbers of branches", min=1.0), several=True)
+COUNT = Key(Variable("1", "a number of times", min=1.0), whole=True)
+COUNTS = Key(Variable("1", "numbers of branches", min=1.0), several=True, whole=True)
 SECTIONS: dict[str, dict[str, Key]] = {
     "path": {"turns": LENGTHS, "speed": SPEED},
     "torque": {
@@ -80,7 +81,7 @@ SECTIONS: dict[str, dict[str, Key]] = {
         "s": Key(Variable("force/length", "stiffness at a reversal", min=1e-9)),
         "f_p": Key(Variable("force", "force at saturation", min=1e-12)),
         "x_r": LENGTH,
-        "count": Key(Variable("1", "number of branches", min=2.0)),
+        "count": Key(Variable("1", "number of branches", min=2.0), whole=True),
     },
 }
 KEYS = ("schema", "name", "lead", "contact", "operator", "plant", *SECTIONS)
@@ -143,6 +144,22 @@ class Setting:
         return self.contacts[name]
 
     @property
+    def operator(self) -> Model:
+        """The first hysteresis operator.
+
+        Raises
+        ------
+        InputError
+            If the file has none.
+        """
+        if not self.operators:
+            raise InputError(
+                "is missing, and this experiment needs it", path=f"{self.source}: operator",
+                mend='Write [operator.f_h] and, below it, model = "preisach"',
+            )  # fmt: skip
+        return next(iter(self.operators.values()))
+
+    @property
     def mass(self) -> Model:
         """What a torque drives.
 
@@ -203,12 +220,18 @@ def _numbers(value: Any, section: str) -> dict[str, Any]:
     check_keys(table, keys, section)
     found: dict[str, Any] = {}
     for name, given in table.items():
-        variable, kind, several = keys[name]
-        where = f"{section}.{name}"
-        if not several:
-            found[name] = number_at(given, variable, kind, where)
+        key, where = keys[name], f"{section}.{name}"
+        if not key.several:
+            found[name] = _number(given, key, where)
         elif isinstance(given, list) and given:
-            found[name] = np.array([number_at(one, variable, kind, f"{where}[{i}]") for i, one in enumerate(given)])
+            found[name] = np.array([_number(one, key, f"{where}[{i}]") for i, one in enumerate(given)])
         else:
             raise InputError("must be a list", path=where, value=given)
     return found
+
+
+def _number(given: Any, key: Key, where: str) -> float:
+    value = number_at(given, key.variable, key.kind, where)
+    if key.whole and not value.is_integer():
+        raise InputError("must be a whole number", path=where, value=given, allowed=key.variable.allowed(key.kind))
+    return value

@@ -7,14 +7,12 @@ from bristle.references.recorded import MODEL as recorded
 from bristle.references.s_curve import MODEL as s_curve
 from bristle.references.sine import MODEL as sine
 from bristle.references.triangle import MODEL as triangle
-from bristle.references.triangles import MODEL as triangles
 from bristle.references.varied_sine import MODEL as varied_sine
 
 REFERENCES: dict[str, Trajectory] = {
-    reference.name: reference
-    for reference in (recorded, sine, varied_sine, triangle, triangles, s_curve, chirp, circle)
+    reference.name: reference for reference in (recorded, sine, varied_sine, triangle, s_curve, chirp, circle)
 }
 
 __all__ = [
-    "REFERENCES", "chirp", "circle", "recorded", "s_curve", "sine", "triangle", "triangles", "varied_sine",
+    "REFERENCES", "chirp", "circle", "recorded", "s_curve", "sine", "triangle", "varied_sine",
 ]  # fmt: skip

@@ -208,9 +208,7 @@ def _limits(found: Excitation) -> list[tuple[str, str]]:
         ("Acceleration", "length/time^2", abs(motion.acceleration).max(), room.acceleration),
     ):
         told = with_unit(float(value), unit_of(quantity, kind))
-        rows.append(
-            (word, told if limit is None else f"{told}, up to {with_unit(limit, unit_of(quantity, kind))} used")
-        )
+        rows.append((word, told if limit is None else f"{told} of {with_unit(limit, unit_of(quantity, kind))} allowed"))
     if found.rehearsal is not None:
         rows.append(("Effort, as believed", with_unit(found.rehearsal.peak_effort, unit_of("force", kind))))
     return rows

@@ -11,7 +11,7 @@ from bristle.report.passages import passage_table
 
 if TYPE_CHECKING:
     from bristle.logs.log import Log
-    from bristle.logs.passages import Passage
+    from bristle.logs.passage import Passage
 
 __all__ = ["PASSAGES_CAPTION", "log_report"]
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from bristle.core.typography import with_unit
 from bristle.core.variable import Kind, unit_of
-from bristle.logs.passages import KINDS
+from bristle.logs.passage import KINDS
 from bristle.report.table import Table
 
 __all__ = ["passage_table"]

@@ -137,7 +137,8 @@ def _variants(result: SimulationResult) -> dict[str, Any]:
 def _prediction(prediction: Prediction) -> dict[str, Any]:
     return {
         "mode": prediction.mode,
-        "metrics": dict(prediction.metrics) | {"inside_band_percent": prediction.inside_percent},
+        "metrics": dict(prediction.metrics),
+        "inside_band_percent": prediction.inside_percent,
         "status": prediction.status.sentence,
         "completed": prediction.status is not Status.NOT_FINITE,
         "notes": prediction.notes,

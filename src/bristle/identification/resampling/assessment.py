@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from bristle.core.typography import number, with_unit
-from bristle.core.variable import unit_of
+from bristle.core.variable import Variable, unit_of
 from bristle.identification.bands import Bands, half_width
 from bristle.identification.problem import Problem
 from bristle.identification.resampling.bootstrap import Bootstrap, bootstrap
@@ -62,7 +62,8 @@ def assessed(
         jackknife=jackknife_std(space, cycles, residual),
         curve=found.curve,
     )
-    estimates = tuple(_estimate(one, found, blind) for one in fit.estimates)
+    variables = problem.unknowns.variables
+    estimates = tuple(_estimate(one, found, blind, variables.get(one.name)) for one in fit.estimates)
     told = [f"{one.name} cannot be identified: {one.note}" for one in blind]
     return replace(
         fit, estimates=estimates, resampling=resampling,
@@ -91,11 +92,16 @@ def _is_clear(one: Estimate) -> bool:
     return one.status == "identified" and one.larger_std is not None and one.larger_std <= CLEAR * abs(one.value)
 
 
-def _estimate(one: Estimate, found: Bootstrap, blind: tuple[Unseen, ...]) -> Estimate:
+def _estimate(one: Estimate, found: Bootstrap, blind: tuple[Unseen, ...], variable: Variable | None) -> Estimate:
     lost = next((other for other in blind if other.name == one.name), None)
     if lost is not None:
         one = replace(one, status="unidentifiable", note=lost.note)
-    return replace(one, interval=found.interval(one.name)) if one.name in found.space.told else one
+    if one.name not in found.space.told:
+        return one
+    low, high = found.interval(one.name)
+    # Errors that are turned around may reach beyond what the model allows.
+    least, most = (variable.min, variable.max) if variable else (-np.inf, np.inf)
+    return replace(one, interval=(min(max(low, least), most), min(max(high, least), most)))
 
 
 def _at_odds(

@@ -1,0 +1,81 @@
+"""`Passage`: a part of a log in which one kind of experiment was made."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+__all__ = ["KINDS", "Passage", "nesting"]
+
+KINDS = {
+    "constant_velocity": "slides at constant velocity",
+    "loops": "loops before sliding",
+    "break_away": "break-away from rest",
+    "chirp": "oscillation of changing frequency",
+    "oscillation": "oscillation of one frequency",
+    "moves": "ordinary moves",
+    "rest": "rest",
+}
+
+
+@dataclass(frozen=True)
+class Passage:
+    """A part of a log in which one kind of experiment was made.
+
+    Parameters
+    ----------
+    kind : str
+        A key of `KINDS`.
+    samples : slice
+        Which samples of the log.
+    begin, end : float
+        Time [s].
+    legs : int
+        Stretches in one direction.
+    speeds : tuple of float
+        Smallest and largest [m/s or rad/s]; both 0 at rest.
+    amplitudes : tuple of float
+        Smallest and largest distance from turning point to turning point, halved [m or rad].
+    levels : int
+        How many different amplitudes.
+    depth : int
+        Largest number of turning points that lie inside one another.
+    frequencies : tuple of float
+        Lowest and highest [Hz] of an oscillation; both 0 for others.
+    """
+
+    kind: str
+    samples: slice
+    begin: float
+    end: float
+    legs: int = 0
+    speeds: tuple[float, float] = (0.0, 0.0)
+    amplitudes: tuple[float, float] = (0.0, 0.0)
+    levels: int = 0
+    depth: int = 0
+    frequencies: tuple[float, float] = (0.0, 0.0)
+
+    def as_data(self) -> dict[str, Any]:
+        """Return it in numbers, in SI of the axis."""
+        told = {name: value for name, value in vars(self).items() if name != "samples"}
+        return {name: list(value) if isinstance(value, tuple) else value for name, value in told.items()}
+
+
+def nesting(turning: Iterable[float]) -> int:
+    """Return how many turning points a contact must remember at most: those that lie inside one another.
+
+    Examples
+    --------
+    >>> nesting([0, 7, -7, 7, -7]), nesting([0, 7, 1, 5, 3, 4])
+    (2, 6)
+    """
+    kept: list[float] = []
+    most = 0
+    for point in turning:
+        # A turning point as far out as an earlier one wipes out what lies between them.
+        while len(kept) > 1 and abs(point - kept[-1]) >= abs(kept[-1] - kept[-2]):
+            kept = kept[:-2] if len(kept) > 2 else kept[1:]
+        kept.append(point)
+        most = max(most, len(kept))
+    return most

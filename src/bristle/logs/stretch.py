@@ -1,0 +1,214 @@
+"""A stretch of a log without a gap, leg by leg: which kind of experiment each of them belongs to.
+
+Legs are told apart by their speed and, where the log has an effort, by whether it has settled: friction that still
+rises with the displacement is friction before sliding, whatever the distance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from bristle.logs.legs import Leg, legs_of, rests_of
+from bristle.logs.passage import Passage, nesting
+
+__all__ = ["Stretch"]
+
+SLIDING = 0.4  # share of a leg that is a cruise, from which on it is a slide
+GRAINS = 20.0  # of the position, in a cruise: in fewer any speed looks constant
+SETTLED = 0.07  # of the swing of the effort, by which it may still change in the second half of a slide
+TURNED = 0.9  # of the swing of the effort: the contact has turned over
+LONG_BREAK_AWAY = 0.15  # of a leg from rest, that the turning over of the contact takes
+BREAK_AWAY_SAMPLES = 30
+EDGE = 0.1  # of a cruise
+NINTHS, PARTS = 9, 40  # of a cruise, and of a leg, in which the effort is averaged
+SAMPLES = 2  # in each, at least
+CHIRP_LEGS, SWEPT, ALIKE = 8, 2.0, 0.25
+FALL = 0.7  # slope of amplitude over duration, both logarithmic: triangles at one speed have 1
+SHORT_REST = 0.5  # [s] a shorter rest does not part what is alike
+SAME_AMPLITUDE = 0.05
+AS_SMALL = 1.3  # times the leg beside it
+
+
+class Stretch:
+    """One stretch of a log without a gap, on its way to passages."""
+
+    def __init__(
+        self, time: np.ndarray, position: np.ndarray, effort: np.ndarray | None, grain: float,
+        presliding: float | None, start: int,
+    ) -> None:  # fmt: skip
+        self.time, self.position, self.effort, self.start = time, position, effort, start
+        self.grain, self.presliding = grain, presliding
+        self.dt = float(time[-1] - time[0]) / (time.size - 1)
+        self.rests = rests_of(self.position, grain, self.dt)
+        self.legs = list(legs_of(self.position, self.rests, grain, self.dt))
+
+    def passages(self) -> list[Passage]:
+        """Return the passages in order, rests among them."""
+        kinds = [self._kind(leg) for leg in self.legs]
+        _leave_none_alone(self.legs, kinds)
+        _mark_oscillations(self.legs, kinds)
+        runs = self._joined(kinds)
+        busy = [slice(legs[0].first, legs[-1].last + 1) for _, legs in runs]
+        found = [self._of_legs(kind, legs) for kind, legs in runs]
+        for rest in self.rests:
+            if not any(one.start < rest.stop - 1 and rest.start + 1 < one.stop for one in busy):
+                found.append(self._passage("rest", rest.start, rest.stop - 1))
+        return sorted(found, key=lambda one: one.samples.start)
+
+    def _kind(self, leg: Leg) -> str:
+        if leg.cruise_share < SLIDING:
+            return "moves"
+        if not self._slides(leg):
+            return "loops"
+        if leg.speed * self.dt * (leg.cruise.stop - leg.cruise.start) < GRAINS * self.grain:
+            return "moves"
+        return "break_away" if leg.from_rest and self._breaks_away(leg) else "constant_velocity"
+
+    def _slides(self, leg: Leg) -> bool:
+        """Return whether friction has saturated in a leg: its effort has settled, or it is long enough."""
+        if self.effort is None:
+            return self.presliding is None or abs(leg.distance) > 2.0 * self.presliding
+        settled = self._settled(leg)
+        if settled is None:
+            return self.presliding is not None and abs(leg.distance) > 2.0 * self.presliding
+        return settled
+
+    def _settled(self, leg: Leg) -> bool | None:
+        """Return whether the effort has settled in the second half of a cruise; None where nobody can tell."""
+        # What is left of speeding up and slowing down at either end of a cruise is not for friction to answer.
+        edge = round(EDGE * (leg.cruise.stop - leg.cruise.start))
+        begin, end = leg.cruise.start + edge, leg.cruise.stop - edge
+        if end - begin < SAMPLES * NINTHS:
+            return None
+        course = self._course(begin, end, NINTHS)
+        middle, late = float(course[3:6].mean()), float(course[6:].mean())
+        # Of each level three means are taken, and a mean scatters by a share of what two of them differ by.
+        scatter = float(np.std(np.diff(course))) / np.sqrt(3.0)
+        return abs(late - middle) <= SETTLED * self._swing(leg) + scatter
+
+    def _course(self, begin: int, end: int, count: int) -> np.ndarray:
+        """Return the mean effort of so many parts of a stretch [N or N*m]: single samples are mostly noise."""
+        assert self.effort is not None
+        marks = np.unique(np.linspace(begin, end, count + 1).astype(int))
+        return np.add.reduceat(self.effort[: marks[-1]], marks[:-1]) / np.diff(marks)
+
+    def _swing(self, leg: Leg) -> float:
+        """Return by how much the effort changes in a leg [N or N*m]."""
+        return float(np.ptp(self._course(leg.first, leg.last + 1, PARTS)))
+
+    def _breaks_away(self, leg: Leg) -> bool:
+        """Return whether a good part of a leg from rest is the contact turning over, slowly enough to see it."""
+        if self.effort is None:
+            return False
+        course = self._course(leg.first, leg.last + 1, PARTS) * np.sign(leg.distance)
+        steady = float(self.effort[(leg.cruise.start + leg.cruise.stop) // 2 : leg.cruise.stop].mean())
+        steady *= float(np.sign(leg.distance))
+        before = float(np.median(self.effort[leg.first : leg.first + SAMPLES])) * float(np.sign(leg.distance))
+        level = steady - before
+        if level < 0.5 * max(self._swing(leg), abs(steady)):
+            return False
+        samples = round(float(np.argmax(course - before >= TURNED * level)) / course.size * (leg.last - leg.first))
+        moved = abs(self.position[leg.first + samples] - self.position[leg.first])
+        return samples >= BREAK_AWAY_SAMPLES and moved >= LONG_BREAK_AWAY * abs(leg.distance)
+
+    def _joined(self, kinds: Sequence[str]) -> list[tuple[str, list[Leg]]]:
+        """Return runs of legs of one kind, not parted by a long rest."""
+        found: list[tuple[str, list[Leg]]] = []
+        for kind, leg in zip(kinds, self.legs, strict=True):
+            if found and found[-1][0] == kind:
+                gap = self.dt * (leg.first - found[-1][1][-1].last)
+                if gap <= SHORT_REST:
+                    found[-1][1].append(leg)
+                    continue
+            found.append((kind, [leg]))
+        return found
+
+    def _of_legs(self, kind: str, legs: Sequence[Leg]) -> Passage:
+        inner = [one for one in legs if not one.from_rest] or list(legs)
+        amplitudes = np.array([0.5 * abs(one.distance) for one in inner])
+        speeds = [one.speed for one in legs]
+        frequencies = (0.0, 0.0)
+        if kind in ("chirp", "oscillation"):
+            # The first and the last leg are no whole half periods; of the shortest a sample is a good part.
+            rates = [0.5 / one.duration for one in legs[1:-1]]
+            frequencies = (min(rates), float(np.quantile(rates, 0.98)))
+        turning = [self.position[legs[0].first], *(self.position[one.last] for one in legs)]
+        return self._passage(
+            kind, legs[0].first, legs[-1].last, legs=len(legs), speeds=(min(speeds), max(speeds)),
+            amplitudes=(float(amplitudes.min()), float(amplitudes.max())), levels=_levels(amplitudes, self.grain),
+            depth=nesting(turning) if kind == "loops" else 0, frequencies=frequencies,
+        )  # fmt: skip
+
+    def _passage(self, kind: str, first: int, last: int, **told: Any) -> Passage:
+        samples = slice(self.start + first, self.start + last + 1)
+        return Passage(kind, samples, float(self.time[first]), float(self.time[last]), **told)
+
+
+def _levels(amplitudes: np.ndarray, grain: float) -> int:
+    """Return how many different amplitudes there are."""
+    levels: list[float] = []
+    for one in np.sort(amplitudes):
+        if not levels or one - levels[-1] > max(SAME_AMPLITUDE * one, grain):
+            levels.append(float(one))
+    return len(levels)
+
+
+def _leave_none_alone(legs: Sequence[Leg], kinds: list[str]) -> None:
+    """Name a leg as those that it turns to or comes from, where by itself it is something else.
+
+    That is a single loop, a slide amid moves, and a move among loops that is no longer than they are: close to the
+    grain of the position, and of how well a loop follows its reference, no speed is constant.
+    """
+    for k, kind in enumerate(kinds):
+        beside = [kinds[j] for j in (k - 1, k + 1) if 0 <= j < len(legs) and _join(legs[min(j, k)], legs[max(j, k)])]
+        if kind == "loops" and "loops" not in beside:
+            kinds[k] = beside[0] if beside else "moves"
+        elif kind == "constant_velocity" and beside == ["moves", "moves"]:
+            kinds[k] = "moves"
+    for order in (range(1, len(legs)), range(len(legs) - 2, -1, -1)):
+        for k in order:
+            j = k - order.step
+            small = abs(legs[k].distance) <= AS_SMALL * abs(legs[j].distance)
+            if kinds[k] == "moves" and kinds[j] == "loops" and small and _join(legs[min(j, k)], legs[max(j, k)]):
+                kinds[k] = "loops"
+
+
+def _join(one: Leg, other: Leg) -> bool:
+    return one.last == other.first
+
+
+def _mark_oscillations(legs: Sequence[Leg], kinds: list[str]) -> None:
+    """Name the runs of legs that are an oscillation of changing or of one frequency."""
+    parted = [k for k in range(len(legs)) if k == 0 or not _join(legs[k - 1], legs[k])]
+    for begin, end in pairwise([*parted, len(legs)]):
+        if not _marked(legs, kinds, begin, end):
+            turned = [k for k in range(begin + 1, end) if kinds[k] != kinds[k - 1]]
+            for first, last in pairwise([begin, *turned, end]):
+                _marked(legs, kinds, first, last)
+
+
+def _marked(legs: Sequence[Leg], kinds: list[str], begin: int, end: int) -> bool:
+    """Name a run of legs if it is an oscillation."""
+    # The first and the last leg go from rest or to rest.
+    inner = range(begin + 1, end - 1)
+    kind = _oscillation([legs[k] for k in inner], [kinds[k] for k in inner]) if len(inner) >= CHIRP_LEGS else ""
+    if kind:
+        kinds[begin:end] = [kind] * (end - begin)
+    return bool(kind)
+
+
+def _oscillation(legs: Sequence[Leg], kinds: Sequence[str]) -> str:
+    durations = np.log([one.duration for one in legs])
+    distances = np.log([abs(one.distance) for one in legs])
+    steps = np.arange(len(legs))
+    slope, level = np.polyfit(steps, durations, 1)
+    swept = abs(slope) * len(legs)
+    if swept > np.log(SWEPT) and np.std(durations - level - slope * steps) < ALIKE * swept:
+        follows = float(np.polyfit(durations, distances, 1)[0])
+        return "chirp" if follows < FALL else ""
+    curved = sum(kind == "moves" for kind in kinds) > 0.5 * len(kinds)
+    return "oscillation" if curved and np.std(durations) < ALIKE * np.log(SWEPT) else ""

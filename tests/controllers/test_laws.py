@@ -1,0 +1,133 @@
+"""Sliding mode, super-twisting and disturbance observer, one sample at a time and in a loop."""
+
+import math
+
+import numpy as np
+import pytest
+
+from bristle import controllers, friction, sensors
+from bristle.controllers.feedforward import Shape, shaped
+from bristle.core.contracts import Reference
+from bristle.engine import Compensator, interpreted, run_closed_loop
+from bristle.plants import inertia
+
+DT = 1e-3
+GAINS = {"J": 2.0, "lambda_": 30.0, "K_1": 40.0}
+LAWS = {
+    "sliding_mode": controllers.sliding_mode(**GAINS, K_2=2.0, phi=0.01, cutoff=200.0),
+    "super_twisting": controllers.super_twisting(**GAINS, k_1=0.5, k_2=5.0, cutoff=200.0),
+    "disturbance_observer": controllers.disturbance_observer(**GAINS, g=60.0, cutoff=200.0),
+}
+
+
+def drive(law, reference, *, model=None, disturbance=None, **options):
+    desired = np.zeros((4, reference.size))
+    desired[0] = reference
+    desired[1] = np.gradient(reference, DT)
+    desired[2] = np.gradient(desired[1], DT)
+    return run_closed_loop(
+        inertia(M=2.0), model or friction.viscous(F_v=0.0), law, sensors.encoder(), desired, DT,
+        disturbance=None if disturbance is None else np.full(reference.size, disturbance), **options,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "left"), [("sliding_mode", 1e-6), ("disturbance_observer", 1e-6),
+                                            ("super_twisting", 20.0 * 2.0 * 5.0 * DT)])  # fmt: skip
+def test_a_law_that_takes_over_a_motion_leaves_no_jolt(name, left):
+    # Super-twisting chatters around its surface by a few steps of its integral, J k_2 T_s.
+    t = DT * np.arange(400)
+    trace = drive(LAWS[name], 0.05 * t, v=0.05)
+    assert np.max(np.abs(trace.command)) < left
+
+
+@pytest.mark.parametrize("name", sorted(LAWS))
+def test_the_limit_holds(name):
+    law = LAWS[name].with_values(limit=1.5)
+    trace = drive(law, 0.2 * np.ones(300))
+    assert np.max(np.abs(trace.command)) == 1.5
+
+
+@pytest.mark.parametrize("name", sorted(LAWS))
+def test_plain_python_and_compiled_give_the_same_bits(name):
+    reference = 1e-3 * np.sin(20.0 * DT * np.arange(200))
+    fast = drive(LAWS[name], reference)
+    with interpreted():
+        slow = drive(LAWS[name], reference)
+    assert np.array_equal(fast.command, slow.command)
+
+
+def test_without_switching_the_sliding_mode_law_is_proportional_and_derivative():
+    law = controllers.sliding_mode(**GAINS)
+    measured, r = 0.01, Reference(0.012, 0.1, 3.0, 0.25)
+    first, state = law.component.step(law.component.start(measured, 0.0, 0.0, DT, law.parameters), r, measured, DT,
+                                      law.parameters)  # fmt: skip
+    doubled = controllers.sliding_mode(**GAINS | {"J": 4.0})
+    again, _ = doubled.component.step(doubled.component.start(measured, 0.0, 0.0, DT, doubled.parameters), r, measured,
+                                      DT, doubled.parameters)  # fmt: skip
+    # What is fed forward is added as it is; everything else scales with the inertia.
+    assert again - 0.25 == pytest.approx(2.0 * (first - 0.25), rel=1e-12)
+    assert state.q == measured
+
+
+def test_the_observer_takes_away_what_a_constant_force_leaves():
+    steps = np.zeros(2000)
+    left = {g: drive(controllers.disturbance_observer(**GAINS, g=g), steps, disturbance=3.0).position[-1]
+            for g in (0.0, 60.0)}  # fmt: skip
+    assert left[0.0] == pytest.approx(-3.0 / (2.0 * 30.0 * 40.0), rel=1e-3)
+    assert abs(left[60.0]) < 1e-6 * abs(left[0.0])
+
+
+@pytest.mark.parametrize(("name", "without"), [("disturbance_observer", {"g": 0.0}), ("super_twisting", {"k_2": 0.0})])
+def test_a_limit_winds_up_neither_the_observer_nor_the_integrated_switching(name, without):
+    reference = np.concatenate((np.zeros(20), np.full(3980, 0.2)))
+    law = LAWS[name].with_values(limit=5.0)
+    plain, whole = (drive(one, reference).position for one in (law.with_values(**without), law))
+    assert whole.max() < 1.05 * plain.max()
+    assert whole[-1] == pytest.approx(0.2, abs=2e-3)
+
+
+@pytest.mark.parametrize("estimator", ["filtered_difference", "tracking_observer"])
+def test_the_velocity_of_a_ramp_is_found_and_counts_are_smoothed(estimator):
+    law = controllers.sliding_mode(**GAINS, estimator=estimator, cutoff=20.0)
+    state = law.component.start(0.0, 0.0, 0.0, DT, law.parameters)
+    read = []
+    for k in range(1, 1500):
+        position = 1e-5 * math.floor(0.0123 * k * DT / 1e-5 + 0.5)
+        _, state = law.component.step(state, Reference(0.0, 0.0, 0.0), position, DT, law.parameters)
+        read.append(state.v)
+    late = np.array(read[500:])
+    assert late.mean() == pytest.approx(0.0123, rel=1e-2)
+    assert late.std() < 0.25 * (1e-5 / DT) / 2.0
+
+
+# --- what is fed forward ----------------------------------------------------------------------------------------
+
+
+def test_gain_asymmetry_and_offset_scale_and_shift():
+    shape = Shape(gain=0.5, offset=1.0, asymmetry=0.2)
+    assert shaped(10.0, 0.0, DT, shape) == pytest.approx(7.0)
+    assert shaped(-10.0, 0.0, DT, shape) == pytest.approx(-3.0)
+
+
+def test_amplitude_and_rate_are_limited():
+    shape = Shape(limit=4.0, rate_limit=1000.0)
+    before, found = 0.0, []
+    for _ in range(6):
+        before = shaped(10.0, before, DT, shape)
+        found.append(before)
+    assert found == pytest.approx([1.0, 2.0, 3.0, 4.0, 4.0, 4.0])
+
+
+def test_friction_along_the_measured_motion_is_that_of_the_model_there():
+    model = friction.maxwell_slip(F_C=2.0, k_i=[2e4, 1e4], nu_i=[0.5, 0.5])
+    reference = 5e-3 * np.sin(15.0 * DT * np.arange(600))
+    trace = drive(LAWS["sliding_mode"], reference, model=model, compensator=Compensator(model, Shape(gain=0.8)))
+    from bristle import response
+
+    assert trace.compensation == pytest.approx(0.8 * response(model, trace.measured, DT), abs=1e-9)
+
+
+def test_at_rest_a_set_valued_model_is_fed_the_middle_of_its_interval():
+    contact = friction.find("coulomb")(F_C=2.0, offset=0.5)
+    trace = drive(LAWS["sliding_mode"], np.zeros(50), compensator=Compensator(contact, Shape()))
+    assert trace.compensation[0] == pytest.approx(0.5)

@@ -1,0 +1,64 @@
+"""Random numbers from a seed and a count: distributed as they should be, and the same however they are computed."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from bristle import sensors
+from bristle.core.random_numbers import SEED_MAX, normal, uniform
+from bristle.engine import interpreted, run_closed_loop
+from bristle.testing.kernel_subset import reachable_kernels, violations_of
+
+COUNT = 20_000
+
+
+@pytest.mark.parametrize("seed", [0, 1, 12345, SEED_MAX])
+def test_uniform_numbers_are_uniform_and_uncorrelated(seed):
+    found = np.array([uniform(seed, k) for k in range(COUNT)])
+    assert stats.kstest(found, "uniform").pvalue > 1e-3
+    for lag in (1, 2, 7):
+        assert abs(np.corrcoef(found[lag:], found[:-lag])[0, 1]) < 4.0 / np.sqrt(COUNT)
+    cells = np.histogram2d(found[::2], found[1::2], bins=16)[0]
+    assert stats.chisquare(cells.ravel()).pvalue > 1e-3
+
+
+def test_normal_numbers_are_normal_and_neighbouring_seeds_have_nothing_in_common():
+    first, second = (np.array([normal(seed, k) for k in range(COUNT)]) for seed in (41, 42))
+    assert stats.kstest(first, "norm").pvalue > 1e-3
+    assert abs(np.corrcoef(first, second)[0, 1]) < 4.0 / np.sqrt(COUNT)
+    assert abs(np.corrcoef(first[1:], second[:-1])[0, 1]) < 4.0 / np.sqrt(COUNT)
+
+
+def test_counts_beyond_32_bits_go_on():
+    assert len({uniform(3, count) for count in (5, 5 + 2**32, 5 + 2**33)}) == 3
+
+
+def test_the_numbers_can_be_exported():
+    assert [one for kernel in reachable_kernels(normal) for one in violations_of(kernel)] == []
+
+
+def test_one_seed_gives_one_record_compiled_or_not():
+    from bristle import controllers, friction
+    from bristle.plants import inertia
+
+    def run(seed):
+        law = controllers.sliding_mode(J=2.0, lambda_=30.0, K_1=30.0, cutoff=100.0)
+        encoder = sensors.encoder(resolution=1e-6, noise=3e-6, seed=seed)
+        desired = np.zeros((4, 300))
+        return run_closed_loop(inertia(M=2.0), friction.viscous(F_v=1.0), law, encoder, desired, 1e-3)
+
+    fast, other = run(7), run(8)
+    with interpreted():
+        slow = run(7)
+    assert np.array_equal(fast.measured, slow.measured)
+    assert not np.array_equal(fast.measured, other.measured)
+
+
+def test_the_noise_of_an_encoder_is_as_large_as_told():
+    encoder = sensors.encoder(noise=2e-6, seed=5)
+    state, read = encoder.component.initial_state(encoder.parameters), []
+    for _ in range(4000):
+        one, state = encoder.component.step(state, 1e-3, 1e-3, encoder.parameters)
+        read.append(one)
+    assert np.mean(read) == pytest.approx(1e-3, abs=4 * 2e-6 / np.sqrt(4000))
+    assert np.std(read) == pytest.approx(2e-6, rel=0.05)

@@ -1,0 +1,26 @@
+"""The Preisach operator as a friction model."""
+
+import numpy as np
+import pytest
+
+from bristle import friction, hysteresis, response
+from bristle.hysteresis.everett import KERNELS
+
+WALK = np.cumsum(np.random.default_rng(8).standard_normal(300)) * 5e-7
+
+
+@pytest.mark.parametrize("kernel", KERNELS)
+def test_it_gives_the_mean_of_the_operator_over_a_step(kernel):
+    sizes = {"s": 1e7, "f_p": 28.0, "kernel": kernel}
+    operator = response(hysteresis.preisach(**sizes), WALK - WALK[0])
+    force = response(friction.preisach_contact(**sizes), WALK, 1e-3)
+    assert force[1:] == pytest.approx(0.5 * (operator[1:] + operator[:-1]), abs=1e-9)
+
+
+def test_below_break_away_it_is_the_composite_with_a_gate():
+    sizes = {"s": 1e7, "f_p": 60.0}
+    composite = friction.preisach_lugre(**sizes, F_C=40.0, F_S=40.0, v_S=1.0, rho=0.9)
+    small = 0.5 * WALK
+    ours, theirs = (response(one, small, 1e-3) for one in (friction.preisach_contact(**sizes), composite))
+    assert np.max(np.abs(theirs)) < 0.9 * 40.0
+    assert ours == pytest.approx(theirs, abs=1e-9)
