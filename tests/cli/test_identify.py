@@ -92,8 +92,9 @@ def test_the_treatment_asked_for_is_that_of_the_prediction(bristle, place):
     assert abs(otherwise.data["metrics"]["force_error_percent"] / error - 1.0) > 0.01
 
 
-def test_how_sure_is_told_for_correlated_residuals_too(bristle, place):
-    found = bristle("identify", "log.csv", "--axis", "axis.toml", "--out", "run", "--json").data
+def test_without_draws_how_sure_is_told_for_correlated_residuals_too(bristle, place):
+    found = bristle("identify", "log.csv", "--axis", "axis.toml", "--draws", 0, "--out", "run", "--json").data
+    assert found["resampling"] is None
     raw = tomllib.loads(Path("run/model.toml").read_text())["uncertainty"]
     for name, one in found["parameters"].items():
         assert raw[name]["robust_std"] == one["robust_std"] > 0.0

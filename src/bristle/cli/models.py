@@ -62,7 +62,7 @@ def _one(name: str) -> dict[str, list[Component]]:
     if base not in named:
         mend = f"{did_you_mean(base, named)} All of them: bristle models".lstrip()
         raise InputError("there is no such model", path="NAME", value=name, mend=mend)
-    one = named[base]
+    one: Any = named[base]
     if plus and family_of[base] != "friction":
         raise InputError(f"a {family_of[base]} takes no slots", path="NAME", value=name, mend=f"Write {base}")
     if plus:
