@@ -112,3 +112,40 @@ def test_a_record_with_pulses_is_predicted_with_the_same_axis_file(bristle, iden
     ignorant_axis.write_text(AXIS.read_text().replace('column = "pulses_N"', 'column = "no_such_column"'))
     ignorant = bristle("predict", model, pulse_record, "--axis", ignorant_axis, "--mode", "closed-loop", "--json").data
     assert ignorant["metrics"]["force_error_percent"] > 7.0 * knowing["metrics"]["force_error_percent"]
+
+
+REFINED = AXIS.with_name("axis_refined.toml")
+
+
+@pytest.mark.measured
+@pytest.mark.parametrize(
+    ("model", "percent"),
+    [
+        ("stribeck_free+periodic+asymmetry", 2.3),
+        ("stribeck_free+position+periodic+asymmetry", 2.0),
+    ],
+)
+def test_the_second_half_is_predicted_from_a_fit_to_the_first(bristle, emps, tmp_path, model, percent):  # noqa: F811
+    halves = []
+    for name, span in (("first", '["0 s", "12.42 s"]'), ("second", '["12.42 s", "24.9 s"]')):
+        halves.append(tmp_path / f"{name}.toml")
+        halves[-1].write_text(REFINED.read_text().replace("[columns]", f"[log]\nspan = {span}\n\n[columns]", 1))
+    out = tmp_path / "out"
+    found = bristle(
+        "identify", emps, "--axis", halves[0], "--model", model, "--free", "delta_S", "--out", out, "--json"
+    )
+    assert found.code == 0, found.err
+    known = found.data["parameters"]
+    assert known["F_0_pos"]["value"] < 0.8 * known["F_C_pos"]["value"]
+    assert any("friction rises from" in one for one in found.data["warnings"])
+    assert math.hypot(known["c_1_pos"]["value"], known["s_1_pos"]["value"]) > 0.8
+    predicted = bristle("predict", out / "model.toml", emps, "--axis", halves[1], "--mode", "closed-loop", "--json")
+    assert predicted.data["metrics"]["force_error_percent"] <= percent
+
+
+def test_the_refined_axis_file_knows_the_pulses_too(bristle, pulse_record, tmp_path):  # noqa: F811
+    out = tmp_path / "out"
+    asked = ("--axis", REFINED, "--model", "stribeck_free+periodic+asymmetry", "--out", out, "--json")
+    assert bristle("identify", pulse_record, *asked).code == 0
+    looped = bristle("predict", out / "model.toml", pulse_record, "--axis", REFINED, "--mode", "closed-loop", "--json")
+    assert looped.data["metrics"]["force_error_percent"] < 2.0

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from bristle.cli.failure import INTERRUPTED
 from bristle.cli.findings import show_identification
 from bristle.cli.options import AxisFiles, Force, Json, Out
 from bristle.cli.terminal import complain, progress
@@ -61,13 +62,14 @@ def identify(
     ] = "",
     force: Force = False,
     as_json: Json = False,
-) -> None:
+) -> int:
     """Identify friction models from one log or several.
 
     Several models are compared on stretches of the log that they were not fitted to, or, of several logs, on each of
     them in turn. Where the axis file names the columns input and output, hysteresis operators are identified.
 
-    Writes model.toml, drive_table.csv, summary.json and report.html into DIR.
+    Writes model.toml, drive_table.csv, summary.json and report.html into DIR. Interrupted (Ctrl-C), it ends with the
+    best found until then, marked unfinished, and exit code 130.
     """
     from bristle.files.curves import describes_curves
 
@@ -76,16 +78,16 @@ def identify(
 
         named = None if model == DEFAULT else model
         identify_operators(log, axis, named, out, force=force, as_json=as_json, command=context.obj)
-        return
+        return 0
     asked = {"model": _models(model), "cutoff": _hertz(cutoff), "decimation": decimation, "free": free,
              "draws": draws}  # fmt: skip
-    _identify_friction(log, axis or [], asked, out, force=force, as_json=as_json, command=context.obj)
+    return _identify_friction(log, axis or [], asked, out, force=force, as_json=as_json, command=context.obj)
 
 
 def _identify_friction(
     log: list[Path], axis: list[Path], asked: dict[str, Any], out: Path | None, *, force: bool, as_json: bool,
     command: str,
-) -> None:  # fmt: skip
+) -> int:  # fmt: skip
     from bristle.core import Axis
     from bristle.files.axis import read_axis
     from bristle.files.provenance import provenance_of_all
@@ -105,6 +107,7 @@ def _identify_friction(
         described = axes[0]
         simulation, prediction = _in_the_loop(found, found.log, described or Axis(), report)
         source = provenance_of_all(command, log=log, axis=axis)
+        source |= {"unfinished": found.unfinished} if found.unfinished else {}
         certificates = _certificates(found)
         summary = identification_summary(
             found, table=table, simulation=simulation, prediction=prediction, provenance=source,
@@ -126,6 +129,9 @@ def _identify_friction(
         show_identification(found, simulation, [note for one in recorded for note in one.notes])
     if out:
         complain(f"wrote {out}; open {out / 'report.html'} in a browser")
+    if found.unfinished:
+        complain(found.unfinished)
+    return INTERRUPTED if found.unfinished else 0
 
 
 def _models(text: str) -> list[Any]:

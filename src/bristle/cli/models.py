@@ -54,12 +54,15 @@ def _families() -> dict[str, list[Component]]:
 def _one(name: str) -> dict[str, list[Component]]:
     from bristle import friction
     from bristle.core import InputError
-    from bristle.files.components import component_named
+    from bristle.core.errors import did_you_mean
 
     base, plus, slots = name.partition("+")
     family_of = {one.name: family for family, members in _families().items() for one in members}
     named = {one.name: one for members in _families().values() for one in members}
-    one = component_named(base, named, "NAME")
+    if base not in named:
+        mend = f"{did_you_mean(base, named)} All of them: bristle models".lstrip()
+        raise InputError("there is no such model", path="NAME", value=name, mend=mend)
+    one: Any = named[base]
     if plus and family_of[base] != "friction":
         raise InputError(f"a {family_of[base]} takes no slots", path="NAME", value=name, mend=f"Write {base}")
     if plus:

@@ -69,6 +69,8 @@ class Axis:
         Sample time of the log where it has no column of time [s].
     delay : float
         By how much the effort column lags the position column [s].
+    seeks_delay : bool
+        Whether an identification is to find how much more it lags.
     mass : float or None
         Moving mass [kg] or inertia [kg*m^2], where known.
     plant : str
@@ -128,6 +130,7 @@ class Axis:
     table: str | None = None
     sample_time: float | None = None
     delay: float = 0.0
+    seeks_delay: bool = False
     mass: float | None = None
     plant: str = "inertia"
     stiffness: float | None = None

@@ -37,6 +37,7 @@ TREATMENT = {
     "cutoff": Variable("frequency", "cut-off of the zero-phase filter of the identification", min=1e-9),
     "decimation": Variable("1", "samples for one row of the identification", min=1.0),
     "velocity_max": Variable("length/time", "largest speed that the model was fitted to", min=0.0),
+    "delay": Variable("time", "by how much the effort of the log lags its position"),
 }
 
 

@@ -29,14 +29,15 @@ from bristle.friction.presliding import is_static, with_presliding
 from bristle.friction.reformed_dahl import MODEL as reformed_dahl
 from bristle.friction.slots import SLOTS, SlottedModel, base_of, slotted, unvaried
 from bristle.friction.stribeck import MODEL as stribeck
+from bristle.friction.stribeck_free import MODEL as stribeck_free
 from bristle.friction.variation import varied
 from bristle.friction.viscous import MODEL as viscous
 
 MODELS: dict[str, FrictionModel] = {
     model.name: model
     for model in (
-        coulomb, viscous, coulomb_viscous, stribeck, dahl, reformed_dahl, bouc_wen, bouc_wen_classic, lugre,
-        elastoplastic, maxwell_slip, maxwell_stribeck, gms, gap_slider, preisach_contact, preisach_lugre, leuven,
+        coulomb, viscous, coulomb_viscous, stribeck, stribeck_free, dahl, reformed_dahl, bouc_wen, bouc_wen_classic,
+        lugre, elastoplastic, maxwell_slip, maxwell_stribeck, gms, gap_slider, preisach_contact, preisach_lugre, leuven,
     )
 }  # fmt: skip
 
@@ -62,6 +63,7 @@ __all__ = [
     "reformed_dahl",
     "slotted",
     "stribeck",
+    "stribeck_free",
     "unvaried",
     "viscous",
     "with_presliding",

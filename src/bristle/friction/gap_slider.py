@@ -9,8 +9,8 @@ The spring deflects by `z`, a stop between :math:`\pm r`, :math:`r = \tfrac12 h 
 
 which reaches :math:`F_C` where the slider slips. At a reversal the force falls steeply, is small throughout the
 backlash, and rises again on the other side, the steeper the farther. Between the ends the contact is elastic: what a
-cycle dissipates is the slip. A sum of stops (Prandtl-Ishlinskii) cannot do that, since its stiffness only falls along
-a stroke.
+cycle dissipates is the slip. A sum of stops (Prandtl-Ishlinskii) cannot do that: its stiffness only falls along a
+stroke.
 
 Where the contact stands in its backlash before a log begins is not known: it may be anywhere between the stops. With
 ``+asymmetry`` the two ends have a force and a spring each, by the side that the contact leans to.

@@ -2,7 +2,7 @@ r"""Slots that let friction vary: with the place on the axis, the angle of a scr
 
 .. math::
     F = \left(1 + p_1 \xi + p_2 \xi^2 + k_L (L - 1) + k_T (T - T_0)\right) F_\text{model}
-        + a_1 \xi + a_2 \xi^2 + c_1 \cos\varphi + s_1 \sin\varphi
+        + a_1 \xi + a_2 \xi^2 + \sum_{i=1,2} c_i \cos i\varphi + s_i \sin i\varphi
 
 with :math:`\xi = (x - x_0)/x_L`, held at :math:`\pm 1` beyond the range that it was identified over, :math:`\varphi =
 2\pi x/\text{pitch}`, the load :math:`L` over its nominal value and :math:`T_0` = 293.15 K. ``+position`` takes both its
@@ -43,8 +43,18 @@ class Place(NamedTuple):
     a_1: Annotated[float, Variable("force", "force that rises from x_0 to x_0 + x_L", excitation="place")] = 0.0
     a_2: Annotated[float, Variable("force", "force that varies along x, its even part", excitation="place")] = 0.0
     pitch: Annotated[float, Variable("length", "travel for one turn of the screw", min=1e-12)] = 1.0
-    c_1: Annotated[float, Variable("force", "force once a turn, cosine of the angle", excitation="place")] = 0.0
-    s_1: Annotated[float, Variable("force", "force once a turn, sine of the angle", excitation="place")] = 0.0
+    c_1: Annotated[
+        float, Variable("force", "force once a turn, cosine of the angle", directional=True, excitation="place")
+    ] = 0.0
+    s_1: Annotated[
+        float, Variable("force", "force once a turn, sine of the angle", directional=True, excitation="place")
+    ] = 0.0
+    c_2: Annotated[
+        float, Variable("force", "force twice a turn, cosine of the angle", directional=True, excitation="place")
+    ] = 0.0
+    s_2: Annotated[
+        float, Variable("force", "force twice a turn, sine of the angle", directional=True, excitation="place")
+    ] = 0.0
     k_L: Annotated[float, Variable("1", "change of friction for twice the nominal load", excitation="load")] = 0.0
     k_T: Annotated[
         float, Variable("1/temperature", "change of friction for a kelvin", nominal=1e-2, excitation="temperature")
@@ -53,7 +63,7 @@ class Place(NamedTuple):
 
 VARIATIONS: dict[str, tuple[str, ...]] = {
     "position": ("x_0", "x_L", "p_1", "p_2", "a_1", "a_2"),
-    "periodic": ("pitch", "c_1", "s_1"),
+    "periodic": ("pitch", "c_1", "s_1", "c_2", "s_2"),
     "load": ("k_L",),
     "temperature": ("k_T",),
 }
@@ -86,7 +96,9 @@ def force_at(x, q):
     """Return the force [N or N*m] beside friction at a position [m or rad]."""
     xi = share_of(x, q)
     phase = TWO_PI * x / q.pitch
-    return xi * (q.a_1 + xi * q.a_2) + q.c_1 * math.cos(phase) + q.s_1 * math.sin(phase)
+    c, s = math.cos(phase), math.sin(phase)
+    once, twice = q.c_1 * c + q.s_1 * s, q.c_2 * (c * c - s * s) + q.s_2 * 2.0 * s * c
+    return xi * (q.a_1 + xi * q.a_2) + once + twice
 
 
 @kernel
@@ -184,7 +196,7 @@ def _varied(model: FrictionModel, slots: tuple[str, ...]) -> VariedModel:
 _CAUSES = {"position": "position", "periodic": "the angle of the screw", "load": "load", "temperature": "temperature"}
 _EXAMPLE = {
     "x_0": 0.1, "x_L": 0.1, "p_1": 0.05, "p_2": -0.08, "a_1": 0.6, "a_2": 0.4, "pitch": 5e-3, "c_1": 0.7, "s_1": -0.3,
-    "k_L": 0.8, "k_T": -0.01,
+    "c_2": 0.3, "s_2": 0.2, "k_L": 0.8, "k_T": -0.01,
 }  # fmt: skip
 
 

@@ -15,7 +15,7 @@ from bristle.core.variable import Kind, Variable
 from bristle.identification.excitation import out_of_sight, why_unidentifiable
 from bristle.identification.problem import Problem
 from bristle.identification.repetition import about_amplitudes
-from bristle.identification.residual import about_held_effort, about_noise, about_residual
+from bristle.identification.residual import about_held_effort, about_noise, about_residual, about_rise
 from bristle.identification.result import Estimate, Fit, Traces
 from bristle.identification.solution import Solution
 from bristle.identification.uncertainty import Uncertainty, uncertainty_of
@@ -56,6 +56,7 @@ def fit_of(problem: Problem, solution: Solution, scales: Scales, residual: np.nd
     if residual is None:
         about = (
             *about_held_effort(problem, estimates), *about_noise(problem), *about_residual(problem, values, error),
+            *about_rise(problem, values), *about_amplitudes(regression, problem.model(values)),
         )  # fmt: skip
     return Fit(
         plant=problem.plant(values),
@@ -74,11 +75,7 @@ def fit_of(problem: Problem, solution: Solution, scales: Scales, residual: np.nd
             problem.mechanical(values),
         ),
         force_error_percent=error,
-        warnings=(
-            *_warnings(estimates, uncertainty, names),
-            *about,
-            *about_amplitudes(regression, problem.model(values)),
-        ),
+        warnings=(*_warnings(estimates, uncertainty, names), *about),
         assumptions=_assumptions(problem, by_output=residual is not None),
     )
 
@@ -237,6 +234,11 @@ def _assumptions(problem: Problem, *, by_output: bool) -> tuple[str, ...]:
         f"position, effort and friction filtered at {regression.cutoff:g} Hz without phase, {regression.dropped} "
         f"samples dropped at each edge, one row for {regression.decimation} samples"
     )
+    if regression.delay:
+        found.append(
+            f"the effort lags the position by {with_unit(regression.delay, 's')} "
+            f"({regression.delay / regression.sample_time:.2f} samples), found where simple friction explains it best"
+        )
     if regression.rest_share > 0.0 and not regression.keeps_rests:
         found.append(
             f"{100.0 * regression.rest_share:.3g} % of the samples are at rest and left out: there friction balances "

@@ -26,16 +26,17 @@ from bristle.identification.findings import fit_of
 from bristle.identification.given import logs_and_axes, none_or_more, treatment_of
 from bristle.identification.held_out import held_out_error
 from bristle.identification.information import with_information
+from bristle.identification.interruption import UNFINISHED, obey
 from bristle.identification.output_error import OutputError, held_out_position, one_period, refined
 from bristle.identification.places import pitch_in
 from bristle.identification.problem import Problem
-from bristle.identification.ranking import ranked
+from bristle.identification.ranking import in_order
 from bristle.identification.regression import Regression
 from bristle.identification.repetition import about_repetition
 from bristle.identification.resampling.assessment import assessed
 from bristle.identification.resampling.refit import Space, space_of
 from bristle.identification.result import Fit, HeldOut, Identification
-from bristle.identification.search import Search
+from bristle.identification.search import Report, Search
 from bristle.identification.several import treat_all
 from bristle.identification.shaped import in_lists, shaped
 from bristle.identification.solution import Solution, solve_linear
@@ -114,19 +115,38 @@ def identify(
     treated = [one_period(log, axis) for log, axis in zip(logs, axes, strict=True)] if by_output else logs
     regression = treat_all(treated, axes, *treatment_of(cutoff, decimation, kind))
     workbench = _Workbench.of(regression, known, tuple(zip(logs, axes, strict=True)) if by_output else ())
-    fits = []
+    count = len(components) + bool(draws)
+    fits = _fits(workbench, components, blocks, lambda number, what: _share(progress, number, count, what))
+    first, *others = (replace(fit, rank=rank) for rank, fit in enumerate(with_information(in_order(fits)), 1))
+    unfinished = _unfinished(fits, [one.name for one in components])
+    if draws and not unfinished:
+        report = _share(progress, len(components), count, f"fitting {first.name} to simulated logs")
+        try:
+            first = workbench.assessed(first, draws, report)
+        except KeyboardInterrupt as error:
+            obey(error)
+            unfinished = "interrupted: the intervals are not those of simulated logs"
+    return Identification((first, *others), logs[0], _treatment(regression), tuple(logs[1:]), unfinished)
+
+
+def _fits(
+    workbench: _Workbench, components: Sequence[FrictionModel], blocks: int, share: Callable[[int, str], Report]
+) -> list[Fit]:
+    """Return the fits of several models, as many as a person waits for."""
+    fits: list[Fit] = []
     for number, component in enumerate(components):
-        report = _share(progress, number, len(components) + bool(draws), f"fitting {component.name}")
-        fits.append(workbench.fit(component, blocks, report))
-    first, *others = (replace(fit, rank=rank) for rank, fit in enumerate(with_information(ranked(fits)), 1))
-    if draws:
-        report = _share(progress, len(components), len(components) + 1, f"fitting {first.name} to simulated logs")
-        first = workbench.assessed(first, draws, report)
-    return Identification((first, *others), logs[0], _treatment(regression), tuple(logs[1:]))
+        try:
+            fits.append(workbench.fit(component, blocks, share(number, f"fitting {component.name}")))
+        except KeyboardInterrupt as error:
+            obey(error, anything=bool(fits))
+            break
+        if fits[-1].unfinished:
+            break
+    return fits
 
 
 def _treatment(regression: Regression) -> dict[str, float]:
-    return {
+    found = {
         "cutoff": regression.cutoff,
         "decimation": float(regression.decimation),
         "dropped": float(regression.dropped),
@@ -134,6 +154,7 @@ def _treatment(regression: Regression) -> dict[str, float]:
         "rest_percent": 100.0 * regression.rest_share,
         "velocity_max": float(np.max(np.abs(regression.velocity))),
     }
+    return found | ({"delay": regression.delay} if regression.delay else {})
 
 
 def _refuse_without_effort(logs: Sequence[Log]) -> None:
@@ -143,10 +164,18 @@ def _refuse_without_effort(logs: Sequence[Log]) -> None:
                              mend="Name the column of force, torque or current in the axis file")  # fmt: skip
 
 
-def _share(progress: Progress | None, number: int, count: int, what: str) -> Callable[[float], None]:
-    def report(share: float) -> None:
+def _unfinished(fits: Sequence[Fit], asked: Sequence[str]) -> str:
+    """Return what was interrupted, in words; nothing where all was done."""
+    missing = asked[len(fits) :]
+    said = [f"{fit.name} is the best found until then" for fit in fits if fit.unfinished]
+    said += [f"{', '.join(missing)} {'was' if len(missing) == 1 else 'were'} not fitted"] if missing else []
+    return f"interrupted: {'; '.join(said)}" if said else ""
+
+
+def _share(progress: Progress | None, number: int, count: int, what: str) -> Report:
+    def report(share: float, remark: str = "") -> None:
         if progress is not None:
-            progress((number + share) / count, what)
+            progress((number + share) / count, f"{what}{remark and f', {remark}'}")
 
     return report
 
@@ -188,7 +217,7 @@ class _Workbench:
             bounded["F_C"] = max(float(np.sqrt(np.mean(friction**2))), bounded["F_C"])
         return cls(regression, known, bounded, scales_of(regression, max(bounded["F_C"], 0.01 * effort)), simulated)
 
-    def fit(self, component: FrictionModel, blocks: int, report: Callable[[float], None]) -> Fit:
+    def fit(self, component: FrictionModel, blocks: int, report: Report) -> Fit:
         """Fit one model."""
         report(0.0)
         if "pitch" in component.variables and self.known.pitch is None:
@@ -204,34 +233,44 @@ class _Workbench:
                 return solve_linear(problem, rows)
         else:
             search = Search(problem, self.scales, self.sliding)
-            solution = search.solve(lambda share: report((0.2 if self.simulated else 0.6) * share))
+            solution = search.solve(lambda share, remark="": report((0.2 if self.simulated else 0.6) * share, remark))
 
             def on_rows(rows: np.ndarray):
                 return search.refit(solution.values, rows)
 
-        if self.simulated:
+        if self.simulated and not solution.unfinished:
             return self._by_output(problem, solution, blocks, report)
 
         def predicted(rows: np.ndarray) -> np.ndarray:
             return problem.predicted(problem.unknowns.complete(on_rows(rows).values))
 
-        held_out = None
-        if blocks:
-            held_out = held_out_error(self.regression, predicted, blocks, lambda share: report(0.6 + 0.4 * share))
         self.found[component.name] = problem, space_of(problem, solution, self.scales)
         fit = fit_of(problem, solution, self.scales)
+        if not blocks or solution.unfinished:
+            return self._finished(fit, None, unfinished=solution.unfinished)
+        try:
+            held_out = held_out_error(self.regression, predicted, blocks, lambda share: report(0.6 + 0.4 * share))
+        except KeyboardInterrupt as error:
+            obey(error)
+            return self._finished(fit, None, unfinished=True)
         report(1.0)
         return self._finished(fit, held_out)
 
-    def assessed(self, fit: Fit, draws: int, report: Callable[[float], None]) -> Fit:
+    def assessed(self, fit: Fit, draws: int, report: Report) -> Fit:
         """Return a fit of this bench with its intervals from simulated logs."""
         return assessed(fit, *self.found[fit.name], draws, report) if fit.name in self.found else fit
 
-    def _by_output(self, problem: Problem, start: Solution, blocks: int, report: Callable[[float], None]) -> Fit:
+    def _by_output(self, problem: Problem, start: Solution, blocks: int, report: Report) -> Fit:
         """Fit one model to the position, from where inverse dynamics ended."""
         logs, axes = [log for log, _ in self.simulated], [axis for _, axis in self.simulated]
         solution, fine, coarse = refined(
-            problem, start, logs, axes, self.scales, self.sliding, lambda share: report(0.2 + 0.6 * share)
+            problem,
+            start,
+            logs,
+            axes,
+            self.scales,
+            self.sliding,
+            lambda share, remark="": report(0.2 + 0.6 * share, remark),
         )
         assert isinstance(fine.problem, OutputError)
         measured, residual = fine.problem.measured, fine.problem.residual(solution.values)
@@ -239,12 +278,12 @@ class _Workbench:
             fit_of(problem, solution, self.scales, residual),
             position_error_percent=relative_error_percent(measured, measured - residual),
             position_rmse=float(np.sqrt(np.mean(residual**2))),
-            held_out=held_out_position(coarse, solution.values, blocks) if blocks else None,
+            held_out=held_out_position(coarse, solution.values, blocks) if blocks and not solution.unfinished else None,
         )
         report(1.0)
-        return fit
+        return self._finished(fit, fit.held_out, unfinished=solution.unfinished)
 
-    def _fit_elements(self, component: SlottedModel, blocks: int, report: Callable[[float], None]) -> Fit:
+    def _fit_elements(self, component: SlottedModel, blocks: int, report: Report) -> Fit:
         """Fit elements that slip: their shape comes with the solution."""
         prototype = shaped(component, np.ones(1), np.ones(1))
         elements = Elements(self.regression, component, unknowns_of(prototype, self.known, self.regression))
@@ -266,9 +305,11 @@ class _Workbench:
         further = max(len(friction.values["k_i"]) - 2, 0)
         return self._finished(replace(fit, friction=friction, further=further), held_out)
 
-    def _finished(self, fit: Fit, held_out: HeldOut | None) -> Fit:
-        repeated = about_repetition(self.regression) if held_out and held_out.of == "time blocks" else ()
-        return replace(fit, held_out=held_out, warnings=(*fit.warnings, *repeated))
+    def _finished(self, fit: Fit, held_out: HeldOut | None, *, unfinished: bool = False) -> Fit:
+        by_blocks = held_out is not None and held_out.of == "time blocks" and not self.simulated
+        repeated = about_repetition(self.regression) if by_blocks else ()
+        said = (UNFINISHED,) if unfinished else ()
+        return replace(fit, held_out=held_out, unfinished=unfinished, warnings=(*said, *fit.warnings, *repeated))
 
     def _pitch(self) -> float:
         """Return the pitch of the screw, found in what Coulomb and viscous friction leave."""

@@ -8,16 +8,17 @@ sum has many minima. Inverse dynamics finds the start, coarse steps the way from
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from bristle.core.axis import Axis
+from bristle.identification.interruption import obey
 from bristle.identification.open_loop import FINE, OpenLoop, open_loop_of
 from bristle.identification.problem import Problem
 from bristle.identification.result import HeldOut
-from bristle.identification.search import Search
+from bristle.identification.search import Report, Search, silent
 from bristle.identification.solution import Solution
 from bristle.identification.unknowns import Scales, Unknowns
 from bristle.logs.log import Log
@@ -81,6 +82,11 @@ class OutputError:
         return np.repeat(np.arange(len(self.loops)), [loop.count for loop in self.loops])
 
     @property
+    def norm(self) -> float:
+        """Root of the sum of squares of the position [m or rad]."""
+        return float(np.linalg.norm(self.measured))
+
+    @property
     def magnitude(self) -> float:
         """Typical magnitude of the position [m or rad]."""
         return float(np.std(self.measured))
@@ -94,7 +100,7 @@ class OutputError:
 
 def refined(
     inverse: Problem, start: Solution, logs: Sequence[Log], axes: Sequence[Axis | None], scales: Scales,
-    guess: Mapping[str, float], report: Callable[[float], None] = lambda share: None,
+    guess: Mapping[str, float], report: Report = silent,
 ) -> tuple[Solution, Search, Search]:  # fmt: skip
     """Return the solution of least output error, the search that found it, and a coarser one.
 
@@ -112,15 +118,21 @@ def refined(
     coarse = OutputError.of(inverse, logs, axes, COARSE)
     search = Search(coarse, scales, guess, coarse.magnitude)
     rng = np.random.default_rng(SEED)
-    best = search.refit(start.values, limit=COARSE_EVALUATIONS)
-    for number in range(FURTHER_STARTS):
-        report((number + 1.0) / (FURTHER_STARTS + 2.0))
-        away = {name: value * float(np.exp(rng.normal(0.0, AWAY))) for name, value in best.values.items()}
-        found = search.refit(away, limit=AWAY_EVALUATIONS)
-        best = min((best, found), key=lambda one: one.cost)
-    report((FURTHER_STARTS + 1.0) / (FURTHER_STARTS + 2.0))
+    best, interrupted = start, False
+    try:
+        best = search.refit(start.values, limit=COARSE_EVALUATIONS)
+        for number in range(FURTHER_STARTS):
+            report((number + 1.0) / (FURTHER_STARTS + 2.0), f"best so far {search.percent(best.cost):.3g} %")
+            away = {name: value * float(np.exp(rng.normal(0.0, AWAY))) for name, value in best.values.items()}
+            found = search.refit(away, limit=AWAY_EVALUATIONS)
+            best = min((best, found), key=lambda one: one.cost)
+    except KeyboardInterrupt as error:
+        obey(error, anything=best is not start)
+        interrupted = True
+    report((FURTHER_STARTS + 1.0) / (FURTHER_STARTS + 2.0), f"best so far {search.percent(best.cost):.3g} %")
     fine = Search(OutputError.of(inverse, logs, axes, FINE), scales, guess, coarse.magnitude)
-    return fine.refit(best.values, limit=FINE_EVALUATIONS), fine, search
+    last = fine.refit(best.values, limit=1 if interrupted else FINE_EVALUATIONS)
+    return replace(last, unfinished=interrupted), fine, search
 
 
 def held_out_position(search: Search, start: Mapping[str, float], blocks: int) -> HeldOut:

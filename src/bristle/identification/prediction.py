@@ -25,7 +25,7 @@ from bristle.identification.doubts import with_doubts
 from bristle.identification.given import checked_model, log_and_axis, treatment_of
 from bristle.identification.open_loop import open_loop_of
 from bristle.identification.regression import Regression
-from bristle.identification.treatment import treat
+from bristle.identification.several import treat_all
 from bristle.logs.log import Log
 from bristle.sensors import encoder
 from bristle.simulation.result import Prediction, relative_error_percent
@@ -39,7 +39,7 @@ START_SAMPLES = 20  # over which the initial velocity is estimated
 def predict(
     plant: Model, friction: Model, log: Log | str | PathLike[str], axis: Axis | str | PathLike[str] | None = None,
     mode: str = "inverse", *, cutoff: float | str | None = None, decimation: int | None = None,
-    velocity_max: float | None = None, bands: Bands | None = None,
+    velocity_max: float | None = None, delay: float | None = None, bands: Bands | None = None,
 ) -> Prediction:  # fmt: skip
     """Predict a log with a model.
 
@@ -62,6 +62,8 @@ def predict(
 
     velocity_max : float, optional
         Largest speed that the model was fitted to [m/s or rad/s]: a log that goes far beyond it is told.
+    delay : float, optional
+        By how much the effort lags the position, as the identification found [s], for the inverse mode.
     bands : Bands, optional
         How sure the model is; what is predicted in the inverse mode then has a 95 % band.
 
@@ -90,7 +92,7 @@ def predict(
     if log.effort is None:
         raise InputError("has no effort to compare with or to apply", path="log", mend="Name its column in the axis")
     if mode == "inverse":
-        regression = treat(log, axis, *treatment_of(cutoff, decimation, log.kind))
+        regression = treat_all([log], [axis], *treatment_of(cutoff, decimation, log.kind), delay)
         width = None if bands is None else half_width(bands, plant, friction, regression)
         return with_doubts(replace(_inverse(plant, friction, log, regression), half_width=width), log, velocity_max)
     axis = axis or Axis(kind=log.kind)
@@ -285,7 +287,7 @@ def unexplained_force(
     ndarray, shape (sample,)
         Force [N or N*m].
     """
-    regression = treat(log, axis, cutoff)
+    regression = treat_all([log], [axis], cutoff)
     force = np.zeros(len(log))
     for one, explained in zip(regression.stretches, regression.explained(plant, friction), strict=True):
         residual = np.where(one.velocity == 0.0, 0.0, one.effort - explained)

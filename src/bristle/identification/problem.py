@@ -60,6 +60,11 @@ class Problem:
         """Return measured minus predicted effort of each row [N or N*m], from the free parameters."""
         return self.regression.effort - self.predicted(self.unknowns.complete(free))
 
+    @property
+    def norm(self) -> float:
+        """Root of the sum of squares of the effort [N or N*m]."""
+        return float(np.linalg.norm(self.regression.effort))
+
     @cached_property
     def columns(self) -> np.ndarray:
         """Regressor of a model that is linear in its parameters, shape (row, free), by its own trial.

@@ -8,10 +8,15 @@ import numpy as np
 
 from bristle.identification.result import Fit
 
-__all__ = ["ranked"]
+__all__ = ["in_order", "ranked"]
 
 SAME = 1e-3  # relative difference of errors that is none
 DOUBTFUL = 0.5  # share of parameters that could not be identified
+
+
+def in_order(fits: Sequence[Fit]) -> list[Fit]:
+    """Return fits to the same log, best first; one that was interrupted comes last: nothing was held out of it."""
+    return [*ranked([fit for fit in fits if not fit.unfinished]), *(fit for fit in fits if fit.unfinished)]
 
 
 def ranked(fits: Sequence[Fit]) -> list[Fit]:

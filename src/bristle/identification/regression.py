@@ -122,6 +122,8 @@ class Regression:
         Samples dropped at each edge of each stretch.
     held : bool or None
         Whether the recorded effort acts until the next sample; None where nobody said so.
+    delay : float
+        By which the effort lagged the position before it was moved back [s].
     keeps_rests : bool
         Whether rows at rest are kept.
     kept : ndarray or None
@@ -140,6 +142,7 @@ class Regression:
     dropped: int
     held: bool | None = None
     keeps_rests: bool = False
+    delay: float = 0.0
     kept: np.ndarray | None = None
     effort_noise: float = 0.0
 

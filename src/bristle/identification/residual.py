@@ -11,7 +11,7 @@ from bristle.friction import is_static
 from bristle.identification.problem import Problem
 from bristle.identification.result import Estimate
 
-__all__ = ["about_held_effort", "about_noise", "about_residual"]
+__all__ = ["about_held_effort", "about_noise", "about_residual", "about_rise"]
 
 NOISY = 0.01  # share of noise in the mean square of the acceleration
 HALF_SAMPLE = 0.1  # share of a damping from which half a sample of the stiffness matters
@@ -76,6 +76,23 @@ def about_residual(problem: Problem, values: Mapping[str, float], percent: float
             "row: compare it with models that know more, and take the intervals for too narrow",
         )
     return ()
+
+
+def about_rise(problem: Problem, values: Mapping[str, float]) -> tuple[str, ...]:
+    """Return a remark where friction rises with speed before it levels off, which no break-away force does."""
+    variables = problem.unknowns.variables
+    found = []
+    for side in ("", "_pos", "_neg"):
+        first, level = values.get(f"F_0{side}"), values.get(f"F_C{side}")
+        if first is not None and level is not None and "v_S" in values and first < level:
+            unit = variables[f"F_0{side}"].unit(problem.regression.kind)
+            where = {"_pos": ", moving forward", "_neg": ", moving backward"}.get(side, "")
+            speed = with_unit(values["v_S"], variables["v_S"].unit(problem.regression.kind))
+            found.append(
+                f"friction rises from {with_unit(first, unit)} to {with_unit(level, unit)} over the first "
+                f"{speed}{where}: no Stribeck effect, whose force falls"
+            )
+    return tuple(found)
 
 
 def _from_row_to_row(residual: np.ndarray) -> float:

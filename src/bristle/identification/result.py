@@ -189,6 +189,8 @@ class Fit:
         Products that the log tells where it does not tell one of their factors.
     further : int
         Free numbers besides the parameters: the shape of the elements of ``maxwell_slip``.
+    unfinished : bool
+        Whether a person interrupted the search, or the work on what was held out.
     resampling : Resampling or None
         How sure the fit is; None where that was not asked.
     information : Information or None
@@ -211,6 +213,7 @@ class Fit:
     position_rmse: float | None = None
     combinations: tuple[Estimate, ...] = ()
     further: int = 0
+    unfinished: bool = False
     resampling: Resampling | None = None
     information: Information | None = None
 
@@ -267,6 +270,8 @@ class Identification:
     treatment : dict
         ``cutoff`` [Hz], ``decimation``, samples ``dropped`` at each edge, ``rows`` used, ``rest_percent``, the
         share of the samples at rest [%], and ``velocity_max``, the largest speed fitted to [m/s or rad/s].
+    unfinished : str
+        What was interrupted, in words; empty where all was done.
     further_logs : tuple of Log
         Those that were fitted beside it.
     """
@@ -275,6 +280,7 @@ class Identification:
     log: Log
     treatment: dict[str, float] = field(default_factory=dict)
     further_logs: tuple[Log, ...] = ()
+    unfinished: str = ""
 
     @property
     def best(self) -> Fit:

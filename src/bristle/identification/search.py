@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Protocol
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
 
 import numpy as np
 
 from bristle.core.variable import Variable
+from bristle.identification.interruption import BestSoFar, obey
 from bristle.identification.solution import Solution
 from bristle.identification.unknowns import Coordinate, Scales, Unknowns, coordinates_of, natural_derivative
 
-__all__ = ["Search"]
+__all__ = ["Report", "Search", "silent"]
 
 CANDIDATES = 24
 STARTS = 3
@@ -31,9 +32,26 @@ class Residual(Protocol):
         """What is free and what is held."""
         ...
 
+    @property
+    def norm(self) -> float:
+        """Root of the sum of squares of what was measured."""
+        ...
+
     def residual(self, free: Mapping[str, float]) -> np.ndarray:
         """Return what is left over, shape (row,)."""
         ...
+
+
+class Report(Protocol):
+    """What a search tells of its progress: the share of the work done, and a remark."""
+
+    def __call__(self, share: float, remark: str = "") -> None:
+        """Take note."""
+        ...
+
+
+def silent(share: float, remark: str = "") -> None:
+    """Tell nobody."""
 
 
 @dataclass(frozen=True)
@@ -58,19 +76,33 @@ class Search:
     guess: Mapping[str, float]
     unit: float = 0.0
 
-    def solve(self, report: Callable[[float], None] = lambda share: None) -> Solution:
-        """Return the best solution from several starts; `report` is told the share of the work done."""
+    def solve(self, report: Report = silent) -> Solution:
+        """Return the best solution from several starts; `report` is told the share of the work done.
+
+        One that a person interrupts is the best found until then, and says so.
+        """
         coordinates = coordinates_of(self.problem.unknowns, self.scales)
+        best = BestSoFar()
+        try:
+            self._solve(coordinates, best, report)
+        except KeyboardInterrupt as error:
+            obey(error, anything=best.at is not None)
+            if best.result is None or best.cost < best.result.cost:
+                best.result = self._descend(coordinates, np.asarray(best.at), slice(None), 1)
+        return replace(self._solution(coordinates, best.result), unfinished=not best.whole)
+
+    def _solve(self, coordinates: tuple[Coordinate, ...], best: BestSoFar, report: Report) -> None:
         rng = np.random.default_rng(SEED)
         candidates = [self._start(coordinates, rng) for _ in range(CANDIDATES)]
         costs = [float(np.sum(self._residual(coordinates, phi) ** 2)) for phi in candidates]
-        best = None
         for number, index in enumerate(np.argsort(costs)[:STARTS]):
-            report((number + 0.3) / (STARTS + 0.3))
-            found = self._descend(coordinates, candidates[index], slice(None), EVALUATIONS)
-            if best is None or found.cost < best.cost:
-                best = found
-        return self._solution(coordinates, best)
+            report((number + 0.3) / (STARTS + 0.3), f"best so far {self.percent(best.cost):.3g} %" if number else "")
+            best.take(self._descend(coordinates, candidates[index], slice(None), EVALUATIONS, best))
+        best.whole = True
+
+    def percent(self, cost: float) -> float:
+        """Return what half a sum of squares is of the measured signal [%]."""
+        return 100.0 * math.sqrt(2.0 * cost) * self._unit / max(self.problem.norm, np.finfo(float).tiny)
 
     def refit(
         self, start: Mapping[str, float], rows: np.ndarray | slice = slice(None), limit: int = EVALUATIONS // 3
@@ -95,8 +127,17 @@ class Search:
     def _unit(self) -> float:
         return self.unit or self.scales.force
 
-    def _descend(self, coordinates: tuple[Coordinate, ...], phi: np.ndarray, rows: np.ndarray | slice, limit: int):
+    def _descend(
+        self, coordinates: tuple[Coordinate, ...], phi: np.ndarray, rows: np.ndarray | slice, limit: int,
+        best: BestSoFar | None = None,
+    ) -> Any:  # fmt: skip
         from scipy.optimize import least_squares
+
+        def residual(x: np.ndarray) -> np.ndarray:
+            found = self._residual(coordinates, x)[rows]
+            if best is not None:
+                best.see(x, 0.5 * float(found @ found))
+            return found
 
         low = np.array([one.low for one in coordinates])
         high = np.array([one.high for one in coordinates])
@@ -104,7 +145,7 @@ class Search:
         width = np.minimum(high - low, 1.0)
         phi = np.clip(phi, low + 1e-4 * width, high - 1e-4 * width)
         return least_squares(
-            lambda x: self._residual(coordinates, x)[rows], phi, bounds=(low, high), max_nfev=limit,
+            residual, phi, bounds=(low, high), max_nfev=limit,
             ftol=1e-9, xtol=1e-7, gtol=1e-10,
         )  # fmt: skip
 

@@ -10,6 +10,7 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.errors import InputError
 from bristle.core.typography import with_unit
+from bristle.identification.delay import delay_in, shifted
 from bristle.identification.regression import Regression
 from bristle.identification.treatment import treat
 from bristle.logs.log import Log
@@ -20,8 +21,9 @@ ALIKE = 1e-3  # relative difference of sample times that is none
 
 
 def treat_all(
-    logs: Sequence[Log], axes: Sequence[Axis | None], cutoff: float | None = None, decimation: int | None = None
-) -> Regression:
+    logs: Sequence[Log], axes: Sequence[Axis | None], cutoff: float | None = None, decimation: int | None = None,
+    delay: float | None = None,
+) -> Regression:  # fmt: skip
     """Return the regression rows of several logs, one after the other.
 
     Parameters
@@ -32,6 +34,8 @@ def treat_all(
         What is known of the axis as each log records it.
     cutoff, decimation : float, int, optional
         As in `treat`; the same for all logs.
+    delay : float, optional
+        By how much the effort lags the position [s]. Where it is not given, an axis may ask for it to be found.
 
     Raises
     ------
@@ -48,13 +52,16 @@ def treat_all(
         later = end - one.stretches[0].time[0]
         stretches += [replace(stretch, log=number, time=stretch.time + later) for stretch in one.stretches]
         end = stretches[-1].time[-1] + first.sample_time
-    return replace(
+    whole = replace(
         first,
         stretches=tuple(stretches),
         resolution=max(one.resolution for one in parts),
         noise=float(np.sqrt(np.mean([one.noise**2 for one in parts]))),
         effort_noise=float(np.sqrt(np.mean([one.effort_noise**2 for one in parts]))),
     )
+    if delay is None and any(axis is not None and axis.seeks_delay for axis in axes):
+        delay, _ = delay_in(whole)
+    return shifted(whole, delay) if delay else whole
 
 
 def _refuse_unlike(log: Log, one: Regression, first: Regression) -> None:

@@ -28,6 +28,8 @@ class Solution:
         Derivative of the parameters with respect to those coordinates.
     cost : float
         Half the sum of squares that is left over, in units of the search.
+    unfinished : bool
+        Whether a person interrupted the search.
     """
 
     values: Mapping[str, float]
@@ -35,6 +37,7 @@ class Solution:
     jacobian: np.ndarray
     derivative: np.ndarray
     cost: float = 0.0
+    unfinished: bool = False
 
 
 def solve_linear(problem: Problem, rows: np.ndarray | slice = slice(None)) -> Solution:

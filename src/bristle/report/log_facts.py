@@ -22,6 +22,7 @@ TREATMENT = {
     "decimation": ("Samples for one row of the regression", "{:.0f}"),
     "dropped": ("Samples dropped at each edge", "{:.0f}"),
     "rows": ("Rows of the regression", "{:.0f}"),
+    "delay": ("Delay of the effort, identified", "{:.3g} s"),
     "rest_percent": ("Samples at rest, left out", "{:.3g} %"),
 }
 

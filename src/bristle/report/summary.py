@@ -53,6 +53,7 @@ def identification_summary(
         "compensation": None if simulation is None else _variants(simulation),
         "prediction": None if prediction is None else _prediction(prediction),
         "log": {"samples": len(log), "sample_time": log.sample_time, "duration": log.duration, "notes": log.notes},
+        "unfinished": identification.unfinished or None,
         "further_logs": [one.source.name for one in identification.further_logs],
         "treatment": identification.treatment,
         "provenance": provenance,

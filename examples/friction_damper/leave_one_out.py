@@ -1,0 +1,93 @@
+"""Leave one test out, within each set and tension of the damper: fit to the others, predict it, compare the errors.
+
+Usage: ``python leave_one_out.py brfd_all.npz [--models coulomb,gap_slider+asymmetry] [--only "set 1, 20 lb"]``.
+The tests at 2 Hz are predicted, but nothing is fitted to them.
+"""
+
+import argparse
+import json
+import re
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+
+import bristle as br
+from bristle.files import read_axis
+
+NAME = re.compile(r"dataset-(\d)__.*__([\d.]+)Hz(\d+)lb")
+AXIS = Path(__file__).parent / "axis.toml"
+FAST = 2.0  # [Hz]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("file", type=Path)
+    parser.add_argument("--models", default="coulomb,gap_slider+asymmetry")
+    parser.add_argument("--only", help="one group, as it is printed")
+    parser.add_argument("--json", type=Path, help="write the errors into this file")
+    chosen = parser.parse_args()
+    models, found = chosen.models.split(","), []
+    for group, tests in groups(chosen.file).items():
+        if chosen.only not in (None, group):
+            continue
+        for row in errors_of(chosen.file, tests, models):
+            told = "  ".join(f"{one} {row[one] / row['std']:.3f}" for one in models)
+            print(f"{group:15} {row['frequency']:5g} Hz  {row['test'].split('__')[-1]:32} {told}", flush=True)
+            found.append({"group": group} | row)
+    for name, rows in parts(found).items():
+        pooled = {one: float(np.sqrt(np.mean([row[one] ** 2 for row in rows]))) for one in models}
+        ratios = {one: [row[models[0]] / row[one] for row in rows] for one in models[1:]}
+        print(f"{name}, {len(rows)} tests: pooled", {one: f"{value:.4g} N" for one, value in pooled.items()})
+        for one, ratio in ratios.items():
+            pooled_ratio = pooled[models[0]] / pooled[one]
+            print(f"  {models[0]} over {one}: pooled {pooled_ratio:.2f}, median {np.median(ratio):.2f}, "
+                  f"least {min(ratio):.2f}")  # fmt: skip
+    if chosen.json:
+        chosen.json.write_text(json.dumps(found, indent=1))
+
+
+def groups(file: Path) -> dict[str, list[tuple[str, float]]]:
+    """Return the tests, name and frequency [Hz], of each set and tension."""
+    found = defaultdict(list)
+    for name in np.load(file).files:
+        place, frequency, tension = NAME.match(name).groups()
+        found[f"set {place}, {tension} lb"].append((name, float(frequency)))
+    return dict(found)
+
+
+def errors_of(file: Path, tests: list[tuple[str, float]], models: list[str]) -> list[dict]:
+    """Return the root mean square of the error of the force [N] on each test, by model, fitted to the others."""
+    axis = read_axis(AXIS)
+    logs = {name: br.read_log(f"{file}::{name}", axis) for name, _ in tests}
+    slow = [name for name, frequency in tests if frequency < FAST]
+    # Of several logs, each is held out in turn.
+    found = br.identify([logs[name] for name in slow], models, axis=axis)
+    rows = []
+    for name, frequency in tests:
+        effort = logs[name].effort.values
+        row = {"test": name, "frequency": frequency, "std": float(np.std(effort))}
+        for fit in found.fits:
+            if name in slow:
+                percent = fit.held_out.block_errors_percent[slow.index(name)]
+                row[fit.name] = 0.01 * percent * float(np.sqrt(np.mean(effort**2)))
+            else:
+                predicted = br.predict(fit.plant, fit.friction, logs[name], axis)
+                row[fit.name] = float(np.sqrt(np.mean((predicted.effort - predicted.effort_predicted) ** 2)))
+        rows.append(row)
+    return rows
+
+
+def parts(found: list[dict]) -> dict[str, list[dict]]:
+    """Return the tests of each kind: those that the model is for, those of a loose band, and the fast ones."""
+    kinds = {
+        "20 lb and more, up to 1 Hz": lambda row: not row["group"].endswith(" 0 lb") and row["frequency"] < FAST,
+        "0 lb": lambda row: row["group"].endswith(" 0 lb"),
+        "2 Hz": lambda row: row["frequency"] >= FAST,
+    }
+    chosen = {name: [row for row in found if wanted(row)] for name, wanted in kinds.items()}
+    return {name: rows for name, rows in chosen.items() if rows}
+
+
+if __name__ == "__main__":
+    main()

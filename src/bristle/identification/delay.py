@@ -1,0 +1,84 @@
+r"""By how much the effort of a log lags its position: found where simple friction explains the effort best.
+
+The effort, filtered, is moved against the motion by fractions of a sample, and each time
+
+.. math:: u(t + \tau) = M \ddot q + c \dot q + k q + F_{v\pm} \dot q + F_{C\pm} \operatorname{sgn} \dot q
+
+is solved. An effort that a controller holds leads by half a sample; a drive that filters its current lags.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from bristle.identification.regression import Regression
+
+__all__ = ["delay_in", "shifted"]
+
+FARTHEST = 5.0  # samples, to either side
+SCAN = 21  # delays that are tried first
+LEVELS = np.geomspace(0.02, 0.3, 4)  # of the largest speed: where friction may bend
+
+
+def delay_in(regression: Regression) -> tuple[float, float]:
+    """Return by how much the effort lags the position [s], and the standard error of that.
+
+    Parameters
+    ----------
+    regression : Regression
+        The rows of a log, not yet shifted.
+    """
+    from scipy.optimize import minimize_scalar
+
+    basis = np.linalg.qr(_columns(regression))[0]
+    dt = regression.sample_time
+
+    def left(samples: float) -> float:
+        effort = shifted(regression, float(samples) * dt).effort
+        return float(np.sum((effort - basis @ (basis.T @ effort)) ** 2))
+
+    tried = np.linspace(-FARTHEST, FARTHEST, SCAN)
+    best = float(tried[int(np.argmin([left(one) for one in tried.tolist()]))])
+    step = 2.0 * FARTHEST / (SCAN - 1)
+    ends = max(best - step, -FARTHEST), min(best + step, FARTHEST)
+    least_at: Any = minimize_scalar(left, bounds=ends, method="bounded", options={"xatol": 1e-3})
+    found = float(least_at.x)
+    least, bend = left(found), 0.1
+    curvature = (left(found + bend) - 2.0 * least + left(found - bend)) / bend**2
+    variance = 2.0 * least / max(basis.shape[0] - basis.shape[1] - 1, 1) / max(curvature, np.finfo(float).tiny)
+    return found * dt, variance**0.5 * dt
+
+
+def shifted(regression: Regression, delay: float) -> Regression:
+    """Return the rows of a log whose effort lags by `delay` [s], moved back in time by as much."""
+    from scipy.interpolate import CubicSpline
+
+    moved = []
+    for one in regression.stretches:
+        at = np.clip(one.time + delay, one.time[0], one.time[-1])
+        moved.append(replace(one, effort=np.asarray(CubicSpline(one.time, one.effort)(at))))
+    return replace(regression, stretches=tuple(moved), delay=delay)
+
+
+def _columns(regression: Regression) -> np.ndarray:
+    """Return what a simple friction model is linear in, filtered as the effort is, shape (row, column)."""
+
+    def rows(signals: list[np.ndarray]) -> np.ndarray:
+        return regression.rows_of([regression.filtered(one) for one in signals])
+
+    velocities = [one.velocity for one in regression.stretches]
+    top = max(float(np.max(np.abs(v))) for v in velocities)
+    sides = [np.where(np.signbit(v), -1.0, 1.0) for v in velocities]
+    found = [regression.acceleration, regression.position - float(np.mean(regression.position))]
+    for side in (1.0, -1.0):
+        on = [(one == side).astype(float) for one in sides]
+        found.append(rows([v * here for v, here in zip(velocities, on, strict=True)]))
+        found.append(rows([one * here for one, here in zip(sides, on, strict=True)]))
+        for speed in (top * LEVELS).tolist():
+            # Friction that bends with speed would else be taken for a delay.
+            found.append(rows([here * np.exp(-np.abs(v) / speed) for v, here in zip(velocities, on, strict=True)]))
+    # A log in one direction has nothing on the other side.
+    return np.stack([one for one in found if np.any(one)], axis=1)

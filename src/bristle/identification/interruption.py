@@ -1,0 +1,60 @@
+"""Long work that a person interrupts: the best found until then is kept, and marked unfinished."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+__all__ = ["UNFINISHED", "BestSoFar", "obey"]
+
+INTERRUPTED = 130
+UNFINISHED = "unfinished: the search was interrupted, and this is the best that it had found; run it again to the end"
+
+
+def obey(error: KeyboardInterrupt, *, anything: bool = True) -> None:
+    """Raise an interruption again that asks for more than what there is.
+
+    Parameters
+    ----------
+    error : KeyboardInterrupt
+        The interruption: Ctrl-C, or a signal by which a program is asked to end in another way.
+    anything : bool
+        Whether there is anything to return.
+    """
+    if not anything or getattr(error, "exit_code", INTERRUPTED) != INTERRUPTED:
+        raise error
+
+
+@dataclass
+class BestSoFar:
+    """The best of a search: of all points that were tried, and of the descents that ended.
+
+    Parameters
+    ----------
+    at : ndarray or None
+        Coordinates.
+    cost : float
+        Half the sum of squares there.
+    result : object or None
+        Of the best descent that ended.
+    whole : bool
+        Whether all descents have ended.
+    """
+
+    at: np.ndarray | None = None
+    cost: float = math.inf
+    result: Any = None
+    whole: bool = False
+
+    def see(self, at: np.ndarray, cost: float) -> None:
+        """Take note of a point that was tried."""
+        if cost < self.cost:
+            self.at, self.cost = at.copy(), cost
+
+    def take(self, result: Any) -> None:
+        """Take note of a descent that ended."""
+        if self.result is None or result.cost < self.result.cost:
+            self.result = result
