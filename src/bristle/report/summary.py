@@ -123,7 +123,9 @@ def _resampling(fit: Fit) -> dict[str, Any] | None:
         "inflation": found.bands.inflation,
         "white": found.white,
         "jackknife_std": dict(found.jackknife),
-        "virgin_curve": [dict(zip(("x", "force", "low", "high"), one, strict=True)) for one in found.curve],
+        "virgin_curve": {
+            name: [one[place] for one in found.curve] for place, name in enumerate(("x", "force", "low", "high"))
+        },
     }
 
 
