@@ -13,7 +13,9 @@ def test_each_mode_tells_what_it_predicts(bristle, place, mode, effort, position
     found = bristle("predict", "model.toml", "log.csv", "--axis", "axis.toml", "--mode", mode, "--json")
     assert found.code == 0
     metrics = found.data["metrics"]
-    assert set(metrics) == {"force_error_percent", "position_error_percent", "position_rmse", "position_unit"}
+    assert set(metrics) == {
+        "force_error_percent", "force_rmse", "force_unit", "position_error_percent", "position_rmse", "position_unit",
+    }  # fmt: skip
     for key, limit in (("force_error_percent", effort), ("position_error_percent", position)):
         assert (metrics[key] is None) == (limit is None)
         assert limit is None or 0.0 < metrics[key] < limit
