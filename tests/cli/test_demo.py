@@ -21,7 +21,7 @@ def test_the_main_job_from_one_command(bristle, tmp_path, monkeypatch):
     assert json.loads((folder / "summary.json").read_text())["simulated"] is True
 
     # What it wrote serves the other commands, and they agree with it.
-    again = bristle("identify", folder / "log.csv", "--axis", folder / "axis.toml", "--json").data
+    again = bristle("identify", folder / "log.csv", "--axis", folder / "axis.toml", "--draws", "0", "--json").data
     listed = {one["name"]: one for one in json.loads((folder / "summary.json").read_text())["models"]}
     assert again["parameters"] == listed["coulomb_viscous"]["parameters"]
     predicted = bristle(

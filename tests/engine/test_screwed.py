@@ -123,7 +123,7 @@ def test_a_table_that_stops_stays_where_it_is():
 
 def test_memory_of_both_sides_runs_the_same_in_plain_python():
     motor = friction.maxwell_slip(kind="rotational", F_C=0.02, k_i=[20.0, 5.0], nu_i=[0.5, 0.5])
-    table = friction.preisach_lugre(s=1e7, f_p=33.6, F_C=20.0, F_S=28.0, v_S=2e-3, sigma_1=1e3, sigma_2=800.0)
+    table = friction.gms(F_C=20.0, F_S=28.0, v_S=2e-3, C=2e3, k_i=[6e6, 3e6], nu_i=[0.5, 0.5], sigma_2=800.0)
     effort = 0.06 * np.sin(np.arange(150) * 0.1)
     compiled = run_open_loop(screw(d=2e3), motor, effort, 1e-4, table=table, steps=2)
     with interpreted():
