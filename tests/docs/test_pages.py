@@ -39,7 +39,7 @@ def page_ids(page):
 def test_the_readme_sets_up_with_two_commands():
     lines = (ROOT / "README.md").read_text().splitlines()
     assert "pip install . && bristle demo" in lines
-    assert 'pip install ".[test]" && pytest' in lines
+    assert 'pip install ".[test]" && pytest -n auto' in lines
 
 
 @pytest.mark.parametrize("page", PAGES, ids=page_ids)
