@@ -62,15 +62,21 @@ def results_folder(out: str | os.PathLike[str], *, force: bool = False) -> Itera
     wanted = Path(out).resolve()
     partial = wanted.with_name(f"{wanted.name}.partial")
     _check_parent(wanted)
-    owner = _claim(partial, wanted)
+    owner, is_claimed = None, False
     try:
+        owner, is_claimed = _claim(partial, wanted), True
         _restore(partial, wanted)
         _check_free(wanted, force)
         _empty(partial)
         yield partial
         _publish(partial, wanted)
     except BaseException as error:
-        shutil.rmtree(partial, ignore_errors=True)
+        if is_claimed:
+            shutil.rmtree(partial, ignore_errors=True)
+        elif isinstance(error, KeyboardInterrupt):
+            # It came between making the folder and knowing it as ours; what another process has written into stays.
+            with suppress(OSError):
+                partial.rmdir()
         if isinstance(error, OSError) and (error.errno in _WRITING or str(error.filename).startswith(str(wanted))):
             raise _unwritable(wanted, error) from error
         raise
