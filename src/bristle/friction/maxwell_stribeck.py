@@ -26,6 +26,13 @@ from bristle.core.mathematics import direction, exp
 from bristle.core.random_numbers import SEED_MAX, normal
 from bristle.core.variable import Variable
 from bristle.friction.maxwell_slip import RELATIONS
+from bristle.friction.quantities import (
+    CoulombForceAboveZero,
+    ElementStiffness,
+    StaticForceAboveZero,
+    StribeckVelocity,
+    ViscousCoefficient,
+)
 from bristle.friction.stribeck import STATIC_ABOVE_COULOMB
 
 # However large the scatter, a limit keeps a part of itself.
@@ -35,27 +42,16 @@ SMALLEST_SCALE = 0.05
 class Parameters(NamedTuple):
     """Parameters of Maxwell-slip elements with Stribeck limits."""
 
-    F_C: Annotated[
-        float, Variable("force", "Coulomb friction force", min=1e-12, directional=True, excitation="sliding")
-    ]
-    F_S: Annotated[
-        float,
-        Variable("force", "static (break-away) friction force", min=1e-12, directional=True, excitation="stribeck"),
-    ]
-    v_S: Annotated[float, Variable("length/time", "Stribeck velocity", min=1e-9, nominal=1e-2, excitation="stribeck")]
-    k_i: Annotated[
-        np.ndarray,
-        Variable("force/length", "stiffness of each element", min=1e-9, nominal=1e6, excitation="presliding"),
-    ]
+    F_C: CoulombForceAboveZero
+    F_S: StaticForceAboveZero
+    v_S: StribeckVelocity
+    k_i: ElementStiffness
     nu_i: Annotated[np.ndarray, Variable("1", "share of each element in the limit", min=0.0, max=1.0)]
     sigma_1: Annotated[
         float,
         Variable("force*time/length", "micro-damping while all elements stick", min=0.0, excitation="presliding"),
     ] = 0.0
-    sigma_2: Annotated[
-        float,
-        Variable("force*time/length", "viscous friction coefficient", min=0.0, directional=True, excitation="speed"),
-    ] = 0.0
+    sigma_2: ViscousCoefficient = 0.0
     scatter: Annotated[
         float, Variable("1", "standard deviation of the limit from reversal to reversal", min=0.0, max=0.3)
     ] = 0.0

@@ -18,6 +18,7 @@ from typing import Annotated, NamedTuple
 from bristle.core.contracts import FrictionModel
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
+from bristle.friction.quantities import ReversalStiffness, ViscousCoefficient
 from bristle.hysteresis.everett import KERNELS, ClosedForm
 from bristle.hysteresis.turning_points import SMALLEST_CAPACITY, Stack, stack_commit, stack_size, stack_trial
 
@@ -27,16 +28,11 @@ TOLERANCE = 1e-12  # of f_p/s: a smaller return is not remembered
 class Parameters(NamedTuple):
     """Parameters of the Preisach operator on the position."""
 
-    s: Annotated[
-        float, Variable("force/length", "stiffness at a reversal", min=1e-9, nominal=1e6, excitation="presliding")
-    ]
+    s: ReversalStiffness
     f_p: Annotated[
         float, Variable("force", "force at which the operator saturates", min=1e-12, excitation="presliding")
     ]
-    sigma_2: Annotated[
-        float,
-        Variable("force*time/length", "viscous friction coefficient", min=0.0, directional=True, excitation="speed"),
-    ] = 0.0
+    sigma_2: ViscousCoefficient = 0.0
     kernel: Annotated[int, Variable("1", "Everett function of the operator", choices=KERNELS)] = 0
     exponent: Annotated[float, Variable("1", "Dahl exponent i of dahl_masing", min=0.1, max=5.0)] = 2.0
     capacity: Annotated[int, Variable("1", "turning points remembered", min=SMALLEST_CAPACITY, max=100_000)] = 256

@@ -23,6 +23,11 @@ from typing import Annotated, NamedTuple
 from bristle.core.contracts import Plant, Screw
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
+from bristle.plants.inertia import Parameters as Inertia
+from bristle.plants.inertia import State
+from bristle.plants.inertia import port as port_of
+from bristle.plants.inertia import rest as rest_of
+from bristle.plants.inertia import step as step_of
 
 
 class Parameters(NamedTuple):
@@ -37,32 +42,22 @@ class Parameters(NamedTuple):
     backlash: Annotated[float, Variable("travel", "travel lost at a reversal", min=0.0)] = 0.0
 
 
-class State(NamedTuple):
-    """State on the motor's side of the screw."""
-
-    x: Annotated[float, Variable("length", "angle of the motor")] = 0.0
-    v: Annotated[float, Variable("length/time", "velocity of the motor")] = 0.0
-
-
 @kernel
 def port(state, effort, dt, p):
     """Return `a` [rad/s] and `b` [rad/(N*m*s)]: mean velocity ``a + b * force`` of the motor over the step."""
-    half = 0.5 * dt / p.J
-    return state.v + half * effort, -half
+    return port_of(state, effort, dt, Inertia(p.J))
 
 
 @kernel
 def step(state, effort, force, dt, p):
     """Return the angle of the motor [rad] after the step and the state, for a mean torque `force` [N*m]."""
-    v_next = state.v + dt / p.J * (effort - force)
-    x_next = state.x + 0.5 * dt * (state.v + v_next)
-    return x_next, State(x_next, v_next)
+    return step_of(state, effort, force, dt, Inertia(p.J))
 
 
 @kernel
 def rest(state, effort, dt, p):
     """Return the state after a time `dt` [s] with the motor held at rest."""
-    return State(state.x, 0.0)
+    return rest_of(state, effort, dt, Inertia(p.J))
 
 
 def screw(p: Parameters) -> Screw:
