@@ -52,11 +52,6 @@ class Margins(NamedTuple):
     delay: float | None
     sensitivity: float
 
-    @property
-    def gain_decibel(self) -> float | None:
-        """The gain margin [dB]."""
-        return None if self.gain is None else 20.0 * math.log10(self.gain)
-
 
 def margins_of(loop: SampledLoop) -> Margins:
     """Return the margins of a loop."""
