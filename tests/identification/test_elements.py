@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import log_of, sines
+from tests.identification.known_logs import Motion, log_of, sines
 
 from bristle.core.errors import InputError
 from bristle.engine import force_along
@@ -113,3 +113,15 @@ def test_the_interval_of_the_level_leaves_the_shape_free():
         spread = float(np.std([one.parameters[name].value for one in fits], ddof=1))
         assert fits[0].parameters[name].larger_std > 0.5 * spread, name
         assert fits[0].parameters[name].std < 10.0 * spread, name
+
+
+def test_at_one_speed_viscous_friction_is_no_number():
+    t = 1e-3 * np.arange(20_000)
+    way = np.abs((8e-6 * t + 20e-6) % 80e-6 - 40e-6) - 20e-6
+    motion = Motion(t, way, np.gradient(way, t), 0.0 * t)
+    friction = force_along(find("maxwell_slip")(**ELEMENTS, sigma_2=300.0), motion.velocity, 1e-3)
+    fit = identify(log_of(motion, friction), "maxwell_slip", mass=MASS, cutoff=40.0, blocks=0, draws=0).best
+    assert fit.parameters["sigma_2"].status == "held"
+    assert fit.friction.values["sigma_2"] == 0.0
+    assert any("moves at one speed only" in one for one in fit.assumptions)
+    assert fit.parameters["F_C"].value == pytest.approx(20.0, rel=0.02)

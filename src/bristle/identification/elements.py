@@ -33,9 +33,9 @@ from bristle.identification.regression import Regression, Stretch
 from bristle.identification.resampling.refit import Space
 from bristle.identification.shaped import shaped
 from bristle.identification.solution import Solution
-from bristle.identification.unknowns import Unknowns
+from bristle.identification.unknowns import Held, Unknowns
 
-__all__ = ["Elements"]
+__all__ = ["Elements", "of_one_speed"]
 
 COUNT_LEAST, PER_DECADE = 20, 12  # of the thresholds
 CURVE = 12  # displacements at which the virgin curve has intervals
@@ -47,6 +47,21 @@ FITTED_LEAST = 0.5  # of the rows: with fewer left, all are fitted
 FACTORS = ("p_1", "p_2", "k_L", "k_T")
 FACTOR_MOST, EDGE = 20.0, 0.99
 EVALUATIONS = 40
+ONE_SPEED = 0.9  # square of the mean speed over the mean square: 1 at one speed, 0.81 of a sine
+
+
+def of_one_speed(unknowns: Unknowns, regression: Regression) -> Unknowns:
+    """Return the unknowns of elements, viscous friction held at nothing where the log has one speed.
+
+    There it is a constant that turns with the motion, and so is an element that slips at once.
+    """
+    speeds = np.abs(regression.velocity)
+    viscous = [name for name in unknowns.free if name.startswith("sigma_2")]
+    if np.mean(speeds) ** 2 < ONE_SPEED * np.mean(speeds**2):
+        return unknowns
+    held = Held(0.0, "the log moves at one speed only: it cannot be told from elements that slip at once")
+    free = tuple(name for name in unknowns.free if name not in viscous)
+    return replace(unknowns, free=free, held={**unknowns.held, **dict.fromkeys(viscous, held)})
 
 
 class Found(NamedTuple):

@@ -21,7 +21,7 @@ from bristle.core.errors import InputError
 from bristle.friction import base_of, find, maxwell_slip
 from bristle.friction.slots import SlottedModel
 from bristle.identification.asked import Known, freed, known_of, models_of, refuse_reversed_effort, unknowns_of
-from bristle.identification.elements import Elements
+from bristle.identification.elements import Elements, of_one_speed
 from bristle.identification.findings import fit_of
 from bristle.identification.given import logs_and_axes, none_or_more, treatment_of
 from bristle.identification.held_out import held_out_error
@@ -286,7 +286,8 @@ class _Workbench:
     def _fit_elements(self, component: SlottedModel, blocks: int, report: Report) -> Fit:
         """Fit elements that slip: their shape comes with the solution."""
         prototype = shaped(component, np.ones(1), np.ones(1))
-        elements = Elements(self.regression, component, unknowns_of(prototype, self.known, self.regression))
+        unknowns = of_one_speed(unknowns_of(prototype, self.known, self.regression), self.regression)
+        elements = Elements(self.regression, component, unknowns)
 
         def predicted(rows: np.ndarray) -> np.ndarray:
             there, best = elements.solution(rows)
