@@ -90,7 +90,7 @@ def test_what_the_drive_would_record_of_each_variant(bristle, place):
 
 def test_a_log_in_the_columns_of_the_axis_is_read_with_it_and_a_motion_is_followed(bristle, place):
     (place / "motion.csv").write_text(
-        "t [s],r [m]\n" + "".join(f"{1e-3 * k},{2e-3 * np.sin(6e-3 * k)}\n" for k in range(1000))
+        "t [s],r [m]\n" + "".join(f"{1e-3 * k},{2e-2 * np.sin(6e-3 * k)}\n" for k in range(1000))
     )
     text = Path("experiment.toml").read_text().partition("[compare")[0]
     rest = text.partition("[reference]")
@@ -100,8 +100,8 @@ def test_a_log_in_the_columns_of_the_axis_is_read_with_it_and_a_motion_is_follow
     assert found.code == 0, found.err
     assert found.data["files"] == {"base": "log.csv"}
     log = read_log("run/log.csv", read_axis("axis.toml"))
-    assert log.reference.values == pytest.approx(2e-3 * np.sin(6e-3 * np.arange(1000)), abs=1e-12)
-    assert log.position.values == pytest.approx(log.reference.values, abs=2e-4)
+    assert log.reference.values == pytest.approx(2e-2 * np.sin(6e-3 * np.arange(1000)), abs=1e-12)
+    assert log.position.values == pytest.approx(log.reference.values, abs=2e-3)
     assert log.effort.column == "u"
 
 
