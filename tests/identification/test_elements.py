@@ -125,3 +125,25 @@ def test_at_one_speed_viscous_friction_is_no_number():
     assert fit.friction.values["sigma_2"] == 0.0
     assert any("moves at one speed only" in one for one in fit.assumptions)
     assert fit.parameters["F_C"].value == pytest.approx(20.0, rel=0.02)
+
+
+def test_directions_differ_by_one_number():
+    levels = {"F_C_pos": 24.0, "F_C_neg": 16.0, "sigma_2_pos": 200.0, "sigma_2_neg": 500.0}
+    shape = {name: ELEMENTS[name] for name in ("k_i", "nu_i")}
+    motion = sines(12.0, 1e-4, (30e-6, 14e-6, 6e-6), (0.31, 0.83, 1.97))
+    truth = find("maxwell_slip+asymmetry")(**levels, **shape)
+    friction = force_along(truth, motion.velocity, 1e-4, motion.position)
+    coarse = Motion(*(one[::10] for one in motion))
+    noise = np.random.default_rng(3).normal(0.0, 0.05, coarse.time.size)
+    log = log_of(coarse, MASS * coarse.acceleration + friction[::10] + noise)
+    asked = {"mass": MASS, "cutoff": 80.0, "decimation": 2, "blocks": 0}
+    fit = identify(log, "maxwell_slip+asymmetry", draws=20, **asked).best
+    for name in ("F_C_pos", "F_C_neg"):
+        assert fit.parameters[name].value == pytest.approx(levels[name], abs=0.3)
+        assert fit.parameters[name].interval[0] < levels[name] < fit.parameters[name].interval[1]
+    assert fit.parameters["s"].value == pytest.approx(sum(shape["k_i"]), rel=0.15)
+    assert fit.parameters["offset"].status == "held"
+    # Without directions of their own the elements are the same, and the difference is an offset.
+    plain = identify(log, "maxwell_slip", draws=0, **asked).best
+    assert plain.parameters["offset"].value == pytest.approx(4.0, abs=0.3)
+    assert plain.parameters["F_C"].value == pytest.approx(20.0, abs=0.3)

@@ -94,11 +94,6 @@ def _refuse_arrays(component: FrictionModel) -> None:
     choices = [
         name for name, variable in component.variables.items() if variable.choices and name not in component.defaults
     ]
-    if slips and "F_C" not in component.variables:
-        raise InputError(
-            "is not identified by direction: in pre-sliding that is an offset, once the motion has been to and fro",
-            path="model", value=component.name, mend=f"Write {component.name.replace('+asymmetry', '')}",
-        )  # fmt: skip
     for names, what in ((arrays, "lists of numbers"), (choices, "choices of names")):
         if names:
             raise InputError(
