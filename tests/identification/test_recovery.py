@@ -146,7 +146,7 @@ def test_progress_runs_from_start_to_end_and_an_interrupt_passes():
     [
         ("karnopp", "no such friction model"),
         ("coulomb+humidity", "no such slot"),
-        ("gms", "lists of numbers"),
+        ("maxwell_stribeck", "lists of numbers"),
         ([], "names no friction model"),
         ([3.0], "must be a name"),
     ],

@@ -9,9 +9,9 @@ the factors are searched for. Elements that get no force are left out. The last 
 such an element does not slip any more once the motion has been through its range, and stands for all that never does.
 With ``+position`` the force along the axis stands for it instead, and thresholds end before.
 
-With ``+asymmetry`` elements slip at :math:`r_i \pm d_i`. Once the motion has been to and fro, that is an element that slips
-at :math:`r_i` either way, and a constant: one difference of the levels, :math:`F_{C\pm} = F_C \pm d`, is all that a log
-tells, and all that is asked for.
+With ``+asymmetry`` elements slip at :math:`r_i \pm d_i`. Once the motion has been to and fro, that is an element that
+slips at :math:`r_i` either way, and a constant: one difference of the levels, :math:`F_{C\pm} = F_C \pm d`, is all that
+a log tells, and all that is asked for.
 
 The shape of the elements is many numbers that trade places under noise; what counts are their level :math:`F_C`, their
 stiffness :math:`s = \sum k_i`, and the virgin curve between. Both have standard errors in which the shape is free.
@@ -19,14 +19,14 @@ stiffness :math:`s = \sum k_i`, and the virgin curve between. Both have standard
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE
+from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Model
 from bristle.core.errors import InputError
 from bristle.friction import maxwell_slip
 from bristle.friction.slots import SlottedModel
@@ -69,6 +69,11 @@ def of_one_speed(unknowns: Unknowns, regression: Regression) -> Unknowns:
     return replace(unknowns, free=free, held={**unknowns.held, **dict.fromkeys(viscous, held)})
 
 
+def slipping_at(r: float) -> Model:
+    """Return an element of stiffness 1 that slips at a deflection `r` [m or rad], whatever the speed."""
+    return maxwell_slip(F_C=r, k_i=[1.0], nu_i=[1.0], validate=False)
+
+
 class Found(NamedTuple):
     """Stiffness of each element, factors of the slots, all other free parameters, and what the rows say of each."""
 
@@ -91,11 +96,14 @@ class Elements:
         ``maxwell_slip`` with its slots.
     unknowns : Unknowns
         What is free and what is held, the elements by their level and stiffness.
+    element : callable
+        Returns an element of stiffness 1 that slips at a deflection [m or rad].
     """
 
     regression: Regression
     component: SlottedModel
     unknowns: Unknowns
+    element: Callable[[float], Model] = slipping_at
 
     @cached_property
     def thresholds(self) -> np.ndarray:
@@ -150,7 +158,9 @@ class Elements:
             stiffness = np.maximum(phi[: r.size], 1e-12 * np.sum(phi[: r.size]))
             level = float(stiffness @ r)
             rest = dict(zip(names[r.size :], phi[r.size :].tolist(), strict=True))
-            return {"k_i": stiffness, "nu_i": stiffness * r / level} | self._told(level, rest) | rest
+            told = self._told(level, rest)
+            rest.pop(DIFFERENCE, None)
+            return {"k_i": stiffness, "nu_i": stiffness * r / level} | told | rest
 
         return Problem(self.regression, replace(self.unknowns, component=self.component)), Space(
             names, np.concatenate([found.stiffness, list(found.others.values()), found.factors]), low,
@@ -173,7 +183,7 @@ class Elements:
 
     @property
     def _levels(self) -> dict[str, float]:
-        """The parameters that tell the level of the elements, and the sign with which the difference is part of each."""
+        """The parameters that tell the level of the elements, and the sign of the difference in each."""
         return {"F_C_pos": 1.0, "F_C_neg": -1.0} if "F_C_pos" in self.component.variables else {"F_C": 0.0}
 
     def _told(self, level: float, others: Mapping[str, float]) -> dict[str, float]:
@@ -229,7 +239,7 @@ class Elements:
         varying = self._varying[0] + np.tensordot(factors, self._varying[1:], axes=1)
         count = self.thresholds.size
         slotted = {name: varying[:, count + place, None] for place, name in enumerate(self._slotted)}
-        return np.hstack([varying[:, :count], *((slotted | self._constant)[name] for name in self._others)])
+        return np.hstack([varying[:, :count], *((self._constant | slotted)[name] for name in self._others)])
 
     @cached_property
     def _varying(self) -> np.ndarray:
@@ -255,7 +265,7 @@ class Elements:
         if isinstance(r, str):
             side = {"sigma_2_pos": (0.0, np.inf), "sigma_2_neg": (-np.inf, 0.0)}.get(r, (-np.inf, np.inf))
             return np.clip(one.velocity, *side)
-        return one.answer(maxwell_slip(F_C=r, k_i=[1.0], nu_i=[1.0], validate=False), self.regression.sample_time)
+        return one.answer(self.element(r), self.regression.sample_time)
 
     def _cause(self, name: str, one: Stretch) -> np.ndarray:
         """Return what a factor multiplies along a stretch, shape (sample,)."""
@@ -270,7 +280,7 @@ class Elements:
         return np.clip((one.position - x_0) / x_L, -1.0, 1.0)
 
     @cached_property
-    def _constant(self) -> Mapping[str, np.ndarray]:
+    def _constant(self) -> dict[str, np.ndarray]:
         """The columns that do not depend on the factors, shape (row, 1) each."""
         return {name: self._column(name)[:, None] for name in self._others if name not in self._slotted}
 
@@ -333,7 +343,8 @@ class Elements:
         for name, sign in self._levels.items():
             # Level and difference are half the sum and half the difference of both.
             columns[name] = (by_level[:, 0] + sign * columns.get(DIFFERENCE, 0.0)) / len(self._levels)
-        columns |= {name: self._varying[place + 1] @ self._multiplied(found) for place, name in enumerate(self._factors)}
+        weights = self._multiplied(found)
+        columns |= {name: self._varying[place + 1] @ weights for place, name in enumerate(self._factors)}
         whole = np.stack([columns[name] for name in self.unknowns.free], axis=1)
         return whole - shape @ np.linalg.lstsq(shape, whole, rcond=None)[0] if shape.size else whole
 
