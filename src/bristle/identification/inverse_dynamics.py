@@ -21,6 +21,7 @@ from bristle.core.errors import InputError
 from bristle.friction import base_of, find, gms, maxwell_slip
 from bristle.friction.slots import SlottedModel
 from bristle.identification.asked import Known, freed, known_of, models_of, refuse_reversed_effort, unknowns_of
+from bristle.identification.break_away import break_aways
 from bristle.identification.elements import Elements, of_one_speed
 from bristle.identification.findings import fit_of
 from bristle.identification.given import logs_and_axes, none_or_more, treatment_of
@@ -128,7 +129,10 @@ def identify(
         except KeyboardInterrupt as error:
             obey(error)
             unfinished = "interrupted: the intervals are not those of simulated logs"
-    return Identification((first, *others), logs[0], _treatment(regression), tuple(logs[1:]), unfinished)
+    return Identification(
+        (first, *others), logs[0], _treatment(regression), tuple(logs[1:]), unfinished,
+        break_aways(regression, first.plant, first.friction),
+    )  # fmt: skip
 
 
 def _fits(

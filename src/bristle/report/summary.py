@@ -56,6 +56,7 @@ def identification_summary(
         "unfinished": identification.unfinished or None,
         "further_logs": [one.source.name for one in identification.further_logs],
         "treatment": identification.treatment,
+        "break_aways": [one._asdict() for one in identification.break_aways],
         "provenance": provenance,
     }  # fmt: skip
 
