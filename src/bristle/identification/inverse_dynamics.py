@@ -18,10 +18,11 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel
 from bristle.core.errors import InputError
-from bristle.friction import base_of, find, maxwell_slip
+from bristle.friction import base_of, find, gms, maxwell_slip
 from bristle.friction.slots import SlottedModel
 from bristle.identification.asked import Known, freed, known_of, models_of, refuse_reversed_effort, unknowns_of
-from bristle.identification.elements import Elements
+from bristle.identification.break_away import break_aways
+from bristle.identification.elements import Elements, of_one_speed
 from bristle.identification.findings import fit_of
 from bristle.identification.given import logs_and_axes, none_or_more, treatment_of
 from bristle.identification.held_out import held_out_error
@@ -40,6 +41,7 @@ from bristle.identification.search import Report, Search
 from bristle.identification.several import treat_all
 from bristle.identification.shaped import in_lists, shaped
 from bristle.identification.solution import Solution, solve_linear
+from bristle.identification.stribeck_elements import StribeckElements
 from bristle.identification.unknowns import Scales, scales_of
 from bristle.logs.log import Log
 from bristle.simulation.result import relative_error_percent
@@ -47,6 +49,7 @@ from bristle.simulation.result import relative_error_percent
 __all__ = ["identify"]
 
 FEWEST_DRAWS = 20
+OF_THIS_SHAPE = "errors and intervals are those for elements of this shape: their shares do not vary in them"
 LEAST_LEVEL = 0.01  # of the effort: a Coulomb force that says nothing of the magnitude of friction
 
 Progress = Callable[[float, str], None]
@@ -126,7 +129,10 @@ def identify(
         except KeyboardInterrupt as error:
             obey(error)
             unfinished = "interrupted: the intervals are not those of simulated logs"
-    return Identification((first, *others), logs[0], _treatment(regression), tuple(logs[1:]), unfinished)
+    return Identification(
+        (first, *others), logs[0], _treatment(regression), tuple(logs[1:]), unfinished,
+        break_aways(regression, first.plant, first.friction),
+    )  # fmt: skip
 
 
 def _fits(
@@ -225,6 +231,8 @@ class _Workbench:
             return replace(self, known=known).fit(component, blocks, report)
         if isinstance(component, SlottedModel) and base_of(component) is maxwell_slip:
             return self._fit_elements(component, blocks, report)
+        if isinstance(component, SlottedModel) and base_of(component) is gms:
+            return self._fit_stribeck_elements(component, blocks, report)
         problem = Problem(self.regression, unknowns_of(component, self.known, self.regression))
         if component.linear and not component.relations:
             solution = solve_linear(problem)
@@ -286,7 +294,8 @@ class _Workbench:
     def _fit_elements(self, component: SlottedModel, blocks: int, report: Report) -> Fit:
         """Fit elements that slip: their shape comes with the solution."""
         prototype = shaped(component, np.ones(1), np.ones(1))
-        elements = Elements(self.regression, component, unknowns_of(prototype, self.known, self.regression))
+        unknowns = of_one_speed(unknowns_of(prototype, self.known, self.regression), self.regression)
+        elements = Elements(self.regression, component, unknowns)
 
         def predicted(rows: np.ndarray) -> np.ndarray:
             there, best = elements.solution(rows)
@@ -295,10 +304,29 @@ class _Workbench:
         problem, solution = elements.solution()
         self.found[component.name] = elements.space()
         report(0.5)
+        return self._of_elements(fit_of(problem, solution, self.scales), predicted, blocks, report)
+
+    def _fit_stribeck_elements(self, component: SlottedModel, blocks: int, report: Report) -> Fit:
+        """Fit elements that slip by a curve: shape and curve in turn."""
+        problems = StribeckElements(self.regression, component, self.known, self.scales, self.sliding)
+        problem, solution, elements = problems.solve(lambda share, remark="": report(0.5 * share, remark))
+
+        def predicted(rows: np.ndarray) -> np.ndarray:
+            there, best = problems.on_rows(elements, solution, rows)
+            return there.predicted(there.unknowns.complete(best.values))
+
+        self.found[component.name] = problems.space(problem, solution)
+        fit = fit_of(problem, solution, self.scales)
+        fit = replace(fit, assumptions=(*fit.assumptions, OF_THIS_SHAPE))
+        return self._of_elements(fit, predicted, blocks, report)
+
+    def _of_elements(
+        self, fit: Fit, predicted: Callable[[np.ndarray], np.ndarray], blocks: int, report: Report
+    ) -> Fit:  # fmt: skip
+        """Return a fit with its elements in lists and, where asked for, its error on held-out blocks."""
         held_out = None
         if blocks:
             held_out = held_out_error(self.regression, predicted, blocks, lambda share: report(0.5 + 0.5 * share))
-        fit = fit_of(problem, solution, self.scales)
         report(1.0)
         friction = in_lists(fit.friction)
         # Level and stiffness count among the parameters.
