@@ -1,8 +1,8 @@
 """Reversal curves behind a cubic that slides along them, over as many samples as the curves themselves allow.
 
-Noise of the output is not shared by neighbouring curves, and their shape is. Over how many samples the cubic reaches, none
-among the choices, is decided by what smoothed neighbours say of the recorded curve between them: its own noise is not
-theirs, so a window that bends the curves shows as well as one that leaves noise.
+Neighbouring curves share their shape, and not the noise of the output. Over how many samples the cubic reaches, if
+any, is decided by what smoothed neighbours say of the recorded curve between them: its own noise is not theirs, so a
+window that bends the curves shows as well as one that leaves noise.
 """
 
 from __future__ import annotations
