@@ -132,5 +132,7 @@ def _no_such_table(wanted: str, names: list[str], source: Path) -> InputError:
         f"holds no table {wanted!r}",
         path=str(source),
         allowed=some_of(names),
-        mend=f"Did you mean {close[0]!r}?" if close else "Mend `table` under [log] of the axis file",
+        mend=f"Did you mean {close[0]!r}?"
+        if close
+        else "Mend the name behind ::, or `table` under [log] of the axis file",
     )
