@@ -175,12 +175,17 @@ def _certificates(found: Identification) -> dict[str, Certificate]:
 def _in_the_loop(
     found: Identification, log: Log, axis: Axis, report: Any
 ) -> tuple[SimulationResult | None, Prediction | None]:
-    """Return the loop with and without compensation, and the log as predicted; None without a known loop."""
+    """Return the loop with and without compensation, and the log as predicted; None without a known loop.
+
+    What was fitted to the position is told by the position, and that takes no loop.
+    """
     from bristle.identification import predict
     from bristle.identification.loop import loop_of
     from bristle.simulation import simulate
 
     best = found.best
+    if axis.method == "output_error":
+        return None, predict(best.plant, best.friction, log, axis, "open-loop")
     experiment = loop_of(best.plant, best.friction, log, axis, cutoff=found.treatment["cutoff"])
     if experiment is None:
         return None, None

@@ -230,9 +230,10 @@ def _assumptions(problem: Problem, *, by_output: bool) -> tuple[str, ...]:
             "the parameters make the position that the effort causes the measured one, unfiltered; what is said of the "
             "effort holds along the measured motion, differentiated twice, and serves as the start only"
         )
+    rows = "a row for each sample" if regression.decimation == 1 else f"one row for {regression.decimation} samples"
     found.append(
         f"position, effort and friction filtered at {regression.cutoff:g} Hz without phase, {regression.dropped} "
-        f"samples dropped at each edge, one row for {regression.decimation} samples"
+        f"samples dropped at each edge, {rows}"
     )
     if regression.delay:
         found.append(

@@ -91,6 +91,14 @@ class OutputError:
         """Typical magnitude of the position [m or rad]."""
         return float(np.std(self.measured))
 
+    def near(self, free: Mapping[str, float]) -> OutputError:
+        """Return the problem itself: its simulations begin where the log says."""
+        return self
+
+    def without_found(self, columns: np.ndarray, free: Mapping[str, float], rows: np.ndarray | slice) -> np.ndarray:
+        """Return the derivatives as they are: nothing is found on the way."""
+        return columns
+
     def residual(self, free: Mapping[str, float]) -> np.ndarray:
         """Return measured minus simulated position of each sample [m or rad], from the free parameters."""
         values = self.unknowns.complete(free)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -21,7 +22,12 @@ STARTS = 3
 EVALUATIONS = 60
 SEED = 20_240_229
 FAR = 1e6  # times a typical residual: a model that left the finite numbers, or nearly
+DIFFERENCE = float(np.sqrt(np.finfo(float).eps))  # of a coordinate, for a derivative
 EDGE = 1e-3  # in coordinates: of a typical magnitude, or of a factor e
+
+
+class _KnownError(Exception):
+    """A descent has come to a minimum that is known."""
 
 
 class Residual(Protocol):
@@ -39,6 +45,14 @@ class Residual(Protocol):
 
     def residual(self, free: Mapping[str, float]) -> np.ndarray:
         """Return what is left over, shape (row,)."""
+        ...
+
+    def near(self, free: Mapping[str, float]) -> Residual:
+        """Return the problem around some parameters, what is found on the way held; itself where there is nothing."""
+        ...
+
+    def without_found(self, columns: np.ndarray, free: Mapping[str, float], rows: np.ndarray | slice) -> np.ndarray:
+        """Return derivatives of the residual without what is made up for by what is found on the way."""
         ...
 
 
@@ -97,7 +111,9 @@ class Search:
         costs = [float(np.sum(self._residual(coordinates, phi) ** 2)) for phi in candidates]
         for number, index in enumerate(np.argsort(costs)[:STARTS]):
             report((number + 0.3) / (STARTS + 0.3), f"best so far {self.percent(best.cost):.3g} %" if number else "")
-            best.take(self._descend(coordinates, candidates[index], slice(None), EVALUATIONS, best))
+            # A start that comes to where another one ended would end there, too.
+            with suppress(_KnownError):
+                best.take(self._descend(coordinates, candidates[index], slice(None), EVALUATIONS, best))
         best.whole = True
 
     def percent(self, cost: float) -> float:
@@ -118,9 +134,11 @@ class Search:
             values[coordinate.name] = coordinate.value(one, values)
         return {coordinate.name: values[coordinate.name] for coordinate in coordinates}
 
-    def _residual(self, coordinates: tuple[Coordinate, ...], phi: np.ndarray) -> np.ndarray:
+    def _residual(
+        self, coordinates: tuple[Coordinate, ...], phi: np.ndarray, problem: Residual | None = None
+    ) -> np.ndarray:
         with np.errstate(over="ignore", invalid="ignore"):
-            residual = self.problem.residual(self._values(coordinates, phi)) / self._unit
+            residual = (problem or self.problem).residual(self._values(coordinates, phi)) / self._unit
         return np.clip(np.nan_to_num(residual, nan=FAR, posinf=FAR, neginf=-FAR), -FAR, FAR)
 
     @property
@@ -137,17 +155,36 @@ class Search:
             found = self._residual(coordinates, x)[rows]
             if best is not None:
                 best.see(x, 0.5 * float(found @ found))
+                if best.is_known(x):
+                    raise _KnownError
             return found
 
         low = np.array([one.low for one in coordinates])
         high = np.array([one.high for one in coordinates])
+
+        def jacobian(x: np.ndarray) -> np.ndarray:
+            """Differences with what is found on the way held: a state that is searched for is no smooth function."""
+            values = self._values(coordinates, x)
+            near = self.problem.near(values)
+            here, columns = self._residual(coordinates, x, near)[rows], []
+            for index, at in enumerate(x.tolist()):
+                step = DIFFERENCE * max(abs(at), 1.0)
+                there = x.copy()
+                there[index] += step if at + step < high[index] else -step
+                change = self._residual(coordinates, there, near)[rows] - here
+                columns.append(change / (there[index] - at))
+            return near.without_found(np.stack(columns, axis=1), values, rows)
+
         # The method needs a start strictly inside.
         width = np.minimum(high - low, 1.0)
         phi = np.clip(phi, low + 1e-4 * width, high - 1e-4 * width)
         return least_squares(
-            residual, phi, bounds=(low, high), max_nfev=limit,
-            ftol=1e-9, xtol=1e-7, gtol=1e-10,
+            residual, phi, "2-point" if self._is_smooth(coordinates, phi) else jacobian,
+            bounds=(low, high), max_nfev=limit, ftol=1e-9, xtol=1e-7, gtol=1e-10,
         )  # fmt: skip
+
+    def _is_smooth(self, coordinates: tuple[Coordinate, ...], phi: np.ndarray) -> bool:
+        return self.problem.near(self._values(coordinates, phi)) is self.problem
 
     def _solution(self, coordinates: tuple[Coordinate, ...], found) -> Solution:
         phi, at_edge = found.x.copy(), {}
