@@ -33,7 +33,7 @@ from bristle.identification.places import pitch_in
 from bristle.identification.problem import Problem
 from bristle.identification.ranking import in_order
 from bristle.identification.regression import Regression
-from bristle.identification.repetition import about_repetition
+from bristle.identification.repetition import about_repeated_logs, about_repetition
 from bristle.identification.resampling.assessment import assessed
 from bristle.identification.resampling.refit import Space, space_of
 from bristle.identification.result import Fit, HeldOut, Identification
@@ -334,8 +334,11 @@ class _Workbench:
         return self._finished(replace(fit, friction=friction, further=further), held_out)
 
     def _finished(self, fit: Fit, held_out: HeldOut | None, *, unfinished: bool = False) -> Fit:
-        by_blocks = held_out is not None and held_out.of == "time blocks" and not self.simulated
-        repeated = about_repetition(self.regression) if by_blocks else ()
+        repeated = ()
+        if held_out is not None and held_out.of == "logs":
+            repeated = about_repeated_logs(self.regression)
+        elif held_out is not None and not self.simulated:
+            repeated = about_repetition(self.regression)
         said = (UNFINISHED,) if unfinished else ()
         return replace(fit, held_out=held_out, unfinished=unfinished, warnings=(*said, *fit.warnings, *repeated))
 

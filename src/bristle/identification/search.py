@@ -178,9 +178,9 @@ class Search:
         # The method needs a start strictly inside.
         width = np.minimum(high - low, 1.0)
         phi = np.clip(phi, low + 1e-4 * width, high - 1e-4 * width)
+        derivative: Any = "2-point" if self._is_smooth(coordinates, phi) else jacobian
         return least_squares(
-            residual, phi, "2-point" if self._is_smooth(coordinates, phi) else jacobian,
-            bounds=(low, high), max_nfev=limit, ftol=1e-9, xtol=1e-7, gtol=1e-10,
+            residual, phi, derivative, bounds=(low, high), max_nfev=limit, ftol=1e-9, xtol=1e-7, gtol=1e-10,
         )  # fmt: skip
 
     def _is_smooth(self, coordinates: tuple[Coordinate, ...], phi: np.ndarray) -> bool:

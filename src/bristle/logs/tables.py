@@ -133,7 +133,5 @@ def _no_such_table(wanted: str, names: list[str], source: Path) -> InputError:
         f"holds no table {wanted!r}",
         path=str(source),
         allowed=some_of(names),
-        mend=f"Did you mean {close[0]!r}?"
-        if close
-        else "Mend the name behind ::, or `table` under [log] of the axis file",
+        mend=f"Did you mean {close[0]!r}?" if close else elsewhere,
     )
