@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
@@ -12,7 +13,25 @@ from bristle.core.contracts import Model
 from bristle.identification.regression import Regression, mechanical
 from bristle.identification.unknowns import Unknowns
 
-__all__ = ["Problem"]
+__all__ = ["Problem", "Residual"]
+
+
+class Residual(Protocol):
+    """What a search makes small."""
+
+    @property
+    def unknowns(self) -> Unknowns:
+        """What is free and what is held."""
+        ...
+
+    @property
+    def norm(self) -> float:
+        """Root of the sum of squares of what was measured."""
+        ...
+
+    def residual(self, free: Mapping[str, float]) -> np.ndarray:
+        """Return what is left over, shape (row,)."""
+        ...
 
 
 @dataclass(frozen=True)

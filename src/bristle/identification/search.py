@@ -10,9 +10,12 @@ from typing import Any, Protocol
 import numpy as np
 
 from bristle.core.variable import Variable
+from bristle.identification.differences import Differences
+from bristle.identification.global_search import EVOLUTION_SEED, box_of, evolved
 from bristle.identification.interruption import BestSoFar, obey
+from bristle.identification.problem import Residual
 from bristle.identification.solution import Solution
-from bristle.identification.unknowns import Coordinate, Scales, Unknowns, coordinates_of, natural_derivative
+from bristle.identification.unknowns import Coordinate, Scales, coordinates_of, natural_derivative
 
 __all__ = ["Report", "Search", "silent"]
 
@@ -20,26 +23,10 @@ CANDIDATES = 24
 STARTS = 3
 EVALUATIONS = 60
 SEED = 20_240_229
+STARTS_SHARE = 0.3  # of the work, where the whole range is looked at too
 FAR = 1e6  # times a typical residual: a model that left the finite numbers, or nearly
+SIMULATED = 1e-7  # relative change of the cost that ends a search whose differences are coarse
 EDGE = 1e-3  # in coordinates: of a typical magnitude, or of a factor e
-
-
-class Residual(Protocol):
-    """What a search makes small."""
-
-    @property
-    def unknowns(self) -> Unknowns:
-        """What is free and what is held."""
-        ...
-
-    @property
-    def norm(self) -> float:
-        """Root of the sum of squares of what was measured."""
-        ...
-
-    def residual(self, free: Mapping[str, float]) -> np.ndarray:
-        """Return what is left over, shape (row,)."""
-        ...
 
 
 class Report(Protocol):
@@ -69,48 +56,90 @@ class Search:
         [SI].
     unit : float, optional
         Typical magnitude of the residual; that of the friction force where not given.
+    simulates : bool
+        Whether each residual takes a simulation: then all cores share a Jacobian.
     """
 
     problem: Residual
     scales: Scales
     guess: Mapping[str, float]
     unit: float = 0.0
+    simulates: bool = False
 
-    def solve(self, report: Report = silent) -> Solution:
+    def solve(self, report: Report = silent, *, everywhere: bool = False) -> Solution:
         """Return the best solution from several starts; `report` is told the share of the work done.
+
+        Where it is to look `everywhere`, it goes on in the whole range of each parameter.
 
         One that a person interrupts is the best found until then, and says so.
         """
         coordinates = coordinates_of(self.problem.unknowns, self.scales)
         best = BestSoFar()
+        first = STARTS_SHARE if everywhere else 1.0
         try:
-            self._solve(coordinates, best, report)
+            self._from_several(coordinates, best, lambda share, remark="": report(first * share, remark))
+            if everywhere:
+                best.take(self._everywhere(
+                    coordinates, best.result.x, best,
+                    lambda share, remark="": report(first + (1.0 - first) * share, remark),
+                ))  # fmt: skip
+            best.whole = True
         except KeyboardInterrupt as error:
             obey(error, anything=best.at is not None)
             if best.result is None or best.cost < best.result.cost:
                 best.result = self._descend(coordinates, np.asarray(best.at), slice(None), 1)
         return replace(self._solution(coordinates, best.result), unfinished=not best.whole)
 
-    def _solve(self, coordinates: tuple[Coordinate, ...], best: BestSoFar, report: Report) -> None:
+    def _from_several(self, coordinates: tuple[Coordinate, ...], best: BestSoFar, report: Report) -> None:
         rng = np.random.default_rng(SEED)
         candidates = [self._start(coordinates, rng) for _ in range(CANDIDATES)]
         costs = [float(np.sum(self._residual(coordinates, phi) ** 2)) for phi in candidates]
         for number, index in enumerate(np.argsort(costs)[:STARTS]):
             report((number + 0.3) / (STARTS + 0.3), f"best so far {self.percent(best.cost):.3g} %" if number else "")
             best.take(self._descend(coordinates, candidates[index], slice(None), EVALUATIONS, best))
-        best.whole = True
+
+    def _everywhere(
+        self, coordinates: tuple[Coordinate, ...], start: np.ndarray, best: BestSoFar, report: Report,
+        seed: int = EVOLUTION_SEED,
+    ) -> Any:  # fmt: skip
+        def cost(phi: np.ndarray) -> float:
+            residual = self._residual(coordinates, phi)
+            return 0.5 * float(residual @ residual)
+
+        def told(share: float) -> None:
+            report(share, f"looking everywhere, best so far {self.percent(best.cost):.3g} %")
+
+        found = evolved(cost, box_of(coordinates, start), start, best, told, seed)
+        return self._descend(coordinates, found, slice(None), EVALUATIONS, best)
 
     def percent(self, cost: float) -> float:
         """Return what half a sum of squares is of the measured signal [%]."""
         return 100.0 * math.sqrt(2.0 * cost) * self._unit / max(self.problem.norm, np.finfo(float).tiny)
 
     def refit(
-        self, start: Mapping[str, float], rows: np.ndarray | slice = slice(None), limit: int = EVALUATIONS // 3
-    ) -> Solution:
-        """Return the solution from a start nearby, on some rows only where they are given."""
+        self, start: Mapping[str, float], rows: np.ndarray | slice = slice(None), limit: int = EVALUATIONS // 3,
+        best: BestSoFar | None = None,
+    ) -> Solution:  # fmt: skip
+        """Return the solution from a start nearby, on some rows only where they are given; `best` takes note."""
         coordinates = coordinates_of(self.problem.unknowns, self.scales)
-        phi = np.array([one.phi(start[one.name], start) for one in coordinates])
-        return self._solution(coordinates, self._descend(coordinates, phi, rows, limit))
+        phi = self.phi_of(start)
+        return self._solution(coordinates, self._descend(coordinates, phi, rows, limit, best))
+
+    def over_the_range(
+        self, start: Mapping[str, float], best: BestSoFar, report: Report = silent, seed: int = EVOLUTION_SEED
+    ) -> Solution:
+        """Return the solution from the best place in the whole range of each parameter; `start` is one of them."""
+        coordinates = coordinates_of(self.problem.unknowns, self.scales)
+        return self._solution(coordinates, self._everywhere(coordinates, self.phi_of(start), best, report, seed))
+
+    def values_of(self, phi: np.ndarray) -> dict[str, float]:
+        """Return the free parameters [SI] at some coordinates."""
+        return self._values(coordinates_of(self.problem.unknowns, self.scales), phi)
+
+    def phi_of(self, values: Mapping[str, float]) -> np.ndarray:
+        """Return the coordinates of some parameters, put inside their range."""
+        coordinates = coordinates_of(self.problem.unknowns, self.scales)
+        return np.array([one.phi(values[one.name], values) for one in coordinates])
 
     def _values(self, coordinates: tuple[Coordinate, ...], phi: np.ndarray) -> dict[str, float]:
         values = self.problem.unknowns.complete({})
@@ -133,20 +162,22 @@ class Search:
     ) -> Any:  # fmt: skip
         from scipy.optimize import least_squares
 
+        low = np.array([one.low for one in coordinates])
+        high = np.array([one.high for one in coordinates])
+        shared = Differences(lambda x: self._residual(coordinates, x)[rows], high)
+
         def residual(x: np.ndarray) -> np.ndarray:
-            found = self._residual(coordinates, x)[rows]
+            found = shared(x)
             if best is not None:
                 best.see(x, 0.5 * float(found @ found))
             return found
 
-        low = np.array([one.low for one in coordinates])
-        high = np.array([one.high for one in coordinates])
         # The method needs a start strictly inside.
         width = np.minimum(high - low, 1.0)
         phi = np.clip(phi, low + 1e-4 * width, high - 1e-4 * width)
         return least_squares(
-            residual, phi, bounds=(low, high), max_nfev=limit,
-            ftol=1e-9, xtol=1e-7, gtol=1e-10,
+            residual, phi, jac=shared.jacobian if self.simulates else "2-point", bounds=(low, high), max_nfev=limit,
+            ftol=SIMULATED if self.simulates else 1e-9, xtol=1e-7, gtol=1e-10,
         )  # fmt: skip
 
     def _solution(self, coordinates: tuple[Coordinate, ...], found) -> Solution:
