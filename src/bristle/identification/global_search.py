@@ -15,7 +15,7 @@ import math
 import os
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -114,11 +114,13 @@ def evolved(
         return costs
 
     try:
+        # Newer versions of scipy call the seed by another name, too.
+        options: dict[str, Any] = {"seed": seed, "workers": everywhere}
         found = differential_evolution(
             lambda at: cost(coordinates(at)), [(side.low, side.high) for side in box], maxiter=GENERATIONS, tol=ALIKE,
-            polish=False, seed=seed, popsize=max(MEMBERS, math.ceil(FEWEST_MEMBERS / len(box))),
-            init="latinhypercube", updating="deferred", workers=everywhere, callback=after,
-            x0=np.array([side.at(one) for side, one in zip(box, start.tolist(), strict=True)]),
+            polish=False, popsize=max(MEMBERS, math.ceil(FEWEST_MEMBERS / len(box))),
+            init="latinhypercube", updating="deferred", callback=after,
+            x0=np.array([side.at(one) for side, one in zip(box, start.tolist(), strict=True)]), **options,
         )  # fmt: skip
     finally:
         pool.shutdown(cancel_futures=True)

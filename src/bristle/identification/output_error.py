@@ -32,6 +32,7 @@ from bristle.simulation.result import relative_error_percent
 __all__ = ["COARSE", "LAG", "Effort", "Output", "OutputError", "Position", "Reading", "one_period", "simulated_loop"]
 
 COARSE = 4  # steps for one sample of an open loop, on the way
+EXPLORED = 12_000  # samples of all logs, which are enough to see whether a place is worth a closer look
 LAG = "lag"
 LAG_MOST = 20.0  # samples
 SEEDS = 2**31
@@ -77,10 +78,15 @@ class Output(Protocol):
         """Return the signal of the model, NaN from where it left the finite numbers, shape (sample,)."""
         ...
 
+    def rough(self, most: int) -> Output:
+        """Return at most so many samples of it, as quickly simulated as can be."""
+        ...
+
     def read(
-        self, plant: Model, friction: Model, values: Mapping[str, float], reading: Reading, rng: np.random.Generator
-    ) -> np.ndarray:
-        """Return the same as an encoder makes of it, of which nobody knows where its steps lie."""
+        self, plant: Model, friction: Model, values: Mapping[str, float], pure: np.ndarray, reading: Reading,
+        rng: np.random.Generator,
+    ) -> np.ndarray:  # fmt: skip
+        """Return what an encoder adds to the `pure` signal, of which nobody knows where its steps lie."""
         ...
 
 
@@ -106,16 +112,21 @@ class Position:
         """Return the position of the model [m or rad]."""
         return self.loop.position(plant, friction)[0]
 
+    def rough(self, most: int) -> Position:
+        """Return the first period of a record that repeats itself, else so many samples, with one step for each."""
+        loop = self.loop.rough(most)
+        return Position(loop, self.measured[: loop.count])
+
     def read(
-        self, plant: Model, friction: Model, values: Mapping[str, float], reading: Reading, rng: np.random.Generator
-    ) -> np.ndarray:
-        """Return that position as an encoder reads it."""
-        pure = self.simulated(plant, friction, values)
-        noisy = pure + reading.noise * rng.standard_normal(pure.size)
+        self, plant: Model, friction: Model, values: Mapping[str, float], pure: np.ndarray, reading: Reading,
+        rng: np.random.Generator,
+    ) -> np.ndarray:  # fmt: skip
+        """Return what an encoder adds to that position [m or rad]."""
+        noise = reading.noise * rng.standard_normal(self.measured.size)
         if reading.resolution <= 0.0:
-            return noisy
+            return noise
         phase = rng.uniform(0.0, reading.resolution)
-        return reading.resolution * np.round((noisy + phase) / reading.resolution) - phase
+        return reading.resolution * np.round((pure + noise + phase) / reading.resolution) - phase - pure
 
 
 @dataclass(frozen=True)
@@ -140,14 +151,19 @@ class Effort:
         """Return the effort that the controller asks of the model [N or N*m]."""
         return self._asked(self.loop, plant, friction, values, encoder(kind=plant.kind, resolution=0.0))
 
+    def rough(self, most: int) -> Effort:
+        """Return so many samples."""
+        return replace(self, loop=self.loop.first(most), measured=self.measured[:most], position=self.position[:most])
+
     def read(
-        self, plant: Model, friction: Model, values: Mapping[str, float], reading: Reading, rng: np.random.Generator
-    ) -> np.ndarray:
-        """Return that effort where the controller sees the position through an encoder."""
+        self, plant: Model, friction: Model, values: Mapping[str, float], pure: np.ndarray, reading: Reading,
+        rng: np.random.Generator,
+    ) -> np.ndarray:  # fmt: skip
+        """Return what it adds to that effort [N or N*m] where the controller sees the position through it."""
         moved = self.loop.moved_by(rng.uniform(0.0, reading.resolution))
         seed = int(rng.integers(SEEDS))
         sensor = encoder(kind=plant.kind, resolution=reading.resolution, noise=reading.noise, seed=seed)
-        return self._asked(moved, plant, friction, values, sensor)
+        return self._asked(moved, plant, friction, values, sensor) - pure
 
     def _asked(
         self, loop: ClosedLoop, plant: Model, friction: Model, values: Mapping[str, float], sensor: Model
@@ -196,6 +212,12 @@ class OutputError:
         if loop == "closed" and any(axis is not None and axis.seeks_lag for axis in axes):
             inverse = replace(inverse, unknowns=_with_lag(inverse.unknowns, logs[0].sample_time))
         return cls(inverse, tuple(outputs), loop)
+
+    @property
+    def rough(self) -> OutputError:
+        """The same on the first samples of each stretch, an open loop with one step for a sample."""
+        most = max(EXPLORED // len(self.outputs), 1)
+        return replace(self, outputs=tuple(one.rough(most) for one in self.outputs))
 
     @property
     def unknowns(self) -> Unknowns:

@@ -98,6 +98,10 @@ def predict(
         return with_doubts(replace(_inverse(plant, friction, log, regression), half_width=width), log, velocity_max)
     axis = axis or Axis(kind=log.kind)
     axis = axis if lag is None else replace(axis, lag=lag)
+    return with_doubts(_simulated(plant, friction, log, axis, mode), log, velocity_max)
+
+
+def _simulated(plant: Model, friction: Model, log: Log, axis: Axis, mode: str) -> Prediction:
     notes = []
     if axis.presliding and is_static(friction):
         friction = with_presliding(friction, axis.presliding)
@@ -117,7 +121,7 @@ def predict(
         notes += runs[-1].notes
     if not runs:
         raise InputError("no stretch of the log is long enough", path="log", allowed=f"> {2 * START_SAMPLES} samples")
-    return with_doubts(_compare(mode, log, runs, used, tuple(dict.fromkeys(notes))), log, velocity_max)
+    return _compare(mode, log, runs, used, tuple(dict.fromkeys(notes)))
 
 
 def _inverse(plant: Model, friction: Model, log: Log, regression: Regression) -> Prediction:

@@ -24,7 +24,8 @@ __all__ = ["Refinement", "held_out_output"]
 
 AWAY = 0.3  # standard deviation of the logarithm by which further starts are away from the first
 FURTHER_STARTS = 2
-COARSE_EVALUATIONS, AWAY_EVALUATIONS, FINE_EVALUATIONS = 40, 8, 12
+COARSE_EVALUATIONS, FINE_EVALUATIONS = 40, 12
+AWAY_EVALUATIONS = {"open": 15, "closed": 5}  # the controller keeps a closed loop near its minimum
 LAG_AT_FIRST = 0.2  # samples
 EVERYWHERE = 0.7  # of the work, where the whole range is looked at
 SEED = 7_110_601
@@ -101,16 +102,25 @@ class Refinement:
         rng = np.random.default_rng(SEED)
         best.take(search.refit(first, limit=COARSE_EVALUATIONS, best=best))
         if self.everywhere:
-            found = search.over_the_range(
-                best.result.values, best, lambda share, remark="": report(before * share, remark)
-            )
-            best.take(found)
+            found = self._explored(search, best, lambda share, remark="": report(before * share, remark))
+            best.take(search.refit(found, limit=COARSE_EVALUATIONS, best=best))
         for number in range(FURTHER_STARTS):
             told(number + 1.0)
             away = {name: value * float(np.exp(rng.normal(0.0, AWAY))) for name, value in best.result.values.items()}
-            best.take(search.refit(away, limit=AWAY_EVALUATIONS, best=best))
+            best.take(search.refit(away, limit=AWAY_EVALUATIONS[self.loop], best=best))
         told(FURTHER_STARTS + 1.0)
         best.whole = True
+
+    @staticmethod
+    def _explored(search: Search, best: BestSoFar, report: Report) -> dict[str, float]:
+        """Return the best place in the whole range of each parameter, as a rough simulation finds it."""
+        rough, seen = replace(search, problem=_problem(search).rough), BestSoFar()
+        try:
+            return rough.explored(best.result.values, seen, report)
+        except KeyboardInterrupt:
+            if seen.at is not None:
+                best.see(seen.at, search.cost_at(seen.at))
+            raise
 
 
 def _problem(search: Search) -> OutputError:

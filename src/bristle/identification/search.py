@@ -79,10 +79,11 @@ class Search:
         try:
             self._from_several(coordinates, best, lambda share, remark="": report(first * share, remark))
             if everywhere:
-                best.take(self._everywhere(
-                    coordinates, best.result.x, best,
+                found = self.explored(
+                    self.values_of(best.result.x), best,
                     lambda share, remark="": report(first + (1.0 - first) * share, remark),
-                ))  # fmt: skip
+                )  # fmt: skip
+                best.take(self._descend(coordinates, self.phi_of(found), slice(None), EVALUATIONS, best))
             best.whole = True
         except KeyboardInterrupt as error:
             obey(error, anything=best.at is not None)
@@ -98,20 +99,6 @@ class Search:
             report((number + 0.3) / (STARTS + 0.3), f"best so far {self.percent(best.cost):.3g} %" if number else "")
             best.take(self._descend(coordinates, candidates[index], slice(None), EVALUATIONS, best))
 
-    def _everywhere(
-        self, coordinates: tuple[Coordinate, ...], start: np.ndarray, best: BestSoFar, report: Report,
-        seed: int = EVOLUTION_SEED,
-    ) -> Any:  # fmt: skip
-        def cost(phi: np.ndarray) -> float:
-            residual = self._residual(coordinates, phi)
-            return 0.5 * float(residual @ residual)
-
-        def told(share: float) -> None:
-            report(share, f"looking everywhere, best so far {self.percent(best.cost):.3g} %")
-
-        found = evolved(cost, box_of(coordinates, start), start, best, told, seed)
-        return self._descend(coordinates, found, slice(None), EVALUATIONS, best)
-
     def percent(self, cost: float) -> float:
         """Return what half a sum of squares is of the measured signal [%]."""
         return 100.0 * math.sqrt(2.0 * cost) * self._unit / max(self.problem.norm, np.finfo(float).tiny)
@@ -125,12 +112,22 @@ class Search:
         phi = self.phi_of(start)
         return self._solution(coordinates, self._descend(coordinates, phi, rows, limit, best))
 
-    def over_the_range(
+    def explored(
         self, start: Mapping[str, float], best: BestSoFar, report: Report = silent, seed: int = EVOLUTION_SEED
-    ) -> Solution:
-        """Return the solution from the best place in the whole range of each parameter; `start` is one of them."""
-        coordinates = coordinates_of(self.problem.unknowns, self.scales)
-        return self._solution(coordinates, self._everywhere(coordinates, self.phi_of(start), best, report, seed))
+    ) -> dict[str, float]:
+        """Return the best place in the whole range of each parameter, without a descent; `start` is one of them."""
+        phi = self.phi_of(start)
+        box = box_of(coordinates_of(self.problem.unknowns, self.scales), phi)
+
+        def told(share: float) -> None:
+            report(share, f"looking everywhere, best so far {self.percent(best.cost):.3g} %")
+
+        return self.values_of(evolved(self.cost_at, box, phi, best, told, seed))
+
+    def cost_at(self, phi: np.ndarray) -> float:
+        """Return half the sum of squares at some coordinates."""
+        residual = self._residual(coordinates_of(self.problem.unknowns, self.scales), phi)
+        return 0.5 * float(residual @ residual)
 
     def values_of(self, phi: np.ndarray) -> dict[str, float]:
         """Return the free parameters [SI] at some coordinates."""
@@ -175,8 +172,9 @@ class Search:
         # The method needs a start strictly inside.
         width = np.minimum(high - low, 1.0)
         phi = np.clip(phi, low + 1e-4 * width, high - 1e-4 * width)
+        jacobian: Any = shared.jacobian if self.simulates else "2-point"
         return least_squares(
-            residual, phi, jac=shared.jacobian if self.simulates else "2-point", bounds=(low, high), max_nfev=limit,
+            residual, phi, jac=jacobian, bounds=(low, high), max_nfev=limit,
             ftol=SIMULATED if self.simulates else 1e-9, xtol=1e-7, gtol=1e-10,
         )  # fmt: skip
 

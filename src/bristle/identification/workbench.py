@@ -180,7 +180,10 @@ class Workbench:
             return fit, None, False
         try:
             held_out = held_out_output(
-                error, replace(space, linear=False), blocks, lambda share: report(REFINED + (1.0 - REFINED) * share)
+                error,
+                replace(space, linear=False),
+                blocks,
+                lambda share, remark="": report(REFINED + (1.0 - REFINED) * share),
             )
         except KeyboardInterrupt as interruption:
             obey(interruption)

@@ -74,8 +74,7 @@ class OutputTwin:
     def _read(self, one: Output, pure: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Return what the encoder adds to the signal; nobody knows where its steps lie."""
         reading = Reading(self.disturbance.resolution, self.disturbance.jitter)
-        changed = one.read(*self._models, self.values, reading, rng)
-        return np.nan_to_num(changed - pure)
+        return np.nan_to_num(one.read(*self._models, self.values, pure, reading, rng))
 
     @cached_property
     def _pure(self) -> list[tuple[Output, np.ndarray]]:
