@@ -83,10 +83,17 @@ class Output(Protocol):
         ...
 
     def read(
-        self, plant: Model, friction: Model, values: Mapping[str, float], pure: np.ndarray, reading: Reading,
-        rng: np.random.Generator,
+        self, plant: Model, friction: Model, values: Mapping[str, float], pure: np.ndarray, push: np.ndarray,
+        reading: Reading, rng: np.random.Generator,
     ) -> np.ndarray:  # fmt: skip
-        """Return what an encoder adds to the `pure` signal, of which nobody knows where its steps lie."""
+        """Return what a force that pushes against the motion and an encoder add to the `pure` signal.
+
+        Nobody knows where the steps of the encoder lie.
+        """
+        ...
+
+    def force_slope(self, models: Sequence[tuple[Model, Model]], values: Mapping[str, float]) -> np.ndarray:
+        """Return by how much what `read` takes for a push differs between two models, shape (sample,)."""
         ...
 
 
@@ -118,15 +125,20 @@ class Position:
         return Position(loop, self.measured[: loop.count])
 
     def read(
-        self, plant: Model, friction: Model, values: Mapping[str, float], pure: np.ndarray, reading: Reading,
-        rng: np.random.Generator,
+        self, plant: Model, friction: Model, values: Mapping[str, float], pure: np.ndarray, push: np.ndarray,
+        reading: Reading, rng: np.random.Generator,
     ) -> np.ndarray:  # fmt: skip
-        """Return what an encoder adds to that position [m or rad]."""
-        noise = reading.noise * rng.standard_normal(self.measured.size)
+        """Return what an encoder adds to that position, and the push, which is a change of the position [m or rad]."""
+        change = push + reading.noise * rng.standard_normal(self.measured.size)
         if reading.resolution <= 0.0:
-            return noise
+            return change
         phase = rng.uniform(0.0, reading.resolution)
-        return reading.resolution * np.round((pure + noise + phase) / reading.resolution) - phase - pure
+        return reading.resolution * np.round((pure + change + phase) / reading.resolution) - phase - pure
+
+    def force_slope(self, models: Sequence[tuple[Model, Model]], values: Mapping[str, float]) -> np.ndarray:
+        """Return the difference of the position between two models [m or rad]: no force is simulated again."""
+        one, other = (self.simulated(plant, friction, values) for plant, friction in models)
+        return other - one
 
 
 @dataclass(frozen=True)
@@ -156,19 +168,33 @@ class Effort:
         return replace(self, loop=self.loop.first(most), measured=self.measured[:most], position=self.position[:most])
 
     def read(
-        self, plant: Model, friction: Model, values: Mapping[str, float], pure: np.ndarray, reading: Reading,
-        rng: np.random.Generator,
+        self, plant: Model, friction: Model, values: Mapping[str, float], pure: np.ndarray, push: np.ndarray,
+        reading: Reading, rng: np.random.Generator,
     ) -> np.ndarray:  # fmt: skip
-        """Return what it adds to that effort [N or N*m] where the controller sees the position through it."""
+        """Return what both add to that effort [N or N*m]; the controller sees the position through the encoder."""
         moved = self.loop.moved_by(rng.uniform(0.0, reading.resolution))
         seed = int(rng.integers(SEEDS))
         sensor = encoder(kind=plant.kind, resolution=reading.resolution, noise=reading.noise, seed=seed)
-        return self._asked(moved, plant, friction, values, sensor) - pure
+        return self._asked(moved, plant, friction, values, sensor, push) - pure
+
+    def force_slope(self, models: Sequence[tuple[Model, Model]], values: Mapping[str, float]) -> np.ndarray:
+        """Return the difference of the friction force between two models in the loop [N or N*m]."""
+        perfect = encoder(kind=models[0][0].kind, resolution=0.0)
+        runs = [
+            self.loop.run(plant, self._dressed(friction), perfect, lag=values.get(LAG)) for plant, friction in models
+        ]
+        whole = np.full(self.loop.count, np.nan)
+        one, other = (run.friction for run in runs)
+        count = min(one.size, other.size)
+        whole[:count] = other[:count] - one[:count]
+        return whole
 
     def _asked(
-        self, loop: ClosedLoop, plant: Model, friction: Model, values: Mapping[str, float], sensor: Model
-    ) -> np.ndarray:
-        command = loop.run(plant, self._dressed(friction), sensor, lag=values.get(LAG)).command
+        self, loop: ClosedLoop, plant: Model, friction: Model, values: Mapping[str, float], sensor: Model,
+        disturbance: np.ndarray | None = None,
+    ) -> np.ndarray:  # fmt: skip
+        dressed = self._dressed(friction)
+        command = loop.run(plant, dressed, sensor, lag=values.get(LAG), disturbance=disturbance).command
         return np.concatenate([command, np.full(loop.count - command.size, np.nan)])
 
     def _dressed(self, friction: Model) -> Model:

@@ -47,15 +47,14 @@ class OutputTwin:
         The half-cycles of the log.
     disturbance : Disturbance
         Scatter, encoder, and the share of the residual that is neither.
-    slope, left : ndarray, shape (sample,)
-        By how much the signal rises with the level of friction; what the fit left over.
+    left : ndarray, shape (sample,)
+        What the fit left over.
     """
 
     error: OutputError
     values: Mapping[str, float]
     groups: Groups
     disturbance: Disturbance
-    slope: np.ndarray
     left: np.ndarray
 
     def disturbed(self, **changes: float) -> OutputTwin:
@@ -64,21 +63,27 @@ class OutputTwin:
 
     def drawn(self, rng: np.random.Generator, ratio: float = 1.0) -> Change:
         """Return what a twin drawn anew has in its signal, with `ratio` times the scatter."""
-        levels = ratio * self.disturbance.scatter * rng.standard_normal(self.groups.count)
-        signal = levels[self.groups.index] * self.slope
-        signal += np.concatenate([self._read(one, pure, rng) for one, pure in self._pure])
-        sizes = [one.measured.size for one in self.error.outputs]
-        signs = np.concatenate([signs_of(size, rng) for size in sizes])
-        return Change(signal + self.disturbance.unexplained * signs * self.left)
-
-    def _read(self, one: Output, pure: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """Return what the encoder adds to the signal; nobody knows where its steps lie."""
+        levels = (ratio * self.disturbance.scatter * rng.standard_normal(self.groups.count))[self.groups.index]
         reading = Reading(self.disturbance.resolution, self.disturbance.jitter)
-        return np.nan_to_num(one.read(*self._models, self.values, pure, reading, rng))
+        changes, first = [], 0
+        for one, pure, slope in self._pure:
+            push = levels[first : first + pure.size] * slope
+            change = np.nan_to_num(one.read(*self._models, self.values, pure, push, reading, rng))
+            part = slice(first, first + pure.size)
+            changes.append(change + self.disturbance.unexplained * signs_of(pure.size, rng) * self.left[part])
+            first += pure.size
+        return Change(np.concatenate(changes))
 
     @cached_property
-    def _pure(self) -> list[tuple[Output, np.ndarray]]:
-        return [(one, one.simulated(*self._models, self.values)) for one in self.error.outputs]
+    def _pure(self) -> list[tuple[Output, np.ndarray, np.ndarray]]:
+        """Each stretch, its signal without disturbance, and what a level of friction that is higher adds to it."""
+        inverse, nudged = self.error.inverse, _nudged(self.error, self.values)
+        models = self._models, (inverse.plant(nudged), inverse.model(nudged))
+        return [
+            (one, one.simulated(*self._models, self.values),
+             np.nan_to_num(one.force_slope(models, self.values)) / NUDGE)
+            for one in self.error.outputs
+        ]  # fmt: skip
 
     @property
     def _models(self) -> tuple[Model, Model]:
@@ -87,8 +92,11 @@ class OutputTwin:
 
 def level_slope_of(error: OutputError, values: Mapping[str, float]) -> np.ndarray:
     """Return by how much the signal of each sample rises with the level of friction, shape (sample,)."""
-    nudged = scaled(error.unknowns.component, values, 1.0 + NUDGE)
-    return np.nan_to_num((error.simulated(nudged) - error.simulated(values)) / NUDGE)
+    return np.nan_to_num((error.simulated(_nudged(error, values)) - error.simulated(values)) / NUDGE)
+
+
+def _nudged(error: OutputError, values: Mapping[str, float]) -> dict[str, float]:
+    return scaled(error.unknowns.component, values, 1.0 + NUDGE)
 
 
 def moves_of(error: OutputError) -> Groups:
