@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 
 from benchmarks.legs import Leg, along
+from benchmarks.scattering import scattering
 from bristle import controllers, plants, sensors
 from bristle.core import Axis, Model
 from bristle.core.experiment import substeps_for
@@ -48,8 +47,8 @@ def recorded_in_loop(
 ) -> Log:
     """Return the log of an axis that follows strokes: effort as the controller asks for it, read with noise.
 
-    The level of friction is another one after each reversal, which acts as a disturbance; the axis is integrated
-    much more finely than an identification does.
+    The level of friction is another one after each reversal, and the axis is integrated much more finely than an
+    identification does.
     """
     rng, reference = np.random.default_rng(seed), _reference(pairs)
     reference = reference + rng.uniform(0.0, encoder)
@@ -57,18 +56,10 @@ def recorded_in_loop(
     desired = np.stack([reference, velocity, np.gradient(velocity, DT), np.zeros(reference.size)])
     injected = pulses * (np.arange(reference.size) % 2000 < 60)
 
-    def run(disturbance: np.ndarray):
-        return run_closed_loop(
-            plants.inertia(M=MASS), truth, LAW, sensors.encoder(resolution=encoder), desired, DT,
-            steps=FINER * substeps_for(DT), injected=injected, disturbance=disturbance, lag=lag, x=reference[0],
-        )  # fmt: skip
-
-    trace, changes = run(np.zeros(reference.size)), np.zeros(reference.size)
-    turns = [0, *(np.flatnonzero(np.diff(np.sign(velocity)) != 0.0) + 1).tolist(), reference.size]
-    for first, last in pairwise(turns):
-        changes[first:last] = scatter * rng.standard_normal()
-    for _ in range(2 if scatter else 0):
-        trace = run(changes * trace.friction)
+    trace = run_closed_loop(
+        plants.inertia(M=MASS), scattering(truth, scatter, seed), LAW, sensors.encoder(resolution=encoder), desired, DT,
+        steps=FINER * substeps_for(DT), injected=injected, lag=lag, x=reference[0],
+    )  # fmt: skip
     effort = trace.command + noise * np.max(np.abs(trace.friction)) * rng.standard_normal(reference.size)
     return Log(
         time=Channel(trace.time, "s", "t"), position=Channel(trace.measured, "m", "q"),

@@ -92,8 +92,11 @@ class Output(Protocol):
         """
         ...
 
-    def force_slope(self, models: Sequence[tuple[Model, Model]], values: Mapping[str, float]) -> np.ndarray:
-        """Return by how much what `read` takes for a push differs between two models, shape (sample,)."""
+    def leaning(self, plant: Model, friction: Model, values: Mapping[str, float], slope: np.ndarray) -> np.ndarray:
+        """Return what `read` takes for a push where friction is twice what it is, shape (sample,).
+
+        `slope` is by how much the signal rises with the level of friction.
+        """
         ...
 
 
@@ -135,10 +138,9 @@ class Position:
         phase = rng.uniform(0.0, reading.resolution)
         return reading.resolution * np.round((pure + change + phase) / reading.resolution) - phase - pure
 
-    def force_slope(self, models: Sequence[tuple[Model, Model]], values: Mapping[str, float]) -> np.ndarray:
-        """Return the difference of the position between two models [m or rad]: no force is simulated again."""
-        one, other = (self.simulated(plant, friction, values) for plant, friction in models)
-        return other - one
+    def leaning(self, plant: Model, friction: Model, values: Mapping[str, float], slope: np.ndarray) -> np.ndarray:
+        """Return the change of the position [m or rad]: no force is simulated again."""
+        return slope
 
 
 @dataclass(frozen=True)
@@ -177,17 +179,15 @@ class Effort:
         sensor = encoder(kind=plant.kind, resolution=reading.resolution, noise=reading.noise, seed=seed)
         return self._asked(moved, plant, friction, values, sensor, push) - pure
 
-    def force_slope(self, models: Sequence[tuple[Model, Model]], values: Mapping[str, float]) -> np.ndarray:
-        """Return the difference of the friction force between two models in the loop [N or N*m]."""
-        perfect = encoder(kind=models[0][0].kind, resolution=0.0)
-        runs = [
-            self.loop.run(plant, self._dressed(friction), perfect, lag=values.get(LAG)) for plant, friction in models
-        ]
-        whole = np.full(self.loop.count, np.nan)
-        one, other = (run.friction for run in runs)
-        count = min(one.size, other.size)
-        whole[:count] = other[:count] - one[:count]
-        return whole
+    def leaning(self, plant: Model, friction: Model, values: Mapping[str, float], slope: np.ndarray) -> np.ndarray:
+        """Return the friction force in the loop [N or N*m], its constant part left out.
+
+        Where the body sticks, it is what friction holds against: a higher level breaks away later.
+        """
+        perfect = encoder(kind=plant.kind, resolution=0.0)
+        force = self.loop.run(plant, self._dressed(friction), perfect, lag=values.get(LAG)).friction
+        force = force - values.get("offset", 0.0)
+        return np.concatenate([force, np.full(self.loop.count - force.size, np.nan)])
 
     def _asked(
         self, loop: ClosedLoop, plant: Model, friction: Model, values: Mapping[str, float], sensor: Model,

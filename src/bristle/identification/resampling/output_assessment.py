@@ -43,7 +43,7 @@ def assessed_output(
     residual, groups = error.measured - error.simulated(values), moves_of(error)
     slope, regression = level_slope_of(error, values), error.inverse.regression
     disturbance = disturbance_of(regression, seen_in(groups, slope, residual))
-    twin = OutputTwin(error, values, groups, disturbance, residual)
+    twin = OutputTwin(error, values, groups, disturbance, slope, residual)
     every = np.ones(len(space.names), dtype=bool)
     found = fitted_to_twins(twin, Refit(space, every, slice(None)), slope, residual, draws, report=report)
     own = {name: one for name, one in found.members[0].items() if name not in error.unknowns.loop}

@@ -21,16 +21,24 @@ from bristle.identification.resampling.twin import Disturbance, signs_of
 
 __all__ = ["OutputTwin", "level_slope_of", "moves_of"]
 
+FAR = 1e12  # of a signal that left the finite numbers
+
 
 @dataclass(frozen=True)
-class Change:
-    """What a fit to a twin is asked to explain beyond the model itself, shape (sample,)."""
+class Changed:
+    """The same fit to a signal that is changed, shape (sample,)."""
 
-    signal: np.ndarray
+    error: OutputError
+    pure: np.ndarray
+    change: np.ndarray
+    solution: Mapping[str, float]
 
     def residual(self, free: Mapping[str, float]) -> np.ndarray:
-        """Return it: the fit is linear around the solution, and goes nowhere else."""
-        return self.signal
+        """Return what these parameters leave of the changed signal; at the solution of the fit it is the change."""
+        if all(free[name] == value for name, value in self.solution.items()):
+            return self.change
+        simulated = self.error.simulated(self.error.unknowns.complete(free))
+        return self.pure + self.change - np.where(np.isfinite(simulated), simulated, FAR)
 
 
 @dataclass(frozen=True)
@@ -47,43 +55,47 @@ class OutputTwin:
         The half-cycles of the log.
     disturbance : Disturbance
         Scatter, encoder, and the share of the residual that is neither.
-    left : ndarray, shape (sample,)
-        What the fit left over.
+    slope, left : ndarray, shape (sample,)
+        By how much the signal rises with the level of friction; what the fit left over.
     """
 
     error: OutputError
     values: Mapping[str, float]
     groups: Groups
     disturbance: Disturbance
+    slope: np.ndarray
     left: np.ndarray
 
     def disturbed(self, **changes: float) -> OutputTwin:
         """Return the same with another disturbance."""
         return replace(self, disturbance=replace(self.disturbance, **changes))
 
-    def drawn(self, rng: np.random.Generator, ratio: float = 1.0) -> Change:
-        """Return what a twin drawn anew has in its signal, with `ratio` times the scatter."""
+    def drawn(self, rng: np.random.Generator, ratio: float = 1.0) -> Changed:
+        """Return the same fit to a twin drawn anew, with `ratio` times the scatter."""
         levels = (ratio * self.disturbance.scatter * rng.standard_normal(self.groups.count))[self.groups.index]
         reading = Reading(self.disturbance.resolution, self.disturbance.jitter)
         changes, first = [], 0
-        for one, pure, slope in self._pure:
-            push = levels[first : first + pure.size] * slope
+        for one, pure, leaning in self._pure:
+            push = levels[first : first + pure.size] * leaning
             change = np.nan_to_num(one.read(*self._models, self.values, pure, push, reading, rng))
             part = slice(first, first + pure.size)
             changes.append(change + self.disturbance.unexplained * signs_of(pure.size, rng) * self.left[part])
             first += pure.size
-        return Change(np.concatenate(changes))
+        solution = {name: self.values[name] for name in self.error.unknowns.free}
+        return Changed(
+            self.error, np.concatenate([pure for _, pure, _ in self._pure]), np.concatenate(changes), solution
+        )
 
     @cached_property
     def _pure(self) -> list[tuple[Output, np.ndarray, np.ndarray]]:
         """Each stretch, its signal without disturbance, and what a level of friction that is higher adds to it."""
-        inverse, nudged = self.error.inverse, _nudged(self.error, self.values)
-        models = self._models, (inverse.plant(nudged), inverse.model(nudged))
-        return [
-            (one, one.simulated(*self._models, self.values),
-             np.nan_to_num(one.force_slope(models, self.values)) / NUDGE)
-            for one in self.error.outputs
-        ]  # fmt: skip
+        found, first = [], 0
+        for one in self.error.outputs:
+            slope = self.slope[first : first + one.measured.size]
+            leaning = np.nan_to_num(one.leaning(*self._models, self.values, slope))
+            found.append((one, one.simulated(*self._models, self.values), leaning))
+            first += slope.size
+        return found
 
     @property
     def _models(self) -> tuple[Model, Model]:
@@ -92,11 +104,8 @@ class OutputTwin:
 
 def level_slope_of(error: OutputError, values: Mapping[str, float]) -> np.ndarray:
     """Return by how much the signal of each sample rises with the level of friction, shape (sample,)."""
-    return np.nan_to_num((error.simulated(_nudged(error, values)) - error.simulated(values)) / NUDGE)
-
-
-def _nudged(error: OutputError, values: Mapping[str, float]) -> dict[str, float]:
-    return scaled(error.unknowns.component, values, 1.0 + NUDGE)
+    nudged = scaled(error.unknowns.component, values, 1.0 + NUDGE)
+    return np.nan_to_num((error.simulated(nudged) - error.simulated(values)) / NUDGE)
 
 
 def moves_of(error: OutputError) -> Groups:
