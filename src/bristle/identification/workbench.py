@@ -174,14 +174,14 @@ class Workbench:
         )
         if solution.unfinished:
             return fit, None, True
-        space = replace(coordinates_around(error.unknowns, solution, self.scales), linear=True)
+        space = coordinates_around(error.unknowns, solution, self.scales)
         self.found[fit.name] = lambda fit, draws, said: assessed_output(fit, error, space, draws, said)
         if not blocks:
             return fit, None, False
         try:
             held_out = held_out_output(
                 error,
-                replace(space, linear=False),
+                space,
                 blocks,
                 lambda share, remark="": report(REFINED + (1.0 - REFINED) * share),
             )

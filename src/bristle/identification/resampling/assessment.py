@@ -104,6 +104,9 @@ def with_interval(one: Estimate, found: Bootstrap, variable: Variable | None) ->
     if one.name not in found.space.told:
         return one
     low, high = found.interval(one.name)
+    if low == high:
+        # All twins end on the edge where the fit ended: that is no interval.
+        return one
     # Errors that are turned around may reach beyond what the model allows.
     least, most = (variable.min, variable.max) if variable else (-np.inf, np.inf)
     return replace(one, interval=(min(max(low, least), most), min(max(high, least), most)))

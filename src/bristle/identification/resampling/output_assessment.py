@@ -9,6 +9,7 @@ import numpy as np
 
 from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
+from bristle.friction import is_static
 from bristle.identification.bands import Bands, half_width
 from bristle.identification.output_error import OutputError
 from bristle.identification.resampling.assessment import at_odds, with_interval
@@ -33,7 +34,8 @@ def assessed_output(
     fit : Fit
         The fit.
     error, space : OutputError, Space
-        What was fitted, and the coordinates of the solution, around which the fit is taken for linear.
+        What was fitted, and the coordinates of the solution. Of friction without pre-sliding, and in open loop, a fit
+        to a twin is taken for linear around it.
     draws : int
         Number of twins.
     report : callable
@@ -44,8 +46,10 @@ def assessed_output(
     slope, regression = level_slope_of(error, values), error.inverse.regression
     disturbance = disturbance_of(regression, seen_in(groups, slope, residual))
     twin = OutputTwin(error, values, groups, disturbance, slope, residual)
-    every = np.ones(len(space.names), dtype=bool)
-    found = fitted_to_twins(twin, Refit(space, every, slice(None)), slope, residual, draws, report=report)
+    every, linear = np.ones(len(space.names), dtype=bool), error.loop == "open" or is_static(fit.friction)
+    found = fitted_to_twins(
+        twin, Refit(replace(space, linear=linear), every, slice(None)), slope, residual, draws, report=report
+    )
     own = {name: one for name, one in found.members[0].items() if name not in error.unknowns.loop}
     bands = Bands(
         draws={name: np.array([one[name] for one in found.members]) for name in own}, scatter=found.scatter.value,
@@ -77,7 +81,7 @@ def _how(fit: Fit, error: OutputError, resampling: Resampling, unexplained: floa
     scatter = number(100.0 * resampling.scatter.value, digits=2)
     where = "in the loop" if error.loop == "closed" else "behind the motion"
     return (
-        f"95 % intervals from {resampling.bands.count} fits, linear around this one, to logs simulated with the model: "
+        f"95 % intervals from {resampling.bands.count} fits to logs simulated with the model: "
         f"encoder steps of {step} {where}, friction that scatters by {scatter} % over {resampling.half_cycles} "
         f"half-cycles; {left} of the residual (root mean square) is none of these, and comes back block by block with "
         "a sign drawn by chance"
