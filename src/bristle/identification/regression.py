@@ -159,11 +159,13 @@ class Regression:
         """Return the rows of a signal, which is given along each whole stretch, shape (row,)."""
         return self._thinned(parts)[self.in_motion]
 
-    def explained(self, plant: Model, friction: Model) -> list[np.ndarray]:
-        """Return the effort that plant and friction take along each stretch [N or N*m]."""
+    def explained(
+        self, plant: Model, friction: Model, places: Sequence[float | None] | None = None
+    ) -> list[np.ndarray]:
+        """Return the effort that plant and friction take along each stretch [N or N*m]; `places` as below."""
         return [
             mechanical(plant, stretch.position, stretch.velocity, stretch.acceleration) + force
-            for stretch, force in zip(self.stretches, self.friction_along(friction, plant), strict=True)
+            for stretch, force in zip(self.stretches, self.friction_along(friction, plant, places), strict=True)
         ]
 
     def places(self, friction: Model, plant: Model | None) -> tuple[float | None, ...]:
