@@ -83,6 +83,7 @@ def identification_report(
         drive_csv=None if not table else as_csv(table, kind),
         variants=None if simulation is None else variant_table(simulation),
         comparison=comparison_table(identification),
+        by_position=fit.position_rmse is not None,
         pictures=pictures,
         assumptions=_assumed(fit, prediction),
         passages=passage_table([one.as_data() for one in passages(identification.log)], kind),

@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from bristle.identification.problem import Problem
+from bristle.identification.problem import Problem, Residual
 from bristle.identification.solution import Solution
-from bristle.identification.unknowns import Scales, coordinates_of
+from bristle.identification.unknowns import Scales, Unknowns, coordinates_of
 
-__all__ = ["Refit", "Space", "space_of"]
+__all__ = ["Refit", "Space", "coordinates_around", "space_of"]
 
 STEPS = 6
 SMALL = 0.03  # of a standard error
@@ -97,10 +97,15 @@ def space_of(problem: Problem, solution: Solution, scales: Scales) -> Space:
             names, phi, low, high, solution.jacobian, lambda at: dict(zip(names, at.tolist(), strict=True)), names,
             solution.derivative, at_edge, linear=True,
         )  # fmt: skip
-    coordinates = coordinates_of(problem.unknowns, scales)
+    return coordinates_around(problem.unknowns, solution, scales)
+
+
+def coordinates_around(unknowns: Unknowns, solution: Solution, scales: Scales) -> Space:
+    """Return the coordinates of a bounded search around its solution."""
+    coordinates = coordinates_of(unknowns, scales)
 
     def values(phi: np.ndarray) -> dict[str, float]:
-        found = problem.unknowns.complete({})
+        found = unknowns.complete({})
         for one, at in zip(coordinates, phi.tolist(), strict=True):
             found[one.name] = one.value(at, found)
         return {one.name: found[one.name] for one in coordinates}
@@ -108,8 +113,10 @@ def space_of(problem: Problem, solution: Solution, scales: Scales) -> Space:
     low, high = np.array([one.low for one in coordinates]), np.array([one.high for one in coordinates])
     phi = np.array([one.phi(solution.values[one.name], solution.values) for one in coordinates])
     logarithmic = frozenset(one.name for one in coordinates if one.form == "log")
+    names = tuple(solution.values)
     return Space(
-        names, phi, low, high, solution.jacobian, values, names, solution.derivative, at_edge, logarithmic
+        names, phi, low, high, solution.jacobian, values, names, solution.derivative, frozenset(solution.at_edge),
+        logarithmic,
     )  # fmt: skip
 
 
@@ -152,12 +159,12 @@ class Refit:
         step[self.free] = found / scale
         return step
 
-    def solve(self, problem: Problem, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def solve(self, problem: Residual, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the coordinates that fit a problem best, and the residual of all its rows there.
 
         Parameters
         ----------
-        problem : Problem
+        problem : Residual
             The same model on a log of the same rows.
         start : ndarray, shape (free,)
             Where to begin.
