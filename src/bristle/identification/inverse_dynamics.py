@@ -117,15 +117,18 @@ def identify(
     unfinished = _unfinished(fits, [one.name for one in components])
     if draws and not unfinished:
         report = _share(progress, len(components), count, f"fitting {first.name} to simulated logs")
-        try:
-            first = workbench.assessed(first, draws, report)
-        except KeyboardInterrupt as error:
-            obey(error)
-            unfinished = "interrupted: the intervals are not those of simulated logs"
-    return Identification(
-        (first, *others), logs[0], _treatment(regression, first), tuple(logs[1:]), unfinished,
-        break_aways(regression, first.plant, first.friction),
-    )  # fmt: skip
+        first, unfinished = _assessed(workbench, first, draws, report)
+    treatment, away = _treatment(regression, first), break_aways(regression, first.plant, first.friction)
+    return Identification((first, *others), logs[0], treatment, tuple(logs[1:]), unfinished, away)
+
+
+def _assessed(workbench: Workbench, fit: Fit, draws: int, report: Report) -> tuple[Fit, str]:
+    """Return a fit with its intervals, and what was interrupted, in words."""
+    try:
+        return workbench.assessed(fit, draws, report), ""
+    except KeyboardInterrupt as error:
+        obey(error)
+        return fit, "interrupted: the intervals are not those of simulated logs"
 
 
 def _fits(
