@@ -1,19 +1,28 @@
-"""Parametric bootstrap: intervals from fits to twins of the log.
+r"""Parametric bootstrap: intervals from fits to twins of the log.
 
 The error of a fit is that of the same fit to a log that the fitted model made. Errors are turned around: where the
 fits to twins come out high, so did the first one (basic interval [1]_); those of a parameter that is sought in
-its logarithm are factors. A parameter on an edge of its range has the percentiles themselves.
+its logarithm are factors. A parameter on an edge of its range has the percentiles themselves. Twins come in pairs, the
+second one with all disturbances of the first reversed (antithetic draws [1]_): what chance does to the middle of a few
+hundred fits then cancels, and the bias is left.
+
+The scatter that a twin shows, over the one that it was made with, is distributed nearly as
+:math:`\sqrt{\chi^2_\nu / \nu}`, with as many degrees of freedom :math:`\nu` as the mean and the variance of its square
+ask for [2]_. That gives the interval of the scatter, and how far that of a twin may be from the estimate.
 
 References
 ----------
 .. [1] A. C. Davison, D. V. Hinkley, "Bootstrap Methods and their Application", Cambridge University Press, 1997.
    doi:10.1017/CBO9780511802843
+.. [2] F. E. Satterthwaite, "An approximate distribution of estimates of variance components", Biometrics Bulletin
+   2(6), 1946. doi:10.2307/3002019
 """
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
@@ -28,7 +37,7 @@ from bristle.identification.result import Scatter
 
 __all__ = ["Bootstrap", "basic_interval", "bootstrap"]
 
-PILOT = 24  # draws by which the scatter, and then what the model lacks, are set right
+PILOT = 32  # draws by which the scatter, and then what the model lacks, are set right
 SEED = 20_261_120
 TAIL = 2.5  # percent
 FEWEST_CYCLES = 4  # for a scatter
@@ -131,44 +140,58 @@ def bootstrap(
     slope = level_slope(problem, values)
     seen = scatter_seen(cycles, slope, residual) if cycles.count >= FEWEST_CYCLES else 0.0
     twin = Twin(problem, cycles, values, disturbance_of(problem.regression, seen))
-    fits = _Fits(twin, Refit(space, free, slice(None)), slope, np.ones(1))
-    seeds = np.random.SeedSequence(seed).spawn(2 * PILOT + count)
+    fits = _Fits(twin, Refit(space, free, slice(None)), slope)
+    rng = np.random.SeedSequence(seed)
     with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
         # A fit takes part of the scatter into its parameters: what is seen of it is less than there is.
-        pilot = list(pool.map(fits.one, seeds[:PILOT]))
-        again = float(np.sqrt(np.mean([one.scatter**2 for one in pilot])))
+        pilot = _squares(pool.map(fits.one, rng.spawn(PILOT)))
+        again = float(np.mean(pilot)) ** 0.5
         scatter = seen * seen / again if again > 0.0 else 0.0
-        fits = replace(fits.disturbed(scatter=scatter), ratios=_ratios([one.scatter for one in pilot]))
-        pilot = list(pool.map(fits.one, seeds[PILOT : 2 * PILOT]))
-        square = float(np.mean(residual**2))
-        lacking = max(square - float(np.mean([one.square for one in pilot])), 0.0)
+        fits = fits.disturbed(scatter=scatter)
+        square, residuals = float(np.mean(residual**2)), pool.map(fits.one, rng.spawn(PILOT))
+        lacking = max(square - float(np.mean([one.square for one in residuals])), 0.0)
         fits = fits.disturbed(unexplained=(lacking / square) ** 0.5 if square > 0.0 else 0.0)
+        fits = replace(fits, freedom=_freedom(pilot))
         found = []
-        for one in pool.map(fits.one, seeds[2 * PILOT :]):
-            found.append(one)
-            report(len(found) / count)
+        for pair in pool.map(fits.pair, rng.spawn(-(-count // 2))):
+            found += pair
+            report(min(len(found) / count, 1.0))
+    shown, found = _squares(found), found[:count]
     return Bootstrap(
         space, np.array([one.numbers for one in found]), tuple(one.values for one in found), free,
-        fits.twin.disturbance, _scatter(scatter, np.array([one.scatter for one in found])), lacking**0.5,
+        fits.twin.disturbance, _interval(scatter, _freedom(shown)), lacking**0.5,
     )  # fmt: skip
 
 
-def _scatter(scatter: float, drawn: np.ndarray) -> Scatter:
-    if scatter == 0.0:
-        return Scatter(0.0, 0.0, 0.0)
-    typical = float(np.sqrt(np.mean(drawn**2)))
-    low, high = (scatter * typical / float(np.percentile(drawn, q)) for q in (100.0 - TAIL, TAIL))
+def _squares(drawn: Iterable[_Drawn]) -> np.ndarray:
+    """Return the squares of what is seen of the scatter."""
+    return np.array([one.scatter**2 for one in drawn])
+
+
+def _freedom(squares: np.ndarray) -> float:
+    """Return the degrees of freedom of a chi-square distribution that squares follow but for a factor."""
+    variance = float(np.var(squares, ddof=1))
+    return 2.0 * float(np.mean(squares)) ** 2 / variance if variance > 0.0 else math.inf
+
+
+def _interval(scatter: float, freedom: float) -> Scatter:
+    low, high = (scatter / _deviation(share, freedom) for share in (1.0 - TAIL / 100.0, TAIL / 100.0))
     return Scatter(scatter, low, high)
 
 
-def _ratios(drawn: list[float]) -> np.ndarray:
-    """Return by which factors the scatter may be another than its estimate: as that of twins differs from theirs."""
-    typical = float(np.sqrt(np.mean(np.square(drawn))))
-    return typical / np.array(drawn) if typical > 0.0 and min(drawn) > 0.0 else np.ones(1)
+def _deviation(share: float, freedom: float) -> float:
+    """Return below which ratio of a standard deviation to the true one a share of samples lies."""
+    from scipy.special import chdtri
+
+    return float(chdtri(freedom, 1.0 - share) / freedom) ** 0.5 if math.isfinite(freedom) else 1.0
 
 
 class _Drawn(NamedTuple):
-    """A fit to one twin: as a person is told and as the model takes it, the scatter seen, the mean square residual."""
+    """A fit to one twin.
+
+    The parameters as a person is told and as the model takes them, the scatter that is seen of the estimated one, and
+    the mean square of the residual.
+    """
 
     numbers: np.ndarray
     values: dict[str, Any]
@@ -180,26 +203,31 @@ class _Drawn(NamedTuple):
 class _Fits:
     """What fits a model to its twins.
 
-    Nobody knows the scatter exactly: each twin has that of the estimate times one of the `ratios`.
+    Nobody knows the scatter exactly: each twin has another one, as far from the estimate as `freedom` allows.
     """
 
     twin: Twin
     refit: Refit
     slope: np.ndarray
-    ratios: np.ndarray
+    freedom: float = math.inf
 
     def disturbed(self, **changes: float) -> _Fits:
         """Return the same with another disturbance."""
         return replace(self, twin=replace(self.twin, disturbance=replace(self.twin.disturbance, **changes)))
 
-    def one(self, seed: np.random.SeedSequence) -> _Drawn:
-        """Draw a twin and fit the model to it."""
+    def pair(self, seed: np.random.SeedSequence) -> tuple[_Drawn, _Drawn]:
+        """Draw a twin and its mirror image, and fit the model to both."""
+        return self.one(seed), self.one(seed, -1.0)
+
+    def one(self, seed: np.random.SeedSequence, side: float = 1.0) -> _Drawn:
+        """Draw a twin, or its mirror image, and fit the model to it."""
         space, rng = self.refit.space, np.random.default_rng(seed)
-        again = self.twin.drawn(rng, float(rng.choice(self.ratios)))
-        phi, residual = self.refit.solve(again, space.phi)
+        ratio = 1.0 / _deviation(rng.uniform(TAIL / 100.0, 1.0 - TAIL / 100.0), self.freedom)
+        phi, residual = self.refit.solve(self.twin.drawn(rng, ratio, side), space.phi)
+        scatters = self.twin.disturbance.scatter > 0.0
         return _Drawn(
             space.numbers(phi),
             space.values(phi),
-            scatter_seen(self.twin.cycles, self.slope, residual) if self.twin.disturbance.scatter > 0.0 else 0.0,
+            scatter_seen(self.twin.cycles, self.slope, residual) / ratio if scatters else 0.0,
             float(np.mean(residual**2)),
         )

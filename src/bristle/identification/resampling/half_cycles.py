@@ -7,12 +7,20 @@ With the force :math:`F(c)` of a model whose forces are all scaled by :math:`c`,
 
 .. math:: \hat c_k = 1 + \frac{s_k \cdot r_k}{s_k \cdot s_k}, \qquad s = \frac{\partial F}{\partial c}
 
-from the residual `r` there. The root mean square of :math:`\hat c_k - 1`, weighted by :math:`s_k \cdot s_k`, is what is
-seen of the scatter; a fit takes part of it into its parameters.
+from the residual `r` there. What is seen of the scatter, :math:`\tau`, is the root mean square of
+:math:`\hat c_k - 1` with the weights :math:`1 / (\tau^2 + v_k)` of a random effect [1]_, where
+:math:`v_k = \sigma^2 / (s_k \cdot s_k)` is the error of :math:`\hat c_k`: a long slide tells one level, as a short
+stroke does. A fit takes part of it into its parameters.
+
+References
+----------
+.. [1] R. DerSimonian, N. Laird, "Meta-analysis in clinical trials", Controlled Clinical Trials 7(3), 1986.
+   doi:10.1016/0197-2456(86)90046-2
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -28,6 +36,7 @@ __all__ = ["HalfCycles", "level_slope", "scatter_seen"]
 STEPS = 2.0  # of the encoder
 DEVIATIONS = 8.0  # of the noise of the position: what a body at rest does not go beyond
 NUDGE = 1e-3
+ROUNDS = 8  # of the weights, which depend on the scatter that they tell
 
 
 @dataclass(frozen=True)
@@ -63,15 +72,16 @@ class HalfCycles:
     @property
     def count(self) -> int:
         """Number of half-cycles with rows in them."""
-        return int(self._index[-1]) + 1
+        return int(self.index[-1]) + 1
 
     @cached_property
-    def _index(self) -> np.ndarray:
+    def index(self) -> np.ndarray:
+        """Number of the half-cycle of each row, those without rows not counted."""
         return np.unique(self.of_rows, return_inverse=True)[1]
 
     def summed(self, rows: np.ndarray) -> np.ndarray:
         """Return the sum of a signal over the rows of each half-cycle, shape (half-cycle with rows, ...)."""
-        starts = np.flatnonzero(np.diff(self._index, prepend=-1))
+        starts = np.flatnonzero(np.diff(self.index, prepend=-1))
         return np.add.reduceat(rows, starts, axis=0)
 
 
@@ -108,9 +118,22 @@ def scatter_seen(cycles: HalfCycles, slope: np.ndarray, residual: np.ndarray) ->
     slope, residual : ndarray, shape (row,)
         What `level_slope` returns; measured minus predicted effort [N or N*m].
     """
-    weight, along = cycles.summed(slope * slope), cycles.summed(slope * residual)
-    whole = float(np.sum(weight))
-    if whole == 0.0:
+    known, pulled = cycles.summed(slope * slope), cycles.summed(slope * residual)
+    excess = np.divide(pulled, known, out=np.zeros_like(pulled), where=known > 0.0)
+    if not np.any(excess):
         return 0.0
-    excess = np.divide(along, weight, out=np.zeros_like(along), where=weight > 0.0)
-    return float(np.sum(weight * excess * excess) / whole) ** 0.5
+    noise, square = _within(residual, excess[cycles.index] * slope), math.inf
+    for _ in range(ROUNDS):
+        weight = known / (known + noise / square)
+        square = float(np.sum(weight * excess * excess) / np.sum(weight))
+    return square**0.5
+
+
+def _within(residual: np.ndarray, levels: np.ndarray) -> float:
+    """Return the mean square of what levels leave of a residual, times the rows that say the same together."""
+    left = residual - levels
+    square = float(left @ left)
+    if square == 0.0:
+        return 0.0
+    along = float(np.clip(left[1:] @ left[:-1] / square, 0.0, 0.999))
+    return square / left.size * (1.0 + along) / (1.0 - along)

@@ -87,10 +87,20 @@ class Twin:
     values: Mapping[str, float]
     disturbance: Disturbance
 
-    def drawn(self, rng: np.random.Generator, ratio: float = 1.0) -> Problem:
-        """Return the same problem on a log that is drawn anew, with `ratio` times the scatter."""
+    def drawn(self, rng: np.random.Generator, ratio: float = 1.0, side: float = 1.0) -> Problem:
+        """Return the same problem on a log that is drawn anew.
+
+        Parameters
+        ----------
+        rng : Generator
+            Draws it.
+        ratio : float
+            By how much the scatter is another than the estimated one.
+        side : {1.0, -1.0}
+            The mirror image of a log has all its disturbances reversed.
+        """
         regression = self.problem.regression
-        log = self.log(rng, ratio)
+        log = self.log(rng, ratio, side)
         axis = Axis(kind=regression.kind, resolution=regression.resolution)
         again = treat(log, axis, regression.cutoff, regression.decimation)
         stretches = tuple(
@@ -99,22 +109,24 @@ class Twin:
         )
         return replace(self.problem, regression=replace(again, stretches=stretches, kept=regression.in_motion))
 
-    def log(self, rng: np.random.Generator, ratio: float = 1.0) -> Log:
+    def log(self, rng: np.random.Generator, ratio: float = 1.0, side: float = 1.0) -> Log:
         """Return a log that is drawn anew: the stretches of the motion, one after the other."""
         regression, disturbance = self.problem.regression, self.disturbance
-        scatter = ratio * disturbance.scatter
+        scatter, noise, jitter = (
+            side * one for one in (ratio * disturbance.scatter, disturbance.noise, disturbance.jitter)
+        )
         efforts, positions, segments, first = [], [], [], 0
         for stretch, starts, left in zip(self._motion, self.cycles.starts, self._left, strict=True):
             force = self._levels.force(stretch, starts, regression.sample_time, scatter, rng)
             pure = force + mechanical(self._plant, stretch.position, stretch.velocity, stretch.acceleration)
-            pure += disturbance.unexplained * _signs(pure.size, rng) * left
-            efforts.append(pure + disturbance.noise * rng.standard_normal(pure.size))
-            positions.append(stretch.position + disturbance.jitter * rng.standard_normal(pure.size))
+            pure += side * disturbance.unexplained * _signs(pure.size, rng) * left
+            efforts.append(pure + noise * rng.standard_normal(pure.size))
+            positions.append(stretch.position + jitter * rng.standard_normal(pure.size))
             segments.append(slice(first, first + pure.size))
             first += pure.size
         position, step = np.concatenate(positions), disturbance.resolution
         if step > 0.0:
-            phase = rng.uniform(0.0, step)
+            phase = side * rng.uniform(0.0, step)
             position = step * np.round((position + phase) / step) - phase
         unit = {"translational": ("m", "N"), "rotational": ("rad", "N*m")}[regression.kind]
         return Log(
