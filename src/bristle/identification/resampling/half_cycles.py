@@ -31,7 +31,7 @@ from bristle.identification.problem import Problem
 from bristle.identification.regression import Regression
 from bristle.identification.resampling.levels import scaled
 
-__all__ = ["HalfCycles", "level_slope", "scatter_seen"]
+__all__ = ["HalfCycles", "level_slope", "scatter_seen", "turns_of"]
 
 STEPS = 2.0  # of the encoder
 DEVIATIONS = 8.0  # of the noise of the position: what a body at rest does not go beyond
@@ -56,7 +56,7 @@ class HalfCycles:
         """First sample of each half-cycle of each stretch; the first one is 0."""
         least = max(STEPS * self.regression.resolution, DEVIATIONS * self.regression.noise)
         return tuple(
-            (0, *_turns(one.position, [k for there, k in self.regression.reversals if there == number], least))
+            (0, *turns_of(one.position, [k for there, k in self.regression.reversals if there == number], least))
             for number, one in enumerate(self.regression.stretches)
         )
 
@@ -85,8 +85,8 @@ class HalfCycles:
         return np.add.reduceat(rows, starts, axis=0)
 
 
-def _turns(position: np.ndarray, reversals: list[int], least: float) -> list[int]:
-    """Return those reversals between which the body moves by at least so much."""
+def turns_of(position: np.ndarray, reversals: list[int], least: float) -> list[int]:
+    """Return those reversals, given as samples, between which a body moves by at least so much [m or rad]."""
     kept: list[int] = []
     before, candidate = 0, None
     for point in [*reversals, position.size - 1]:
