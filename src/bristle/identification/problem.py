@@ -43,7 +43,8 @@ class Problem:
 
     def predicted(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the effort of each row [N or N*m] from all parameters, held ones included."""
-        return self.mechanical(values) + self.friction(values)
+        one = self.regression
+        return one.rows_of(one.explained(self.plant(values), self.model(values)))
 
     def mechanical(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the effort that the plant takes in each row, friction apart [N or N*m]."""

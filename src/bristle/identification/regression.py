@@ -23,7 +23,7 @@ REACH_PERIODS = 2  # of the cut-off, over which the zero-phase filter mixes samp
 
 
 def low_passed(signal: np.ndarray, cutoff: float, sample_time: float) -> np.ndarray:
-    """Return a signal behind the zero-phase Butterworth filter of fourth order, cut-off in Hz, shape (sample,)."""
+    """Return signals, shape (..., sample), behind the zero-phase Butterworth filter of fourth order, cut-off in Hz."""
     from scipy.signal import sosfiltfilt
 
     return sosfiltfilt(_sections(cutoff, sample_time), signal)

@@ -102,12 +102,12 @@ class Twin:
         regression = self.problem.regression
         log = self.log(rng, ratio, side)
         axis = Axis(kind=regression.kind, resolution=regression.resolution)
-        again = treat(log, axis, regression.cutoff, regression.decimation)
+        again = treat(log, axis, regression.cutoff, regression.decimation, like=regression)
         stretches = tuple(
             replace(one, load=old.load, temperature=old.temperature, first_cycle=old.first_cycle, log=old.log)
             for one, old in zip(again.stretches, regression.stretches, strict=True)
         )
-        return replace(self.problem, regression=replace(again, stretches=stretches, kept=regression.in_motion))
+        return replace(self.problem, regression=replace(again, stretches=stretches))
 
     def log(self, rng: np.random.Generator, ratio: float = 1.0, side: float = 1.0) -> Log:
         """Return a log that is drawn anew: the stretches of the motion, one after the other."""
