@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 from os import PathLike
 from typing import Any, NamedTuple
 
@@ -26,6 +27,7 @@ from bristle.identification.given import checked_model, log_and_axis, treatment_
 from bristle.identification.open_loop import open_loop_of
 from bristle.identification.regression import Regression
 from bristle.identification.several import treat_all
+from bristle.identification.simulated_bands import Widths, simulated_widths
 from bristle.logs.log import Log
 from bristle.sensors import encoder
 from bristle.simulation.result import Prediction, relative_error_percent
@@ -65,7 +67,7 @@ def predict(
     delay : float, optional
         By how much the effort lags the position, as the identification found [s], for the inverse mode.
     bands : Bands, optional
-        How sure the model is; what is predicted in the inverse mode then has a 95 % band.
+        How sure the model is; what is predicted then has a 95 % band.
 
     Returns
     -------
@@ -96,26 +98,30 @@ def predict(
         width = None if bands is None else half_width(bands, plant, friction, regression)
         return with_doubts(replace(_inverse(plant, friction, log, regression), half_width=width), log, velocity_max)
     axis = axis or Axis(kind=log.kind)
-    notes = []
+    notes, step = [], axis.resolution or 0.0
     if axis.presliding and is_static(friction):
         friction = with_presliding(friction, axis.presliding)
         distance = with_unit(axis.presliding, unit_of("length", log.kind))
         notes.append(f"friction turns over a pre-sliding distance of {distance} (axis file)")
     run = _closed_loop if mode == "closed-loop" else _from_rest if axis.at_rest else _open_loop
     segments = log.segments or (slice(0, len(log)),)
-    runs, used = [], []
+    runs, used, widths = [], [], []
     for part in segments:
         first, last, _ = part.indices(len(log))
         first += START_SAMPLES if run is _open_loop else 0
         if last - first <= START_SAMPLES:
             notes.append(f"a stretch of {last - first} samples is too short to be predicted, and was left out")
             continue
-        runs.append(run(plant, friction, log, axis, slice(first, last)))
+        simulate = partial(run, log, axis, slice(first, last))
+        runs.append(simulate(plant, friction, np.zeros(last - first)))
         used.append(slice(first, first + runs[-1].position.size))
         notes += runs[-1].notes
+        if bands is not None:
+            widths.append(simulated_widths(bands, plant, friction, runs[-1], log.sample_time, step, simulate))
     if not runs:
         raise InputError("no stretch of the log is long enough", path="log", allowed=f"> {2 * START_SAMPLES} samples")
-    return with_doubts(_compare(mode, log, runs, used, tuple(dict.fromkeys(notes))), log, velocity_max)
+    compared = _compare(mode, log, runs, used, tuple(dict.fromkeys(notes)))
+    return with_doubts(_with_widths(compared, widths), log, velocity_max)
 
 
 def _inverse(plant: Model, friction: Model, log: Log, regression: Regression) -> Prediction:
@@ -148,7 +154,7 @@ class _Run(NamedTuple):
         return cls(trace.measured, trace.command, trace.status)
 
 
-def _closed_loop(plant: Model, friction: Model, log: Log, axis: Axis, part: slice) -> _Run:
+def _closed_loop(log: Log, axis: Axis, part: slice, plant: Model, friction: Model, unseen: np.ndarray) -> _Run:
     if not isinstance(axis.controller, Model):
         raise InputError(
             "is needed to predict the closed loop", path="axis.controller",
@@ -169,15 +175,15 @@ def _closed_loop(plant: Model, friction: Model, log: Log, axis: Axis, part: slic
     return _Run.of(run_closed_loop(
         plant, friction, within_drive(axis.controller, limit),
         encoder(kind=log.kind, resolution=axis.resolution or 0.0), desired, log.sample_time,
-        steps=substeps_for(log.sample_time), injected=log.injected_effort[part], limit=limit, acceleration=acceleration,
-        **start,
+        steps=substeps_for(log.sample_time), injected=log.injected_effort[part], disturbance=unseen, limit=limit,
+        acceleration=acceleration, **start,
     ))  # fmt: skip
 
 
-def _open_loop(plant: Model, friction: Model, log: Log, axis: Axis, part: slice) -> _Run:
+def _open_loop(log: Log, axis: Axis, part: slice, plant: Model, friction: Model, unseen: np.ndarray) -> _Run:
     assert log.effort is not None
     start, _ = _start(log, friction, part.start, axis.resolution)
-    effort, steps = log.effort.values[part], substeps_for(log.sample_time)
+    effort, steps = log.effort.values[part] - unseen, substeps_for(log.sample_time)
     if axis.hold != "band_limited":
         hold = axis.hold or "zero"
         return _Run.of(run_open_loop(plant, friction, effort, log.sample_time, steps=steps, hold=hold, **start))
@@ -186,9 +192,9 @@ def _open_loop(plant: Model, friction: Model, log: Log, axis: Axis, part: slice)
     return _Run(trace.position[::steps], effort, trace.status)
 
 
-def _from_rest(plant: Model, friction: Model, log: Log, axis: Axis, part: slice) -> _Run:
+def _from_rest(log: Log, axis: Axis, part: slice, plant: Model, friction: Model, unseen: np.ndarray) -> _Run:
     loop = open_loop_of(log, axis, part)
-    position, status = loop.position(plant, friction)
+    position, status = loop.position(plant, friction, unseen)
     assert log.effort is not None
     return _Run(position[np.isfinite(position)], log.effort.values[part], status, (loop.in_words,))
 
@@ -238,6 +244,15 @@ def _compare(mode: str, log: Log, runs: list[_Run], used: list[slice], notes: tu
         status=status,
         notes=notes,
     )
+
+
+def _with_widths(prediction: Prediction, widths: list[Widths]) -> Prediction:
+    if not widths:
+        return prediction
+    position, effort = (np.concatenate([one[side] for one in widths]) for side in range(2))
+    return replace(
+        prediction, position_half_width=position, half_width=None if prediction.effort_predicted is None else effort
+    )  # fmt: skip
 
 
 def _metrics(

@@ -52,6 +52,7 @@ def assessed(
     bands = Bands(
         draws={name: np.array([one[name] for one in found.members]) for name in found.members[0]},
         scatter=found.scatter.value, noise=found.disturbance.noise, unexplained=found.unexplained,
+        lasting=found.lasting,
     )  # fmt: skip
     resampling = Resampling(
         bands=replace(bands, inflation=_inflation(bands, fit, problem, space, free)),

@@ -30,9 +30,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.identification.problem import Problem
-from bristle.identification.resampling.half_cycles import HalfCycles, level_slope, scatter_seen
+from bristle.identification.regression import Regression
+from bristle.identification.resampling.half_cycles import HalfCycles, level_slope, scatter_seen, within_cycles
 from bristle.identification.resampling.refit import Refit, Space
-from bristle.identification.resampling.twin import Disturbance, Twin, disturbance_of
+from bristle.identification.resampling.twin import BLOCKS, Disturbance, Twin, disturbance_of
 from bristle.identification.result import Scatter
 
 __all__ = ["Bootstrap", "basic_interval", "bootstrap"]
@@ -63,6 +64,8 @@ class Bootstrap:
         From reversal to reversal.
     unexplained : float
         Root mean square of the part of the residual that neither noise, encoder nor scatter explain [N or N*m].
+    lasting : float
+        How long that keeps its side [s].
     """
 
     space: Space
@@ -72,6 +75,7 @@ class Bootstrap:
     disturbance: Disturbance
     scatter: Scatter
     unexplained: float
+    lasting: float
 
     @property
     def estimate(self) -> np.ndarray:
@@ -160,7 +164,18 @@ def bootstrap(
     return Bootstrap(
         space, np.array([one.numbers for one in found]), tuple(one.values for one in found), free,
         fits.twin.disturbance, _interval(scatter, _freedom(shown)), lacking**0.5,
+        _lasting(within_cycles(cycles, slope, residual) if scatter > 0.0 else residual, problem.regression, lacking),
     )  # fmt: skip
+
+
+def _lasting(residual: np.ndarray, regression: Regression, lacking: float) -> float:
+    """Return how long what the model lacks keeps its side [s], from its mean square [N^2 or (N*m)^2].
+
+    All that does not average out over a block is put down to it; longer than a block it is not followed.
+    """
+    block = residual.size / BLOCKS * regression.decimation * regression.sample_time
+    slow = float(np.mean([np.mean(part) ** 2 for part in np.array_split(residual, BLOCKS)]))
+    return block * min(slow / lacking, 1.0) if lacking > 0.0 else 0.0
 
 
 def _squares(drawn: Iterable[_Drawn]) -> np.ndarray:

@@ -31,7 +31,7 @@ from bristle.identification.problem import Problem
 from bristle.identification.regression import Regression
 from bristle.identification.resampling.levels import scaled
 
-__all__ = ["HalfCycles", "level_slope", "scatter_seen", "turns_of"]
+__all__ = ["HalfCycles", "level_slope", "scatter_seen", "turns_of", "within_cycles"]
 
 STEPS = 2.0  # of the encoder
 DEVIATIONS = 8.0  # of the noise of the position: what a body at rest does not go beyond
@@ -118,20 +118,29 @@ def scatter_seen(cycles: HalfCycles, slope: np.ndarray, residual: np.ndarray) ->
     slope, residual : ndarray, shape (row,)
         What `level_slope` returns; measured minus predicted effort [N or N*m].
     """
-    known, pulled = cycles.summed(slope * slope), cycles.summed(slope * residual)
-    excess = np.divide(pulled, known, out=np.zeros_like(pulled), where=known > 0.0)
+    known, excess = cycles.summed(slope * slope), _excess(cycles, slope, residual)
     if not np.any(excess):
         return 0.0
-    noise, square = _within(residual, excess[cycles.index] * slope), math.inf
+    noise, square = _noise(within_cycles(cycles, slope, residual)), math.inf
     for _ in range(ROUNDS):
         weight = known / (known + noise / square)
         square = float(np.sum(weight * excess * excess) / np.sum(weight))
     return square**0.5
 
 
-def _within(residual: np.ndarray, levels: np.ndarray) -> float:
-    """Return the mean square of what levels leave of a residual, times the rows that say the same together."""
-    left = residual - levels
+def within_cycles(cycles: HalfCycles, slope: np.ndarray, residual: np.ndarray) -> np.ndarray:
+    """Return what is left of a residual [N or N*m] when each half-cycle has the level that fits best, shape (row,)."""
+    return residual - _excess(cycles, slope, residual)[cycles.index] * slope
+
+
+def _excess(cycles: HalfCycles, slope: np.ndarray, residual: np.ndarray) -> np.ndarray:
+    """Return by how much the level of each half-cycle is above that of the model, as a share of it."""
+    known, pulled = cycles.summed(slope * slope), cycles.summed(slope * residual)
+    return np.divide(pulled, known, out=np.zeros_like(pulled), where=known > 0.0)
+
+
+def _noise(left: np.ndarray) -> float:
+    """Return the mean square of a residual, times the rows in a row that say the same."""
     square = float(left @ left)
     if square == 0.0:
         return 0.0

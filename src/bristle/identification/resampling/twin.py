@@ -28,7 +28,7 @@ from bristle.identification.resampling.levels import Levels
 from bristle.identification.treatment import treat
 from bristle.logs.log import Channel, Log
 
-__all__ = ["Disturbance", "Twin", "disturbance_of"]
+__all__ = ["BLOCKS", "Disturbance", "Twin", "disturbance_of"]
 
 ROUNDING = 0.37  # of an encoder step: what the robust measure of noise says of rounding alone
 BLOCKS = 40  # of a stretch, in which what the model lacks keeps its sign
