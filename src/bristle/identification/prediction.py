@@ -112,12 +112,13 @@ def predict(
         if last - first <= START_SAMPLES:
             notes.append(f"a stretch of {last - first} samples is too short to be predicted, and was left out")
             continue
-        simulate = partial(run, log, axis, slice(first, last))
+        here = slice(first, last)
+        simulate = partial(run, log, axis, here)
         runs.append(simulate(plant, friction, np.zeros(last - first)))
         used.append(slice(first, first + runs[-1].position.size))
         notes += runs[-1].notes
         if bands is not None:
-            widths.append(simulated_widths(bands, plant, friction, runs[-1], log.sample_time, step, simulate))
+            widths.append(simulated_widths(bands, plant, friction, runs[-1], log, here, step, simulate))
     if not runs:
         raise InputError("no stretch of the log is long enough", path="log", allowed=f"> {2 * START_SAMPLES} samples")
     compared = _compare(mode, log, runs, used, tuple(dict.fromkeys(notes)))

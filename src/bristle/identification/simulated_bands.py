@@ -5,9 +5,9 @@ plant acts, besides,
 
 .. math:: d = (c_k - 1)\, F(t) + \varepsilon\, g_j
 
-with a level of friction :math:`c_k` drawn anew for each half-cycle `k` of the prediction, the friction force `F` along
-it, what the model leaves over beyond that, :math:`\varepsilon`, and a standard normal number :math:`g_j` that lasts as
-long as what is left over keeps its side. A band is
+with a level of friction :math:`c_k` drawn anew for each half-cycle `k` of the recorded motion, the friction force `F`
+along it, what the model leaves over beyond that, :math:`\varepsilon`, and a standard normal number :math:`g_j` that
+lasts as long as what is left over keeps its side. A band is
 
 .. math:: \hat y \pm 1.96\, \kappa \sqrt{\overline{(y_b - \hat y)^2} + \sigma^2}
 
@@ -27,13 +27,12 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.engine import force_along
 from bristle.identification.bands import MEMBERS, NORMAL_95, SEED, Bands, numbers_of
-from bristle.identification.resampling.half_cycles import turns_of
+from bristle.identification.resampling.half_cycles import least_way, turns_of
+from bristle.identification.treatment import CUTOFF_SHARE, stretch_of
+from bristle.logs.log import Log
 
 __all__ = ["Course", "Widths", "simulated_widths"]
 
-LEAST = 1e-6  # of the range of the motion: what is no half-cycle
-FEWEST = 2  # samples that make a motion
-STEPS = 2.0  # of the encoder
 ROUNDING = 12.0**-0.5  # standard deviation of rounding, of a step
 
 
@@ -59,7 +58,7 @@ class Widths(NamedTuple):
 
 
 def simulated_widths(
-    bands: Bands, plant: Model, friction: Model, predicted: Course, dt: float, resolution: float,
+    bands: Bands, plant: Model, friction: Model, predicted: Course, log: Log, part: slice, resolution: float,
     simulate: Callable[[Model, Model, np.ndarray], Course],
 ) -> Widths:  # fmt: skip
     """Return the half-widths of the 95 % bands around a simulation; infinite where no other one came that far.
@@ -72,18 +71,16 @@ def simulated_widths(
         The model; parameters that were not fitted are those of it.
     predicted : Course
         What was predicted with it.
-    dt : float
-        Time between samples [s].
+    log, part : Log, slice
+        What was recorded meanwhile: where the motion turned, friction found another level.
     resolution : float
         Step of the encoder [m or rad].
     simulate : callable
         Returns the course with another plant, another friction, and a force against the effort [N or N*m].
     """
-    count, rng = predicted.position.size, np.random.default_rng(SEED)
-    if count < FEWEST:
-        return Widths(np.full(count, np.inf), np.full(count, np.inf))
-    cycle, force = _along(friction, predicted.position, dt, resolution)
-    block = (np.arange(count) * dt / max(bands.lasting, dt)).astype(int)
+    count, dt, rng = predicted.position.size, log.sample_time, np.random.default_rng(SEED)
+    cycle, force = _along(friction, log, part, resolution)
+    block = (np.arange(cycle.size) * dt / max(bands.lasting, dt)).astype(int)
 
     def member(index: int, level: np.ndarray, left: np.ndarray) -> np.ndarray:
         mine = _with_parameters(bands, index, plant), _with_parameters(bands, index, friction)
@@ -95,7 +92,7 @@ def simulated_widths(
         return off * off
 
     members = range(min(bands.count, MEMBERS))
-    levels, left = (rng.standard_normal((len(members), int(part[-1]) + 1)) for part in (cycle, block))
+    levels, left = (rng.standard_normal((len(members), int(one[-1]) + 1)) for one in (cycle, block))
     with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
         square = _mean(np.array(list(pool.map(member, members, levels, left))))
     noise = np.array([[ROUNDING * resolution], [bands.noise]])
@@ -109,13 +106,13 @@ def _mean(squares: np.ndarray) -> np.ndarray:
     return np.divide(whole, count, out=np.full(whole.shape, np.inf), where=count > 0)
 
 
-def _along(friction: Model, position: np.ndarray, dt: float, resolution: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the number of the half-cycle of each sample of a motion, and the friction force there [N or N*m]."""
-    velocity = np.gradient(position, dt)
-    turns = np.flatnonzero(np.diff(np.sign(velocity)) != 0.0) + 1
-    starts = turns_of(position, turns.tolist(), max(STEPS * resolution, LEAST * float(np.ptp(position))))
-    cycle = np.searchsorted(starts, np.arange(position.size), side="right")
-    return cycle, force_along(friction, v=velocity, dt=dt, x=position + 0.5 * dt * velocity)
+def _along(friction: Model, log: Log, part: slice, resolution: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the number of the half-cycle of each sample of a log, and the friction force there [N or N*m]."""
+    stretch, noise, _ = stretch_of(log, part, CUTOFF_SHARE / log.sample_time, resolution)
+    turns = np.flatnonzero(np.diff(np.signbit(stretch.velocity))) + 1
+    starts = turns_of(stretch.position, turns.tolist(), least_way(resolution, noise))
+    cycle = np.searchsorted(starts, np.arange(stretch.position.size), side="right")
+    return cycle, force_along(friction, dt=log.sample_time, **stretch.signals(log.sample_time))
 
 
 def _with_parameters(bands: Bands, index: int, model: Model) -> Model:

@@ -31,7 +31,7 @@ from bristle.identification.problem import Problem
 from bristle.identification.regression import Regression
 from bristle.identification.resampling.levels import scaled
 
-__all__ = ["HalfCycles", "level_slope", "scatter_seen", "turns_of", "within_cycles"]
+__all__ = ["HalfCycles", "least_way", "level_slope", "scatter_seen", "turns_of", "within_cycles"]
 
 STEPS = 2.0  # of the encoder
 DEVIATIONS = 8.0  # of the noise of the position: what a body at rest does not go beyond
@@ -54,7 +54,7 @@ class HalfCycles:
     @cached_property
     def starts(self) -> tuple[tuple[int, ...], ...]:
         """First sample of each half-cycle of each stretch; the first one is 0."""
-        least = max(STEPS * self.regression.resolution, DEVIATIONS * self.regression.noise)
+        least = least_way(self.regression.resolution, self.regression.noise)
         return tuple(
             (0, *turns_of(one.position, [k for there, k in self.regression.reversals if there == number], least))
             for number, one in enumerate(self.regression.stretches)
@@ -83,6 +83,11 @@ class HalfCycles:
         """Return the sum of a signal over the rows of each half-cycle, shape (half-cycle with rows, ...)."""
         starts = np.flatnonzero(np.diff(self.index, prepend=-1))
         return np.add.reduceat(rows, starts, axis=0)
+
+
+def least_way(resolution: float, noise: float) -> float:
+    """Return the way [m or rad] that is no rest, from the step of the encoder and the noise of the position."""
+    return max(STEPS * resolution, DEVIATIONS * noise)
 
 
 def turns_of(position: np.ndarray, reversals: list[int], least: float) -> list[int]:
