@@ -1,4 +1,4 @@
-r"""Parametric bootstrap: intervals from fits to twins of the log.
+"""Parametric bootstrap: intervals from fits to twins of the log.
 
 The error of a fit is that of the same fit to a log that the fitted model made. Errors are turned around: where the
 fits to twins come out high, so did the first one (basic interval [1]_); those of a parameter that is sought in
@@ -6,21 +6,17 @@ its logarithm are factors. A parameter on an edge of its range has the percentil
 second one with all disturbances of the first reversed (antithetic draws [1]_): what chance does to the middle of a few
 hundred fits then cancels, and the bias is left.
 
-The scatter that a twin shows, over the one that it was made with, is distributed nearly as
-:math:`\sqrt{\chi^2_\nu / \nu}`, with as many degrees of freedom :math:`\nu` as the mean and the variance of its square
-ask for [2]_. That gives the interval of the scatter, and how far that of a twin may be from the estimate.
+The scatter that twins show, over the one that they were made with, gives the interval of the scatter, and how far that
+of a twin may be from the estimate.
 
 References
 ----------
 .. [1] A. C. Davison, D. V. Hinkley, "Bootstrap Methods and their Application", Cambridge University Press, 1997.
    doi:10.1017/CBO9780511802843
-.. [2] F. E. Satterthwaite, "An approximate distribution of estimates of variance components", Biometrics Bulletin
-   2(6), 1946. doi:10.2307/3002019
 """
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -31,6 +27,7 @@ import numpy as np
 
 from bristle.identification.problem import Problem
 from bristle.identification.regression import Regression
+from bristle.identification.resampling.chi_square import CERTAIN, ChiSquare
 from bristle.identification.resampling.half_cycles import HalfCycles, level_slope, scatter_seen, within_cycles
 from bristle.identification.resampling.refit import Refit, Space
 from bristle.identification.resampling.twin import BLOCKS, Disturbance, Twin, disturbance_of
@@ -149,13 +146,12 @@ def bootstrap(
     with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
         # A fit takes part of the scatter into its parameters: what is seen of it is less than there is.
         pilot = _squares(pool.map(fits.one, rng.spawn(PILOT)))
-        again = float(np.mean(pilot)) ** 0.5
-        scatter = seen * seen / again if again > 0.0 else 0.0
+        scatter = seen * seen / pilot.mean**0.5 if pilot.mean > 0.0 else 0.0
         fits = fits.disturbed(scatter=scatter)
         square, residuals = float(np.mean(residual**2)), pool.map(fits.one, rng.spawn(PILOT))
         lacking = max(square - float(np.mean([one.square for one in residuals])), 0.0)
         fits = fits.disturbed(unexplained=(lacking / square) ** 0.5 if square > 0.0 else 0.0)
-        fits = replace(fits, freedom=_freedom(pilot))
+        fits = replace(fits, shown=pilot)
         found = []
         for pair in pool.map(fits.pair, rng.spawn(-(-count // 2))):
             found += pair
@@ -163,7 +159,7 @@ def bootstrap(
     shown, found = _squares(found), found[:count]
     return Bootstrap(
         space, np.array([one.numbers for one in found]), tuple(one.values for one in found), free,
-        fits.twin.disturbance, _interval(scatter, _freedom(shown)), lacking**0.5,
+        fits.twin.disturbance, _interval(scatter, shown), lacking**0.5,
         _lasting(within_cycles(cycles, slope, residual) if scatter > 0.0 else residual, problem.regression, lacking),
     )  # fmt: skip
 
@@ -178,27 +174,12 @@ def _lasting(residual: np.ndarray, regression: Regression, lacking: float) -> fl
     return block * min(slow / lacking, 1.0) if lacking > 0.0 else 0.0
 
 
-def _squares(drawn: Iterable[_Drawn]) -> np.ndarray:
-    """Return the squares of what is seen of the scatter."""
-    return np.array([one.scatter**2 for one in drawn])
+def _squares(drawn: Iterable[_Drawn]) -> ChiSquare:
+    return ChiSquare.of(np.array([one.scatter**2 for one in drawn]))
 
 
-def _freedom(squares: np.ndarray) -> float:
-    """Return the degrees of freedom of a chi-square distribution that squares follow but for a factor."""
-    variance = float(np.var(squares, ddof=1))
-    return 2.0 * float(np.mean(squares)) ** 2 / variance if variance > 0.0 else math.inf
-
-
-def _interval(scatter: float, freedom: float) -> Scatter:
-    low, high = (scatter / _deviation(share, freedom) for share in (1.0 - TAIL / 100.0, TAIL / 100.0))
-    return Scatter(scatter, low, high)
-
-
-def _deviation(share: float, freedom: float) -> float:
-    """Return below which ratio of a standard deviation to the true one a share of samples lies."""
-    from scipy.special import chdtri
-
-    return float(chdtri(freedom, 1.0 - share) / freedom) ** 0.5 if math.isfinite(freedom) else 1.0
+def _interval(scatter: float, shown: ChiSquare) -> Scatter:
+    return Scatter(scatter, *(scatter / shown.deviation(share) for share in (1.0 - 0.01 * TAIL, 0.01 * TAIL)))
 
 
 class _Drawn(NamedTuple):
@@ -218,13 +199,14 @@ class _Drawn(NamedTuple):
 class _Fits:
     """What fits a model to its twins.
 
-    Nobody knows the scatter exactly: each twin has another one, as far from the estimate as `freedom` allows.
+    Nobody knows the scatter exactly: each twin has another one, as far from the estimate as what others `shown` lies
+    from theirs.
     """
 
     twin: Twin
     refit: Refit
     slope: np.ndarray
-    freedom: float = math.inf
+    shown: ChiSquare = CERTAIN
 
     def disturbed(self, **changes: float) -> _Fits:
         """Return the same with another disturbance."""
@@ -237,7 +219,7 @@ class _Fits:
     def one(self, seed: np.random.SeedSequence, side: float = 1.0) -> _Drawn:
         """Draw a twin, or its mirror image, and fit the model to it."""
         space, rng = self.refit.space, np.random.default_rng(seed)
-        ratio = 1.0 / _deviation(rng.uniform(TAIL / 100.0, 1.0 - TAIL / 100.0), self.freedom)
+        ratio = 1.0 / self.shown.deviation(rng.uniform(0.01 * TAIL, 1.0 - 0.01 * TAIL))
         phi, residual = self.refit.solve(self.twin.drawn(rng, ratio, side), space.phi)
         scatters = self.twin.disturbance.scatter > 0.0
         return _Drawn(
