@@ -114,7 +114,7 @@ class Variable:
     excitation : str
         What a log must contain for the quantity to be identified from it: ``"sliding"``, ``"speed"``,
         ``"stribeck"``, ``"presliding"``, ``"displacement"``, ``"acceleration"``, ``"place"``, ``"load"``,
-        ``"temperature"`` or empty.
+        ``"temperature"``, ``"drive"`` or empty.
     choices : tuple of str
         Where the quantity is one of several names: what a person writes. Kernels receive its place in this tuple.
     """

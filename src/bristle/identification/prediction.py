@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from functools import partial
 from os import PathLike
@@ -10,7 +9,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.controllers.limits import within_drive
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
@@ -18,10 +16,11 @@ from bristle.core.experiment import substeps_for
 from bristle.core.status import Status
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
-from bristle.engine import Trace, run_closed_loop, run_open_loop, settled
+from bristle.engine import Trace, run_open_loop
 from bristle.friction import is_static, with_presliding
 from bristle.identification.bands import Bands, half_width
 from bristle.identification.between_samples import finer
+from bristle.identification.closed_loop import START_SAMPLES, beginning_of, closed_loop_of
 from bristle.identification.doubts import with_doubts
 from bristle.identification.given import checked_model, log_and_axis, treatment_of
 from bristle.identification.open_loop import open_loop_of
@@ -29,19 +28,18 @@ from bristle.identification.regression import Regression
 from bristle.identification.several import treat_all
 from bristle.identification.simulated_bands import Widths, simulated_widths
 from bristle.logs.log import Log
-from bristle.sensors import encoder
 from bristle.simulation.result import Prediction, relative_error_percent
 
 __all__ = ["MODES", "predict", "unexplained_force"]
 
 MODES = ("inverse", "closed-loop", "open-loop")
-START_SAMPLES = 20  # over which the initial velocity is estimated
 
 
 def predict(
     plant: Model, friction: Model, log: Log | str | PathLike[str], axis: Axis | str | PathLike[str] | None = None,
     mode: str = "inverse", *, cutoff: float | str | None = None, decimation: int | None = None,
-    velocity_max: float | None = None, delay: float | None = None, bands: Bands | None = None,
+    velocity_max: float | None = None, delay: float | None = None, lag: float | None = None,
+    bands: Bands | None = None,
 ) -> Prediction:  # fmt: skip
     """Predict a log with a model.
 
@@ -66,6 +64,9 @@ def predict(
         Largest speed that the model was fitted to [m/s or rad/s]: a log that goes far beyond it is told.
     delay : float, optional
         By how much the effort lags the position, as the identification found [s], for the inverse mode.
+    lag : float, optional
+        Time constant with which the drive follows its controller, as the identification found [s], for the closed loop;
+        the axis decides where it is not given.
     bands : Bands, optional
         How sure the model is; what is predicted then has a 95 % band.
 
@@ -98,7 +99,14 @@ def predict(
         width = None if bands is None else half_width(bands, plant, friction, regression)
         return with_doubts(replace(_inverse(plant, friction, log, regression), half_width=width), log, velocity_max)
     axis = axis or Axis(kind=log.kind)
-    notes, step = [], axis.resolution or 0.0
+    axis = axis if lag is None else replace(axis, lag=lag)
+    return with_doubts(_simulated(plant, friction, log, axis, mode, bands), log, velocity_max)
+
+
+def _simulated(
+    plant: Model, friction: Model, log: Log, axis: Axis, mode: str, bands: Bands | None
+) -> Prediction:  # fmt: skip
+    notes = []
     if axis.presliding and is_static(friction):
         friction = with_presliding(friction, axis.presliding)
         distance = with_unit(axis.presliding, unit_of("length", log.kind))
@@ -118,11 +126,11 @@ def predict(
         used.append(slice(first, first + runs[-1].position.size))
         notes += runs[-1].notes
         if bands is not None:
+            step = axis.resolution or 0.0
             widths.append(simulated_widths(bands, plant, friction, runs[-1], log, here, step, simulate))
     if not runs:
         raise InputError("no stretch of the log is long enough", path="log", allowed=f"> {2 * START_SAMPLES} samples")
-    compared = _compare(mode, log, runs, used, tuple(dict.fromkeys(notes)))
-    return with_doubts(_with_widths(compared, widths), log, velocity_max)
+    return _with_widths(_compare(mode, log, runs, used, tuple(dict.fromkeys(notes))), widths)
 
 
 def _inverse(plant: Model, friction: Model, log: Log, regression: Regression) -> Prediction:
@@ -136,8 +144,8 @@ def _inverse(plant: Model, friction: Model, log: Log, regression: Regression) ->
         position_predicted=None,
         metrics=_metrics(log, regression.effort, predicted, None, None),
         notes=(
-            f"effort and motion are filtered at {regression.cutoff:g} Hz, and one row is kept for "
-            f"{regression.decimation} samples",
+            f"effort and motion are filtered at {regression.cutoff:g} Hz"
+            + (f", and one row is kept for {regression.decimation} samples" if regression.decimation > 1 else ""),
         ),
     )
 
@@ -156,34 +164,12 @@ class _Run(NamedTuple):
 
 
 def _closed_loop(log: Log, axis: Axis, part: slice, plant: Model, friction: Model, unseen: np.ndarray) -> _Run:
-    if not isinstance(axis.controller, Model):
-        raise InputError(
-            "is needed to predict the closed loop", path="axis.controller",
-            mend="Describe the controller that was running in [controller] of the axis file, or use --mode inverse",
-        )  # fmt: skip
-    if log.reference is None:
-        raise InputError(
-            "has no reference, which the closed loop follows", path="log",
-            mend="Name its column in [columns] of the axis file, or use --mode inverse",
-        )  # fmt: skip
-    reference = log.reference.values[part]
-    desired = np.zeros((4, reference.size))
-    desired[0] = reference
-    desired[1] = np.gradient(reference, log.sample_time)
-    desired[2] = np.gradient(desired[1], log.sample_time)
-    start, acceleration = _start(log, friction, part.start, axis.resolution)
-    limit = axis.effort_limit or math.inf
-    return _Run.of(run_closed_loop(
-        plant, friction, within_drive(axis.controller, limit),
-        encoder(kind=log.kind, resolution=axis.resolution or 0.0), desired, log.sample_time,
-        steps=substeps_for(log.sample_time), injected=log.injected_effort[part], disturbance=unseen, limit=limit,
-        acceleration=acceleration, **start,
-    ))  # fmt: skip
+    return _Run.of(closed_loop_of(log, axis, part).run(plant, friction, disturbance=unseen))
 
 
 def _open_loop(log: Log, axis: Axis, part: slice, plant: Model, friction: Model, unseen: np.ndarray) -> _Run:
     assert log.effort is not None
-    start, _ = _start(log, friction, part.start, axis.resolution)
+    start = beginning_of(log, part.start, axis.resolution).state(friction)
     effort, steps = log.effort.values[part] - unseen, substeps_for(log.sample_time)
     if axis.hold != "band_limited":
         hold = axis.hold or "zero"
@@ -198,33 +184,6 @@ def _from_rest(log: Log, axis: Axis, part: slice, plant: Model, friction: Model,
     position, status = loop.position(plant, friction, unseen)
     assert log.effort is not None
     return _Run(position[np.isfinite(position)], log.effort.values[part], status, (loop.in_words,))
-
-
-def _start(log: Log, friction: Model, first: int, resolution: float | None) -> tuple[dict[str, Any], float]:
-    """Return the motion and the state of the friction model at a sample.
-
-    Velocity and acceleration are those of a cubic through the samples around it (on one side only at the start of the
-    log), as few as it takes to move by a hundred counts of the encoder: one difference would be off by a count in
-    a sample, many samples would smooth a motion that begins.
-    """
-    dt, x = log.sample_time, float(log.position.values[first])
-    low, position = _around(log.position.values, first, 100.0 * (resolution or 0.0))
-    if np.ptp(position) <= 1.5 * (resolution or 0.0):
-        return {"x": x, "v": 0.0}, 0.0
-    t = dt * (np.arange(position.size) + low - first)
-    *_, half_acceleration, velocity, _ = (float(one) for one in np.polyfit(t, position - x, 3))
-    state, memory = settled(friction, velocity)
-    return {"x": x, "v": velocity, "state": state, "memory": memory}, 2.0 * half_acceleration
-
-
-def _around(position: np.ndarray, first: int, distance: float) -> tuple[int, np.ndarray]:
-    """Return the samples around one, as few as it takes to move by `distance` [m or rad], and where they begin."""
-    for count in range(8, 2 * START_SAMPLES + 1):
-        low = max(first - count // 2, 0)
-        if np.ptp(position[low : low + count]) >= distance > 0.0:
-            return low, position[low : low + count]
-    low = max(first - START_SAMPLES, 0)
-    return low, position[low : low + 2 * START_SAMPLES + 1]
 
 
 def _compare(mode: str, log: Log, runs: list[_Run], used: list[slice], notes: tuple[str, ...]) -> Prediction:

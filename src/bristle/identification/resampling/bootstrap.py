@@ -21,24 +21,45 @@ import os
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from bristle.identification.problem import Problem
-from bristle.identification.regression import Regression
+from bristle.identification.problem import Problem, Residual
 from bristle.identification.resampling.chi_square import CERTAIN, ChiSquare
-from bristle.identification.resampling.half_cycles import HalfCycles, level_slope, scatter_seen, within_cycles
+from bristle.identification.resampling.half_cycles import Groups, HalfCycles, level_slope, scatter_seen
 from bristle.identification.resampling.refit import Refit, Space
-from bristle.identification.resampling.twin import BLOCKS, Disturbance, Twin, disturbance_of
+from bristle.identification.resampling.twin import Disturbance, Twin, disturbance_of
 from bristle.identification.result import Scatter
 
-__all__ = ["Bootstrap", "basic_interval", "bootstrap"]
+__all__ = ["Bootstrap", "Drawing", "basic_interval", "bootstrap", "fitted_to_twins", "seen_in"]
 
 PILOT = 32  # draws by which the scatter, and then what the model lacks, are set right
 SEED = 20_261_120
 TAIL = 2.5  # percent
 FEWEST_CYCLES = 4  # for a scatter
+
+
+class Drawing(Protocol):
+    """What draws twins of a log."""
+
+    @property
+    def disturbance(self) -> Disturbance:
+        """What they are drawn with."""
+        ...
+
+    @property
+    def groups(self) -> Groups:
+        """The half-cycles of the log."""
+        ...
+
+    def disturbed(self, **changes: float) -> Drawing:
+        """Return the same with another disturbance."""
+        ...
+
+    def drawn(self, rng: np.random.Generator, ratio: float = 1.0, side: float = 1.0) -> Residual:
+        """Return the same problem on a log drawn anew, with `ratio` times the scatter, or on its mirror image (-1)."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -61,8 +82,6 @@ class Bootstrap:
         From reversal to reversal.
     unexplained : float
         Root mean square of the part of the residual that neither noise, encoder nor scatter explain [N or N*m].
-    lasting : float
-        How long that keeps its side [s].
     """
 
     space: Space
@@ -72,7 +91,6 @@ class Bootstrap:
     disturbance: Disturbance
     scatter: Scatter
     unexplained: float
-    lasting: float
 
     @property
     def estimate(self) -> np.ndarray:
@@ -139,10 +157,34 @@ def bootstrap(
     cycles = HalfCycles(problem.regression)
     residual = problem.regression.effort - problem.predicted(values)
     slope = level_slope(problem, values)
-    seen = scatter_seen(cycles, slope, residual) if cycles.count >= FEWEST_CYCLES else 0.0
-    twin = Twin(problem, cycles, values, disturbance_of(problem.regression, seen))
-    fits = _Fits(twin, Refit(space, free, slice(None)), slope)
-    rng = np.random.SeedSequence(seed)
+    twin = Twin(problem, cycles, values, disturbance_of(problem.regression, seen_in(cycles.groups, slope, residual)))
+    return fitted_to_twins(twin, Refit(space, free, slice(None)), slope, residual, count, seed, report)
+
+
+def seen_in(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> float:
+    """Return the scatter that a residual shows, none where there are too few half-cycles for one."""
+    return scatter_seen(cycles, slope, residual) if cycles.count >= FEWEST_CYCLES else 0.0
+
+
+def fitted_to_twins(
+    twin: Drawing, refit: Refit, slope: np.ndarray, residual: np.ndarray, count: int, seed: int = SEED,
+    report: Callable[[float], None] = lambda share: None,
+) -> Bootstrap:  # fmt: skip
+    """Return fits to so many twins.
+
+    Parameters
+    ----------
+    twin : Drawing
+        Draws them, with the scatter that is seen in the residual.
+    refit : Refit
+        Fits the model to each.
+    slope, residual : ndarray, shape (row,)
+        By how much the signal rises with the level of friction; what the first fit left over.
+    count, seed, report
+        As for `bootstrap`.
+    """
+    space, free, seen = refit.space, refit.free, twin.disturbance.scatter
+    fits, rng = _Fits(twin, refit, slope), np.random.SeedSequence(seed)
     with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
         # A fit takes part of the scatter into its parameters: what is seen of it is less than there is.
         pilot = _squares(pool.map(fits.one, rng.spawn(PILOT)))
@@ -160,18 +202,7 @@ def bootstrap(
     return Bootstrap(
         space, np.array([one.numbers for one in found]), tuple(one.values for one in found), free,
         fits.twin.disturbance, _interval(scatter, shown), lacking**0.5,
-        _lasting(within_cycles(cycles, slope, residual) if scatter > 0.0 else residual, problem.regression, lacking),
     )  # fmt: skip
-
-
-def _lasting(residual: np.ndarray, regression: Regression, lacking: float) -> float:
-    """Return how long what the model lacks keeps its side [s], from its mean square [N^2 or (N*m)^2].
-
-    All that does not average out over a block is put down to it; longer than a block it is not followed.
-    """
-    block = residual.size / BLOCKS * regression.decimation * regression.sample_time
-    slow = float(np.mean([np.mean(part) ** 2 for part in np.array_split(residual, BLOCKS)]))
-    return block * min(slow / lacking, 1.0) if lacking > 0.0 else 0.0
 
 
 def _squares(drawn: Iterable[_Drawn]) -> ChiSquare:
@@ -203,14 +234,14 @@ class _Fits:
     from theirs.
     """
 
-    twin: Twin
+    twin: Drawing
     refit: Refit
     slope: np.ndarray
     shown: ChiSquare = CERTAIN
 
     def disturbed(self, **changes: float) -> _Fits:
         """Return the same with another disturbance."""
-        return replace(self, twin=replace(self.twin, disturbance=replace(self.twin.disturbance, **changes)))
+        return replace(self, twin=self.twin.disturbed(**changes))
 
     def pair(self, seed: np.random.SeedSequence) -> tuple[_Drawn, _Drawn]:
         """Draw a twin and its mirror image, and fit the model to both."""
@@ -225,6 +256,6 @@ class _Fits:
         return _Drawn(
             space.numbers(phi),
             space.values(phi),
-            scatter_seen(self.twin.cycles, self.slope, residual) / ratio if scatters else 0.0,
+            scatter_seen(self.twin.groups, self.slope, residual) / ratio if scatters else 0.0,
             float(np.mean(residual**2)),
         )

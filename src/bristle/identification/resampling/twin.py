@@ -23,12 +23,12 @@ from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.identification.problem import Problem
 from bristle.identification.regression import Regression, Stretch, low_passed, mechanical
-from bristle.identification.resampling.half_cycles import HalfCycles
+from bristle.identification.resampling.half_cycles import Groups, HalfCycles
 from bristle.identification.resampling.levels import Levels
 from bristle.identification.treatment import treat
 from bristle.logs.log import Channel, Log
 
-__all__ = ["BLOCKS", "Disturbance", "Twin", "disturbance_of"]
+__all__ = ["Disturbance", "Twin", "disturbance_of", "lasting_of", "signs_of"]
 
 ROUNDING = 0.37  # of an encoder step: what the robust measure of noise says of rounding alone
 BLOCKS = 40  # of a stretch, in which what the model lacks keeps its sign
@@ -87,6 +87,15 @@ class Twin:
     values: Mapping[str, float]
     disturbance: Disturbance
 
+    @property
+    def groups(self) -> Groups:
+        """The rows of each half-cycle."""
+        return self.cycles.groups
+
+    def disturbed(self, **changes: float) -> Twin:
+        """Return the same with another disturbance."""
+        return replace(self, disturbance=replace(self.disturbance, **changes))
+
     def drawn(self, rng: np.random.Generator, ratio: float = 1.0, side: float = 1.0) -> Problem:
         """Return the same problem on a log that is drawn anew.
 
@@ -119,7 +128,7 @@ class Twin:
         for stretch, starts, left in zip(self._motion, self.cycles.starts, self._left, strict=True):
             force = self._levels.force(stretch, starts, regression.sample_time, scatter, rng)
             pure = force + mechanical(self._plant, stretch.position, stretch.velocity, stretch.acceleration)
-            pure += side * disturbance.unexplained * _signs(pure.size, rng) * left
+            pure += side * disturbance.unexplained * signs_of(pure.size, rng) * left
             efforts.append(pure + noise * rng.standard_normal(pure.size))
             positions.append(stretch.position + jitter * rng.standard_normal(pure.size))
             segments.append(slice(first, first + pure.size))
@@ -162,10 +171,29 @@ class Twin:
         return Levels(self.problem.unknowns.component, self.values, self.problem.regression.kind)
 
 
-def _signs(count: int, rng: np.random.Generator) -> np.ndarray:
+def signs_of(count: int, rng: np.random.Generator) -> np.ndarray:
     """Return a sign for each of several blocks of samples: what is left over keeps its course, not its side."""
     blocks = np.minimum(np.arange(count) * BLOCKS // count, BLOCKS - 1)
     return rng.choice([-1.0, 1.0], BLOCKS)[blocks]
+
+
+def lasting_of(residual: np.ndarray, row_time: float, unexplained: float) -> float:
+    """Return how long what a model lacks keeps its side [s].
+
+    All that does not average out over a block is put down to it; longer than a block it is not followed.
+
+    Parameters
+    ----------
+    residual : ndarray, shape (row,)
+        What the model leaves over, each half-cycle at its own level.
+    row_time : float
+        Time from row to row [s].
+    unexplained : float
+        Root mean square of what the model lacks, in the unit of the residual.
+    """
+    slow = float(np.mean([np.mean(part) ** 2 for part in np.array_split(residual, BLOCKS)]))
+    share = min(slow / unexplained**2, 1.0) if unexplained > 0.0 else 0.0
+    return share * row_time * residual.size / BLOCKS
 
 
 def _sharpened(stretch: Stretch, regression: Regression) -> Stretch:
