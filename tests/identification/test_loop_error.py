@@ -30,7 +30,7 @@ def test_every_parameter_comes_back_and_the_lag_of_the_drive(fit):
     for name, truth in {**TRUTH.values, "M": MASS, "lag": LAG}.items():
         assert fit.parameters[name].value == pytest.approx(truth, rel=0.05 if name == "lag" else 0.02), name
     assert fit.lag == fit.parameters["lag"].value
-    assert fit.loop_error_percent < 1.5
+    assert fit.loop_error_percent < 1.8  # steps of the encoder in the effort
     assert fit.error_percent == fit.loop_error_percent
     assert fit.position_error_percent is None
 
