@@ -8,7 +8,7 @@ from tests.cli.conftest import bristle  # noqa: F401
 
 from bristle.files import read_curves
 from bristle.files.operator import read_operator, write_operator
-from bristle.identification.operators import fit_grid, predict_operator
+from bristle.identification.operators import fit_grid, identify_operator, predict_operator
 from bristle.logs.curves import Curves
 
 AXIS = Path(__file__).parents[2] / "examples" / "forc" / "axis.toml"
@@ -49,7 +49,16 @@ def test_the_table_along_the_curves_and_the_positive_measure(bristle, curves_fil
     assert found.data["congruency"]["alike"] == pytest.approx(0.0002 * found.data["log"]["full_scale"], rel=0.3)
     said = bristle("predict", tmp_path / "out" / "model.toml", curves_file, "--axis", AXIS, "--json")
     assert said.code == 0, said.err
-    assert said.data["metrics"]["error_percent"] < 0.01
+    # What was smoothed away is the noise of a sample.
+    assert said.data["metrics"]["error_percent"] == pytest.approx(table["metrics"]["error_percent"])
+    assert said.data["metrics"]["error_percent"] < 0.015
+
+
+@pytest.mark.measured
+def test_every_fifth_curve_is_told_by_the_others_whichever_fifth_it_is(recorded):
+    found = identify_operator(recorded, "reversal_table").best.held_out.block_errors_percent
+    assert len(found) == 5
+    assert max(found) <= 0.021
 
 
 @pytest.mark.measured

@@ -44,6 +44,18 @@ def test_a_line_breaks_at_each_gap_and_nowhere_else(lengths):
     assert [part.stop - part.start for part in runs(t, t)] == lengths
 
 
+def test_a_long_stretch_is_not_made_coarse_by_short_ones_beside_it():
+    lengths = [9000, *[5] * 60]
+    starts = np.cumsum([0.0, *(2.0 + n for n in lengths[:-1])])
+    t = np.concatenate([start + np.arange(n) for start, n in zip(starts, lengths, strict=True)])
+    y = np.sin(0.05 * t)
+    x, kept = line(t, y)
+    long = np.isfinite(x) & (x < lengths[0])
+    # Straight lines between what is drawn stay close to the signal.
+    assert np.max(np.abs(np.interp(t[: lengths[0]], x[long], kept[long]) - y[: lengths[0]])) < 0.35
+    assert x.size < 4 * 480 + 12 * len(lengths)
+
+
 def test_what_is_not_finite_is_a_gap():
     t = np.arange(10.0)
     y = np.array([0.0, 1.0, np.nan, 3.0, 4.0, np.inf, 6.0, 7.0, 8.0, np.nan])

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import slow_log
+from tests.identification.known_logs import log_of, sines, sliding_effort, slow_log
 
 from bristle import friction
 from bristle.cli.signals import SignalledError
@@ -52,12 +52,22 @@ def test_the_best_until_then_is_returned_and_marked(log, interrupted_after):
     assert np.isfinite(part.best.parameters["M"].std)
 
 
-def test_models_that_were_whole_come_first_and_what_is_missing_is_named(log, interrupted_after):
+def test_models_that_were_whole_come_first_and_what_is_missing_is_named(interrupted_after):
+    motion = sines()
     interrupted_after(50)
-    found = identify(log, "coulomb_viscous,lugre,dahl", blocks=2)
+    found = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous,lugre,dahl", blocks=2)
     assert [fit.name for fit in found.fits] == ["coulomb_viscous", "lugre"]
     assert [fit.unfinished for fit in found.fits] == [False, True]
     assert found.unfinished == "interrupted: lugre is the best found until then; dahl was not fitted"
+
+
+def test_one_that_explains_far_more_already_is_not_put_behind_those_that_were_whole(log, interrupted_after):
+    interrupted_after(150)
+    found = identify(log, "coulomb_viscous,lugre", blocks=2)
+    assert [fit.name for fit in found.fits] == ["lugre", "coulomb_viscous"]
+    assert [fit.unfinished for fit in found.fits] == [True, False]
+    assert [fit.rank for fit in found.fits] == [1, 2]
+    assert found.best.error_percent < 0.7 * found.fits[1].held_out.mean_percent
 
 
 def test_before_anything_was_tried_there_is_nothing_to_return(log, interrupted_after):

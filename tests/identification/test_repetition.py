@@ -80,3 +80,28 @@ def test_rests_are_kept_where_the_axis_says_so():
     kept, dropped = (treat(log, Axis(keeps_rests=keeps)) for keeps in (True, False))
     assert dropped.effort.size < 0.75 * kept.effort.size
     assert kept.rest_share == dropped.rest_share > 0.2
+
+
+def cut(log, first, last):
+    part = slice(first, last)
+    channels = {
+        name: replace(channel, values=channel.values[part]) for name, channel in log.channels() if channel is not None
+    }
+    return replace(log, **channels, segments=())
+
+
+def test_logs_that_repeat_one_another_are_no_test_of_the_model():
+    motion, other = strokes(12, length=60e-6), strokes(6, length=25e-6, move=0.9)
+    effort = 20.0 * np.sign(motion.velocity) + motion.acceleration
+    log = log_of(motion, effort)
+    half = motion.time.size // 2
+    # The second half begins elsewhere in its period.
+    halves = [cut(log, 0, half), cut(log, half + 700, motion.time.size)]
+    told = "what was held out is the motion that was fitted"
+    fit = identify(halves, "coulomb", mass=1.0, draws=0).best
+    assert any(one.startswith("each log repeats the motion of another one: ") and told in one for one in fit.warnings)
+    third = log_of(other, 20.0 * np.sign(other.velocity) + other.acceleration)
+    fit = identify([*halves, third], "coulomb", mass=1.0, draws=0).best
+    assert any(one.startswith("2 of 3 logs repeat the motion") for one in fit.warnings)
+    fit = identify([halves[0], third], "coulomb", mass=1.0, draws=0).best
+    assert not any("repeat" in one for one in fit.warnings)

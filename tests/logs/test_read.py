@@ -81,6 +81,8 @@ def test_known_inputs(write, axis, recording):
     log = read_log(write(pulses=pulses), axis)
     np.testing.assert_array_equal(log.injected_effort, 2.0 * pulses)
     assert log.notes == ("optional column absent is not in this log",)
+    (note,) = read_log(write(Pulses_1=pulses), axis).notes[:1]
+    assert note == "optional column pulses is not in this log; is it 'Pulses_1'? Then name it so in the axis file"
     assert read_log(write(), axis).injected == ()
     required = dataclasses.replace(axis, injected=(Injected("pulses", 2.0),))
     with pytest.raises(InputError, match="no column 'pulses'"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -137,7 +138,7 @@ def _identify_friction(
     if as_json:
         sys.stdout.write(json_text(summary))
     else:
-        show_identification(found, simulation, [note for one in recorded for note in one.notes])
+        show_identification(found, simulation, _notes(recorded))
     if out:
         complain(f"wrote {out}; open {out / 'report.html'} in a browser")
     if found.unfinished:
@@ -160,6 +161,15 @@ def _own_model(name: str) -> Any:
     own = load_model_file(file)
     admit(own)
     return with_slots(own, slots, "--model")
+
+
+def _notes(logs: Sequence[Log]) -> list[str]:
+    """Return the notes of several logs, each once, with the logs that it is said of unless it is said of all."""
+    said: dict[str, list[str]] = {}
+    for one in logs:
+        for note in one.notes:
+            said.setdefault(note, []).append(one.source.name)
+    return [note if len(of) == len(logs) else f"{', '.join(of)}: {note}" for note, of in said.items()]
 
 
 def _hertz(text: str | None) -> float | None:
@@ -186,12 +196,17 @@ def _certificates(found: Identification) -> dict[str, Certificate]:
 def _in_the_loop(
     found: Identification, log: Log, axis: Axis, report: Any
 ) -> tuple[SimulationResult | None, Prediction | None]:
-    """Return the loop with and without compensation, and the log as predicted; None without a known loop."""
+    """Return the loop with and without compensation, and the log as predicted; None without a known loop.
+
+    What was fitted to the position is told by the position, and that takes no loop.
+    """
     from bristle.identification import predict
     from bristle.identification.loop import loop_of
     from bristle.simulation import simulate
 
     best = found.best
+    if axis.method == "output_error":
+        return None, predict(best.plant, best.friction, log, axis, "open-loop")
     experiment = loop_of(best.plant, best.friction, log, axis, cutoff=found.treatment["cutoff"])
     if experiment is None:
         return None, None

@@ -42,9 +42,8 @@ def identify_operators(
         sys.stdout.write(json_text(summary))
     else:
         show_table(comparison_of_operators(found))
-        for fit in found.fits:
-            for note in fit.notes:
-                say(f"{fit.name}: {note}")
+        for note in found.notes:
+            say(note)
         for note in recorded.notes:
             say(f"Note: {note}")
     if out:

@@ -98,6 +98,9 @@ def _show(prediction: Prediction, notes: tuple[str, ...]) -> None:
     for word, value in metrics_in_words(prediction):
         say(f"{word}: {value}")
     for note in notes:
-        say(f"Note: {note}")
+        if note.startswith("warning: "):
+            complain(note)
+        else:
+            say(f"Note: {note}")
     if prediction.status is not Status.OK:
         complain(prediction.status.sentence)

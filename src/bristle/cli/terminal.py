@@ -81,9 +81,10 @@ def show_table(table: Table) -> None:
     """
     told, console = table.without_empty_columns(), _console(sys.stdout)
     cells = [[one_line(row[i]) for row in (told.heads, *told.rows)] for i in range(len(told.heads))]
-    widths = [max(len(word) for text in column for word in (text.split() or [""])) for column in cells]
-    if sum(widths) + 3 * len(widths) <= console.width:
-        console.print(_drawn(told, widths))
+    least = [max(len(word) for text in column for word in (text.split() or [""])) for column in cells]
+    room = console.width - 3 * len(least) - 1  # beside the lines and the blanks between columns
+    if sum(least) <= room:
+        console.print(_drawn(told, _widths([max(map(len, column)) for column in cells], least, room)))
         return
     console.print(told.caption)
     for row in told.rows:
@@ -93,13 +94,21 @@ def show_table(table: Table) -> None:
                 console.print(f"  {head}: {one_line(text)}")
 
 
+def _widths(widths: list[int], least: list[int], room: int) -> list[int]:
+    """Return the widths of columns made narrower, the widest one first, until they fit."""
+    while sum(widths) > room:
+        spare = [width if width > low else 0 for width, low in zip(widths, least, strict=True)]
+        widths[spare.index(max(spare))] -= 1
+    return widths
+
+
 def _drawn(table: Table, widths: list[int]) -> Drawing:
     from rich import box
     from rich.table import Table as Drawing
 
     drawing = Drawing(title=table.caption, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
     for i, head in enumerate(table.heads):
-        drawing.add_column(head, justify="right" if table.is_number(i) else "left", min_width=widths[i])
+        drawing.add_column(head, justify="right" if table.is_number(i) else "left", width=widths[i])
     for row in table.rows:
         drawing.add_row(*map(one_line, row))
     return drawing

@@ -70,20 +70,23 @@ def pack(value: Any) -> np.ndarray:
     >>> pack(Two(1.0, np.array([5.0, 6.0])))
     array([1., 2., 5., 6.])
     """
-    numbers: list[float] = []
-    _extend(value, numbers)
-    return np.array(numbers, dtype=float)
+    numbers: list[float | np.ndarray] = []
+    arrays = _extend(value, numbers)
+    return np.hstack(numbers).astype(float, copy=False) if arrays else np.array(numbers, dtype=float)
 
 
-def _extend(value: Any, numbers: list[float]) -> None:
+def _extend(value: Any, numbers: list[float | np.ndarray]) -> bool:
+    """Append what a NamedTuple holds, and return whether there are arrays among it."""
+    arrays = False
     for one in value:
         if hasattr(one, "_fields"):
-            _extend(one, numbers)
+            arrays |= _extend(one, numbers)
         elif isinstance(one, np.ndarray):
-            numbers.append(float(one.size))
-            numbers.extend(one.tolist())
+            numbers += [float(one.size), one]
+            arrays = True
         else:
             numbers.append(float(one))
+    return arrays
 
 
 @cache

@@ -5,7 +5,7 @@ from bristle.engine.batch import BatchTrace, run_batch
 from bristle.engine.compilation import compiled_count, interpreted, is_interpreted
 from bristle.engine.contact import Contact
 from bristle.engine.loop import Compensator, LoopTrace, Trace, run_closed_loop, run_open_loop
-from bristle.engine.motion import conditioned, force_along, force_in_turns, response, settled
+from bristle.engine.motion import conditioned, force_along, force_from, force_in_turns, response, settled
 
 __all__ = [
     "AdaptiveTrace",
@@ -17,6 +17,7 @@ __all__ = [
     "compiled_count",
     "conditioned",
     "force_along",
+    "force_from",
     "force_in_turns",
     "interpreted",
     "is_interpreted",

@@ -19,7 +19,7 @@ from bristle.engine.compilation import compiled
 from bristle.engine.part import Part, check_run, memory_of, vector, warn_of_lost
 from bristle.engine.path import after, output_along
 
-__all__ = ["conditioned", "force_along", "force_in_turns", "presliding_distance", "response", "settled"]
+__all__ = ["conditioned", "force_along", "force_from", "force_in_turns", "presliding_distance", "response", "settled"]
 
 
 # From a picometre to a metre, and each step takes so long [s] that viscous parts do not show.
@@ -65,6 +65,35 @@ def force_along(
         part.state = pack(state)
     check_run(dt, count=velocity.size, v=velocity, x=position, load=around[0], temperature=around[1])
     return _follow(part, memory_of(model, memory), velocity, position, dt, *around)
+
+
+def force_from(
+    model: Model, states: Sequence[Any], v: Any, dt: float, x: Any, *, load: Any = NOMINAL_LOAD,
+    temperature: Any = NOMINAL_TEMPERATURE,
+) -> np.ndarray:  # fmt: skip
+    """Return the friction force along one prescribed velocity from each of several states, shape (state, step).
+
+    Parameters
+    ----------
+    model : Model
+        A friction model with parameters, its memory virgin.
+    states : sequence of NamedTuple
+        States before the first step.
+    v, x : array_like, shape (step,)
+        Mean velocity of each step [m/s or rad/s] and position at its end [m or rad].
+    dt : float
+        Length of a step [s].
+    load, temperature : float or array_like, shape (step,)
+        Normal load over its nominal value, and temperature [K].
+    """
+    part, velocity, position = Part(model), vector(v, "v"), vector(x, "x")
+    around = _around(velocity.size, load, temperature)
+    check_run(dt, count=velocity.size, v=velocity, x=position, load=around[0], temperature=around[1])
+    force = np.empty((len(states), velocity.size))
+    for row, state in zip(force, states, strict=True):
+        part.state = pack(state)
+        row[:] = _follow(part, memory_of(model, None), velocity, position, dt, *around)
+    return force
 
 
 def force_in_turns(

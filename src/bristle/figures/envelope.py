@@ -12,6 +12,7 @@ import numpy as np
 
 __all__ = ["envelope", "line", "runs", "spread"]
 
+FEWEST = 2  # columns of a stretch
 COLUMNS = 480  # about one a point of a figure as wide as a page
 
 
@@ -70,10 +71,11 @@ def line(x: np.ndarray, y: np.ndarray, columns: int = COLUMNS) -> tuple[np.ndarr
         Samples of the signal, with a NaN between stretches.
     """
     parts = runs(x, y)
-    share = max(columns // max(len(parts), 1), 8)
+    whole = sum(part.stop - part.start for part in parts)
     kept_x, kept_y = [], []
     for part in parts:
-        kept = envelope(y[part], share) + part.start
+        # A long stretch takes its share of the width, or a few short ones beside it would make it coarse.
+        kept = envelope(y[part], max(columns * (part.stop - part.start) // whole, FEWEST)) + part.start
         kept_x += [x[kept], [np.nan]]
         kept_y += [y[kept], [np.nan]]
     if not parts:

@@ -7,7 +7,7 @@ recorded up to ``ends[i]``, evenly spaced over that range. Between two curves, w
 
 is interpolated linearly. Curves that turned at neighbouring inputs are alike over that share: their steep part after
 the reversal stays together, where at the same input it would be mixed with what comes before the reversal. On
-measured curves of a magnet this takes the error on a curve that was left out from 0.029 to 0.020 % of full scale.
+measured curves of a magnet this takes the error on a curve that was left out from 0.029 to 0.0193 % of full scale.
 
 From the end of a curve to saturation at ``top`` the table is linear, up to ``E_top``. Curves rise from their reversal
 for ``side`` = 1; falling ones are stored mirrored, :math:`E(-\beta, -\alpha)`, with ``side`` = -1. Outside the table

@@ -15,7 +15,7 @@ from bristle.core.errors import InputError
 from bristle.core.typography import with_unit
 from bristle.core.units import quantity
 from bristle.core.variable import Kind, Variable, unit_of
-from bristle.friction import MODELS, base_of, find, maxwell_slip
+from bristle.friction import MODELS, base_of, find, gms, maxwell_slip
 from bristle.friction.slots import OFFSET, SlottedModel, slotted
 from bristle.identification.given import number_or_text
 from bristle.identification.places import places_of
@@ -91,22 +91,17 @@ def _components_of(one: Any) -> list[SlottedModel]:
 
 
 def _refuse_arrays(component: FrictionModel) -> None:
-    slips = base_of(component) is maxwell_slip
+    slips = base_of(component) in (maxwell_slip, gms)
     arrays = [name for name in component.variables if component.is_array(name) and not slips]
     choices = [
         name for name, variable in component.variables.items() if variable.choices and name not in component.defaults
     ]
-    if slips and "F_C" not in component.variables:
-        raise InputError(
-            "is not identified by direction: in pre-sliding that is an offset, once the motion has been to and fro",
-            path="model", value=component.name, mend=f"Write {component.name.replace('+asymmetry', '')}",
-        )  # fmt: skip
     for names, what in ((arrays, "lists of numbers"), (choices, "choices of names")):
         if names:
             raise InputError(
                 f"{component.name} has {what} ({', '.join(names)}), which inverse dynamics does not identify",
                 path="model", value=component.name,
-                mend="Fit dahl, lugre or maxwell_slip, or write the parameters into a model file yourself",
+                mend="Fit dahl, lugre, maxwell_slip or gms, or write the parameters into a model file yourself",
             )  # fmt: skip
 
 

@@ -24,10 +24,13 @@ class Differences:
         Returns the residual at some coordinates, shape (row,); it is called from several threads.
     high : ndarray, shape (coordinate,)
         Upper bounds, beyond which no difference is taken.
+    step : float
+        Of a coordinate, or of 1.
     """
 
     residual: Callable[[np.ndarray], np.ndarray]
     high: np.ndarray
+    step: float = STEP
     _at: np.ndarray | None = None
     _last: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
@@ -42,7 +45,7 @@ class Differences:
         here = self(x)
 
         def column(index: int) -> np.ndarray:
-            step = STEP * max(1.0, abs(x[index]))
+            step = self.step * max(1.0, abs(x[index]))
             there = x.copy()
             there[index] += -step if x[index] + step > self.high[index] else step
             return (self.residual(there) - here) / (there[index] - x[index])

@@ -230,9 +230,10 @@ def _assumptions(problem: Problem, small: str) -> tuple[str, ...]:
         for name, held in problem.unknowns.held.items()
     ]
     found += [small] if small else []
+    rows = "a row for each sample" if regression.decimation == 1 else f"one row for {regression.decimation} samples"
     found.append(
         f"position, effort and friction filtered at {regression.cutoff:g} Hz without phase, {regression.dropped} "
-        f"samples dropped at each edge, one row for {regression.decimation} samples"
+        f"samples dropped at each edge, {rows}"
     )
     if regression.delay:
         found.append(

@@ -11,6 +11,7 @@ import numpy as np
 __all__ = ["UNFINISHED", "BestSoFar", "obey"]
 
 INTERRUPTED = 130
+SAME = 0.02  # in coordinates: of a typical magnitude, or of a factor e
 UNFINISHED = "unfinished: the search was interrupted, and this is the best that it had found; run it again to the end"
 
 
@@ -53,6 +54,10 @@ class BestSoFar:
         """Take note of a point that was tried."""
         if cost < self.cost:
             self.at, self.cost = at.copy(), cost
+
+    def is_known(self, at: np.ndarray) -> bool:
+        """Return whether a point is where the best descent ended."""
+        return self.result is not None and bool(np.all(np.abs(at - self.result.x) < SAME))
 
     def take(self, result: Any) -> None:
         """Take note of a descent that ended."""

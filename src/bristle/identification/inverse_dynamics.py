@@ -19,6 +19,7 @@ from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel
 from bristle.core.errors import InputError
 from bristle.identification.asked import as_asked, freed, known_of, models_of
+from bristle.identification.break_away import break_aways
 from bristle.identification.given import logs_and_axes, none_or_more, treatment_of
 from bristle.identification.information import with_information
 from bristle.identification.interruption import obey
@@ -121,7 +122,10 @@ def identify(
         except KeyboardInterrupt as error:
             obey(error)
             unfinished = "interrupted: the intervals are not those of simulated logs"
-    return Identification((first, *others), logs[0], _treatment(regression, first), tuple(logs[1:]), unfinished)
+    return Identification(
+        (first, *others), logs[0], _treatment(regression, first), tuple(logs[1:]), unfinished,
+        break_aways(regression, first.plant, first.friction),
+    )  # fmt: skip
 
 
 def _fits(

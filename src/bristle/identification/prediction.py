@@ -135,8 +135,8 @@ def _inverse(plant: Model, friction: Model, log: Log, regression: Regression) ->
         position_predicted=None,
         metrics=_metrics(log, regression.effort, predicted, None, None),
         notes=(
-            f"effort and motion are filtered at {regression.cutoff:g} Hz, and one row is kept for "
-            f"{regression.decimation} samples",
+            f"effort and motion are filtered at {regression.cutoff:g} Hz"
+            + (f", and one row is kept for {regression.decimation} samples" if regression.decimation > 1 else ""),
         ),
     )
 

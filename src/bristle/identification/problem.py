@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
 
@@ -14,6 +15,8 @@ from bristle.identification.regression import Regression, mechanical
 from bristle.identification.unknowns import Unknowns
 
 __all__ = ["Problem", "Residual"]
+
+NUDGE = 1e-4  # of where a contact stood, from -1 to 1
 
 
 class Residual(Protocol):
@@ -33,6 +36,14 @@ class Residual(Protocol):
         """Return what is left over, shape (row,)."""
         ...
 
+    def near(self, free: Mapping[str, float]) -> Residual:
+        """Return the problem around some parameters, what is found on the way held; itself where there is nothing."""
+        ...
+
+    def without_found(self, columns: np.ndarray, free: Mapping[str, float], rows: np.ndarray | slice) -> np.ndarray:
+        """Return derivatives of the residual without what is made up for by what is found on the way."""
+        ...
+
 
 @dataclass(frozen=True)
 class Problem:
@@ -44,15 +55,50 @@ class Problem:
         The rows.
     unknowns : Unknowns
         The model, what is free and what is held.
+    places : tuple of float or None, optional
+        Where the contact stood before each stretch; found from the effort where not given.
     """
 
     regression: Regression
     unknowns: Unknowns
+    places: tuple[float | None, ...] | None = None
 
     def friction(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the friction force of each row [N or N*m], of the model run along the recorded motion."""
         plant = self.plant(values) if self.unknowns.component.start is not None else None
-        return self.regression.rows_of(self.regression.friction_along(self.model(values), plant))
+        return self.regression.rows_of(self.regression.friction_along(self.model(values), plant, self.places))
+
+    def near(self, free: Mapping[str, float]) -> Problem:
+        """Return the problem around some parameters: where the contact stood before each stretch does not change."""
+        if self.unknowns.component.start is None or self.places is not None:
+            return self
+        values = self.unknowns.complete(free)
+        return replace(self, places=self.regression.places(self.model(values), self.plant(values)))
+
+    def without_found(self, columns: np.ndarray, free: Mapping[str, float], rows: np.ndarray | slice) -> np.ndarray:
+        """Return derivatives of the residual, shape (row, free), without what the start of the contact makes up for.
+
+        Where the contact stood follows the parameters: what of a derivative it can explain is none (variable
+        projection [1]_). At an end of its range it does not follow.
+
+        References
+        ----------
+        .. [1] L. Kaufman, "A variable projection method for solving separable nonlinear least squares problems", BIT
+           15(1), 1975. doi:10.1007/BF01932995
+        """
+        if self.places is None or self.unknowns.component.start is None:
+            return columns
+        moved = tuple(one - math.copysign(NUDGE, one) if one is not None else None for one in self.places)
+        change = (self.residual(free) - replace(self, places=moved).residual(free))[rows]
+        stretch = self.regression.stretch_of_row[rows]
+        found = columns.copy()
+        for number, place in enumerate(self.places):
+            there = stretch == number
+            direction = change[there]
+            length = float(direction @ direction)
+            if place is not None and abs(place) < 1.0 and length > 0.0:
+                found[there] -= np.outer(direction, direction @ columns[there]) / length
+        return found
 
     def model(self, values: Mapping[str, float]) -> Model:
         """Return the friction model with these values, whether or not it allows them."""
@@ -63,7 +109,7 @@ class Problem:
     def predicted(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the effort of each row [N or N*m] from all parameters, held ones included."""
         one = self.regression
-        return one.rows_of(one.explained(self.plant(values), self.model(values)))
+        return one.rows_of(one.explained(self.plant(values), self.model(values), self.places))
 
     def mechanical(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the effort that the plant takes in each row, friction apart [N or N*m]."""

@@ -11,12 +11,19 @@ from bristle.identification.result import Fit
 __all__ = ["in_order", "ranked"]
 
 SAME = 1e-3  # relative difference of errors that is none
+FAR_LESS = 0.7  # of the error on held-out blocks
 DOUBTFUL = 0.5  # share of parameters that could not be identified
 
 
 def in_order(fits: Sequence[Fit]) -> list[Fit]:
-    """Return fits to the same log, best first; one that was interrupted comes last: nothing was held out of it."""
-    return [*ranked([fit for fit in fits if not fit.unfinished]), *(fit for fit in fits if fit.unfinished)]
+    """Return fits to the same log, best first.
+
+    One that was interrupted has nothing held out. It comes last, unless it already explains far more than the best of
+    the others: then that one is what a person who could wait no longer came for.
+    """
+    whole, rest = ranked([fit for fit in fits if not fit.unfinished]), [fit for fit in fits if fit.unfinished]
+    ahead = [fit for fit in rest if whole and fit.error_percent < FAR_LESS * _error(whole[0])]
+    return [*ahead, *whole, *(fit for fit in rest if fit not in ahead)]
 
 
 def ranked(fits: Sequence[Fit]) -> list[Fit]:

@@ -13,7 +13,7 @@ from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.variable import Kind
 from bristle.engine import force_along
-from bristle.identification.starts import starting_state
+from bristle.identification.starts import place_of, state_at
 
 __all__ = ["Regression", "Stretch", "low_passed", "mechanical"]
 
@@ -85,16 +85,25 @@ class Stretch:
         found = {"v": self.velocity, "x": self.position + 0.5 * dt * self.velocity} | self.surroundings
         return {name: np.concatenate([values[: self.first_cycle], values]) for name, values in found.items()}
 
-    def answer(self, friction: Model, dt: float, plant: Model | None = None) -> np.ndarray:
+    def place(self, friction: Model, dt: float, plant: Model) -> float:
+        """Return where the contact stood before the stretch, from -1 to 1, that fits the effort best beside `plant`."""
+        wanted = self.effort - mechanical(plant, self.position, self.velocity, self.acceleration)
+        ahead = {name: values[self.first_cycle :] for name, values in self.signals(dt).items()}
+        return place_of(friction, ahead, dt, wanted)
+
+    def answer(self, friction: Model, dt: float, place: float | None = None) -> np.ndarray:
         """Return the force of a friction model along the stretch, after its first cycle where that is known.
 
-        Where the state of the contact before the log matters, it is the one that fits the effort best beside `plant`.
+        Parameters
+        ----------
+        friction : Model
+            The friction model.
+        dt : float
+            Sample time [s].
+        place : float or None
+            Where the contact stood before, from -1 to 1; virgin where not given.
         """
-        state = None
-        if plant is not None and friction.component.start is not None:
-            wanted = self.effort - mechanical(plant, self.position, self.velocity, self.acceleration)
-            ahead = {name: values[self.first_cycle :] for name, values in self.signals(dt).items()}
-            state = starting_state(friction, ahead, dt, wanted)
+        state = None if place is None else state_at(friction, place)
         return force_along(friction, dt=dt, state=state, **self.signals(dt))[self.first_cycle :]
 
 
@@ -150,20 +159,34 @@ class Regression:
         """Return the rows of a signal, which is given along each whole stretch, shape (row,)."""
         return self._thinned(parts)[self.in_motion]
 
-    def explained(self, plant: Model, friction: Model) -> list[np.ndarray]:
-        """Return the effort that plant and friction take along each stretch [N or N*m]."""
+    def explained(
+        self, plant: Model, friction: Model, places: Sequence[float | None] | None = None
+    ) -> list[np.ndarray]:
+        """Return the effort that plant and friction take along each stretch [N or N*m]; `places` as below."""
         return [
             mechanical(plant, stretch.position, stretch.velocity, stretch.acceleration) + force
-            for stretch, force in zip(self.stretches, self.friction_along(friction, plant), strict=True)
+            for stretch, force in zip(self.stretches, self.friction_along(friction, plant, places), strict=True)
         ]
 
-    def friction_along(self, friction: Model, plant: Model | None = None) -> list[np.ndarray]:
+    def places(self, friction: Model, plant: Model | None) -> tuple[float | None, ...]:
+        """Return where the contact stood before each stretch: what fits the effort best beside `plant`.
+
+        None of a model to which that does not matter, and where no plant is given.
+        """
+        if plant is None or friction.component.start is None:
+            return (None,) * len(self.stretches)
+        return tuple(one.place(friction, self.sample_time, plant) for one in self.stretches)
+
+    def friction_along(
+        self, friction: Model, plant: Model | None = None, places: Sequence[float | None] | None = None
+    ) -> list[np.ndarray]:
         """Return the friction force along each stretch [N or N*m], filtered as the effort is.
 
-        Where the state of the contact before the log matters, it is the one that fits the effort best beside `plant`.
+        Where the state of the contact before the log matters, it is that of `places`, or else the one that fits the
+        effort best beside `plant`.
         """
-        dt = self.sample_time
-        return [self.filtered(one.answer(friction, dt, plant)) for one in self.stretches]
+        dt, there = self.sample_time, self.places(friction, plant) if places is None else places
+        return [self.filtered(one.answer(friction, dt, at)) for one, at in zip(self.stretches, there, strict=True)]
 
     def filtered(self, part: np.ndarray) -> np.ndarray:
         """Return a signal along a stretch behind the filter that effort and position have passed."""
@@ -226,6 +249,11 @@ class Regression:
     def log_of_row(self) -> np.ndarray:
         """Which log each row is from."""
         return self.sampled([np.full(stretch.time.size, stretch.log) for stretch in self.stretches])
+
+    @cached_property
+    def stretch_of_row(self) -> np.ndarray:
+        """Which stretch each row is from."""
+        return self.sampled([np.full(one.time.size, number) for number, one in enumerate(self.stretches)])
 
     @cached_property
     def position(self) -> np.ndarray:

@@ -10,13 +10,20 @@ from bristle.core.variable import unit_of
 from bristle.friction import is_static
 from bristle.identification.regression import Regression
 
-__all__ = ["about_amplitudes", "about_repetition", "half_cycles", "repeats_after"]
+__all__ = ["about_amplitudes", "about_repeated_logs", "about_repetition", "half_cycles", "repeats_after"]
 
 NESTED = 0.7  # of the longest half-cycle: a shorter one is another amplitude
 TURNS_LEAST = 6  # half-cycles, for one amplitude to be worth a word
 SMALLEST = 0.02  # of the range: a shorter way between two reversals is a tremble
 ALIKE = 0.98  # correlation of a motion with itself, one period later
 PERIODS_LEAST = 3.0  # in the log
+SAME_SIZE = 1.1  # ratio of two motions that are one
+OVERLAP = 0.5  # of the shorter of two logs, over which they are compared
+COMPARED = 4000  # samples of the longer one
+NO_TEST = (
+    "what was held out is the motion that was fitted, so that its error tells how well the axis repeats itself, not "
+    "how the model does on another motion. Predict a log of another motion with it"
+)
 
 
 def half_cycles(regression: Regression) -> np.ndarray:
@@ -85,8 +92,34 @@ def about_repetition(regression: Regression) -> tuple[str, ...]:
     period = repeats_after(regression)
     if period is None:
         return ()
-    return (
-        f"the motion repeats itself every {with_unit(period, 's')}: what was held out is the motion that was fitted, "
-        "so that its error tells how well the axis repeats itself, not how the model does on another motion. Predict "
-        "a log of another motion with it",
-    )
+    return (f"the motion repeats itself every {with_unit(period, 's')}: {NO_TEST}",)
+
+
+def about_repeated_logs(regression: Regression) -> tuple[str, ...]:
+    """Return a warning where logs that were held out only repeat the motion of others that were fitted."""
+    motions: dict[int, np.ndarray] = {}
+    for one in regression.stretches:
+        if one.log not in motions or one.position.size > motions[one.log].size:
+            motions[one.log] = one.position
+    step = max(max(x.size for x in motions.values()) // COMPARED, 1)
+    thinned = {log: x[::step] - np.mean(x) for log, x in motions.items()}
+    again = [log for log, x in thinned.items() if any(_is_again(x, y) for two, y in thinned.items() if two != log)]
+    if not again:
+        return ()
+    which = "each log repeats" if len(again) == len(motions) else f"{len(again)} of {len(motions)} logs repeat"
+    return (f"{which} the motion of another one: {NO_TEST}",)
+
+
+def _is_again(one: np.ndarray, other: np.ndarray) -> bool:
+    """Return whether two motions, each about its mean, are the same, one of them shifted in time."""
+    n, m = one.size, other.size
+    lag = np.arange(-m + 1, n)
+    first, last = np.maximum(lag, 0), np.minimum(n, m + lag)
+    size = n + m
+    spectrum = np.fft.rfft(one, size) * np.conj(np.fft.rfft(other, size))
+    product = np.fft.irfft(spectrum, size)[lag]
+    squares, others = (np.concatenate([[0.0], np.cumsum(x * x)]) for x in (one, other))
+    mine, its = squares[last] - squares[first], others[last - lag] - others[first - lag]
+    long = (last - first >= OVERLAP * min(n, m)) & (mine > 0.0) & (its > 0.0)
+    alike = long & (product >= ALIKE * np.sqrt(mine * its))
+    return bool(np.any(alike & (mine <= SAME_SIZE**2 * its) & (its <= SAME_SIZE**2 * mine)))

@@ -13,6 +13,7 @@ from bristle.simulation.result import relative_error_percent
 if TYPE_CHECKING:
     from bristle.core import Model
     from bristle.identification.bands import Bands
+    from bristle.identification.break_away import BreakAway
     from bristle.logs.log import Log
 
 __all__ = ["Estimate", "Fit", "HeldOut", "Identification", "Information", "Resampling", "Scatter", "Traces"]
@@ -285,6 +286,8 @@ class Identification:
         What was interrupted, in words; empty where all was done.
     further_logs : tuple of Log
         Those that were fitted beside it.
+    break_aways : tuple of BreakAway
+        Break-away as the log shows it, by rate, the slowest first; inertia and offset are those of the best model.
     """
 
     fits: tuple[Fit, ...]
@@ -292,6 +295,7 @@ class Identification:
     treatment: dict[str, float] = field(default_factory=dict)
     further_logs: tuple[Log, ...] = ()
     unfinished: str = ""
+    break_aways: tuple[BreakAway, ...] = ()
 
     @property
     def best(self) -> Fit:

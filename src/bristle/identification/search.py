@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -25,8 +26,13 @@ EVALUATIONS = 60
 SEED = 20_240_229
 STARTS_SHARE = 0.3  # of the work, where the whole range is looked at too
 FAR = 1e6  # times a typical residual: a model that left the finite numbers, or nearly
+DIFFERENCE = float(np.sqrt(np.finfo(float).eps))  # of a coordinate, for a derivative
 SIMULATED = 1e-7  # relative change of the cost that ends a search whose differences are coarse
 EDGE = 1e-3  # in coordinates: of a typical magnitude, or of a factor e
+
+
+class _KnownError(Exception):
+    """A descent has come to a minimum that is known."""
 
 
 class Report(Protocol):
@@ -97,7 +103,9 @@ class Search:
         costs = [float(np.sum(self._residual(coordinates, phi) ** 2)) for phi in candidates]
         for number, index in enumerate(np.argsort(costs)[:STARTS]):
             report((number + 0.3) / (STARTS + 0.3), f"best so far {self.percent(best.cost):.3g} %" if number else "")
-            best.take(self._descend(coordinates, candidates[index], slice(None), EVALUATIONS, best))
+            # A start that comes to where another one ended would end there, too.
+            with suppress(_KnownError):
+                best.take(self._descend(coordinates, candidates[index], slice(None), EVALUATIONS, best, again=False))
 
     def percent(self, cost: float) -> float:
         """Return what half a sum of squares is of the measured signal [%]."""
@@ -144,9 +152,11 @@ class Search:
             values[coordinate.name] = coordinate.value(one, values)
         return {coordinate.name: values[coordinate.name] for coordinate in coordinates}
 
-    def _residual(self, coordinates: tuple[Coordinate, ...], phi: np.ndarray) -> np.ndarray:
+    def _residual(
+        self, coordinates: tuple[Coordinate, ...], phi: np.ndarray, problem: Residual | None = None
+    ) -> np.ndarray:
         with np.errstate(over="ignore", invalid="ignore"):
-            residual = self.problem.residual(self._values(coordinates, phi)) / self._unit
+            residual = (problem or self.problem).residual(self._values(coordinates, phi)) / self._unit
         return np.clip(np.nan_to_num(residual, nan=FAR, posinf=FAR, neginf=-FAR), -FAR, FAR)
 
     @property
@@ -155,8 +165,9 @@ class Search:
 
     def _descend(
         self, coordinates: tuple[Coordinate, ...], phi: np.ndarray, rows: np.ndarray | slice, limit: int,
-        best: BestSoFar | None = None,
+        best: BestSoFar | None = None, *, again: bool = True,
     ) -> Any:  # fmt: skip
+        """Return a minimum nearby; where it is not to be found `again`, a known one raises _KnownError."""
         from scipy.optimize import least_squares
 
         low = np.array([one.low for one in coordinates])
@@ -167,16 +178,36 @@ class Search:
             found = shared(x)
             if best is not None:
                 best.see(x, 0.5 * float(found @ found))
+                if not again and best.is_known(x):
+                    raise _KnownError
             return found
 
         # The method needs a start strictly inside.
         width = np.minimum(high - low, 1.0)
         phi = np.clip(phi, low + 1e-4 * width, high - 1e-4 * width)
         jacobian: Any = shared.jacobian if self.simulates else "2-point"
+        if not self._is_smooth(coordinates, phi):
+            jacobian = self._jacobian_of_held(coordinates, rows, high)
         return least_squares(
             residual, phi, jac=jacobian, bounds=(low, high), max_nfev=limit,
             ftol=SIMULATED if self.simulates else 1e-9, xtol=1e-7, gtol=1e-10,
         )  # fmt: skip
+
+    def _jacobian_of_held(
+        self, coordinates: tuple[Coordinate, ...], rows: np.ndarray | slice, high: np.ndarray
+    ) -> Callable[[np.ndarray], np.ndarray]:
+        """Return the Jacobian with what is found on the way held: a state that is searched for bends it."""
+
+        def jacobian(x: np.ndarray) -> np.ndarray:
+            values = self._values(coordinates, x)
+            near = self.problem.near(values)
+            there = Differences(lambda at: self._residual(coordinates, at, near)[rows], high, DIFFERENCE)
+            return near.without_found(there.jacobian(x), values, rows)
+
+        return jacobian
+
+    def _is_smooth(self, coordinates: tuple[Coordinate, ...], phi: np.ndarray) -> bool:
+        return self.problem.near(self._values(coordinates, phi)) is self.problem
 
     def _solution(self, coordinates: tuple[Coordinate, ...], found) -> Solution:
         phi, at_edge = found.x.copy(), {}

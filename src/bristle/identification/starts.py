@@ -8,34 +8,17 @@ from typing import Any
 import numpy as np
 
 from bristle.core.contracts import Model
-from bristle.engine import force_along
+from bristle.engine import force_from
 
-__all__ = ["place_of", "starting_state"]
+__all__ = ["place_of", "state_at"]
 
 Signals = Mapping[str, np.ndarray]
-PLACES = 7  # tried first, from one stop to the other
-FINER = 8  # evaluations between the two neighbours of the best
+PLACES = 7  # tried at once, from one stop to the other, then between the two neighbours of the best
+CLOSER = 3  # times
 FIRST = 1000  # samples that are looked at first
 THINNED = 500  # of them suffice to tell one place from another
 MARGIN = 100  # samples without a difference that end the look-out
 ALIKE = 1e-9  # of the largest force: two runs that have become the same
-
-
-def starting_state(friction: Model, motion: Signals, dt: float, wanted: np.ndarray) -> Any:
-    """Return the state before a motion from which a model fits best.
-
-    Parameters
-    ----------
-    friction : Model
-        A friction model whose component has a `start`.
-    motion : mapping of str to ndarray, shape (step,)
-        What `force_along` takes, by name, ``v`` and ``x`` among it.
-    dt : float
-        Length of a step [s].
-    wanted : ndarray, shape (step,)
-        The friction that was measured [N or N*m].
-    """
-    return _state(friction, place_of(friction, motion, dt, wanted))
 
 
 def place_of(friction: Model, motion: Signals, dt: float, wanted: np.ndarray) -> float:
@@ -49,17 +32,26 @@ def place_of(friction: Model, motion: Signals, dt: float, wanted: np.ndarray) ->
     first["v"] = np.diff(first["x"], prepend=motion["x"][0] - dt * motion["v"][0]) / (every * dt)
     measured = wanted[every - 1 : count : every]
 
-    def cost(place: float) -> float:
-        force = force_along(friction, dt=every * dt, state=_state(friction, place), **first)
-        return float(np.sum((measured - force) ** 2))
-
-    from scipy.optimize import minimize_scalar
+    def costs(places: np.ndarray) -> np.ndarray:
+        force = force_from(friction, [state_at(friction, one) for one in places.tolist()], dt=every * dt, **first)
+        return np.sum((measured - force) ** 2, axis=1)
 
     places = np.linspace(-1.0, 1.0, PLACES)
-    best = int(np.argmin([cost(place) for place in places.tolist()]))
-    ends = float(places[max(best - 1, 0)]), float(places[min(best + 1, PLACES - 1)])
-    found: Any = minimize_scalar(cost, bounds=ends, method="bounded", options={"maxiter": FINER, "xatol": 1e-4})
-    return float(found.x)
+    for _ in range(CLOSER):
+        best = int(np.argmin(costs(places)))
+        places = np.linspace(places[max(best - 1, 0)], places[min(best + 1, PLACES - 1)], PLACES)
+    return _lowest(places, costs(places))
+
+
+def _lowest(places: np.ndarray, cost: np.ndarray) -> float:
+    """Return where a parabola through the best place and its neighbours is lowest."""
+    best = int(np.argmin(cost))
+    if not 0 < best < places.size - 1:
+        return float(places[best])
+    before, here, after = cost[best - 1 : best + 2].tolist()
+    bend = before - 2.0 * here + after
+    step = 0.5 * (before - after) / bend if bend > 0.0 else 0.0
+    return float(places[best] + step * (places[1] - places[0]))
 
 
 def _forgotten(friction: Model, motion: Signals, dt: float) -> int:
@@ -67,7 +59,7 @@ def _forgotten(friction: Model, motion: Signals, dt: float) -> int:
     count, whole = 0, motion["v"].size
     for size in (*(FIRST * 4**k for k in range(12) if FIRST * 4**k < whole), whole):
         part = {name: values[:size] for name, values in motion.items()}
-        low, high = (force_along(friction, dt=dt, state=_state(friction, at), **part) for at in (-1.0, 1.0))
+        low, high = force_from(friction, [state_at(friction, at) for at in (-1.0, 1.0)], dt=dt, **part)
         apart = np.flatnonzero(np.abs(high - low) > ALIKE * max(float(np.max(np.abs(high))), 1e-300))
         count = int(apart[-1]) + 1 if apart.size else 0
         if count < size - MARGIN:
@@ -75,5 +67,6 @@ def _forgotten(friction: Model, motion: Signals, dt: float) -> int:
     return count
 
 
-def _state(friction: Model, place: float) -> Any:
+def state_at(friction: Model, place: float) -> Any:
+    """Return the state of a contact at a place from -1, about to slip backward, to 1, about to slip forward."""
     return friction.component.start(place, friction.parameters)

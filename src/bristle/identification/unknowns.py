@@ -98,6 +98,7 @@ class Scales(NamedTuple):
             "1/length": 1.0 / self.stroke,
             "time": math.sqrt(self.sample_time * self.duration),
             "1/time": 1.0 / math.sqrt(self.sample_time * self.duration),
+            "force/time": self.force / math.sqrt(self.sample_time * self.duration),
         }.get(variable.quantity, variable.nominal)
 
     def range(self, variable: Variable) -> tuple[float, float]:
@@ -108,6 +109,7 @@ class Scales(NamedTuple):
             "force/length": (self.force / self.stroke, self.force / self.shortest),
             "time": (self.sample_time, self.duration),
             "1/time": (1.0 / self.duration, 1.0 / self.sample_time),
+            "force/time": (self.force / self.duration, self.force / self.sample_time),
         }.get(variable.quantity, (1e-3 * self.magnitude(variable), 1e2 * self.magnitude(variable)))
 
 

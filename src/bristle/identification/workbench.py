@@ -11,10 +11,10 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel
 from bristle.core.errors import InputError
-from bristle.friction import base_of, find, maxwell_slip
+from bristle.friction import base_of, find, gms, maxwell_slip
 from bristle.friction.slots import SlottedModel
 from bristle.identification.asked import Known, refuse_reversed_effort, unknowns_of
-from bristle.identification.elements import Elements
+from bristle.identification.elements import Elements, of_one_speed
 from bristle.identification.findings import fit_of
 from bristle.identification.held_out import held_out_error
 from bristle.identification.interruption import UNFINISHED, obey
@@ -22,7 +22,7 @@ from bristle.identification.places import pitch_in
 from bristle.identification.problem import Problem
 from bristle.identification.refinement import Refinement, held_out_output
 from bristle.identification.regression import Regression
-from bristle.identification.repetition import about_repetition
+from bristle.identification.repetition import about_repeated_logs, about_repetition
 from bristle.identification.resampling.assessment import assessed
 from bristle.identification.resampling.output_assessment import assessed_output
 from bristle.identification.resampling.refit import coordinates_around, space_of
@@ -30,12 +30,14 @@ from bristle.identification.result import Fit, HeldOut
 from bristle.identification.search import Report, Search
 from bristle.identification.shaped import in_lists, shaped
 from bristle.identification.solution import Solution, solve_linear
+from bristle.identification.stribeck_elements import StribeckElements
 from bristle.identification.unknowns import Scales, scales_of
 from bristle.logs.log import Log
 
 __all__ = ["Simulated", "Workbench"]
 
 START, SEARCH, REFINED = 0.2, 0.6, 0.8  # of the work, where each ends
+OF_THIS_SHAPE = "errors and intervals are those for elements of this shape: their shares do not vary in them"
 LEAST_LEVEL = 0.01  # of the effort: a Coulomb force that says nothing of the magnitude of friction
 
 
@@ -114,6 +116,8 @@ class Workbench:
             return replace(self, known=known).fit(component, blocks, report)
         if isinstance(component, SlottedModel) and base_of(component) is maxwell_slip:
             return self._fit_elements(component, blocks, report)
+        if isinstance(component, SlottedModel) and base_of(component) is gms:
+            return self._fit_stribeck_elements(component, blocks, report)
         problem = Problem(self.regression, unknowns_of(component, self.known, self.regression))
         if self.refinement is not None:
             start = self._start(problem, lambda share, remark="": report(START * share, remark))
@@ -194,7 +198,8 @@ class Workbench:
     def _fit_elements(self, component: SlottedModel, blocks: int, report: Report) -> Fit:
         """Fit elements that slip: their shape comes with the solution."""
         prototype = shaped(component, np.ones(1), np.ones(1))
-        elements = Elements(self.regression, component, unknowns_of(prototype, self.known, self.regression))
+        unknowns = of_one_speed(unknowns_of(prototype, self.known, self.regression), self.regression)
+        elements = Elements(self.regression, component, unknowns)
 
         def predicted(rows: np.ndarray) -> np.ndarray:
             there, best = elements.solution(rows)
@@ -204,10 +209,30 @@ class Workbench:
         parts = elements.space()
         self.found[component.name] = lambda fit, draws, told: assessed(fit, *parts, draws, told)
         report(0.5)
+        return self._of_elements(fit_of(problem, solution, self.scales), predicted, blocks, report)
+
+    def _fit_stribeck_elements(self, component: SlottedModel, blocks: int, report: Report) -> Fit:
+        """Fit elements that slip by a curve: shape and curve in turn."""
+        problems = StribeckElements(self.regression, component, self.known, self.scales, self.sliding)
+        problem, solution, elements = problems.solve(lambda share, remark="": report(0.5 * share, remark))
+
+        def predicted(rows: np.ndarray) -> np.ndarray:
+            there, best = problems.on_rows(elements, solution, rows)
+            return there.predicted(there.unknowns.complete(best.values))
+
+        parts = problems.space(problem, solution)
+        self.found[component.name] = lambda fit, draws, told: assessed(fit, *parts, draws, told)
+        fit = fit_of(problem, solution, self.scales)
+        fit = replace(fit, assumptions=(*fit.assumptions, OF_THIS_SHAPE))
+        return self._of_elements(fit, predicted, blocks, report)
+
+    def _of_elements(
+        self, fit: Fit, predicted: Callable[[np.ndarray], np.ndarray], blocks: int, report: Report
+    ) -> Fit:  # fmt: skip
+        """Return a fit with its elements in lists and, where asked for, its error on held-out blocks."""
         held_out = None
         if blocks:
             held_out = held_out_error(self.regression, predicted, blocks, lambda share: report(0.5 + 0.5 * share))
-        fit = fit_of(problem, solution, self.scales)
         report(1.0)
         friction = in_lists(fit.friction)
         # Level and stiffness count among the parameters.
@@ -215,8 +240,11 @@ class Workbench:
         return self._finished(replace(fit, friction=friction, further=further), held_out)
 
     def _finished(self, fit: Fit, held_out: HeldOut | None, unfinished: bool = False) -> Fit:
-        by_blocks = held_out is not None and held_out.of == "time blocks" and fit.position_error_percent is None
-        repeated = about_repetition(self.regression) if by_blocks else ()
+        repeated = ()
+        if held_out is not None and held_out.of == "logs":
+            repeated = about_repeated_logs(self.regression)
+        elif held_out is not None and fit.position_error_percent is None:
+            repeated = about_repetition(self.regression)
         said = (UNFINISHED,) if unfinished else ()
         return replace(fit, held_out=held_out, unfinished=unfinished, warnings=(*said, *fit.warnings, *repeated))
 

@@ -12,7 +12,7 @@ from bristle.core.axis import Axis, Column
 from bristle.core.errors import InputError
 from bristle.core.variable import KINDS, Kind, unit_of
 from bristle.logs.log import CHANNELS, Channel
-from bristle.logs.table import Table, split_unit
+from bristle.logs.table import Table, close_matches, split_unit
 
 __all__ = ["Gathered", "axis_of", "gather"]
 
@@ -91,7 +91,9 @@ def _channel(table: Table, column: Column, key: str, kind: Kind, found: Gathered
     name = table.name_of(column.name)
     if name is None:
         if column.optional:
-            found.notes.append(f"optional column {column.name} is not in this log")
+            close = close_matches(column.name, table.columns)
+            meant = f"; is it {close[0]!r}? Then name it so in the axis file" if close else ""
+            found.notes.append(f"optional column {column.name} is not in this log{meant}")
         else:
             found.problems.append(table.missing(column.name, key))
         return None

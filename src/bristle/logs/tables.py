@@ -128,9 +128,10 @@ def _origin(chosen: str | None, column: str, arrays: Arrays) -> str:
 
 def _no_such_table(wanted: str, names: list[str], source: Path) -> InputError:
     close = close_matches(wanted, names)
+    elsewhere = "Mend the name behind ::, or `table` under [log] of the axis file"
     return InputError(
         f"holds no table {wanted!r}",
         path=str(source),
         allowed=some_of(names),
-        mend=f"Did you mean {close[0]!r}?" if close else "Mend `table` under [log] of the axis file",
+        mend=f"Did you mean {close[0]!r}?" if close else elsewhere,
     )

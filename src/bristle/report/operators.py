@@ -63,11 +63,10 @@ def operator_report(
     if best.held_out is not None:
         held_out = f"{number(best.held_out.mean_percent, digits=3)} %"
         metrics.insert(0, ("Error on what was not fitted", held_out))
-    notes = [f"{fit.name}: {note}" for fit in found.fits for note in fit.notes]
     comparison = comparison_of_operators(found) if len(found.fits) > 1 else None
     return _page(
         best.prediction, best.operator, found.recorded, what=f"{best.name} identified", name=name, metrics=metrics,
-        notes=notes, comparison=comparison, command=command, provenance=provenance, banner=banner,
+        notes=found.notes, comparison=comparison, command=command, provenance=provenance, banner=banner,
     )  # fmt: skip
 
 
@@ -132,7 +131,7 @@ def comparison_of_operators(found: OperatorIdentification) -> Table:
             if fit.held_out
             else "–",
             number(fit.prediction.error_percent, digits=3),
-            rmse.cell(fit.prediction.rmse),
+            number(fit.prediction.rmse * rmse.scale.factor, digits=3),
         ]
         for fit in found.fits
     ]

@@ -17,6 +17,7 @@ from bristle.identification.operators.closed_form import fit_closed_form
 from bristle.identification.operators.congruency import Congruency, congruency_of
 from bristle.identification.operators.grid import CELLS, fit_grid
 from bristle.identification.operators.result import OperatorFit, OperatorIdentification, predict_operator
+from bristle.identification.operators.smoothing import smoothed
 from bristle.identification.operators.stops import COUNT, fit_stops
 from bristle.identification.operators.trace import Rows
 from bristle.identification.result import HeldOut
@@ -69,7 +70,10 @@ def _table(recorded: Curves, rows: Rows, size: Size) -> Fitted:
             "needs first-order reversal curves, which all start from saturation", path="model", value="reversal_table",
             mend='Write start = "saturated" if they do, or fit preisach_grid',
         )  # fmt: skip
-    return Fitted(table_of_curves([(one.u, one.f) for one in recorded.curves], kind=recorded.kind), 0.0)
+    behind = smoothed(recorded)
+    table = table_of_curves([(one.u, one.f) for one in behind.recorded.curves], kind=recorded.kind)
+    told = f"each curve is smoothed over {behind.window} samples: so it says more of the curves beside it"
+    return Fitted(table, 0.0, (told,) if behind.window > 1 else ())
 
 
 FITTED: dict[str, Callable[[Curves, Rows, Size], Fitted]] = {
@@ -195,4 +199,4 @@ def _adequacy(fit: OperatorFit, congruency: Congruency) -> tuple[str, ...]:
     told = with_unit(limit, unit_of("force", fit.operator.kind))
     share = 100.0 * limit / fit.prediction.full_scale
     where = "wherever they turned" if fit.name == "prandtl_ishlinskii" else "that turned at the same input"
-    return (f"branches {where} differ by {told} ({share:.2g} % of full scale): no such operator errs by less",)
+    return (f"branches {where} differ by {told} ({share:.2g} % of full scale), which no such operator can follow",)

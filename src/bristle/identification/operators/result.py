@@ -104,6 +104,15 @@ class OperatorIdentification:
         """The operator of the first rank."""
         return self.fits[0]
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was found, each once, with the operators that it is said of."""
+        said: dict[str, list[str]] = {}
+        for fit in self.fits:
+            for note in fit.notes:
+                said.setdefault(note, []).append(fit.name)
+        return tuple(f"{', '.join(names)}: {note}" for note, names in said.items())
+
 
 def predict_operator(operator: Model, recorded: Curves, offset: float = 0.0) -> OperatorPrediction:
     """Return what an operator says of recorded hysteresis.

@@ -49,8 +49,9 @@ def assessed(
     flat = {one.name for one in blind if one.flat}
     free = np.array([name not in flat for name in space.names])
     found = bootstrap(problem, space, draws, free=free, report=report)
+    members = [space.finished(one) for one in found.members]
     bands = Bands(
-        draws={name: np.array([one[name] for one in found.members]) for name in found.members[0]},
+        draws={name: np.array([one[name] for one in members]) for name in members[0]},
         scatter=found.scatter.value, noise=found.disturbance.noise, unexplained=found.unexplained,
     )  # fmt: skip
     resampling = Resampling(

@@ -10,7 +10,7 @@ within the bounds, with the residual `r` of the model itself, until a step is sm
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -58,6 +58,8 @@ class Space:
         Displacements [m or rad] at which the virgin curve is told, too.
     tell : callable or None
         Returns the parameters that a person is told, and the curve, at some coordinates; `values` where None.
+    finished : callable
+        Returns what the finished model takes, from `values`: elements of a fixed shape are lists there.
     """
 
     names: tuple[str, ...]
@@ -73,6 +75,7 @@ class Space:
     linear: bool = False
     curve: tuple[float, ...] = ()
     tell: Callable[[np.ndarray], np.ndarray] | None = None
+    finished: Callable[[Mapping[str, Any]], Mapping[str, Any]] = dict
 
     def numbers(self, phi: np.ndarray) -> np.ndarray:
         """Return the parameters that a person is told [SI], and the curve after them, shape (told and curve,)."""

@@ -1,0 +1,31 @@
+"""Tables on a terminal: whatever its width, nothing is cut off."""
+
+import pytest
+
+from bristle.cli import terminal
+from bristle.report.table import Table
+
+HEADS = (
+    "Model",
+    "Parameters",
+    "Held-out error [%]",
+    "Spread over blocks [%]",
+    "Error of the fit [%]",
+    "Not identified",
+)
+ROWS = (
+    ("coulomb_viscous+asymmetry", "5", "3.13", "± 0.18", "3.11", "gap, sigma_2_pos, sigma_2_neg"),
+    ("coulomb_viscous", "4", "4.13", "± 0.20", "4.08", "–"),
+)
+
+
+@pytest.mark.parametrize("width", [40, 72, 83, 84, 85, 90, 100, 120, 160])
+def test_no_word_is_cut_off(width, monkeypatch, capsys):
+    monkeypatch.setattr(terminal, "PIPE_WIDTH", width)
+    terminal.show_table(Table("Models compared", HEADS, ROWS))
+    lines = capsys.readouterr().out.splitlines()
+    words = {word for line in lines for word in line.replace(":", "").split()}
+    # Where there is no room for columns, each row is told under its own name.
+    assert {word for text in (*HEADS[1:], *(cell for row in ROWS for cell in row)) for word in text.split()} <= words
+    if any("───" in line for line in lines):
+        assert max(len(line.rstrip()) for line in lines) <= width
