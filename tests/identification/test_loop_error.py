@@ -10,6 +10,7 @@ from bristle import friction
 from bristle.core import InputError
 from bristle.identification import identify, predict
 from bristle.identification.output_error import OutputError
+from bristle.identification.problem import Problem
 
 TRUTH = friction.stribeck(F_C=20.0, F_S=28.0, v_S=3e-3, F_v=200.0)
 LAG = 0.8e-3
@@ -97,6 +98,21 @@ def test_interrupted_it_returns_the_best_so_far(log, monkeypatch):
     assert found.best.loop_error_percent < 20.0
 
 
+def test_interrupted_at_its_start_it_returns_the_start(log, monkeypatch):
+    residual, seen = Problem.residual, [0]
+
+    def counting(self, free):
+        seen[0] += 1
+        if seen[0] == 60:
+            raise KeyboardInterrupt
+        return residual(self, free)
+
+    monkeypatch.setattr(Problem, "residual", counting)
+    found = identify(log, "stribeck", axis=SOUGHT, draws=0).best
+    assert found.unfinished
+    assert found.loop_error_percent is None
+
+
 def test_what_the_loop_lacks_is_told(log):
     for axis, changed, said in (
         (replace(AXIS, controller=None, loop="closed"), log, "axis.controller: is needed to fit the closed loop"),
@@ -105,5 +121,7 @@ def test_what_the_loop_lacks_is_told(log):
     ):
         with pytest.raises(InputError, match=said):
             identify(changed, "coulomb_viscous", axis=axis)
+    with pytest.raises(InputError, match="model: is identified by inverse dynamics only"):
+        identify(log, "coulomb_viscous,maxwell_slip+position", axis=AXIS)
     with pytest.raises(InputError, match="method: no such method"):
         identify(log, "coulomb_viscous", axis=AXIS, method="guess")
