@@ -39,28 +39,34 @@ class Landscape:
         return self.search.percent(self.search.refit(values, limit=limit).cost)
 
     @property
-    def middle(self):
-        """The middle of the box: a start that knows nothing."""
+    def places(self):
+        """Places drawn from the box: starts that know nothing."""
         coordinates = coordinates_of(self.search.problem.unknowns, self.search.scales)
-        box = box_of(coordinates, self.search.phi_of(self.solution.values))
-        return self.search.values_of(np.array([side.coordinate(0.5 * (side.low + side.high)) for side in box]))
+        box, rng = box_of(coordinates, self.search.phi_of(self.solution.values)), np.random.default_rng(0)
+        return [
+            self.search.values_of(np.array([side.coordinate(rng.uniform(side.low, side.high)) for side in box]))
+            for _ in range(5)
+        ]
 
-    def explored(self, start, seed):
+    def explored(self, start):
         rough = replace(self.search, problem=self.error.rough)
-        return self.percent(rough.explored(start, BestSoFar(), seed=seed))
+        return self.percent(rough.explored(start, BestSoFar(), seed=1))
+
+
+def found_where_descents_fail(there):
+    ends = [there.percent(place, limit=30) for place in there.places]
+    assert sum(end > 1.5 * there.goal for end in ends) >= 2
+    worst = there.places[int(np.argmax(ends))]
+    assert there.explored(worst) < 1.05 * there.goal
 
 
 def test_an_oscillator_is_found_from_where_a_descent_fails(monkeypatch):
-    there = Landscape(recorded(), "bouc_wen_classic", OPEN, monkeypatch)
-    assert there.percent(there.middle) > 3.0 * there.goal
-    assert there.explored(there.middle, 1) < 1.05 * there.goal
+    found_where_descents_fail(Landscape(recorded(), "bouc_wen_classic", OPEN, monkeypatch))
 
 
 def test_presliding_in_a_loop_is_found_from_where_a_descent_fails(monkeypatch):
-    there = Landscape(recorded_in_loop(PRESLIDING, 0, pairs=6, scatter=0.0), "dahl", AXIS, monkeypatch)
-    bad = {name: {"sigma_0": 100.0, "M": 3.0}.get(name, 1.0) * one for name, one in there.solution.values.items()}
-    assert there.percent(bad) > 3.0 * there.goal
-    assert there.explored(bad, 1) < 1.05 * there.goal
+    log = recorded_in_loop(PRESLIDING, 0, pairs=4, scatter=0.0)
+    found_where_descents_fail(Landscape(log, "dahl", AXIS, monkeypatch))
 
 
 def test_interrupted_on_the_way_it_returns_the_best_place_so_far():
