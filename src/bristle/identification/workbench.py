@@ -121,6 +121,8 @@ class Workbench:
         problem = Problem(self.regression, unknowns_of(component, self.known, self.regression))
         if self.refinement is not None:
             start = self._start(problem, lambda share, remark="": report(START * share, remark))
+            if start.unfinished:
+                return self._finished(fit_of(problem, start, self.scales), None, unfinished=True)
             return self._finished(*self._refined(self.refinement, problem, start, blocks, report))
         if component.linear and not component.relations:
             solution = solve_linear(problem)
@@ -184,10 +186,7 @@ class Workbench:
             return fit, None, False
         try:
             held_out = held_out_output(
-                error,
-                space,
-                blocks,
-                lambda share, remark="": report(REFINED + (1.0 - REFINED) * share),
+                error, space, blocks, lambda share, remark="": report(REFINED + (1.0 - REFINED) * share)
             )
         except KeyboardInterrupt as interruption:
             obey(interruption)

@@ -14,7 +14,8 @@ from functools import cached_property
 import numpy as np
 
 from bristle.core.contracts import Model
-from bristle.identification.output_error import Output, OutputError, Reading
+from bristle.identification.output_error import OutputError
+from bristle.identification.outputs import Output, Reading
 from bristle.identification.resampling.half_cycles import DEVIATIONS, NUDGE, STEPS, Groups, turns_of
 from bristle.identification.resampling.levels import scaled
 from bristle.identification.resampling.twin import Disturbance, signs_of
