@@ -78,7 +78,7 @@ def comparison_table(identification: Identification) -> Table:
         unknown = [one.name for one in fit.estimates if one.status in ("unidentifiable", "at_edge")]
         rows.append((
             fit.name,
-            str(sum(one.status != "held" for one in fit.estimates)),
+            str(sum(one.status != "held" for one in fit.estimates) + fit.further),
             "–" if held_out is None else number(held_out.mean_percent, digits=3),
             "–" if held_out is None else f"± {number(held_out.std_percent, digits=2)}",
             number(fit.error_percent, digits=3),
