@@ -4,6 +4,11 @@ import json
 from pathlib import Path
 from unittest.mock import ANY
 
+import numpy as np
+import pytest
+
+from bristle.files import read_axis, read_log
+
 STATISTICS = {"peak_to_peak", "mean", "std", "rms", "min", "max"}
 
 
@@ -69,3 +74,38 @@ def test_a_user_model_runs_from_its_file(bristle, place):
     found = bristle("run", "experiment.toml", "--json")
     assert found.code == 0
     assert found.data["variants"]["none"]["completed"] is True
+
+
+def test_what_the_drive_would_record_of_each_variant(bristle, place):
+    found = bristle("run", "experiment.toml", "--log", "--out", "run", "--json")
+    assert found.data["files"] == {"base": "log_base.csv", "none": "log_none.csv"}
+    log = read_log("run/log_base.csv")
+    assert (log.effort.unit, log.position.unit) == ("N", "m")
+    settled = np.abs(log.effort.values[log.time.values >= 2.0])
+    assert np.max(settled) == pytest.approx(found.data["variants"]["base"]["effort"]["peak"])
+    # A folder with logs is one of results: it can be replaced.
+    assert bristle("run", "experiment.toml", "--out", "run", "--force").code == 0
+    assert not Path("run/log_base.csv").exists()
+
+
+def test_a_log_in_the_columns_of_the_axis_is_read_with_it_and_a_motion_is_followed(bristle, place):
+    (place / "motion.csv").write_text(
+        "t [s],r [m]\n" + "".join(f"{1e-3 * k},{2e-2 * np.sin(6e-3 * k)}\n" for k in range(1000))
+    )
+    text = Path("experiment.toml").read_text().partition("[compare")[0]
+    rest = text.partition("[reference]")
+    follow = '[reference]\nmodel = "recorded"\nfile = "motion.csv"\n'
+    Path("follow.toml").write_text(f'{rest[0]}[axis]\nfile = "axis.toml"\n{follow}')
+    found = bristle("run", "follow.toml", "--log", "--out", "run", "--json")
+    assert found.code == 0, found.err
+    assert found.data["files"] == {"base": "log.csv"}
+    log = read_log("run/log.csv", read_axis("axis.toml"))
+    assert log.reference.values == pytest.approx(2e-2 * np.sin(6e-3 * np.arange(1000)), abs=1e-12)
+    assert log.position.values == pytest.approx(log.reference.values, abs=2e-3)
+    assert log.effort.column == "u"
+
+
+def test_logs_need_a_folder(bristle, place):
+    ended = bristle("run", "experiment.toml", "--log")
+    assert ended.code == 2
+    assert "--log: needs a folder" in ended.err

@@ -64,3 +64,15 @@ def test_a_loop_that_the_guessed_mass_would_make_unstable_is_not_run():
     found = excite(guessed, duration="6 s", purposes="break-away", draws=0)
     assert found.rehearsal.loop is False
     assert any("mass of" in one for one in found.prior.assumed)
+
+
+def test_it_is_the_chirp_that_tells_micro_damping():
+    axis, truth = replace(AXIS, sample_time=2e-4, jerk_limit=None), TRUTH.with_values(sigma_1=8e3)
+    found = {}
+    for purposes in ("presliding,damping", "presliding"):
+        motion = excite(axis, duration="12 s", purposes=purposes, model=truth, draws=0)
+        found[purposes] = motion.rehearsal.identification.best.parameters["sigma_1"]
+    chirped, plain = found.values()
+    assert chirped.status == "identified"
+    assert chirped.value == pytest.approx(8e3, rel=0.1)
+    assert chirped.larger_std < 0.5 * plain.larger_std

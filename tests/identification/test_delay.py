@@ -5,7 +5,10 @@ import pytest
 from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
 
 from bristle.core.axis import Axis
+from bristle.core.errors import InputError
+from bristle.engine import force_along
 from bristle.files import read_axis
+from bristle.friction import find
 from bristle.identification import identify, predict
 from bristle.identification.delay import delay_in
 from bristle.identification.treatment import treat
@@ -47,3 +50,12 @@ def test_the_axis_file_asks_for_it(tmp_path):
     (tmp_path / "axis.toml").write_text(text)
     axis = read_axis(tmp_path / "axis.toml")
     assert (axis.seeks_delay, axis.delay) == (True, 0.0)
+
+
+def test_friction_before_sliding_is_taken_for_no_delay():
+    fine = sines(20.0, 1e-4, (6e-6, 3e-6), (0.5, 1.7), (0.0, 1.0))
+    friction = force_along(find("maxwell_slip")(F_C=20.0, k_i=[3e6, 2e6], nu_i=[0.5, 0.5]), fine.velocity, 1e-4)
+    log = log_of(type(fine)(*(one[::10] for one in fine)), friction[::10])
+    with pytest.raises(InputError, match="slides to and fro at several speeds") as caught:
+        delay_in(treat(log, None, cutoff=20.0))
+    assert caught.value.path == "timing.delay"

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import log_of, sines
+from tests.identification.known_logs import Motion, log_of, sines
 
 from bristle.core.errors import InputError
 from bristle.engine import force_along
@@ -113,3 +113,37 @@ def test_the_interval_of_the_level_leaves_the_shape_free():
         spread = float(np.std([one.parameters[name].value for one in fits], ddof=1))
         assert fits[0].parameters[name].larger_std > 0.5 * spread, name
         assert fits[0].parameters[name].std < 10.0 * spread, name
+
+
+def test_at_one_speed_viscous_friction_is_no_number():
+    t = 1e-3 * np.arange(20_000)
+    way = np.abs((8e-6 * t + 20e-6) % 80e-6 - 40e-6) - 20e-6
+    motion = Motion(t, way, np.gradient(way, t), 0.0 * t)
+    friction = force_along(find("maxwell_slip")(**ELEMENTS, sigma_2=300.0), motion.velocity, 1e-3)
+    fit = identify(log_of(motion, friction), "maxwell_slip", mass=MASS, cutoff=40.0, blocks=0, draws=0).best
+    assert fit.parameters["sigma_2"].status == "held"
+    assert fit.friction.values["sigma_2"] == 0.0
+    assert any("moves at one speed only" in one for one in fit.assumptions)
+    assert fit.parameters["F_C"].value == pytest.approx(20.0, rel=0.02)
+
+
+def test_directions_differ_by_one_number():
+    levels = {"F_C_pos": 24.0, "F_C_neg": 16.0, "sigma_2_pos": 200.0, "sigma_2_neg": 500.0}
+    shape = {name: ELEMENTS[name] for name in ("k_i", "nu_i")}
+    motion = sines(12.0, 1e-4, (30e-6, 14e-6, 6e-6), (0.31, 0.83, 1.97))
+    truth = find("maxwell_slip+asymmetry")(**levels, **shape)
+    friction = force_along(truth, motion.velocity, 1e-4, motion.position)
+    coarse = Motion(*(one[::10] for one in motion))
+    noise = np.random.default_rng(3).normal(0.0, 0.05, coarse.time.size)
+    log = log_of(coarse, MASS * coarse.acceleration + friction[::10] + noise)
+    asked = {"mass": MASS, "cutoff": 80.0, "decimation": 2, "blocks": 0}
+    fit = identify(log, "maxwell_slip+asymmetry", draws=20, **asked).best
+    for name in ("F_C_pos", "F_C_neg"):
+        assert fit.parameters[name].value == pytest.approx(levels[name], abs=0.3)
+        assert fit.parameters[name].interval[0] < levels[name] < fit.parameters[name].interval[1]
+    assert fit.parameters["s"].value == pytest.approx(sum(shape["k_i"]), rel=0.15)
+    assert fit.parameters["offset"].status == "held"
+    # Without directions of their own the elements are the same, and the difference is an offset.
+    plain = identify(log, "maxwell_slip", draws=0, **asked).best
+    assert plain.parameters["offset"].value == pytest.approx(4.0, abs=0.3)
+    assert plain.parameters["F_C"].value == pytest.approx(20.0, abs=0.3)

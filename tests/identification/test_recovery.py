@@ -52,6 +52,15 @@ def test_nonlinear_models_are_found_again(name, truth):
     assert fit.parameters["M"].value == pytest.approx(12.0, rel=0.01)
 
 
+def test_a_gap_and_the_hardening_behind_it_are_found_again():
+    truth = {"F_C": 8.0, "give": 4e-4, "gap": 6e-4, "n": 2.0, "share": 0.1, "sigma_2": 30.0, "offset": 0.5}
+    log = slow_log(friction.find("gap_slider")(**truth), duration=6.0)
+    found = identify(log, "gap_slider", mass=12.0, blocks=0, draws=0).best.parameters
+    for name, value in truth.items():
+        assert found[name].status == "identified", found[name].note
+        assert found[name].value == pytest.approx(value, rel=0.03), name
+
+
 def test_what_is_known_is_held():
     log = sliding_log()
     fit = identify(log, axis=Axis(mass=12.0, offset=1.5), draws=0).best
@@ -146,8 +155,7 @@ def test_progress_runs_from_start_to_end_and_an_interrupt_passes():
     [
         ("karnopp", "no such friction model"),
         ("coulomb+humidity", "no such slot"),
-        ("gms", "lists of numbers"),
-        ("maxwell_slip+asymmetry", "not identified by direction"),
+        ("maxwell_stribeck", "lists of numbers"),
         ([], "names no friction model"),
         ([3.0], "must be a name"),
     ],

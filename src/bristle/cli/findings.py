@@ -20,11 +20,14 @@ def show_identification(found: Identification, simulation: SimulationResult | No
     from bristle.core.variable import unit_of
     from bristle.report.compensation import gain_of
     from bristle.report.model_tables import comparison_table, parameter_table
+    from bristle.report.passages import break_away_table
 
     best = found.best
     show_table(parameter_table(best))
     if len(found.fits) > 1:
         show_table(comparison_table(found))
+    if found.break_aways:
+        show_table(break_away_table(found.break_aways, best.plant.kind))
     held_out = f", {best.held_out.mean_percent:.3g} % on held-out {best.held_out.of}" if best.held_out else ""
     if best.position_rmse is not None:
         rmse = with_unit(best.position_rmse, unit_of("length", best.plant.kind))

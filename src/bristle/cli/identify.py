@@ -137,20 +137,19 @@ def _identify_friction(
 
 def _models(text: str) -> list[Any]:
     """Return the models of a list: names, and models of a user's own from their files."""
+    names = [part.strip() for part in text.split(",")]
+    return [_own_model(name) if name.split("+")[0].endswith(".py") else name for name in names]
+
+
+def _own_model(name: str) -> Any:
     from bristle.files.user_model import load_model_file
     from bristle.friction import with_slots
     from bristle.testing import admit
 
-    found: list[Any] = []
-    for name in (part.strip() for part in text.split(",")):
-        file, *slots = name.split("+")
-        if not file.endswith(".py"):
-            found.append(name)
-            continue
-        own = load_model_file(file)
-        admit(own)
-        found.append(with_slots(own, slots, "--model"))
-    return found
+    file, *slots = name.split("+")
+    own = load_model_file(file)
+    admit(own)
+    return with_slots(own, slots, "--model")
 
 
 def _notes(logs: Sequence[Log]) -> list[str]:

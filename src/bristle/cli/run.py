@@ -29,24 +29,33 @@ def run(
     experiment: Annotated[Path, typer.Argument(metavar="EXPERIMENT.toml", help="An experiment file.")],
     out: Out = None,
     force: Force = False,
+    log: Annotated[
+        bool, typer.Option("--log", help="Write what the drive would record of each variant into DIR, as CSV.")
+    ] = False,
     as_json: Json = False,
 ) -> int:
     """Simulate an experiment.
 
     With [compare] in the file, several variants of the loop side by side. A loop that is unstable is named before it
     is simulated, and one that would diverge is not simulated at all. The exit code is 1 if a loop diverges.
+
+    Writes summary.json and report.html into DIR, and with --log log.csv: reference, encoder and commanded effort.
     """
+    from bristle.core import InputError
     from bristle.files.experiment import read_experiment
     from bristle.files.provenance import provenance
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
     from bristle.report.compensation import gain_of
     from bristle.report.loop_tables import variant_table
+    from bristle.report.results import write_logs, write_report
     from bristle.report.summary import simulation_summary
     from bristle.simulation import simulate
     from bristle.stability import Verdict, runnable, sentence
     from bristle.testing import admit
 
+    if log and not out:
+        raise InputError("needs a folder to write into", path="--log", mend="Add --out DIR")
     with results_folder(out, force=force) if out else nullcontext() as folder, progress("simulating") as report:
         described = read_experiment(experiment)
         for friction in {
@@ -60,9 +69,9 @@ def run(
         refused = {name: sentence(one) for name, one in judged.items() if one.verdict is Verdict.DIVERGES}
         result = replace(simulate(stable, report), refused=refused)
         source = provenance(context.obj, experiment=experiment)
-        summary = simulation_summary(result, provenance=source, warnings=warnings)
+        files = write_logs(folder, result) if folder and log else {}
+        summary = simulation_summary(result, files=files, provenance=source, warnings=warnings)
         if folder:
-            from bristle.report.results import write_report
             from bristle.report.simulation import simulation_report
 
             page = simulation_report(result, command=context.obj, provenance=source, warnings=warnings)

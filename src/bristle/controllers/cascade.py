@@ -19,6 +19,7 @@ References
 import math
 from typing import Annotated, NamedTuple
 
+from bristle.controllers.quantities import EffortLimit
 from bristle.core.contracts import Controller
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
@@ -31,7 +32,7 @@ class Parameters(NamedTuple):
     k_v: Annotated[float, Variable("force*time/length", "velocity gain", min=0.0, nominal=100.0)]
     k_i: Annotated[float, Variable("force/length", "integral gain of the velocity loop", min=0.0)] = 0.0
     k_ff: Annotated[float, Variable("1", "share of the reference velocity fed forward", min=0.0, max=2.0)] = 0.0
-    limit: Annotated[float, Variable("force", "largest effort", min=0.0)] = math.inf
+    limit: EffortLimit = math.inf
     averaging: Annotated[int, Variable("1", "samples over which the velocity is taken", min=1, max=2)] = 1
 
 

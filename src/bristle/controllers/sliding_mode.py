@@ -22,7 +22,17 @@ References
 import math
 from typing import Annotated, NamedTuple
 
-from bristle.controllers.velocity import CUTOFF, ESTIMATOR, motion_before, observed
+from bristle.controllers.quantities import (
+    ApproachRate,
+    Cutoff,
+    EffortLimit,
+    Estimator,
+    KnownInertia,
+    PositionBefore,
+    SurfaceSlope,
+    VelocityBefore,
+)
+from bristle.controllers.velocity import motion_before, observed
 from bristle.core.contracts import Controller
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
@@ -31,21 +41,21 @@ from bristle.core.variable import Variable
 class Parameters(NamedTuple):
     """Parameters of the sliding mode law."""
 
-    J: Annotated[float, Variable("mass", "mass or inertia as the law knows it", min=0.0)]
-    lambda_: Annotated[float, Variable("1/time", "slope of the surface", min=0.0, nominal=300.0)]
-    K_1: Annotated[float, Variable("1/time", "rate at which the surface is approached", min=0.0, nominal=300.0)]
+    J: KnownInertia
+    lambda_: SurfaceSlope
+    K_1: ApproachRate
     K_2: Annotated[float, Variable("length/time^2", "switching gain", min=0.0, nominal=1e-2)] = 0.0
     phi: Annotated[float, Variable("length/time", "boundary layer; 0 for the sign function", min=0.0)] = 0.0
-    estimator: Annotated[int, ESTIMATOR] = 0
-    cutoff: Annotated[float, CUTOFF] = math.inf
-    limit: Annotated[float, Variable("force", "largest effort", min=0.0)] = math.inf
+    estimator: Estimator = 0
+    cutoff: Cutoff = math.inf
+    limit: EffortLimit = math.inf
 
 
 class State(NamedTuple):
     """State of the sliding mode law."""
 
-    q: Annotated[float, Variable("length", "position as it was one sample ago")] = 0.0
-    v: Annotated[float, Variable("length/time", "velocity as it was one sample ago")] = 0.0
+    q: PositionBefore = 0.0
+    v: VelocityBefore = 0.0
 
 
 @kernel

@@ -22,12 +22,10 @@ from bristle.core.kernel import kernel
 from bristle.core.mathematics import exp
 from bristle.core.variable import Variable
 
-__all__ = ["CUTOFF", "ESTIMATOR", "ESTIMATORS", "Motion", "motion_before", "observed"]
+__all__ = ["ESTIMATORS", "Motion", "motion_before", "observed"]
 
 ESTIMATORS = ("filtered_difference", "tracking_observer")
 FILTERED_DIFFERENCE, TRACKING_OBSERVER = range(2)
-ESTIMATOR = Variable("1", "how the velocity is taken from the measured position", choices=ESTIMATORS)
-CUTOFF = Variable("frequency", "cut-off of the velocity estimate; without end for the plain difference", min=1e-3)
 
 
 class Motion(NamedTuple):

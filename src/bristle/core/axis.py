@@ -88,6 +88,10 @@ class Axis:
         said so, which counts as no.
     hold : {"zero", "linear", "band_limited"} or None
         What the effort does between its samples where its motion is simulated; None counts as held.
+    lag : float
+        Time constant with which the drive follows its controller [s], in simulated loops.
+    seeks_lag : bool
+        Whether an identification of the closed loop is to find it.
     periodic : bool or None
         Whether each log is a whole number of periods of a motion that repeats; None where the log is to tell.
     in_cycle : bool
@@ -120,7 +124,12 @@ class Axis:
         the contact sees it, a model with pre-sliding tells it there too.
     method : {"inverse_dynamics", "output_error"}
         What an identification makes small: the error of the effort along the measured motion, or, from there on, the
-        error of the position that the measured effort makes of the model.
+        error of a simulation: in open loop that of the position that the measured effort makes of the model, in closed
+        loop that of the effort that the controller asks for.
+    loop : {"open", "closed"} or None
+        Which loop is simulated there; None where controller and reference decide: with both it is the closed one.
+    global_search : bool
+        Whether an identification looks over the whole range of each parameter first.
     """
 
     name: str = "axis"
@@ -140,6 +149,8 @@ class Axis:
     effort_limit: float | None = None
     held: bool | None = None
     hold: str | None = None
+    lag: float = 0.0
+    seeks_lag: bool = False
     periodic: bool | None = None
     at_rest: bool = False
     in_cycle: bool = False
@@ -155,3 +166,5 @@ class Axis:
     decimation: int | None = None
     keeps_rests: bool = False
     method: str = "inverse_dynamics"
+    loop: str | None = None
+    global_search: bool = False

@@ -9,6 +9,7 @@ from typing import Literal
 
 import numpy as np
 
+from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.variable import Kind
 
@@ -136,7 +137,8 @@ class Variant:
 
     `disturbance` is a force against the motion that no model explains, such as the residual of an identification,
     shape (sample,) [N or N*m]. With `learning` the motion is repeated. Of a plant with a screw, `friction` acts on the
-    motor and `table` on its table, in N and m; `sensor_at` tells which of both the sensor reads.
+    motor and `table` on its table, in N and m; `sensor_at` tells which of both the sensor reads. `axis` says how a log
+    of it is written.
     """
 
     name: str
@@ -151,6 +153,7 @@ class Variant:
     learning: Learning | None = None
     table: Model | None = None
     sensor_at: str = "load"
+    axis: Axis | None = None
 
 
 @dataclass(frozen=True)

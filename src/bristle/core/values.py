@@ -53,6 +53,8 @@ def coerced(component: Component, name: str, variable: Variable, given: Any, kin
     if component.is_array(name):
         if isinstance(given, (str, bytes)) or not hasattr(given, "__len__"):
             raise InputError("must be a list of numbers", path=path, value=given)
+        if isinstance(given, np.ndarray) and given.ndim == 1 and given.dtype.kind == "f":
+            return given.astype(float)
         return np.array([units.quantity(one, variable, kind, path=path) for one in given], dtype=float)
     return units.quantity(given, variable, kind, path=path)
 

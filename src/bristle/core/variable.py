@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cache
 from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
 from bristle.core.errors import InputError, did_you_mean
@@ -113,7 +114,7 @@ class Variable:
     excitation : str
         What a log must contain for the quantity to be identified from it: ``"sliding"``, ``"speed"``,
         ``"stribeck"``, ``"presliding"``, ``"displacement"``, ``"acceleration"``, ``"place"``, ``"load"``,
-        ``"temperature"`` or empty.
+        ``"temperature"``, ``"drive"`` or empty.
     choices : tuple of str
         Where the quantity is one of several names: what a person writes. Kernels receive its place in this tuple.
     """
@@ -191,7 +192,7 @@ def variables_of(cls: type) -> dict[str, Variable]:
     TypeError
         If a field carries no `Variable`.
     """
-    hints = get_type_hints(cls, include_extras=True)
+    hints = _hints(cls)
     found = {}
     for name in getattr(cls, "_fields", ()):
         marks = get_args(hints[name])[1:] if get_origin(hints[name]) is Annotated else ()
@@ -213,5 +214,10 @@ def is_integer(cls: type, field: str) -> bool:
 
 
 def _base_of(cls: type, field: str) -> Any:
-    hint = get_type_hints(cls, include_extras=True)[field]
+    hint = _hints(cls)[field]
     return get_args(hint)[0] if get_origin(hint) is Annotated else hint
+
+
+@cache
+def _hints(cls: type) -> dict[str, Any]:
+    return get_type_hints(cls, include_extras=True)

@@ -27,6 +27,8 @@ def steady_force(model: Model, v: float) -> float:
         x += v * dt
         force, move = component.trial(state, memory, Motion(v, x), dt, p)
         state = component.commit(state, memory, move, p)
+        if not (state or memory.size):
+            break
         far = abs(v) * dt > FAR
         if far and abs(force - before) <= SETTLED * abs(force):
             break

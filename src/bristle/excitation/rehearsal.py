@@ -87,7 +87,7 @@ def rehearse(
         progress(0.1, "running the motion on the prior")
     log, friction, loop = recorded(motion, axis, prior)
     name = model_to_fit(prior.friction)
-    told = replace(axis, delay=0.0, held=loop)
+    told = replace(axis, delay=0.0, seeks_delay=False, held=loop)
     found = identify(
         log, name, axis=told, blocks=0, draws=draws,
         progress=None if progress is None else lambda share, text: progress(0.2 + 0.6 * share, text),

@@ -65,12 +65,13 @@ def following_error(result: SimulationResult, focus: Sequence[str] = ()) -> Figu
     loops = _settled(result)
     near = [loop for loop in loops if loop.variant in focus] or loops
     rows = 4 if len(near) == len(loops) else 5
+    undivided = [row for row in range(rows) if row != rows - 3]
     figure, grid = style.panels(
-        1.7 * rows, rows=rows, columns=2, heights=(0.6, *(1.2,) * (rows - 2), 1.0), widths=(3.2, 1.0), between=0.2
-    )
+        1.7 * rows, rows=rows, columns=2, heights=(0.6, *(1.2,) * (rows - 2), 1.0), widths=(3.2, 1.0),
+        undivided=undivided, between=0.2,
+    )  # fmt: skip
     motion, *all_, whole, close, effort = (row[0] for row in grid)
     spread = grid[-3][1]
-    style.widen(motion, *all_, close, effort, until=spread)
     _draw_signals(motion, effort, loops, result.experiment.kind)
     for axes in all_:
         _draw_errors(axes, loops, result.experiment.kind)

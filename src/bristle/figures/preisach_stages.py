@@ -44,21 +44,21 @@ def preisach_stages(
     path = [saturated, *turns]
     length = scale_for("length", operator.kind, np.array(path))
     extent = 1.1 * max(map(abs, path))
-    figure, grid = style.panels(5.6, rows=2, columns=len(turns), heights=(1.0, 1.35), between=0.3, gap=0.8)
-    for index, axes in enumerate(grid[0]):
+    figure, (above, (below,)) = style.panels(
+        5.6, rows=2, columns=len(turns), heights=(1.0, 1.35), undivided=(1,), between=0.3, gap=0.8
+    )
+    for index, axes in enumerate(above):
         state, memory = after(operator, [0.0, *path[: index + 2]])
         draw_plane(axes, staircase(memory[: state.depth].tolist(), state.z), extent, length)
         axes.set_title(f"({LETTERS[index]})", loc="left")
         if index:
             axes.set_ylabel("")
             axes.tick_params(labelleft=False)
-    handles = grid[0][0].get_legend_handles_labels()
+    handles = above[0].get_legend_handles_labels()
     figure.legend(
         *handles, loc="upper right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False, handlelength=1.2,
         columnspacing=1.4, borderaxespad=0.1,
     )  # fmt: skip
-    below, *others = grid[1]
-    style.widen(below, until=others[-1] if others else below)
     _draw_force(below, operator, path, arm, effort or operator.kind)
     return figure
 

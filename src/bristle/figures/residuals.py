@@ -31,10 +31,9 @@ def residuals(fit: Fit) -> Figure:
     """
     time, residual = fit.traces.time, fit.traces.residual
     scale, _ = effort_scale(fit.plant.kind, residual)
-    figure, ((over_time, spread), (white, _)) = style.panels(
-        4.3, rows=2, columns=2, widths=(3.1, 1.0), between=0.2, top=0.26
+    figure, ((over_time, spread), (white,)) = style.panels(
+        4.3, rows=2, columns=2, widths=(3.1, 1.0), undivided=(1,), between=0.2, top=0.26
     )
-    style.widen(white, until=spread)
     span = time_scale(time)
     x, y = line(time, residual)
     over_time.plot(x * span.factor, y * scale.factor, color=style.PREDICTED["color"], linewidth=0.7)

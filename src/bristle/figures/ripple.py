@@ -42,9 +42,9 @@ def ripple(
     """
     scale, word = effort_scale(effort or kind, driving)
     length = scale_for("length", kind, *(x for x, _ in traces.values()))
-    figure, grid = style.panels(4.7, rows=2, columns=len(traces), heights=(0.75, 1.0), between=0.45, top=0.4)
-    (above, *others), below = grid
-    style.widen(above, until=others[-1] if others else above)
+    figure, ((above,), below) = style.panels(
+        4.7, rows=2, columns=len(traces), heights=(0.75, 1.0), undivided=(0,), between=0.45, top=0.4
+    )
     span = time_scale(time)
     above.plot(time * span.factor, driving * scale.factor, color=style.INK, linewidth=1.0)
     above.set_xlabel(span.label("Time"))

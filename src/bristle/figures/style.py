@@ -25,7 +25,6 @@ __all__ = [
     "plot_by_side",
     "room_for",
     "styled",
-    "widen",
 ]
 
 WIDTH = 7.2  # inches: the text width of an A4 page
@@ -97,6 +96,7 @@ def panels(
     *,
     heights: Sequence[float] | None = None,
     widths: Sequence[float] | None = None,
+    undivided: Sequence[int] = (),
     left: float = 0.68,
     right: float = 0.12,
     top: float = 0.32,
@@ -114,6 +114,8 @@ def panels(
         How many panels.
     heights, widths : sequence of float, optional
         How the room is shared between rows and between columns.
+    undivided : sequence of int
+        Rows that are one panel.
     left, right, top, bottom, gap, between : float
         Margins, and the room between rows and between columns [inch]: set, not solved for, because solving takes
         longer than drawing.
@@ -125,7 +127,8 @@ def panels(
         rows, columns, height_ratios=heights, width_ratios=widths, hspace=gap / tall, wspace=between / wide,
         left=left / WIDTH, right=1 - right / WIDTH, bottom=bottom / height, top=1 - top / height,
     )  # fmt: skip
-    return figure, [[figure.add_subplot(grid[row, column]) for column in range(columns)] for row in range(rows)]
+    shares = [[slice(None)] if row in undivided else range(columns) for row in range(rows)]
+    return figure, [[figure.add_subplot(grid[row, share]) for share in shares[row]] for row in range(rows)]
 
 
 def room_for(names: Sequence[str]) -> float:
@@ -140,16 +143,6 @@ def legend(axes: Axes, columns: int = 4, *, handle: float = 2.2) -> None:
         handles, labels, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, frameon=False, borderpad=0.1,
         borderaxespad=0.2, handlelength=handle, columnspacing=1.4,
     )  # fmt: skip
-
-
-def widen(*rows: Axes, until: Axes) -> None:
-    """Let the first panel of each row reach as far right as `until`, in place of what stands beside it."""
-    end = until.get_position().x1
-    for axes in rows:
-        box, figure = axes.get_position(), axes.figure
-        for other in [one for one in figure.axes if one is not axes and one.get_position().y0 == box.y0]:
-            other.remove()
-        axes.set_position((box.x0, box.y0, end - box.x0, box.height))
 
 
 def mark_window(axes: Axes, shown: np.ndarray) -> None:

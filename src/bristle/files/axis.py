@@ -94,6 +94,8 @@ def axis_from(data: dict[str, Any]) -> Axis:
         effort_limit=_limit(file, drive),
         held=_held(file),
         hold=file.effort.hold,
+        lag=_lag(file),
+        seeks_lag=file.effort.lag == "identify",
         periodic=file.effort.periodic,
         at_rest=file.log.start == "rest",
         in_cycle=file.log.start == "cycle",
@@ -109,6 +111,8 @@ def axis_from(data: dict[str, Any]) -> Axis:
         decimation=file.identification.decimation,
         keeps_rests=file.identification.rests == "keep",
         method=file.identification.method,
+        loop=file.identification.loop,
+        global_search=file.identification.global_search,
     )
     return replace(axis, controller=controller_of(axis))
 
@@ -185,6 +189,16 @@ def _held(file: AxisFile) -> bool | None:
     if held is not None and hold is not None and held != (hold == "zero"):
         raise InputError("contradicts `held`", path="effort.hold", value=hold, mend="Keep one of them")
     return held if hold is None else hold == "zero"
+
+
+def _lag(file: AxisFile) -> float:
+    given = file.effort.lag
+    if given == "identify":
+        return 0.0
+    value = _finite(units.quantity(given, TIME, path="effort.lag"), "effort.lag", given)
+    if value < 0.0:
+        raise InputError("must not be negative", path="effort.lag", value=given, allowed='a time, or "identify"')
+    return value
 
 
 def _effort(given: float | str, file: AxisFile, drive: Drive, path: str) -> float:

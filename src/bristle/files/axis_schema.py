@@ -61,6 +61,7 @@ class EffortEntry(Strict):
     limit: Quantity | None = None
     held: bool | None = None
     hold: Literal["zero", "linear", "band_limited"] | None = None
+    lag: Quantity = 0.0
     periodic: bool | None = None
 
 
@@ -124,6 +125,8 @@ class IdentificationEntry(Strict):
     decimation: Annotated[int, Field(ge=1)] | None = None
     rests: Literal["drop", "keep"] = "drop"
     method: Literal["inverse_dynamics", "output_error"] = "inverse_dynamics"
+    loop: Literal["open", "closed"] | None = None
+    global_search: bool = False
 
 
 class AxisFile(Strict):

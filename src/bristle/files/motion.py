@@ -1,21 +1,24 @@
-"""`write_motion`: a motion as a CSV file that a drive can follow, in the units of the axis."""
+"""Motions and logs as CSV files, in the units of the axis: what a drive can follow, and what it would record."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from bristle.core import units
 from bristle.core.axis import Axis, Column
 from bristle.core.variable import unit_of
+from bristle.logs.readers import read_table
 from bristle.logs.table import split_unit
 
-__all__ = ["motion_columns", "write_motion"]
+__all__ = ["axis_of_motion", "log_columns", "motion_columns", "write_log", "write_motion"]
 
 DIGITS = "%.12g"
 QUANTITIES = {"time": "time", "position": "length", "velocity": "length/time", "acceleration": "length/time^2"}
+RECORDED = {"time": "time", "position": "length", "effort": "force", "reference": "length"}
 PER = {"velocity": "/s", "acceleration": "/s^2"}
 
 
@@ -36,13 +39,30 @@ def motion_columns(axis: Axis) -> dict[str, tuple[str, float]]:
     for name, quantity in QUANTITIES.items():
         own = position if name == "position" else given.get(name)
         if own is not None:
-            unit = own.unit or own.base
-            found[name] = (f"{split_unit(own.name)[0]} [{unit}]", _factor(own))
+            found[name] = _own(own)
         elif name in PER and position is not None:
             found[name] = (f"{name} [{position.unit or position.base}{PER[name]}]", _factor(position))
         else:
             found[name] = (f"{name} [{unit_of(quantity, axis.kind)}]", 1.0)
     return found
+
+
+def log_columns(axis: Axis) -> dict[str, tuple[str, float]]:
+    """Return the heads of the columns of a log, and by what each number in SI is divided there.
+
+    Parameters
+    ----------
+    axis : Axis
+        Its columns; what they do not name has its usual name and unit.
+    """
+    return {
+        name: _own(axis.columns[name]) if name in axis.columns else (f"{name} [{unit_of(quantity, axis.kind)}]", 1.0)
+        for name, quantity in RECORDED.items()
+    }
+
+
+def _own(column: Column) -> tuple[str, float]:
+    return f"{split_unit(column.name)[0]} [{column.unit or column.base}]", _factor(column)
 
 
 def _factor(column: Column) -> float:
@@ -62,7 +82,52 @@ def write_motion(path: str | os.PathLike[str], axis: Axis, signals: Mapping[str,
     signals : mapping of str to ndarray, shape (sample,)
         ``time`` [s], ``position``, ``velocity`` and ``acceleration`` in SI.
     """
-    columns = motion_columns(axis)
+    _write(path, motion_columns(axis), signals)
+
+
+def write_log(path: str | os.PathLike[str], axis: Axis, signals: Mapping[str, np.ndarray]) -> None:
+    """Write what a drive records as CSV, so that it is read again with the same axis.
+
+    Parameters
+    ----------
+    path : path-like
+        The file.
+    axis : Axis
+        Whose units and names of columns it has.
+    signals : mapping of str to ndarray, shape (sample,)
+        ``time`` [s], ``position``, ``effort`` and ``reference`` in SI.
+    """
+    _write(path, log_columns(axis), signals)
+
+
+def axis_of_motion(path: str | os.PathLike[str], axis: Axis | None) -> Axis | None:
+    """Return the axis that a file is read with, in which the position is the motion to follow; None for a log.
+
+    A motion has no effort: nothing was recorded.
+
+    Parameters
+    ----------
+    path : path-like
+        The file.
+    axis : Axis or None
+        Whose units and names of columns it has.
+    """
+    if axis is None or "effort" not in axis.columns:
+        return None
+    table = read_table(path, axis.table)
+    if table.name_of(axis.columns["effort"].name) is not None:
+        return None
+    columns = {
+        name: replace(axis.columns[own], optional=False)
+        for name, own in (("time", "time"), ("position", "reference" if "reference" in axis.columns else "position"))
+        if own in axis.columns
+    }
+    return Axis(name=axis.name, kind=axis.kind, columns=columns, table=axis.table, sample_time=axis.sample_time)
+
+
+def _write(
+    path: str | os.PathLike[str], columns: Mapping[str, tuple[str, float]], signals: Mapping[str, np.ndarray]
+) -> None:
     table = np.column_stack([signals[name] / factor for name, (_, factor) in columns.items()])
     header = ",".join(head for head, _ in columns.values())
     np.savetxt(path, table, fmt=DIGITS, delimiter=",", header=header, comments="", encoding="utf-8")

@@ -31,6 +31,7 @@ SUMMARY = "summary.json"
 WRITTEN = frozenset({SUMMARY, "report.html", "model.toml", "drive_table.csv"})
 WRITTEN_BY_DEMO = frozenset({"axis.toml", "log.csv", "unseen.csv"})
 WRITTEN_BY_EXCITE = frozenset({"axis.toml", "motion.csv"})
+LOG = re.compile(r"log(_[\w.-]+)?\.csv")
 NAMES_SHOWN = 5
 ATTEMPTS = 100
 _WRITING = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS, errno.EIO}
@@ -134,7 +135,8 @@ def _named_in(folder: Path) -> frozenset[str]:
         if json.loads((folder / SUMMARY).read_text(encoding="utf-8"))["simulated"]:
             names |= WRITTEN_BY_DEMO
     with suppress(OSError, ValueError, LookupError, TypeError, AttributeError):
-        names |= WRITTEN_BY_EXCITE & set(json.loads((folder / SUMMARY).read_text(encoding="utf-8"))["files"].values())
+        named = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))["files"].values()
+        names |= {name for name in named if name in WRITTEN_BY_EXCITE or LOG.fullmatch(name)}
     return names
 
 

@@ -14,6 +14,7 @@ from bristle.core.variable import Kind
 from bristle.files.axis import read_axis
 from bristle.files.components import check_keys, parameters_in, table_at
 from bristle.files.model import ModelFile, friction_from, read_model
+from bristle.files.motion import axis_of_motion
 from bristle.logs import read_log
 from bristle.logs.log import Log
 from bristle.references import recorded
@@ -37,8 +38,12 @@ class Sources:
         return self._once(("model", self._file(file, path)), path, lambda key: read_model(key[1]))
 
     def log(self, file: Any, axis: Axis | None, path: str) -> Log:
-        """Return the log in a file."""
-        return self._once(("log", self._file(file, path), id(axis)), path, lambda key: read_log(key[1], axis))
+        """Return the log in a file, or the motion."""
+
+        def read(key: tuple[Any, ...]) -> Log:
+            return read_log(key[1], axis_of_motion(key[1], axis) or axis)
+
+        return self._once(("log", self._file(file, path), id(axis)), path, read)
 
     def friction(self, table: Any, kind: Kind, path: str) -> tuple[Model | None, Model]:
         """Return the plant (where a model file gives one) and the friction model of a table.
@@ -63,12 +68,13 @@ class Sources:
         return found.plant, make_model(component, values, kind=kind, validate=True, path=path)
 
     def recorded(self, table: dict[str, Any], axis: Axis | None, path: str) -> Model:
-        """Return the reference that a log holds."""
+        """Return the reference that a log holds, or a motion in which nothing was recorded."""
         check_keys(table, ("model", "file", "axis"), path)
         if "axis" in table:
             axis = self.axis(table["axis"], f"{path}.axis")
         log = self.log(table["file"], axis, f"{path}.file")
-        if log.reference is None:
+        reference = log.position if log.effort is None else log.reference
+        if reference is None:
             raise InputError(
                 "has no reference", path=f"{path}.file", value=table["file"],
                 mend="Name its column under [columns] of the axis file: reference = ...",
@@ -78,7 +84,7 @@ class Sources:
                 f"has gaps, which split it into {len(log.segments)} parts", path=f"{path}.file", value=table["file"],
                 mend="Record the reference again, without gaps",
             )  # fmt: skip
-        values = {"position": log.reference.values, "sample_time": log.sample_time}
+        values = {"position": reference.values, "sample_time": log.sample_time}
         return make_model(recorded, values, kind=log.kind, validate=True, path=path)
 
     def _file(self, file: Any, path: str) -> Path:

@@ -105,6 +105,7 @@ def variant_from(name: str, tables: Tables, sources: Sources) -> Variant:
         feedforward=_feedforward(tables, kind, sources),
         learning=_learning(tables, kind),
         run=run_from(tables.table("run"), axis, reference, kind, tables.path("run")),
+        axis=axis,
     )
 
 

@@ -24,8 +24,8 @@ import numpy as np
 from bristle.core.contracts import HysteresisOperator, Relation
 from bristle.core.dispatch import register
 from bristle.core.kernel import kernel
-from bristle.core.mathematics import direction
 from bristle.core.variable import Variable
+from bristle.hysteresis.demagnetised import virgin, virgin_slope
 from bristle.hysteresis.preisach import CAPACITY, TOLERANCE
 from bristle.hysteresis.turning_points import Stack, stack_commit, stack_size, stack_trial
 
@@ -106,19 +106,6 @@ def slope(alpha, beta, side, q):
         return (left + b * (right - left)) / size
     lower, upper = node(i, j, q) - node(i, j + 1, q), node(i + 1, j, q) - node(i + 1, j + 1, q)
     return (lower + a * (upper - lower)) / size
-
-
-@kernel
-def virgin(u, q):
-    """Return the output [N or N*m] at the first input `u` [m or rad] of a demagnetised operator."""
-    return q.offset + direction(u) * value(abs(u), -abs(u), q)
-
-
-@kernel
-def virgin_slope(u, q):
-    """Return the derivative of `virgin` [N/m or N*m/rad]."""
-    z = abs(u)
-    return slope(z, -z, 1.0, q) + slope(z, -z, -1.0, q)
 
 
 register("everett", Grid, {"value": value, "slope": slope, "virgin": virgin, "virgin_slope": virgin_slope})

@@ -26,8 +26,8 @@ import numpy as np
 from bristle.core.contracts import HysteresisOperator, Relation
 from bristle.core.dispatch import register
 from bristle.core.kernel import kernel
-from bristle.core.mathematics import direction
 from bristle.core.variable import Variable
+from bristle.hysteresis.demagnetised import virgin, virgin_slope
 from bristle.hysteresis.preisach import CAPACITY, TOLERANCE
 from bristle.hysteresis.preisach_grid import OUTPUT_OFFSET
 from bristle.hysteresis.turning_points import Stack, stack_commit, stack_size, stack_trial
@@ -177,19 +177,6 @@ def slope(alpha, beta, side, q):
     if side * q.side > 0.0:
         return by_alpha(a, b, q) if a == high else 0.0
     return by_beta(a, b, q) if b == low else 0.0
-
-
-@kernel
-def virgin(u, q):
-    """Return the output [N or N*m] at the first input `u` [m or rad] of a demagnetised operator."""
-    return q.offset + direction(u) * value(abs(u), -abs(u), q)
-
-
-@kernel
-def virgin_slope(u, q):
-    """Return the derivative of `virgin` [N/m or N*m/rad]."""
-    z = abs(u)
-    return slope(z, -z, 1.0, q) + slope(z, -z, -1.0, q)
 
 
 register("everett", Curves, {"value": value, "slope": slope, "virgin": virgin, "virgin_slope": virgin_slope})

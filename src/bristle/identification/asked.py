@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -15,16 +15,18 @@ from bristle.core.errors import InputError
 from bristle.core.typography import with_unit
 from bristle.core.units import quantity
 from bristle.core.variable import Kind, Variable, unit_of
-from bristle.friction import MODELS, base_of, find, maxwell_slip
+from bristle.friction import MODELS, base_of, find, gms, maxwell_slip
 from bristle.friction.slots import OFFSET, SlottedModel, slotted
 from bristle.identification.given import number_or_text
 from bristle.identification.places import places_of
 from bristle.identification.regression import Regression
 from bristle.identification.unknowns import Held, Unknowns, stroke_of
+from bristle.logs.log import Log
 from bristle.plants import PLANTS, inertia
 
-__all__ = ["Known", "freed", "known_of", "models_of", "unknowns_of"]
+__all__ = ["Known", "as_asked", "freed", "known_of", "models_of", "unknowns_of"]
 
+METHODS = ("inverse_dynamics", "output_error")
 MASS = Variable("mass", "moving mass or inertia")
 PUT_IN = 0.1  # share of the work besides inertia from which friction that puts energy in is a wrong sign
 ONE_WAY = 0.01  # share of the samples below which a direction counts as not seen
@@ -89,22 +91,17 @@ def _components_of(one: Any) -> list[SlottedModel]:
 
 
 def _refuse_arrays(component: FrictionModel) -> None:
-    slips = base_of(component) is maxwell_slip
+    slips = base_of(component) in (maxwell_slip, gms)
     arrays = [name for name in component.variables if component.is_array(name) and not slips]
     choices = [
         name for name, variable in component.variables.items() if variable.choices and name not in component.defaults
     ]
-    if slips and "F_C" not in component.variables:
-        raise InputError(
-            "is not identified by direction: in pre-sliding that is an offset, once the motion has been to and fro",
-            path="model", value=component.name, mend=f"Write {component.name.replace('+asymmetry', '')}",
-        )  # fmt: skip
     for names, what in ((arrays, "lists of numbers"), (choices, "choices of names")):
         if names:
             raise InputError(
                 f"{component.name} has {what} ({', '.join(names)}), which inverse dynamics does not identify",
                 path="model", value=component.name,
-                mend="Fit dahl, lugre or maxwell_slip, or write the parameters into a model file yourself",
+                mend="Fit dahl, lugre, maxwell_slip or gms, or write the parameters into a model file yourself",
             )  # fmt: skip
 
 
@@ -128,6 +125,23 @@ def freed(free: str | Sequence[str], components: Sequence[FrictionModel]) -> tup
             raise InputError("is no shape that is kept at a default", path="free", value=name,
                              allowed=", ".join(sorted(shapes)) or "none for these models")  # fmt: skip
     return tuple(names)
+
+
+def as_asked(
+    given: Sequence[tuple[Log, Axis | None]], method: str | None, global_search: bool | None
+) -> list[tuple[Log, Axis | None]]:
+    """Return logs with their axes, which say what is made small, and where it is looked for, as a person asks.
+
+    Raises
+    ------
+    InputError
+        If there is no such method.
+    """
+    if method is not None and method not in METHODS:
+        raise InputError("no such method", path="method", value=method, allowed=", ".join(METHODS))
+    changes = {"method": method, "global_search": global_search}
+    changes = {name: value for name, value in changes.items() if value is not None}
+    return [(log, replace(axis or Axis(kind=log.kind), **changes) if changes else axis) for log, axis in given]
 
 
 def known_of(axis: Axis | None, mass: float | str | None, offset: float | str | None, kind: Kind) -> Known:

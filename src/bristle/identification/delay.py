@@ -4,7 +4,9 @@ The effort, filtered, is moved against the motion by fractions of a sample, and 
 
 .. math:: u(t + \tau) = M \ddot q + c \dot q + k q + F_{v\pm} \dot q + F_{C\pm} \operatorname{sgn} \dot q
 
-is solved. An effort that a controller holds leads by half a sample; a drive that filters its current lags.
+is solved. An effort that a controller holds leads by half a sample; a drive that filters its current lags. Friction
+before sliding turns after the motion and would be taken for a delay: slow rows do not count, and where that is not
+enough the search is refused.
 """
 
 from __future__ import annotations
@@ -14,12 +16,15 @@ from typing import Any
 
 import numpy as np
 
+from bristle.core.errors import InputError
 from bristle.identification.regression import Regression
 
 __all__ = ["delay_in", "shifted"]
 
 FARTHEST = 5.0  # samples, to either side
 SCAN = 21  # delays that are tried first
+EDGE = 0.02  # samples
+SLOW = 0.02  # of the largest speed: what is slower may not have broken away, and friction then turns after the motion
 LEVELS = np.geomspace(0.02, 0.3, 4)  # of the largest speed: where friction may bend
 
 
@@ -30,14 +35,21 @@ def delay_in(regression: Regression) -> tuple[float, float]:
     ----------
     regression : Regression
         The rows of a log, not yet shifted.
+
+    Raises
+    ------
+    InputError
+        If the best delay is none of a drive.
     """
     from scipy.optimize import minimize_scalar
 
-    basis = np.linalg.qr(_columns(regression))[0]
+    speeds = np.abs(regression.velocity)
+    fast = speeds >= SLOW * np.max(speeds)
+    basis = np.linalg.qr(_columns(regression)[fast])[0]
     dt = regression.sample_time
 
     def left(samples: float) -> float:
-        effort = shifted(regression, float(samples) * dt).effort
+        effort = shifted(regression, float(samples) * dt).effort[fast]
         return float(np.sum((effort - basis @ (basis.T @ effort)) ** 2))
 
     tried = np.linspace(-FARTHEST, FARTHEST, SCAN)
@@ -46,6 +58,12 @@ def delay_in(regression: Regression) -> tuple[float, float]:
     ends = max(best - step, -FARTHEST), min(best + step, FARTHEST)
     least_at: Any = minimize_scalar(left, bounds=ends, method="bounded", options={"xatol": 1e-3})
     found = float(least_at.x)
+    if abs(found) > FARTHEST - EDGE:
+        raise InputError(
+            f"cannot be found in this log: it would exceed {FARTHEST:.0f} samples, as where friction before sliding "
+            "turns after the motion", path="timing.delay", value="identify",
+            mend="Write the delay into the axis file, or record slides to and fro at several speeds as well",
+        )  # fmt: skip
     least, bend = left(found), 0.1
     curvature = (left(found + bend) - 2.0 * least + left(found - bend)) / bend**2
     variance = 2.0 * least / max(basis.shape[0] - basis.shape[1] - 1, 1) / max(curvature, np.finfo(float).tiny)

@@ -9,20 +9,24 @@ the factors are searched for. Elements that get no force are left out. The last 
 such an element does not slip any more once the motion has been through its range, and stands for all that never does.
 With ``+position`` the force along the axis stands for it instead, and thresholds end before.
 
+With ``+asymmetry`` elements slip at :math:`r_i \pm d_i`. Once the motion has been to and fro, that is an element that
+slips at :math:`r_i` either way, and a constant: one difference of the levels, :math:`F_{C\pm} = F_C \pm d`, is all that
+a log tells, and all that is asked for.
+
 The shape of the elements is many numbers that trade places under noise; what counts are their level :math:`F_C`, their
 stiffness :math:`s = \sum k_i`, and the virgin curve between. Both have standard errors in which the shape is free.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE
+from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Model
 from bristle.core.errors import InputError
 from bristle.friction import maxwell_slip
 from bristle.friction.slots import SlottedModel
@@ -33,9 +37,9 @@ from bristle.identification.regression import Regression, Stretch
 from bristle.identification.resampling.refit import Space
 from bristle.identification.shaped import shaped
 from bristle.identification.solution import Solution
-from bristle.identification.unknowns import Unknowns
+from bristle.identification.unknowns import Held, Unknowns
 
-__all__ = ["Elements"]
+__all__ = ["Elements", "of_one_speed"]
 
 COUNT_LEAST, PER_DECADE = 20, 12  # of the thresholds
 CURVE = 12  # displacements at which the virgin curve has intervals
@@ -47,6 +51,27 @@ FITTED_LEAST = 0.5  # of the rows: with fewer left, all are fitted
 FACTORS = ("p_1", "p_2", "k_L", "k_T")
 FACTOR_MOST, EDGE = 20.0, 0.99
 EVALUATIONS = 40
+DIFFERENCE = "difference"  # half of it, between the levels forward and backward
+ONE_SPEED = 0.9  # square of the mean speed over the mean square: 1 at one speed, 0.81 of a sine
+
+
+def of_one_speed(unknowns: Unknowns, regression: Regression) -> Unknowns:
+    """Return the unknowns of elements, viscous friction held at nothing where the log has one speed.
+
+    There it is a constant that turns with the motion, and so is an element that slips at once.
+    """
+    speeds = np.abs(regression.velocity)
+    viscous = [name for name in unknowns.free if name.startswith("sigma_2")]
+    if np.mean(speeds) ** 2 < ONE_SPEED * np.mean(speeds**2):
+        return unknowns
+    held = Held(0.0, "the log moves at one speed only: it cannot be told from elements that slip at once")
+    free = tuple(name for name in unknowns.free if name not in viscous)
+    return replace(unknowns, free=free, held={**unknowns.held, **dict.fromkeys(viscous, held)})
+
+
+def slipping_at(r: float) -> Model:
+    """Return an element of stiffness 1 that slips at a deflection `r` [m or rad], whatever the speed."""
+    return maxwell_slip(F_C=r, k_i=[1.0], nu_i=[1.0], validate=False)
 
 
 class Found(NamedTuple):
@@ -71,11 +96,14 @@ class Elements:
         ``maxwell_slip`` with its slots.
     unknowns : Unknowns
         What is free and what is held, the elements by their level and stiffness.
+    element : callable
+        Returns an element of stiffness 1 that slips at a deflection [m or rad].
     """
 
     regression: Regression
     component: SlottedModel
     unknowns: Unknowns
+    element: Callable[[float], Model] = slipping_at
 
     @cached_property
     def thresholds(self) -> np.ndarray:
@@ -99,11 +127,11 @@ class Elements:
             )  # fmt: skip
         stiffness, r = found.stiffness[kept], self.thresholds[kept]
         view = shaped(self.component, stiffness, stiffness * r)
-        values = found.others | {"F_C": float(stiffness @ r), "s": float(np.sum(stiffness))}
+        values = found.others | self._told(float(stiffness @ r), found.others) | {"s": float(np.sum(stiffness))}
         values |= dict(zip(self._factors, found.factors.tolist(), strict=True))
         values = {name: values[name] for name in self.unknowns.free}
         jacobian = self._jacobian(found, kept, r)
-        at_edge = {name: "smallest" for name in ("sigma_2", "M") if found.others.get(name) == 0.0}
+        at_edge = dict.fromkeys(self._at_nothing(found), "smallest")
         for name in self._factors:
             if abs(values[name]) > EDGE * FACTOR_MOST:
                 at_edge[name] = "largest" if values[name] > 0.0 else "smallest"
@@ -113,30 +141,32 @@ class Elements:
     def space(self) -> tuple[Problem, Space]:
         """Return the problem with all its elements, and the coordinates of its solution: one stiffness for each."""
         found, r = self._best(slice(None)), self.thresholds
-        weights = np.append(found.stiffness, found.others.get("sigma_2", 0.0))
-        factors = [self._varying[place + 1] @ weights for place in range(len(self._factors))]
+        factors = [self._varying[place + 1] @ self._multiplied(found) for place in range(len(self._factors))]
         names = (*(f"k_{number}" for number in range(r.size)), *self._others, *self._factors)
-        told = tuple(name for name in self.unknowns.free if name not in ("F_C", "s"))
-        first = np.zeros((2, len(names)))
-        first[0, : r.size], first[1, : r.size] = r, 1.0
+        told = tuple(name for name in self.unknowns.free if name not in (*self._levels, "s"))
+        first = np.zeros((len(self._levels) + 1, len(names)))
+        first[:-1, : r.size], first[-1, : r.size] = r, 1.0
+        if DIFFERENCE in names:
+            first[:-1, names.index(DIFFERENCE)] = list(self._levels.values())
         curve = np.geomspace(r[0], r[-1], CURVE)
         reach = np.minimum.outer(curve, r)
         rest = [names.index(name) for name in told]
         low = np.array([*(0.0 if sign > 0.0 else -np.inf for sign in self._signs), *([-np.inf] * len(factors))])
 
-        at_edge = frozenset(name for name in ("sigma_2", "M") if found.others.get(name) == 0.0)
-
         def values(phi: np.ndarray) -> dict[str, Any]:
             # An element without force still has its threshold.
             stiffness = np.maximum(phi[: r.size], 1e-12 * np.sum(phi[: r.size]))
             level = float(stiffness @ r)
-            lists = {"F_C": level, "k_i": stiffness, "nu_i": stiffness * r / level}
-            return lists | dict(zip(names[r.size :], phi[r.size :].tolist(), strict=True))
+            rest = dict(zip(names[r.size :], phi[r.size :].tolist(), strict=True))
+            told = self._told(level, rest)
+            rest.pop(DIFFERENCE, None)
+            return {"k_i": stiffness, "nu_i": stiffness * r / level} | told | rest
 
         return Problem(self.regression, replace(self.unknowns, component=self.component)), Space(
             names, np.concatenate([found.stiffness, list(found.others.values()), found.factors]), low,
-            np.full(len(names), np.inf), np.column_stack([found.columns, *factors]), values, ("F_C", "s", *told),
-            np.vstack([first, np.eye(len(names))[rest]]), at_edge=at_edge, linear=not factors,
+            np.full(len(names), np.inf), np.column_stack([found.columns, *factors]), values,
+            (*self._levels, "s", *told), np.vstack([first, np.eye(len(names))[rest]]),
+            at_edge=frozenset(self._at_nothing(found)), linear=not factors,
             curve=tuple(curve.tolist()),
             tell=lambda phi: np.concatenate([first @ phi, phi[rest], reach @ phi[: r.size]]),
         )  # fmt: skip
@@ -148,7 +178,28 @@ class Elements:
     @property
     def _others(self) -> tuple[str, ...]:
         """The free parameters that count once, whatever the elements do."""
-        return tuple(name for name in self.unknowns.free if name not in ("F_C", "s", *self._factors))
+        named = tuple(name for name in self.unknowns.free if name not in (*self._levels, "s", *self._factors))
+        return (*named, DIFFERENCE) if len(self._levels) > 1 else named
+
+    @property
+    def _levels(self) -> dict[str, float]:
+        """The parameters that tell the level of the elements, and the sign of the difference in each."""
+        return {"F_C_pos": 1.0, "F_C_neg": -1.0} if "F_C_pos" in self.component.variables else {"F_C": 0.0}
+
+    def _told(self, level: float, others: Mapping[str, float]) -> dict[str, float]:
+        return {name: level + sign * others.get(DIFFERENCE, 0.0) for name, sign in self._levels.items()}
+
+    @property
+    def _slotted(self) -> tuple[str, ...]:
+        """What slots multiply besides the elements."""
+        return tuple(name for name in self._others if name == DIFFERENCE or name.startswith("sigma_2"))
+
+    def _multiplied(self, found: Found) -> np.ndarray:
+        return np.concatenate([found.stiffness, [found.others[name] for name in self._slotted]])
+
+    @staticmethod
+    def _at_nothing(found: Found) -> list[str]:
+        return [name for name, value in found.others.items() if value == 0.0 and _is_positive(name)]
 
     def _best(self, rows: np.ndarray | slice) -> Found:
         chosen = self._fitted(rows)
@@ -180,22 +231,22 @@ class Elements:
 
     @property
     def _signs(self) -> np.ndarray:
-        positive = [name in ("M", "c", "k", "sigma_2") for name in self._others]
+        positive = [_is_positive(name) for name in self._others]
         return np.concatenate([np.ones(self.thresholds.size), np.where(positive, 1.0, 0.0)])
 
     def _columns(self, factors: np.ndarray) -> np.ndarray:
         """Return the regressor, shape (row, elements and others)."""
         varying = self._varying[0] + np.tensordot(factors, self._varying[1:], axes=1)
-        elements, viscous = varying[:, :-1], varying[:, -1:]
-        others = [viscous if name == "sigma_2" else self._constant[name] for name in self._others]
-        return np.hstack([elements, *others])
+        count = self.thresholds.size
+        slotted = {name: varying[:, count + place, None] for place, name in enumerate(self._slotted)}
+        return np.hstack([varying[:, :count], *((self._constant | slotted)[name] for name in self._others)])
 
     @cached_property
     def _varying(self) -> np.ndarray:
-        """What the slots multiply, elements and velocity: plain, then times each cause; shape (cause, row, column)."""
+        """What the slots multiply, elements and more: plain, then times each cause; shape (cause, row, column)."""
         parts = []
-        for r in (*self.thresholds.tolist(), None):
-            forces = [self._answer(one, r) for one in self.regression.stretches]
+        for one_of_them in (*self.thresholds.tolist(), *self._slotted):
+            forces = [self._answer(one, one_of_them) for one in self.regression.stretches]
             plain = [self.regression.filtered(force) for force in forces]
             caused = [
                 [
@@ -207,11 +258,14 @@ class Elements:
             parts.append([self.regression.rows_of(one) for one in (plain, *caused)])
         return np.moveaxis(np.array(parts), 0, -1)
 
-    def _answer(self, one: Stretch, r: float | None) -> np.ndarray:
-        """Return the deflection of an element along a stretch [m or rad], or the velocity for no threshold."""
-        if r is None:
-            return one.velocity
-        return one.answer(maxwell_slip(F_C=r, k_i=[1.0], nu_i=[1.0], validate=False), self.regression.sample_time)
+    def _answer(self, one: Stretch, r: float | str) -> np.ndarray:
+        """Return the deflection of an element along a stretch [m or rad], or what else the slots multiply, by name."""
+        if r == DIFFERENCE:
+            return np.ones_like(one.velocity)
+        if isinstance(r, str):
+            side = {"sigma_2_pos": (0.0, np.inf), "sigma_2_neg": (-np.inf, 0.0)}.get(r, (-np.inf, np.inf))
+            return np.clip(one.velocity, *side)
+        return one.answer(self.element(r), self.regression.sample_time)
 
     def _cause(self, name: str, one: Stretch) -> np.ndarray:
         """Return what a factor multiplies along a stretch, shape (sample,)."""
@@ -226,9 +280,9 @@ class Elements:
         return np.clip((one.position - x_0) / x_L, -1.0, 1.0)
 
     @cached_property
-    def _constant(self) -> Mapping[str, np.ndarray]:
+    def _constant(self) -> dict[str, np.ndarray]:
         """The columns that do not depend on the factors, shape (row, 1) each."""
-        return {name: self._column(name)[:, None] for name in self._others if name != "sigma_2"}
+        return {name: self._column(name)[:, None] for name in self._others if name not in self._slotted}
 
     def _column(self, name: str) -> np.ndarray:
         if name in self.unknowns.plant.variables:
@@ -284,9 +338,16 @@ class Elements:
             by_level = np.hstack([by_level, np.zeros_like(by_level)])
         *_, directions = np.linalg.svd(named)
         shape = elements @ directions[named.shape[0] :].T
-        count, columns = self.thresholds.size, {"F_C": by_level[:, 0], "s": by_level[:, 1]}
+        count, columns = self.thresholds.size, {"s": by_level[:, 1]}
         columns |= {name: found.columns[:, count + place] for place, name in enumerate(self._others)}
-        weights = np.append(found.stiffness, found.others.get("sigma_2", 0.0))
+        for name, sign in self._levels.items():
+            # Level and difference are half the sum and half the difference of both.
+            columns[name] = (by_level[:, 0] + sign * columns.get(DIFFERENCE, 0.0)) / len(self._levels)
+        weights = self._multiplied(found)
         columns |= {name: self._varying[place + 1] @ weights for place, name in enumerate(self._factors)}
         whole = np.stack([columns[name] for name in self.unknowns.free], axis=1)
         return whole - shape @ np.linalg.lstsq(shape, whole, rcond=None)[0] if shape.size else whole
+
+
+def _is_positive(name: str) -> bool:
+    return name in ("M", "c", "k") or name.startswith("sigma_2")

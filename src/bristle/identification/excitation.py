@@ -65,9 +65,11 @@ def why_unidentifiable(
 
 def out_of_sight(
     variable: Variable, regression: Regression, scales: Scales, values: Mapping[str, float],
-    variables: Mapping[str, Variable],
+    variables: Mapping[str, Variable], *, filtered: bool = True,
 ) -> bool:  # fmt: skip
     """Return whether a parameter shapes only what lasts less than a period of the filter, or less than the noise.
+
+    Where nothing is `filtered`, as in a simulation, two samples take the place of that period.
 
     A pre-sliding zone that is crossed within one period of the cut-off leaves in the filtered effort its area but not
     its shape: the fit still has a clear minimum there, and it is one of the filter, not of friction. Noise
@@ -80,7 +82,8 @@ def out_of_sight(
     zone = _presliding_zone(scales, values, variables)
     if zone is None:
         return False
-    fast = _samples_within(regression, zone) * regression.sample_time * regression.cutoff < 1.0
+    period = 1.0 / (regression.sample_time * regression.cutoff) if filtered else 2.0
+    fast = _samples_within(regression, zone) < period
     return fast or bool(_below_the_noise(regression, zone))
 
 

@@ -31,7 +31,9 @@ HOPELESS = 100.0  # relative standard error above which no number is given
 INSEPARABLE = 0.99  # correlation
 
 
-def fit_of(problem: Problem, solution: Solution, scales: Scales, residual: np.ndarray | None = None) -> Fit:
+def fit_of(
+    problem: Problem, solution: Solution, scales: Scales, residual: np.ndarray | None = None, small: str = ""
+) -> Fit:
     """Return the fit at a solution, all but its error on held-out blocks.
 
     Parameters
@@ -43,13 +45,15 @@ def fit_of(problem: Problem, solution: Solution, scales: Scales, residual: np.nd
     scales : Scales
         Typical magnitudes of the log.
     residual : ndarray, optional
-        What the solution made small, where that is not the error of the effort.
+        What the solution made small, where that is not the error of the effort of each row.
+    small : str
+        The same in words.
     """
     regression, component = problem.regression, problem.unknowns.component
     values = problem.unknowns.complete(solution.values)
     predicted = problem.predicted(values)
     uncertainty = uncertainty_of(solution, regression.effort - predicted if residual is None else residual)
-    estimates = _Findings(problem, solution, scales, uncertainty, values).estimates()
+    estimates = _Findings(problem, solution, scales, uncertainty, values, filtered=residual is None).estimates()
     names = tuple(solution.values)
     error = relative_error_percent(regression.effort, predicted)
     about: tuple[str, ...] = ()
@@ -76,7 +80,7 @@ def fit_of(problem: Problem, solution: Solution, scales: Scales, residual: np.nd
         ),
         force_error_percent=error,
         warnings=(*_warnings(estimates, uncertainty, names), *about),
-        assumptions=_assumptions(problem, by_output=residual is not None),
+        assumptions=_assumptions(problem, small),
     )
 
 
@@ -113,9 +117,11 @@ class _Findings:
     """Judges each parameter of one fit."""
 
     def __init__(
-        self, problem: Problem, solution: Solution, scales: Scales, uncertainty: Uncertainty, values: dict[str, float]
-    ) -> None:
+        self, problem: Problem, solution: Solution, scales: Scales, uncertainty: Uncertainty, values: dict[str, float],
+        *, filtered: bool,
+    ) -> None:  # fmt: skip
         self.problem, self.solution, self.scales, self.values = problem, solution, scales, values
+        self.filtered = filtered
         self.variables = problem.unknowns.variables
         self.kind: Kind = problem.regression.kind
         free = tuple(solution.values)
@@ -146,7 +152,7 @@ class _Findings:
     def _why_unsure(self, name: str) -> str:
         """Return why a parameter cannot be identified, or nothing where it can."""
         value, std = self.values[name], max(self.std[name], self.robust_std[name])
-        if out_of_sight(*self._context(name)):
+        if out_of_sight(*self._context(name), filtered=self.filtered):
             return self._why(name)
         if name in self.solution.at_edge:
             return self._why(name) if name == "M" else ""
@@ -219,17 +225,13 @@ def _warnings(estimates: tuple[Estimate, ...], uncertainty: Uncertainty, names: 
     return tuple(found)
 
 
-def _assumptions(problem: Problem, *, by_output: bool) -> tuple[str, ...]:
+def _assumptions(problem: Problem, small: str) -> tuple[str, ...]:
     regression, variables = problem.regression, problem.unknowns.variables
     found = [
         f"{name} is held at {_told(held.value, variables[name], regression.kind)}: {held.note}"
         for name, held in problem.unknowns.held.items()
     ]
-    if by_output:
-        found.append(
-            "the parameters make the position that the effort causes the measured one, unfiltered; what is said of the "
-            "effort holds along the measured motion, differentiated twice, and serves as the start only"
-        )
+    found += [small] if small else []
     rows = "a row for each sample" if regression.decimation == 1 else f"one row for {regression.decimation} samples"
     found.append(
         f"position, effort and friction filtered at {regression.cutoff:g} Hz without phase, {regression.dropped} "

@@ -9,7 +9,7 @@ involved, and the controller that was running does not matter.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from os import PathLike
 from typing import Any
 
@@ -18,36 +18,23 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel
 from bristle.core.errors import InputError
-from bristle.friction import base_of, find, maxwell_slip
-from bristle.friction.slots import SlottedModel
-from bristle.identification.asked import Known, freed, known_of, models_of, refuse_reversed_effort, unknowns_of
-from bristle.identification.elements import Elements
-from bristle.identification.findings import fit_of
+from bristle.identification.asked import as_asked, freed, known_of, models_of
+from bristle.identification.break_away import break_aways
 from bristle.identification.given import logs_and_axes, none_or_more, treatment_of
-from bristle.identification.held_out import held_out_error
 from bristle.identification.information import with_information
-from bristle.identification.interruption import UNFINISHED, obey
-from bristle.identification.output_error import OutputError, held_out_position, one_period, refined
-from bristle.identification.places import pitch_in
-from bristle.identification.problem import Problem
+from bristle.identification.interruption import obey
+from bristle.identification.output_error import one_period, simulated_loop
 from bristle.identification.ranking import in_order
 from bristle.identification.regression import Regression
-from bristle.identification.repetition import about_repeated_logs, about_repetition
-from bristle.identification.resampling.assessment import assessed
-from bristle.identification.resampling.refit import Space, space_of
-from bristle.identification.result import Fit, HeldOut, Identification
-from bristle.identification.search import Report, Search
+from bristle.identification.result import Fit, Identification
+from bristle.identification.search import Report
 from bristle.identification.several import treat_all
-from bristle.identification.shaped import in_lists, shaped
-from bristle.identification.solution import Solution, solve_linear
-from bristle.identification.unknowns import Scales, scales_of
+from bristle.identification.workbench import Simulated, Workbench
 from bristle.logs.log import Log
-from bristle.simulation.result import relative_error_percent
 
 __all__ = ["identify"]
 
 FEWEST_DRAWS = 20
-LEAST_LEVEL = 0.01  # of the effort: a Coulomb force that says nothing of the magnitude of friction
 
 Progress = Callable[[float, str], None]
 
@@ -57,7 +44,7 @@ def identify(
     axis: Axis | str | PathLike[str] | Sequence[Axis | str | PathLike[str]] | None = None,
     cutoff: float | str | None = None, decimation: int | None = None, blocks: int = 5,
     offset: float | str | None = None, mass: float | str | None = None, free: str | Sequence[str] = (),
-    draws: int = 200, progress: Progress | None = None,
+    draws: int = 200, method: str | None = None, global_search: bool | None = None, progress: Progress | None = None,
 ) -> Identification:  # fmt: skip
     """Identify one friction model or several from a log, with the inertia, and rank them.
 
@@ -86,6 +73,12 @@ def identify(
         several separated by commas.
     draws : int
         Logs that are simulated with the best model and fitted again, for its 95 % intervals; 0 for none.
+    method : {"inverse_dynamics", "output_error"}, optional
+        What is made small: the error of the effort along the measured motion, or that of a simulation; the axis decides
+        where it is not given.
+    global_search : bool, optional
+        Whether the whole range of each parameter is looked at, where a search is needed at all; the axis decides where
+        it is not given.
     progress : callable, optional
         Called with the share of the work done and what is being done.
 
@@ -104,7 +97,7 @@ def identify(
     .. [1] A. Janot, P.-O. Vandanjon, M. Gautier, "A generic instrumental variable approach for industrial robot
        identification", IEEE Transactions on Control Systems Technology 22(1), 2014. doi:10.1109/TCST.2013.2246163
     """
-    given = logs_and_axes(log, axis)
+    given = as_asked(logs_and_axes(log, axis), method, global_search)
     logs, axes = [log for log, _ in given], [axis for _, axis in given]
     components = models_of(model)
     blocks, draws = none_or_more(blocks, "blocks", 2), none_or_more(draws, "draws", FEWEST_DRAWS)
@@ -112,9 +105,12 @@ def identify(
     kind = logs[0].kind
     known = replace(known_of(axes[0], mass, offset, kind), free=freed(free, components))
     by_output = any(axis is not None and axis.method == "output_error" for axis in axes)
-    treated = [one_period(log, axis) for log, axis in zip(logs, axes, strict=True)] if by_output else logs
+    simulated = Simulated(logs, axes, simulated_loop(logs, axes)) if by_output else None
+    opened = simulated is not None and simulated.loop == "open"
+    treated = [one_period(log, axis) for log, axis in given] if opened else logs
     regression = treat_all(treated, axes, *treatment_of(cutoff, decimation, kind))
-    workbench = _Workbench.of(regression, known, tuple(zip(logs, axes, strict=True)) if by_output else ())
+    everywhere = any(axis is not None and axis.global_search for axis in axes)
+    workbench = Workbench.of(regression, known, simulated, everywhere=everywhere)
     count = len(components) + bool(draws)
     fits = _fits(workbench, components, blocks, lambda number, what: _share(progress, number, count, what))
     first, *others = (replace(fit, rank=rank) for rank, fit in enumerate(with_information(in_order(fits)), 1))
@@ -126,11 +122,14 @@ def identify(
         except KeyboardInterrupt as error:
             obey(error)
             unfinished = "interrupted: the intervals are not those of simulated logs"
-    return Identification((first, *others), logs[0], _treatment(regression), tuple(logs[1:]), unfinished)
+    return Identification(
+        (first, *others), logs[0], _treatment(regression, first), tuple(logs[1:]), unfinished,
+        break_aways(regression, first.plant, first.friction),
+    )  # fmt: skip
 
 
 def _fits(
-    workbench: _Workbench, components: Sequence[FrictionModel], blocks: int, share: Callable[[int, str], Report]
+    workbench: Workbench, components: Sequence[FrictionModel], blocks: int, share: Callable[[int, str], Report]
 ) -> list[Fit]:
     """Return the fits of several models, as many as a person waits for."""
     fits: list[Fit] = []
@@ -145,7 +144,7 @@ def _fits(
     return fits
 
 
-def _treatment(regression: Regression) -> dict[str, float]:
+def _treatment(regression: Regression, best: Fit) -> dict[str, float]:
     found = {
         "cutoff": regression.cutoff,
         "decimation": float(regression.decimation),
@@ -154,7 +153,8 @@ def _treatment(regression: Regression) -> dict[str, float]:
         "rest_percent": 100.0 * regression.rest_share,
         "velocity_max": float(np.max(np.abs(regression.velocity))),
     }
-    return found | ({"delay": regression.delay} if regression.delay else {})
+    found |= {"delay": regression.delay} if regression.delay else {}
+    return found | ({"lag": best.lag} if best.lag is not None else {})
 
 
 def _refuse_without_effort(logs: Sequence[Log]) -> None:
@@ -178,143 +178,3 @@ def _share(progress: Progress | None, number: int, count: int, what: str) -> Rep
             progress((number + share) / count, f"{what}{remark and f', {remark}'}")
 
     return report
-
-
-def _unbounded(regression: Regression, known: Known) -> dict[str, float]:
-    """Return the parameters of Coulomb and viscous friction without their bounds."""
-    unknowns = unknowns_of(find("coulomb_viscous"), known, regression)
-    problem = Problem(regression, unknowns)
-    free = np.linalg.lstsq(problem.columns, regression.effort - problem.held_effort, rcond=None)[0]
-    return unknowns.complete(dict(zip(unknowns.free, free.tolist(), strict=True)))
-
-
-@dataclass(frozen=True)
-class _Workbench:
-    """What the fits of all models to one log share."""
-
-    regression: Regression
-    known: Known
-    sliding: dict[str, float]
-    scales: Scales
-    simulated: tuple[tuple[Log, Axis | None], ...] = ()
-    found: dict[str, tuple[Problem, Space]] = field(default_factory=dict)
-
-    @classmethod
-    def of(
-        cls, regression: Regression, known: Known, simulated: tuple[tuple[Log, Axis | None], ...] = ()
-    ) -> _Workbench:
-        """Fit Coulomb and viscous friction first: it checks the sign of the effort and sets the scale of all else."""
-        effort = float(np.sqrt(np.mean(regression.effort**2)))
-        if effort == 0.0:
-            raise InputError("is zero throughout", path="log.effort", mend="Check which column holds the effort")
-        # A mass that is known must not hide that the effort pushes the other way.
-        refuse_reversed_effort(regression, _unbounded(regression, Known(plant=known.plant)))
-        unknowns = unknowns_of(find("coulomb_viscous"), known, regression)
-        bounded = unknowns.complete(solve_linear(Problem(regression, unknowns)).values)
-        if bounded["F_C"] <= LEAST_LEVEL * effort:
-            # Pre-sliding over much of the stroke looks viscous: its level is that of all friction.
-            friction = bounded["F_v"] * regression.velocity + bounded["F_C"] * np.sign(regression.velocity)
-            bounded["F_C"] = max(float(np.sqrt(np.mean(friction**2))), bounded["F_C"])
-        return cls(regression, known, bounded, scales_of(regression, max(bounded["F_C"], 0.01 * effort)), simulated)
-
-    def fit(self, component: FrictionModel, blocks: int, report: Report) -> Fit:
-        """Fit one model."""
-        report(0.0)
-        if "pitch" in component.variables and self.known.pitch is None:
-            known = replace(self.known, pitch=self._pitch())
-            return replace(self, known=known).fit(component, blocks, report)
-        if isinstance(component, SlottedModel) and base_of(component) is maxwell_slip:
-            return self._fit_elements(component, blocks, report)
-        problem = Problem(self.regression, unknowns_of(component, self.known, self.regression))
-        if component.linear and not component.relations:
-            solution = solve_linear(problem)
-
-            def on_rows(rows: np.ndarray):
-                return solve_linear(problem, rows)
-        else:
-            search = Search(problem, self.scales, self.sliding)
-            solution = search.solve(lambda share, remark="": report((0.2 if self.simulated else 0.6) * share, remark))
-
-            def on_rows(rows: np.ndarray):
-                return search.refit(solution.values, rows)
-
-        if self.simulated and not solution.unfinished:
-            return self._by_output(problem, solution, blocks, report)
-
-        def predicted(rows: np.ndarray) -> np.ndarray:
-            return problem.predicted(problem.unknowns.complete(on_rows(rows).values))
-
-        self.found[component.name] = problem, space_of(problem, solution, self.scales)
-        fit = fit_of(problem, solution, self.scales)
-        if not blocks or solution.unfinished:
-            return self._finished(fit, None, unfinished=solution.unfinished)
-        try:
-            held_out = held_out_error(self.regression, predicted, blocks, lambda share: report(0.6 + 0.4 * share))
-        except KeyboardInterrupt as error:
-            obey(error)
-            return self._finished(fit, None, unfinished=True)
-        report(1.0)
-        return self._finished(fit, held_out)
-
-    def assessed(self, fit: Fit, draws: int, report: Report) -> Fit:
-        """Return a fit of this bench with its intervals from simulated logs."""
-        return assessed(fit, *self.found[fit.name], draws, report) if fit.name in self.found else fit
-
-    def _by_output(self, problem: Problem, start: Solution, blocks: int, report: Report) -> Fit:
-        """Fit one model to the position, from where inverse dynamics ended."""
-        logs, axes = [log for log, _ in self.simulated], [axis for _, axis in self.simulated]
-        solution, fine, coarse = refined(
-            problem,
-            start,
-            logs,
-            axes,
-            self.scales,
-            self.sliding,
-            lambda share, remark="": report(0.2 + 0.6 * share, remark),
-        )
-        assert isinstance(fine.problem, OutputError)
-        measured, residual = fine.problem.measured, fine.problem.residual(solution.values)
-        fit = replace(
-            fit_of(problem, solution, self.scales, residual),
-            position_error_percent=relative_error_percent(measured, measured - residual),
-            position_rmse=float(np.sqrt(np.mean(residual**2))),
-            held_out=held_out_position(coarse, solution.values, blocks) if blocks and not solution.unfinished else None,
-        )
-        report(1.0)
-        return self._finished(fit, fit.held_out, unfinished=solution.unfinished)
-
-    def _fit_elements(self, component: SlottedModel, blocks: int, report: Report) -> Fit:
-        """Fit elements that slip: their shape comes with the solution."""
-        prototype = shaped(component, np.ones(1), np.ones(1))
-        elements = Elements(self.regression, component, unknowns_of(prototype, self.known, self.regression))
-
-        def predicted(rows: np.ndarray) -> np.ndarray:
-            there, best = elements.solution(rows)
-            return there.predicted(there.unknowns.complete(best.values))
-
-        problem, solution = elements.solution()
-        self.found[component.name] = elements.space()
-        report(0.5)
-        held_out = None
-        if blocks:
-            held_out = held_out_error(self.regression, predicted, blocks, lambda share: report(0.5 + 0.5 * share))
-        fit = fit_of(problem, solution, self.scales)
-        report(1.0)
-        friction = in_lists(fit.friction)
-        # Level and stiffness count among the parameters.
-        further = max(len(friction.values["k_i"]) - 2, 0)
-        return self._finished(replace(fit, friction=friction, further=further), held_out)
-
-    def _finished(self, fit: Fit, held_out: HeldOut | None, *, unfinished: bool = False) -> Fit:
-        repeated = ()
-        if held_out is not None and held_out.of == "logs":
-            repeated = about_repeated_logs(self.regression)
-        elif held_out is not None and not self.simulated:
-            repeated = about_repetition(self.regression)
-        said = (UNFINISHED,) if unfinished else ()
-        return replace(fit, held_out=held_out, unfinished=unfinished, warnings=(*said, *fit.warnings, *repeated))
-
-    def _pitch(self) -> float:
-        """Return the pitch of the screw, found in what Coulomb and viscous friction leave."""
-        problem = Problem(self.regression, unknowns_of(find("coulomb_viscous"), self.known, self.regression))
-        return pitch_in(problem, self.sliding)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -39,6 +39,8 @@ class OpenLoop:
         Whether the effort is one period of a motion that has run in.
     hold : {"zero", "linear"}
         Between the points of that grid the effort is held, or runs straight on.
+    leads : tuple of int
+        Periods that are tried to run in, until the motion repeats itself.
     """
 
     effort: np.ndarray
@@ -47,6 +49,7 @@ class OpenLoop:
     count: int
     periodic: bool
     hold: str = "linear"
+    leads: tuple[int, ...] = LEADS
 
     @property
     def in_words(self) -> str:
@@ -64,7 +67,7 @@ class OpenLoop:
             return self._filled(trace.position[:: self.steps], self.count), trace.status
         size = self.effort.size
         reached, status = np.full(size, np.nan), Status.NOT_FINITE
-        for lead in LEADS:
+        for lead in self.leads:
             # One step beyond, for the position that the period comes back to.
             trace = self._run(plant, friction, np.concatenate([np.tile(self.effort, lead + 1), self.effort[:1]]))
             status, found = trace.status, trace.position[lead * size :]
@@ -75,6 +78,12 @@ class OpenLoop:
                 break
         samples = reached[:: self.steps]
         return np.tile(samples, -(-self.count // samples.size))[: self.count], status
+
+    def rough(self, most: int) -> OpenLoop:
+        """Return one period, run in for another one, or so many samples; with one step for each sample."""
+        effort = self.effort[:: self.steps]
+        effort = effort if self.periodic else effort[:most]
+        return replace(self, effort=effort, steps=1, count=effort.size, leads=LEADS[:1])
 
     def _run(self, plant: Model, friction: Model, effort: np.ndarray) -> Trace:
         return run_open_loop(plant, friction, effort, self.sample_time / self.steps, steps=1, hold=self.hold)

@@ -1,66 +1,249 @@
-r"""Output error: the parameters that make the simulated motion the measured one.
+r"""Output error: the parameters that make the simulated signal the measured one.
 
-.. math:: \hat\theta = \arg\min_\theta \sum_k \left[q_k - \hat q_k(u, \theta)\right]^2
+.. math:: \hat\theta = \arg\min_\theta \sum_k \left[y_k - \hat y_k(\theta)\right]^2
 
-The position is never differentiated, so its noise does not bias the parameters as it does in inverse dynamics; but the
-sum has many minima. Inverse dynamics finds the start, coarse steps the way from there, fine steps the end.
+In open loop `y` is the position that the measured effort makes of the model. In closed loop it is the effort that the
+controller asks for: the controller keeps the position near its reference whatever the model is, and what the model does
+wrong shows in the effort that this takes. The measured position is nowhere differentiated, so its noise does not bias
+the parameters as it does in inverse dynamics.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.identification.interruption import obey
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError
+from bristle.core.variable import Variable
+from bristle.friction import is_static, with_presliding
+from bristle.identification.closed_loop import ClosedLoop, closed_loop_of
 from bristle.identification.open_loop import FINE, OpenLoop, open_loop_of
 from bristle.identification.problem import Problem
-from bristle.identification.result import HeldOut
-from bristle.identification.search import Report, Search, silent
-from bristle.identification.solution import Solution
-from bristle.identification.unknowns import Scales, Unknowns
+from bristle.identification.unknowns import Unknowns
 from bristle.logs.log import Log
+from bristle.sensors import encoder
 from bristle.simulation.result import relative_error_percent
 
-__all__ = ["OutputError", "held_out_position", "one_period", "refined"]
+__all__ = ["COARSE", "LAG", "Effort", "Output", "OutputError", "Position", "Reading", "one_period", "simulated_loop"]
 
-COARSE = 4  # steps for one sample, on the way
-AWAY = 0.3  # standard deviation of the logarithm by which further starts are away from the first
-FURTHER_STARTS = 2
-ALIKE = 1.05  # ratio of the sums of squares of two starts that end in one minimum
-COARSE_EVALUATIONS, AWAY_EVALUATIONS, FINE_EVALUATIONS = 40, 15, 12
-SEED = 7_110_601
+COARSE = 4  # steps for one sample of an open loop, on the way
+EXPLORED = 12_000  # samples of all logs, which are enough to see whether a place is worth a closer look
+LAG = "lag"
+LAG_MOST = 20.0  # samples
+SEEDS = 2**31
+SAID = {
+    "open": (
+        "the parameters make the position that the effort causes the measured one, unfiltered; what is said of the "
+        "effort holds along the measured motion, differentiated twice, and serves as the start only"
+    ),
+    "closed": (
+        "the parameters make the effort that the controller asks for in the simulated loop the measured one, "
+        "unfiltered, from the reference and the known inputs; what is said of rows of the effort holds along the "
+        "measured motion and serves as the start only"
+    ),
+}
+
+
+class Reading(NamedTuple):
+    """How a position is read: step of the encoder, standard deviation of the noise before it [m or rad]."""
+
+    resolution: float
+    noise: float
+
+
+class Output(Protocol):
+    """A stretch of a log that a model simulates: what was measured of it, and what the model says."""
+
+    @property
+    def measured(self) -> np.ndarray:
+        """The signal, shape (sample,)."""
+        ...
+
+    @property
+    def phase(self) -> np.ndarray:
+        """How far each sample is on its way through its period or its log, from 0 to 1."""
+        ...
+
+    @property
+    def position(self) -> np.ndarray:
+        """The position that was measured [m or rad], shape (sample,)."""
+        ...
+
+    def simulated(self, plant: Model, friction: Model, values: Mapping[str, float]) -> np.ndarray:
+        """Return the signal of the model, NaN from where it left the finite numbers, shape (sample,)."""
+        ...
+
+    def rough(self, most: int) -> Output:
+        """Return at most so many samples of it, as quickly simulated as can be."""
+        ...
+
+    def read(
+        self, plant: Model, friction: Model, values: Mapping[str, float], pure: np.ndarray, push: np.ndarray,
+        reading: Reading, rng: np.random.Generator,
+    ) -> np.ndarray:  # fmt: skip
+        """Return what a force that pushes against the motion and an encoder add to the `pure` signal.
+
+        Nobody knows where the steps of the encoder lie.
+        """
+        ...
+
+    def leaning(self, plant: Model, friction: Model, values: Mapping[str, float], slope: np.ndarray) -> np.ndarray:
+        """Return what `read` takes for a push where friction is twice what it is, shape (sample,).
+
+        `slope` is by how much the signal rises with the level of friction.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class Position:
+    """The position [m or rad] that the recorded effort makes."""
+
+    loop: OpenLoop
+    measured: np.ndarray
+
+    @property
+    def position(self) -> np.ndarray:
+        """The position that was measured [m or rad]."""
+        return self.measured
+
+    @property
+    def phase(self) -> np.ndarray:
+        """How far each sample is on its way through its period."""
+        period = self.loop.effort.size // self.loop.steps
+        return np.arange(self.loop.count) % period / period
+
+    def simulated(self, plant: Model, friction: Model, values: Mapping[str, float]) -> np.ndarray:
+        """Return the position of the model [m or rad]."""
+        return self.loop.position(plant, friction)[0]
+
+    def rough(self, most: int) -> Position:
+        """Return the first period of a record that repeats itself, else so many samples, with one step for each."""
+        loop = self.loop.rough(most)
+        return Position(loop, self.measured[: loop.count])
+
+    def read(
+        self, plant: Model, friction: Model, values: Mapping[str, float], pure: np.ndarray, push: np.ndarray,
+        reading: Reading, rng: np.random.Generator,
+    ) -> np.ndarray:  # fmt: skip
+        """Return what an encoder adds to that position, and the push, which is a change of the position [m or rad]."""
+        change = push + reading.noise * rng.standard_normal(self.measured.size)
+        if reading.resolution <= 0.0:
+            return change
+        phase = rng.uniform(0.0, reading.resolution)
+        return reading.resolution * np.round((pure + change + phase) / reading.resolution) - phase - pure
+
+    def leaning(self, plant: Model, friction: Model, values: Mapping[str, float], slope: np.ndarray) -> np.ndarray:
+        """Return the change of the position [m or rad]: no force is simulated again."""
+        return slope
+
+
+@dataclass(frozen=True)
+class Effort:
+    """The effort [N or N*m] that the controller asks for.
+
+    The encoder of the simulation is a perfect one: steps of its own would be noise of another kind beside those of
+    the log, and would leave no derivative.
+    """
+
+    loop: ClosedLoop
+    measured: np.ndarray
+    position: np.ndarray
+    presliding: float | None = None
+
+    @property
+    def phase(self) -> np.ndarray:
+        """How far each sample is on its way through its log."""
+        return np.arange(self.loop.count) / self.loop.count
+
+    def simulated(self, plant: Model, friction: Model, values: Mapping[str, float]) -> np.ndarray:
+        """Return the effort that the controller asks of the model [N or N*m]."""
+        return self._asked(self.loop, plant, friction, values, encoder(kind=plant.kind, resolution=0.0))
+
+    def rough(self, most: int) -> Effort:
+        """Return so many samples."""
+        return replace(self, loop=self.loop.first(most), measured=self.measured[:most], position=self.position[:most])
+
+    def read(
+        self, plant: Model, friction: Model, values: Mapping[str, float], pure: np.ndarray, push: np.ndarray,
+        reading: Reading, rng: np.random.Generator,
+    ) -> np.ndarray:  # fmt: skip
+        """Return what both add to that effort [N or N*m]; the controller sees the position through the encoder."""
+        moved = self.loop.moved_by(rng.uniform(0.0, reading.resolution))
+        seed = int(rng.integers(SEEDS))
+        sensor = encoder(kind=plant.kind, resolution=reading.resolution, noise=reading.noise, seed=seed)
+        return self._asked(moved, plant, friction, values, sensor, push) - pure
+
+    def leaning(self, plant: Model, friction: Model, values: Mapping[str, float], slope: np.ndarray) -> np.ndarray:
+        """Return the friction force in the loop [N or N*m], its constant part left out.
+
+        Where the body sticks, it is what friction holds against: a higher level breaks away later.
+        """
+        perfect = encoder(kind=plant.kind, resolution=0.0)
+        force = self.loop.run(plant, self._dressed(friction), perfect, lag=values.get(LAG)).friction
+        force = force - values.get("offset", 0.0)
+        return np.concatenate([force, np.full(self.loop.count - force.size, np.nan)])
+
+    def _asked(
+        self, loop: ClosedLoop, plant: Model, friction: Model, values: Mapping[str, float], sensor: Model,
+        disturbance: np.ndarray | None = None,
+    ) -> np.ndarray:  # fmt: skip
+        dressed = self._dressed(friction)
+        command = loop.run(plant, dressed, sensor, lag=values.get(LAG), disturbance=disturbance).command
+        return np.concatenate([command, np.full(loop.count - command.size, np.nan)])
+
+    def _dressed(self, friction: Model) -> Model:
+        """Return a friction model as it is simulated: over a distance, where a static one turns at once."""
+        return with_presliding(friction, self.presliding) if self.presliding and is_static(friction) else friction
 
 
 @dataclass(frozen=True)
 class OutputError:
-    """The error of the position as a least-squares problem.
+    """The error of a simulation as a least-squares problem.
 
     Parameters
     ----------
     inverse : Problem
         The same model as inverse dynamics; it knows what is free and what is held.
-    loops : tuple of OpenLoop
+    outputs : tuple of Output
         The stretches of the logs.
-    measured : ndarray, shape (sample,)
-        Their position [m or rad].
+    loop : {"open", "closed"}
+        What is simulated.
     """
 
     inverse: Problem
-    loops: tuple[OpenLoop, ...]
-    measured: np.ndarray
+    outputs: tuple[Output, ...]
+    loop: str
 
     @classmethod
-    def of(cls, inverse: Problem, logs: Sequence[Log], axes: Sequence[Axis | None], steps: int) -> OutputError:
-        """Return the problem of several logs, integrated with so many steps for one sample."""
-        loops, measured = [], []
+    def of(
+        cls, inverse: Problem, logs: Sequence[Log], axes: Sequence[Axis | None], loop: str, steps: int = FINE
+    ) -> OutputError:
+        """Return the problem of several logs; an open loop is integrated with so many steps for one sample."""
+        outputs: list[Output] = []
         for log, axis in zip(logs, axes, strict=True):
+            its = axis or Axis(kind=log.kind)
             for part in log.segments or (slice(0, len(log)),):
-                loops.append(open_loop_of(log, axis or Axis(kind=log.kind), part, steps))
-                measured.append(log.position.values[part])
-        return cls(inverse, tuple(loops), np.concatenate(measured))
+                if loop == "open":
+                    outputs.append(Position(open_loop_of(log, its, part, steps), log.position.values[part]))
+                    continue
+                assert log.effort is not None
+                closed = closed_loop_of(log, its, part, "to fit the closed loop")
+                outputs.append(Effort(closed, log.effort.values[part], log.position.values[part], its.presliding))
+        if loop == "closed" and any(axis is not None and axis.seeks_lag for axis in axes):
+            inverse = replace(inverse, unknowns=_with_lag(inverse.unknowns, logs[0].sample_time))
+        return cls(inverse, tuple(outputs), loop)
+
+    @property
+    def rough(self) -> OutputError:
+        """The same on the first samples of each stretch, an open loop with one step for a sample."""
+        most = max(EXPLORED // len(self.outputs), 1)
+        return replace(self, outputs=tuple(one.rough(most) for one in self.outputs))
 
     @property
     def unknowns(self) -> Unknowns:
@@ -68,27 +251,28 @@ class OutputError:
         return self.inverse.unknowns
 
     @property
-    def phase(self) -> np.ndarray:
-        """How far each sample is on its way through its period or its log, from 0 to 1."""
-        found = []
-        for loop in self.loops:
-            period = loop.effort.size // loop.steps
-            found.append(np.arange(loop.count) % period / period)
-        return np.concatenate(found)
+    def measured(self) -> np.ndarray:
+        """The signal of all stretches, shape (sample,)."""
+        return np.concatenate([one.measured for one in self.outputs])
 
     @property
-    def log_of_sample(self) -> np.ndarray:
+    def phase(self) -> np.ndarray:
+        """How far each sample is on its way through its period or its log, from 0 to 1."""
+        return np.concatenate([one.phase for one in self.outputs])
+
+    @property
+    def stretch_of_sample(self) -> np.ndarray:
         """Which stretch each sample is from."""
-        return np.repeat(np.arange(len(self.loops)), [loop.count for loop in self.loops])
+        return np.repeat(np.arange(len(self.outputs)), [one.measured.size for one in self.outputs])
 
     @property
     def norm(self) -> float:
-        """Root of the sum of squares of the position [m or rad]."""
+        """Root of the sum of squares of the signal."""
         return float(np.linalg.norm(self.measured))
 
     @property
     def magnitude(self) -> float:
-        """Typical magnitude of the position [m or rad]."""
+        """Typical magnitude of the signal."""
         return float(np.std(self.measured))
 
     def near(self, free: Mapping[str, float]) -> OutputError:
@@ -99,68 +283,59 @@ class OutputError:
         """Return the derivatives as they are: nothing is found on the way."""
         return columns
 
+    @property
+    def in_words(self) -> str:
+        """What was made small."""
+        return SAID[self.loop]
+
+    def told(self, free: Mapping[str, float]) -> dict[str, float]:
+        """Return the errors of a fit that its solution made small, and the lag of the drive where that was sought."""
+        residual, what = self.residual(free), "position" if self.loop == "open" else "loop"
+        measured = self.measured
+        found = {
+            f"{what}_error_percent": relative_error_percent(measured, measured - residual),
+            f"{what}_rmse": float(np.sqrt(np.mean(residual**2))),
+        }
+        return found | ({LAG: free[LAG]} if LAG in free else {})
+
     def residual(self, free: Mapping[str, float]) -> np.ndarray:
-        """Return measured minus simulated position of each sample [m or rad], from the free parameters."""
-        values = self.unknowns.complete(free)
+        """Return measured minus simulated signal of each sample, from the free parameters."""
+        return self.measured - self.simulated(self.unknowns.complete(free))
+
+    def simulated(self, values: Mapping[str, float]) -> np.ndarray:
+        """Return the simulated signal of each sample, from all parameters."""
         plant, friction = self.inverse.plant(values), self.inverse.model(values)
-        return self.measured - np.concatenate([loop.position(plant, friction)[0] for loop in self.loops])
+        return np.concatenate([one.simulated(plant, friction, values) for one in self.outputs])
 
 
-def refined(
-    inverse: Problem, start: Solution, logs: Sequence[Log], axes: Sequence[Axis | None], scales: Scales,
-    guess: Mapping[str, float], report: Report = silent,
-) -> tuple[Solution, Search, Search]:  # fmt: skip
-    """Return the solution of least output error, the search that found it, and a coarser one.
+def _with_lag(unknowns: Unknowns, sample_time: float) -> Unknowns:
+    lag = Variable(
+        "time", "lag of the drive behind its controller", min=0.0, max=LAG_MOST * sample_time, nominal=sample_time,
+        excitation="drive",
+    )  # fmt: skip
+    return replace(unknowns, free=(*unknowns.free, LAG), loop={LAG: lag})
 
-    Parameters
-    ----------
-    inverse, start : Problem, Solution
-        Inverse dynamics, and its solution.
-    logs, axes : sequence of Log, of Axis or None
-        The logs.
-    scales, guess : Scales, mapping
-        As for the search of inverse dynamics.
-    report : callable
-        Is told the share of the work done.
+
+def simulated_loop(logs: Sequence[Log], axes: Sequence[Axis | None]) -> str:
+    """Return which loop is simulated, ``"open"`` or ``"closed"``: as the axis says, else as it can be.
+
+    Raises
+    ------
+    InputError
+        If the axes of several logs disagree, or a lag is asked of an open loop.
     """
-    coarse = OutputError.of(inverse, logs, axes, COARSE)
-    search = Search(coarse, scales, guess, coarse.magnitude)
-    rng = np.random.default_rng(SEED)
-    best, interrupted = start, False
-    try:
-        best = search.refit(start.values, limit=COARSE_EVALUATIONS)
-        for number in range(FURTHER_STARTS):
-            report((number + 1.0) / (FURTHER_STARTS + 2.0), f"best so far {search.percent(best.cost):.3g} %")
-            away = {name: value * float(np.exp(rng.normal(0.0, AWAY))) for name, value in best.values.items()}
-            found = search.refit(away, limit=AWAY_EVALUATIONS)
-            best = min((best, found), key=lambda one: one.cost)
-    except KeyboardInterrupt as error:
-        obey(error, anything=best is not start)
-        interrupted = True
-    report((FURTHER_STARTS + 1.0) / (FURTHER_STARTS + 2.0), f"best so far {search.percent(best.cost):.3g} %")
-    fine = Search(OutputError.of(inverse, logs, axes, FINE), scales, guess, coarse.magnitude)
-    last = fine.refit(best.values, limit=1 if interrupted else FINE_EVALUATIONS)
-    return replace(last, unfinished=interrupted), fine, search
-
-
-def held_out_position(search: Search, start: Mapping[str, float], blocks: int) -> HeldOut:
-    """Return the error of the position on what was not fitted: on each of several logs, else parts of one.
-
-    The parts of a record that repeats itself are parts of its period: another period would only be the same again.
-    """
-    problem = search.problem
-    assert isinstance(problem, OutputError)
-    if len(problem.loops) > 1:
-        which, count, of = problem.log_of_sample, len(problem.loops), "logs"
-    else:
-        which, count, of = np.floor(problem.phase * blocks).astype(int), blocks, "time blocks"
-    errors = []
-    for number in range(count):
-        left = which == number
-        values = search.refit(start, ~left, FINE_EVALUATIONS).values
-        measured = problem.measured[left]
-        errors.append(relative_error_percent(measured, measured - problem.residual(values)[left]))
-    return HeldOut(tuple(errors), float(np.mean(errors)), float(np.std(errors, ddof=1)), of)
+    asked = {axis.loop for axis in axes if axis is not None} or {None}
+    if len(asked) > 1:
+        raise InputError("differs from axis to axis", path="identification.loop", mend="Say the same in all of them")
+    can = all(
+        axis is not None and axis.controller is not None and log.reference is not None
+        for log, axis in zip(logs, axes, strict=True)
+    )
+    loop = asked.pop() or ("closed" if can else "open")
+    if loop == "open" and any(axis is not None and axis.seeks_lag for axis in axes):
+        raise InputError("shows in a closed loop only", path="effort.lag", value="identify",
+                         mend="Describe the [controller] and name the column of the reference")  # fmt: skip
+    return loop
 
 
 def one_period(log: Log, axis: Axis | None) -> Log:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from os import PathLike
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.controllers.limits import within_drive
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
@@ -17,30 +15,30 @@ from bristle.core.experiment import substeps_for
 from bristle.core.status import Status
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
-from bristle.engine import Trace, run_closed_loop, run_open_loop, settled
+from bristle.engine import Trace, run_open_loop
 from bristle.friction import is_static, with_presliding
 from bristle.identification.bands import Bands, half_width
 from bristle.identification.between_samples import finer
+from bristle.identification.closed_loop import START_SAMPLES, beginning_of, closed_loop_of
 from bristle.identification.doubts import with_doubts
 from bristle.identification.given import checked_model, log_and_axis, treatment_of
 from bristle.identification.open_loop import open_loop_of
 from bristle.identification.regression import Regression
 from bristle.identification.several import treat_all
 from bristle.logs.log import Log
-from bristle.sensors import encoder
 from bristle.simulation.result import Prediction, relative_error_percent
 
 __all__ = ["MODES", "predict", "unexplained_force"]
 
 MODES = ("inverse", "closed-loop", "open-loop")
 MOST = 0.4  # of the sampling frequency, for a cut-off
-START_SAMPLES = 20  # over which the initial velocity is estimated
 
 
 def predict(
     plant: Model, friction: Model, log: Log | str | PathLike[str], axis: Axis | str | PathLike[str] | None = None,
     mode: str = "inverse", *, cutoff: float | str | None = None, decimation: int | None = None,
-    velocity_max: float | None = None, delay: float | None = None, bands: Bands | None = None,
+    velocity_max: float | None = None, delay: float | None = None, lag: float | None = None,
+    bands: Bands | None = None,
 ) -> Prediction:  # fmt: skip
     """Predict a log with a model.
 
@@ -65,6 +63,9 @@ def predict(
         Largest speed that the model was fitted to [m/s or rad/s]: a log that goes far beyond it is told.
     delay : float, optional
         By how much the effort lags the position, as the identification found [s], for the inverse mode.
+    lag : float, optional
+        Time constant with which the drive follows its controller, as the identification found [s], for the closed loop;
+        the axis decides where it is not given.
     bands : Bands, optional
         How sure the model is; what is predicted in the inverse mode then has a 95 % band.
 
@@ -99,6 +100,11 @@ def predict(
         found = replace(_inverse(plant, friction, log, regression), half_width=width)
         return with_doubts(replace(found, notes=(*told, *found.notes)), log, velocity_max)
     axis = axis or Axis(kind=log.kind)
+    axis = axis if lag is None else replace(axis, lag=lag)
+    return with_doubts(_simulated(plant, friction, log, axis, mode), log, velocity_max)
+
+
+def _simulated(plant: Model, friction: Model, log: Log, axis: Axis, mode: str) -> Prediction:
     notes = []
     if axis.presliding and is_static(friction):
         friction = with_presliding(friction, axis.presliding)
@@ -118,7 +124,7 @@ def predict(
         notes += runs[-1].notes
     if not runs:
         raise InputError("no stretch of the log is long enough", path="log", allowed=f"> {2 * START_SAMPLES} samples")
-    return with_doubts(_compare(mode, log, runs, used, tuple(dict.fromkeys(notes))), log, velocity_max)
+    return _compare(mode, log, runs, used, tuple(dict.fromkeys(notes)))
 
 
 def _within_reach(
@@ -166,34 +172,12 @@ class _Run(NamedTuple):
 
 
 def _closed_loop(plant: Model, friction: Model, log: Log, axis: Axis, part: slice) -> _Run:
-    if not isinstance(axis.controller, Model):
-        raise InputError(
-            "is needed to predict the closed loop", path="axis.controller",
-            mend="Describe the controller that was running in [controller] of the axis file, or use --mode inverse",
-        )  # fmt: skip
-    if log.reference is None:
-        raise InputError(
-            "has no reference, which the closed loop follows", path="log",
-            mend="Name its column in [columns] of the axis file, or use --mode inverse",
-        )  # fmt: skip
-    reference = log.reference.values[part]
-    desired = np.zeros((4, reference.size))
-    desired[0] = reference
-    desired[1] = np.gradient(reference, log.sample_time)
-    desired[2] = np.gradient(desired[1], log.sample_time)
-    start, acceleration = _start(log, friction, part.start, axis.resolution)
-    limit = axis.effort_limit or math.inf
-    return _Run.of(run_closed_loop(
-        plant, friction, within_drive(axis.controller, limit),
-        encoder(kind=log.kind, resolution=axis.resolution or 0.0), desired, log.sample_time,
-        steps=substeps_for(log.sample_time), injected=log.injected_effort[part], limit=limit, acceleration=acceleration,
-        **start,
-    ))  # fmt: skip
+    return _Run.of(closed_loop_of(log, axis, part).run(plant, friction))
 
 
 def _open_loop(plant: Model, friction: Model, log: Log, axis: Axis, part: slice) -> _Run:
     assert log.effort is not None
-    start, _ = _start(log, friction, part.start, axis.resolution)
+    start = beginning_of(log, part.start, axis.resolution).state(friction)
     effort, steps = log.effort.values[part], substeps_for(log.sample_time)
     if axis.hold != "band_limited":
         hold = axis.hold or "zero"
@@ -208,33 +192,6 @@ def _from_rest(plant: Model, friction: Model, log: Log, axis: Axis, part: slice)
     position, status = loop.position(plant, friction)
     assert log.effort is not None
     return _Run(position[np.isfinite(position)], log.effort.values[part], status, (loop.in_words,))
-
-
-def _start(log: Log, friction: Model, first: int, resolution: float | None) -> tuple[dict[str, Any], float]:
-    """Return the motion and the state of the friction model at a sample.
-
-    Velocity and acceleration are those of a cubic through the samples around it (on one side only at the start of the
-    log), as few as it takes to move by a hundred counts of the encoder: one difference would be off by a count in
-    a sample, many samples would smooth a motion that begins.
-    """
-    dt, x = log.sample_time, float(log.position.values[first])
-    low, position = _around(log.position.values, first, 100.0 * (resolution or 0.0))
-    if np.ptp(position) <= 1.5 * (resolution or 0.0):
-        return {"x": x, "v": 0.0}, 0.0
-    t = dt * (np.arange(position.size) + low - first)
-    *_, half_acceleration, velocity, _ = (float(one) for one in np.polyfit(t, position - x, 3))
-    state, memory = settled(friction, velocity)
-    return {"x": x, "v": velocity, "state": state, "memory": memory}, 2.0 * half_acceleration
-
-
-def _around(position: np.ndarray, first: int, distance: float) -> tuple[int, np.ndarray]:
-    """Return the samples around one, as few as it takes to move by `distance` [m or rad], and where they begin."""
-    for count in range(8, 2 * START_SAMPLES + 1):
-        low = max(first - count // 2, 0)
-        if np.ptp(position[low : low + count]) >= distance > 0.0:
-            return low, position[low : low + count]
-    low = max(first - START_SAMPLES, 0)
-    return low, position[low : low + 2 * START_SAMPLES + 1]
 
 
 def _compare(mode: str, log: Log, runs: list[_Run], used: list[slice], notes: tuple[str, ...]) -> Prediction:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
@@ -13,9 +14,35 @@ from bristle.core.contracts import Model
 from bristle.identification.regression import Regression, mechanical
 from bristle.identification.unknowns import Unknowns
 
-__all__ = ["Problem"]
+__all__ = ["Problem", "Residual"]
 
 NUDGE = 1e-4  # of where a contact stood, from -1 to 1
+
+
+class Residual(Protocol):
+    """What a search makes small."""
+
+    @property
+    def unknowns(self) -> Unknowns:
+        """What is free and what is held."""
+        ...
+
+    @property
+    def norm(self) -> float:
+        """Root of the sum of squares of what was measured."""
+        ...
+
+    def residual(self, free: Mapping[str, float]) -> np.ndarray:
+        """Return what is left over, shape (row,)."""
+        ...
+
+    def near(self, free: Mapping[str, float]) -> Residual:
+        """Return the problem around some parameters, what is found on the way held; itself where there is nothing."""
+        ...
+
+    def without_found(self, columns: np.ndarray, free: Mapping[str, float], rows: np.ndarray | slice) -> np.ndarray:
+        """Return derivatives of the residual without what is made up for by what is found on the way."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -81,7 +108,8 @@ class Problem:
 
     def predicted(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the effort of each row [N or N*m] from all parameters, held ones included."""
-        return self.mechanical(values) + self.friction(values)
+        one = self.regression
+        return one.rows_of(one.explained(self.plant(values), self.model(values), self.places))
 
     def mechanical(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the effort that the plant takes in each row, friction apart [N or N*m]."""

@@ -23,7 +23,7 @@ REACH_PERIODS = 2  # of the cut-off, over which the zero-phase filter mixes samp
 
 
 def low_passed(signal: np.ndarray, cutoff: float, sample_time: float) -> np.ndarray:
-    """Return a signal behind the zero-phase Butterworth filter of fourth order, cut-off in Hz, shape (sample,)."""
+    """Return signals, shape (..., sample), behind the zero-phase Butterworth filter of fourth order, cut-off in Hz."""
     from scipy.signal import sosfiltfilt
 
     return sosfiltfilt(_sections(cutoff, sample_time), signal)
@@ -159,11 +159,13 @@ class Regression:
         """Return the rows of a signal, which is given along each whole stretch, shape (row,)."""
         return self._thinned(parts)[self.in_motion]
 
-    def explained(self, plant: Model, friction: Model) -> list[np.ndarray]:
-        """Return the effort that plant and friction take along each stretch [N or N*m]."""
+    def explained(
+        self, plant: Model, friction: Model, places: Sequence[float | None] | None = None
+    ) -> list[np.ndarray]:
+        """Return the effort that plant and friction take along each stretch [N or N*m]; `places` as below."""
         return [
             mechanical(plant, stretch.position, stretch.velocity, stretch.acceleration) + force
-            for stretch, force in zip(self.stretches, self.friction_along(friction, plant), strict=True)
+            for stretch, force in zip(self.stretches, self.friction_along(friction, plant, places), strict=True)
         ]
 
     def places(self, friction: Model, plant: Model | None) -> tuple[float | None, ...]:

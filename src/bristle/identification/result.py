@@ -13,6 +13,7 @@ from bristle.simulation.result import relative_error_percent
 if TYPE_CHECKING:
     from bristle.core import Model
     from bristle.identification.bands import Bands
+    from bristle.identification.break_away import BreakAway
     from bristle.logs.log import Log
 
 __all__ = ["Estimate", "Fit", "HeldOut", "Identification", "Information", "Resampling", "Scatter", "Traces"]
@@ -185,6 +186,11 @@ class Fit:
         1 for the best of the models compared.
     position_error_percent, position_rmse : float or None
         Of the position that the effort makes of the model [%, and m or rad], where that is what was made small.
+    loop_error_percent, loop_rmse : float or None
+        Of the effort that the controller asks for in the simulated loop [%, and N or N*m], where that is what was made
+        small.
+    lag : float or None
+        Time constant with which the drive follows its controller [s], where it was identified.
     combinations : tuple of Estimate
         Products that the log tells where it does not tell one of their factors.
     further : int
@@ -211,6 +217,9 @@ class Fit:
     rank: int = 1
     position_error_percent: float | None = None
     position_rmse: float | None = None
+    loop_error_percent: float | None = None
+    loop_rmse: float | None = None
+    lag: float | None = None
     combinations: tuple[Estimate, ...] = ()
     further: int = 0
     unfinished: bool = False
@@ -235,8 +244,9 @@ class Fit:
 
     @property
     def error_percent(self) -> float:
-        """What was made small: the error of the position where there is one, else of the effort [%]."""
-        return self.force_error_percent if self.position_error_percent is None else self.position_error_percent
+        """What was made small: the error of a simulation where there is one, else of the effort of each row [%]."""
+        simulated = (self.position_error_percent, self.loop_error_percent)
+        return next((one for one in simulated if one is not None), self.force_error_percent)
 
     @property
     def metrics(self) -> dict[str, float]:
@@ -248,6 +258,8 @@ class Fit:
         }
         if self.position_error_percent is not None and self.position_rmse is not None:
             found |= {"position_error_percent": self.position_error_percent, "position_rmse": self.position_rmse}
+        if self.loop_error_percent is not None and self.loop_rmse is not None:
+            found |= {"loop_error_percent": self.loop_error_percent, "loop_rmse": self.loop_rmse}
         if self.held_out is not None:
             found["held_out_error_percent"] = self.held_out.mean_percent
             found["held_out_error_std_percent"] = self.held_out.std_percent
@@ -274,6 +286,8 @@ class Identification:
         What was interrupted, in words; empty where all was done.
     further_logs : tuple of Log
         Those that were fitted beside it.
+    break_aways : tuple of BreakAway
+        Break-away as the log shows it, by rate, the slowest first; inertia and offset are those of the best model.
     """
 
     fits: tuple[Fit, ...]
@@ -281,6 +295,7 @@ class Identification:
     treatment: dict[str, float] = field(default_factory=dict)
     further_logs: tuple[Log, ...] = ()
     unfinished: str = ""
+    break_aways: tuple[BreakAway, ...] = ()
 
     @property
     def best(self) -> Fit:

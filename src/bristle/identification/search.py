@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
@@ -11,9 +11,12 @@ from typing import Any, Protocol
 import numpy as np
 
 from bristle.core.variable import Variable
+from bristle.identification.differences import Differences
+from bristle.identification.global_search import EVOLUTION_SEED, box_of, evolved
 from bristle.identification.interruption import BestSoFar, obey
+from bristle.identification.problem import Residual
 from bristle.identification.solution import Solution
-from bristle.identification.unknowns import Coordinate, Scales, Unknowns, coordinates_of, natural_derivative
+from bristle.identification.unknowns import Coordinate, Scales, coordinates_of, natural_derivative
 
 __all__ = ["Report", "Search", "silent"]
 
@@ -21,39 +24,15 @@ CANDIDATES = 24
 STARTS = 3
 EVALUATIONS = 60
 SEED = 20_240_229
+STARTS_SHARE = 0.3  # of the work, where the whole range is looked at too
 FAR = 1e6  # times a typical residual: a model that left the finite numbers, or nearly
 DIFFERENCE = float(np.sqrt(np.finfo(float).eps))  # of a coordinate, for a derivative
+SIMULATED = 1e-7  # relative change of the cost that ends a search whose differences are coarse
 EDGE = 1e-3  # in coordinates: of a typical magnitude, or of a factor e
 
 
 class _KnownError(Exception):
     """A descent has come to a minimum that is known."""
-
-
-class Residual(Protocol):
-    """What a search makes small."""
-
-    @property
-    def unknowns(self) -> Unknowns:
-        """What is free and what is held."""
-        ...
-
-    @property
-    def norm(self) -> float:
-        """Root of the sum of squares of what was measured."""
-        ...
-
-    def residual(self, free: Mapping[str, float]) -> np.ndarray:
-        """Return what is left over, shape (row,)."""
-        ...
-
-    def near(self, free: Mapping[str, float]) -> Residual:
-        """Return the problem around some parameters, what is found on the way held; itself where there is nothing."""
-        ...
-
-    def without_found(self, columns: np.ndarray, free: Mapping[str, float], rows: np.ndarray | slice) -> np.ndarray:
-        """Return derivatives of the residual without what is made up for by what is found on the way."""
-        ...
 
 
 class Report(Protocol):
@@ -83,29 +62,42 @@ class Search:
         [SI].
     unit : float, optional
         Typical magnitude of the residual; that of the friction force where not given.
+    simulates : bool
+        Whether each residual takes a simulation: then all cores share a Jacobian.
     """
 
     problem: Residual
     scales: Scales
     guess: Mapping[str, float]
     unit: float = 0.0
+    simulates: bool = False
 
-    def solve(self, report: Report = silent) -> Solution:
+    def solve(self, report: Report = silent, *, everywhere: bool = False) -> Solution:
         """Return the best solution from several starts; `report` is told the share of the work done.
+
+        Where it is to look `everywhere`, it goes on in the whole range of each parameter.
 
         One that a person interrupts is the best found until then, and says so.
         """
         coordinates = coordinates_of(self.problem.unknowns, self.scales)
         best = BestSoFar()
+        first = STARTS_SHARE if everywhere else 1.0
         try:
-            self._solve(coordinates, best, report)
+            self._from_several(coordinates, best, lambda share, remark="": report(first * share, remark))
+            if everywhere:
+                found = self.explored(
+                    self.values_of(best.result.x), best,
+                    lambda share, remark="": report(first + (1.0 - first) * share, remark),
+                )  # fmt: skip
+                best.take(self._descend(coordinates, self.phi_of(found), slice(None), EVALUATIONS, best))
+            best.whole = True
         except KeyboardInterrupt as error:
             obey(error, anything=best.at is not None)
             if best.result is None or best.cost < best.result.cost:
                 best.result = self._descend(coordinates, np.asarray(best.at), slice(None), 1)
         return replace(self._solution(coordinates, best.result), unfinished=not best.whole)
 
-    def _solve(self, coordinates: tuple[Coordinate, ...], best: BestSoFar, report: Report) -> None:
+    def _from_several(self, coordinates: tuple[Coordinate, ...], best: BestSoFar, report: Report) -> None:
         rng = np.random.default_rng(SEED)
         candidates = [self._start(coordinates, rng) for _ in range(CANDIDATES)]
         costs = [float(np.sum(self._residual(coordinates, phi) ** 2)) for phi in candidates]
@@ -113,20 +105,46 @@ class Search:
             report((number + 0.3) / (STARTS + 0.3), f"best so far {self.percent(best.cost):.3g} %" if number else "")
             # A start that comes to where another one ended would end there, too.
             with suppress(_KnownError):
-                best.take(self._descend(coordinates, candidates[index], slice(None), EVALUATIONS, best))
-        best.whole = True
+                best.take(self._descend(coordinates, candidates[index], slice(None), EVALUATIONS, best, again=False))
 
     def percent(self, cost: float) -> float:
         """Return what half a sum of squares is of the measured signal [%]."""
         return 100.0 * math.sqrt(2.0 * cost) * self._unit / max(self.problem.norm, np.finfo(float).tiny)
 
     def refit(
-        self, start: Mapping[str, float], rows: np.ndarray | slice = slice(None), limit: int = EVALUATIONS // 3
-    ) -> Solution:
-        """Return the solution from a start nearby, on some rows only where they are given."""
+        self, start: Mapping[str, float], rows: np.ndarray | slice = slice(None), limit: int = EVALUATIONS // 3,
+        best: BestSoFar | None = None,
+    ) -> Solution:  # fmt: skip
+        """Return the solution from a start nearby, on some rows only where they are given; `best` takes note."""
         coordinates = coordinates_of(self.problem.unknowns, self.scales)
-        phi = np.array([one.phi(start[one.name], start) for one in coordinates])
-        return self._solution(coordinates, self._descend(coordinates, phi, rows, limit))
+        phi = self.phi_of(start)
+        return self._solution(coordinates, self._descend(coordinates, phi, rows, limit, best))
+
+    def explored(
+        self, start: Mapping[str, float], best: BestSoFar, report: Report = silent, seed: int = EVOLUTION_SEED
+    ) -> dict[str, float]:
+        """Return the best place in the whole range of each parameter, without a descent; `start` is one of them."""
+        phi = self.phi_of(start)
+        box = box_of(coordinates_of(self.problem.unknowns, self.scales), phi)
+
+        def told(share: float) -> None:
+            report(share, f"looking everywhere, best so far {self.percent(best.cost):.3g} %")
+
+        return self.values_of(evolved(self.cost_at, box, phi, best, told, seed))
+
+    def cost_at(self, phi: np.ndarray) -> float:
+        """Return half the sum of squares at some coordinates."""
+        residual = self._residual(coordinates_of(self.problem.unknowns, self.scales), phi)
+        return 0.5 * float(residual @ residual)
+
+    def values_of(self, phi: np.ndarray) -> dict[str, float]:
+        """Return the free parameters [SI] at some coordinates."""
+        return self._values(coordinates_of(self.problem.unknowns, self.scales), phi)
+
+    def phi_of(self, values: Mapping[str, float]) -> np.ndarray:
+        """Return the coordinates of some parameters, put inside their range."""
+        coordinates = coordinates_of(self.problem.unknowns, self.scales)
+        return np.array([one.phi(values[one.name], values) for one in coordinates])
 
     def _values(self, coordinates: tuple[Coordinate, ...], phi: np.ndarray) -> dict[str, float]:
         values = self.problem.unknowns.complete({})
@@ -147,41 +165,46 @@ class Search:
 
     def _descend(
         self, coordinates: tuple[Coordinate, ...], phi: np.ndarray, rows: np.ndarray | slice, limit: int,
-        best: BestSoFar | None = None,
+        best: BestSoFar | None = None, *, again: bool = True,
     ) -> Any:  # fmt: skip
+        """Return a minimum nearby; where it is not to be found `again`, a known one raises _KnownError."""
         from scipy.optimize import least_squares
-
-        def residual(x: np.ndarray) -> np.ndarray:
-            found = self._residual(coordinates, x)[rows]
-            if best is not None:
-                best.see(x, 0.5 * float(found @ found))
-                if best.is_known(x):
-                    raise _KnownError
-            return found
 
         low = np.array([one.low for one in coordinates])
         high = np.array([one.high for one in coordinates])
+        shared = Differences(lambda x: self._residual(coordinates, x)[rows], high)
 
-        def jacobian(x: np.ndarray) -> np.ndarray:
-            """Differences with what is found on the way held: a state that is searched for is no smooth function."""
-            values = self._values(coordinates, x)
-            near = self.problem.near(values)
-            here, columns = self._residual(coordinates, x, near)[rows], []
-            for index, at in enumerate(x.tolist()):
-                step = DIFFERENCE * max(abs(at), 1.0)
-                there = x.copy()
-                there[index] += step if at + step < high[index] else -step
-                change = self._residual(coordinates, there, near)[rows] - here
-                columns.append(change / (there[index] - at))
-            return near.without_found(np.stack(columns, axis=1), values, rows)
+        def residual(x: np.ndarray) -> np.ndarray:
+            found = shared(x)
+            if best is not None:
+                best.see(x, 0.5 * float(found @ found))
+                if not again and best.is_known(x):
+                    raise _KnownError
+            return found
 
         # The method needs a start strictly inside.
         width = np.minimum(high - low, 1.0)
         phi = np.clip(phi, low + 1e-4 * width, high - 1e-4 * width)
-        derivative: Any = "2-point" if self._is_smooth(coordinates, phi) else jacobian
+        jacobian: Any = shared.jacobian if self.simulates else "2-point"
+        if not self._is_smooth(coordinates, phi):
+            jacobian = self._jacobian_of_held(coordinates, rows, high)
         return least_squares(
-            residual, phi, derivative, bounds=(low, high), max_nfev=limit, ftol=1e-9, xtol=1e-7, gtol=1e-10,
+            residual, phi, jac=jacobian, bounds=(low, high), max_nfev=limit,
+            ftol=SIMULATED if self.simulates else 1e-9, xtol=1e-7, gtol=1e-10,
         )  # fmt: skip
+
+    def _jacobian_of_held(
+        self, coordinates: tuple[Coordinate, ...], rows: np.ndarray | slice, high: np.ndarray
+    ) -> Callable[[np.ndarray], np.ndarray]:
+        """Return the Jacobian with what is found on the way held: a state that is searched for bends it."""
+
+        def jacobian(x: np.ndarray) -> np.ndarray:
+            values = self._values(coordinates, x)
+            near = self.problem.near(values)
+            there = Differences(lambda at: self._residual(coordinates, at, near)[rows], high, DIFFERENCE)
+            return near.without_found(there.jacobian(x), values, rows)
+
+        return jacobian
 
     def _is_smooth(self, coordinates: tuple[Coordinate, ...], phi: np.ndarray) -> bool:
         return self.problem.near(self._values(coordinates, phi)) is self.problem

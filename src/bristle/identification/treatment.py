@@ -42,7 +42,10 @@ COVERED, RETURNED = 0.9, 0.02  # of the range: a whole cycle is through, the mot
 GAUSSIAN = 1.4826  # standard deviation over median absolute deviation, of a normal distribution
 
 
-def treat(log: Any, axis: Axis | None, cutoff: float | None = None, decimation: int | None = None) -> Regression:
+def treat(
+    log: Any, axis: Axis | None, cutoff: float | None = None, decimation: int | None = None,
+    like: Regression | None = None,
+) -> Regression:  # fmt: skip
     """Return the regression rows of a log.
 
     Parameters
@@ -56,6 +59,8 @@ def treat(log: Any, axis: Axis | None, cutoff: float | None = None, decimation: 
         Cut-off of the zero-phase filter [Hz]; a tenth of the sampling frequency where nothing is given.
     decimation : int, optional
         Of how many samples one row is kept; 10 where nothing is given.
+    like : Regression, optional
+        One of the same motion, which noise and rows are taken from instead of being found once more.
 
     Raises
     ------
@@ -81,7 +86,8 @@ def treat(log: Any, axis: Axis | None, cutoff: float | None = None, decimation: 
             allowed=f"at least {shortest}",
             mend="Record a longer motion, raise the cut-off or lower the decimation",
         )  # fmt: skip
-    treated = [_stretch(log, part, dt, cutoff, resolution, held=bool(held)) for part in kept]
+    known = None if like is None else (like.noise, like.effort_noise)
+    treated = [_stretch(log, part, dt, cutoff, resolution, known, held=bool(held)) for part in kept]
     moving = tuple(stretch for stretch, *_ in treated if np.any(stretch.velocity != 0.0))
     if axis is not None and axis.in_cycle:
         moving = tuple(replace(one, first_cycle=_first_cycle(one, log.kind)) for one in moving)
@@ -90,7 +96,7 @@ def treat(log: Any, axis: Axis | None, cutoff: float | None = None, decimation: 
     )
     keeps = axis is not None and axis.keeps_rests
     regression = Regression(moving, log.kind, dt, resolution, noise, cutoff, decimation, dropped, held, keeps,
-                            effort_noise=effort_noise)  # fmt: skip
+                            kept=None if like is None else like.in_motion, effort_noise=effort_noise)  # fmt: skip
     if not moving or regression.time.size < ROWS_MIN:
         raise InputError(
             "the axis hardly moves", path="log.position",
@@ -135,20 +141,20 @@ def _smallest_step(position: np.ndarray) -> float:
 
 
 def _stretch(
-    log: Any, part: slice, dt: float, cutoff: float, resolution: float, *, held: bool
+    log: Any, part: slice, dt: float, cutoff: float, resolution: float, known: tuple[float, float] | None, *,
+    held: bool,
 ) -> tuple[Stretch, float, float]:  # fmt: skip
     """Return a stretch of the log, and the standard deviations of the noise of its position and of its effort."""
     raw = np.asarray(log.position.values[part], dtype=float)
     # The offset of a long stroke would cost digits in the second difference.
     origin = raw[0]
-    smooth = low_passed(raw - origin, cutoff, dt)
-    noise = GAUSSIAN * float(np.median(np.abs(raw - origin - smooth)))
+    effort = np.asarray(log.effort.values[part], dtype=float)
+    effort = _at_samples(effort) if held else effort
+    smooth, smooth_effort = low_passed(np.stack([raw - origin, effort]), cutoff, dt)
+    noise, effort_noise = known or _noises(raw - origin - smooth, effort - smooth_effort, cutoff * dt)
     velocity = np.gradient(smooth, dt)
     acceleration = np.gradient(velocity, dt)
     window = max(round(REST_PERIODS / (cutoff * dt)), 1)
-    effort = np.asarray(log.effort.values[part], dtype=float)
-    effort = _at_samples(effort) if held else effort
-    smooth_effort = low_passed(effort, cutoff, dt)
     rest = _rests(smooth, window, max(1.5 * resolution, 4.0 * noise))
     stretch = Stretch(
         time=np.asarray(log.time.values[part], dtype=float),
@@ -159,9 +165,15 @@ def _stretch(
         load=None if log.load is None else low_passed(log.load.values[part], cutoff, dt),
         temperature=None if log.temperature is None else low_passed(log.temperature.values[part], cutoff, dt),
     )
+    return stretch, noise, effort_noise
+
+
+def _noises(position: np.ndarray, effort: np.ndarray, cutoff: float) -> tuple[float, float]:
+    """Return the standard deviations of the noise, of what a filter takes away; its cut-off over the sampling rate."""
     # White noise above the cut-off tells how much there is in all.
-    above = max(1.0 - 2.0 * cutoff * dt, 0.1)
-    return stretch, noise, GAUSSIAN * float(np.median(np.abs(effort - smooth_effort))) / above**0.5
+    above = max(1.0 - 2.0 * cutoff, 0.1)
+    found, its = (GAUSSIAN * float(np.median(np.abs(one))) for one in (position, effort))
+    return found, its / above**0.5
 
 
 def _first_cycle(one: Stretch, kind: Kind) -> int:
@@ -206,8 +218,8 @@ def _rests(position: np.ndarray, window: int, step: float) -> np.ndarray:
 
 def _with_sides(velocity: np.ndarray, rest: np.ndarray) -> np.ndarray:
     """Return the velocity with a zero at rest, which carries the sign of the last motion."""
-    moving = np.flatnonzero(~rest)
-    if moving.size == 0:
+    if rest.all():
         return np.zeros_like(velocity)
-    last = moving[np.maximum(np.searchsorted(moving, np.arange(velocity.size), side="right") - 1, 0)]
+    first = int(np.argmin(rest))
+    last = np.maximum.accumulate(np.where(rest, first, np.arange(velocity.size)))
     return np.where(rest, np.copysign(0.0, velocity[last]), velocity)

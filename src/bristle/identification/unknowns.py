@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -51,17 +51,20 @@ class Unknowns:
         All others.
     plant : Plant
         What the friction acts on.
+    loop : mapping of str to Variable
+        What is unknown of the loop that both are simulated in.
     """
 
     component: FrictionModel
     free: tuple[str, ...]
     held: Mapping[str, Held]
     plant: Plant = inertia
+    loop: Mapping[str, Variable] = field(default_factory=dict)
 
     @property
     def variables(self) -> dict[str, Variable]:
         """The `Variable` of each parameter, plant first."""
-        return self.plant.variables | self.component.variables
+        return self.plant.variables | self.component.variables | dict(self.loop)
 
     def complete(self, values: Mapping[str, float]) -> dict[str, float]:
         """Return every parameter, from the free ones."""
@@ -83,6 +86,8 @@ class Scales(NamedTuple):
 
     def magnitude(self, variable: Variable) -> float:
         """Return a typical value of a parameter [SI]."""
+        if variable.excitation == "drive":
+            return variable.nominal
         return {
             "force": self.force,
             "length": math.sqrt(self.stroke * self.shortest),
@@ -93,6 +98,7 @@ class Scales(NamedTuple):
             "1/length": 1.0 / self.stroke,
             "time": math.sqrt(self.sample_time * self.duration),
             "1/time": 1.0 / math.sqrt(self.sample_time * self.duration),
+            "force/time": self.force / math.sqrt(self.sample_time * self.duration),
         }.get(variable.quantity, variable.nominal)
 
     def range(self, variable: Variable) -> tuple[float, float]:
@@ -103,6 +109,7 @@ class Scales(NamedTuple):
             "force/length": (self.force / self.stroke, self.force / self.shortest),
             "time": (self.sample_time, self.duration),
             "1/time": (1.0 / self.duration, 1.0 / self.sample_time),
+            "force/time": (self.force / self.duration, self.force / self.sample_time),
         }.get(variable.quantity, (1e-3 * self.magnitude(variable), 1e2 * self.magnitude(variable)))
 
 

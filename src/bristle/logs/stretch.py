@@ -59,6 +59,10 @@ class Stretch:
                 found.append(self._passage("rest", rest.start, rest.stop - 1))
         return sorted(found, key=lambda one: one.samples.start)
 
+    def of_kind(self, kind: str) -> list[Leg]:
+        """Return the legs that are of one kind by themselves, whatever lies beside them."""
+        return [leg for leg in self.legs if self._kind(leg) == kind]
+
     def _kind(self, leg: Leg) -> str:
         if leg.cruise_share < SLIDING:
             return "moves"

@@ -12,14 +12,19 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bristle.core.axis import Axis
 from bristle.core.contracts import Model
+from bristle.core.variable import unit_of
 from bristle.files.experiment import read_experiment
 from bristle.files.model import write_model
-from bristle.identification.compensator import identify_compensator
+from bristle.identification import identify
+from bristle.logs.log import Channel, Log
 from bristle.paper.rig import rig_friction
 from bristle.simulation import simulate
 
 __all__ = ["SETS", "Rig", "compensator_from_log", "write_models"]
+
+CUTOFF, DECIMATION = 15.0, 33  # [Hz], samples: the motion to be compensated is slow
 
 
 class Rig(NamedTuple):
@@ -46,7 +51,7 @@ def write_models(folder: str | PathLike[str]) -> None:
 
 
 def compensator_from_log(experiment: str | PathLike[str]) -> Model:
-    """Return the compensator that is identified from the encoder and the effort command of an experiment's run.
+    """Return the elements that are identified from the encoder and the effort command of an experiment's run.
 
     Parameters
     ----------
@@ -55,11 +60,20 @@ def compensator_from_log(experiment: str | PathLike[str]) -> Model:
     """
     described = read_experiment(experiment)
     variant = described.variants[0]
-    result = simulate(described).variants[variant.name]
-    run = variant.run
-    # What is recorded as applied was commanded `delay` samples before.
-    command = np.append(result.effort[run.delay :], np.full(run.delay, result.effort[-1]))
-    return identify_compensator(
-        result.measured, command, run.sample_time, mass=variant.plant.values["M"], kind=described.kind,
-        delay=(run.delay + 0.5) * run.sample_time + run.current_lag,
+    result, run = simulate(described).variants[variant.name], variant.run
+    samples = np.arange(result.command.size)
+    acting = np.interp(samples - run.delay - run.current_lag / run.sample_time, samples, result.command)
+    length, force = unit_of("length", described.kind), unit_of("force", described.kind)
+    log = Log(
+        time=Channel(result.time, "s", "time"),
+        position=Channel(result.measured, length, "encoder"),
+        effort=Channel(acting, force, "command"),
+        sample_time=run.sample_time,
+        segments=(slice(0, samples.size),),
+        kind=described.kind,
+    )
+    axis = Axis(
+        kind=described.kind, mass=variant.plant.values["M"], held=True, cutoff=CUTOFF, decimation=DECIMATION,
+        resolution=variant.sensor.values["resolution"],
     )  # fmt: skip
+    return identify(log, "maxwell_slip", axis=axis, blocks=0, draws=0).best.friction

@@ -16,7 +16,7 @@ from bristle.report.log_facts import log_facts, scatter_facts, treatment_facts
 from bristle.report.loop_tables import variant_table
 from bristle.report.model_tables import as_csv, comparison_table, drive_rows, parameter_table
 from bristle.report.page import render
-from bristle.report.passages import passage_table
+from bristle.report.passages import break_away_table, passage_table
 from bristle.report.pictures import identification_pictures
 from bristle.report.prediction import prediction_picture
 from bristle.report.simulation import following_picture
@@ -87,6 +87,7 @@ def identification_report(
         pictures=pictures,
         assumptions=_assumed(fit, prediction),
         passages=passage_table([one.as_data() for one in passages(identification.log)], kind),
+        break_aways=break_away_table(identification.break_aways, kind) if identification.break_aways else None,
         log=log_facts(identification.log, identification.further_logs)
         + treatment_facts(identification.treatment, kind)
         + scatter_facts(fit.resampling, kind),

@@ -23,6 +23,7 @@ TREATMENT = {
     "dropped": ("Samples dropped at each edge", "{:.0f}"),
     "rows": ("Rows of the regression", "{:.0f}"),
     "delay": ("Delay of the effort, identified", "{:.3g} s"),
+    "lag": ("Lag of the drive behind its controller, identified", "{:.3g} s"),
     "rest_percent": ("Samples at rest, left out", "{:.3g} %"),
 }
 

@@ -7,10 +7,11 @@ from typing import Any
 
 from bristle.core.typography import with_unit
 from bristle.core.variable import Kind, unit_of
+from bristle.identification.break_away import BreakAway
 from bristle.logs.passage import KINDS
-from bristle.report.table import Table
+from bristle.report.table import Quantity, Table
 
-__all__ = ["passage_table"]
+__all__ = ["break_away_table", "passage_table"]
 
 
 def passage_table(found: Sequence[Mapping[str, Any]], kind: Kind) -> Table:
@@ -34,6 +35,35 @@ def passage_table(found: Sequence[Mapping[str, Any]], kind: Kind) -> Table:
             ))  # fmt: skip
     heads = ("Passages", "Count", "Legs", "Together [s]", "First at [s]", "Amplitude", "Speed", "Remark")
     return Table("What the motion of the log is", heads, rows).without_empty_columns()
+
+
+def break_away_table(found: Sequence[BreakAway], kind: Kind) -> Table:
+    """Return break-away by rate, with its 95 % intervals.
+
+    Parameters
+    ----------
+    found : sequence of BreakAway
+        The slowest first.
+    kind : {"translational", "rotational"}
+        Kind of axis.
+    """
+    speeds = Quantity.of(unit_of("length/time", kind), [one.speed for one in found])
+    forces = Quantity.of(unit_of("force", kind), [one.force for one in found])
+    distances = Quantity.of(unit_of("length", kind), [one.distance for one in found])
+    rows = [
+        (
+            speeds.cell(one.speed), str(one.legs), forces.cell(one.force), _between(forces, one.force_interval),
+            distances.cell(one.distance), _between(distances, one.distance_interval),
+        )
+        for one in found
+    ]  # fmt: skip
+    interval = "95 % interval"
+    heads = (speeds.head("Rate"), "Legs", forces.head("Force"), interval, distances.head("Distance"), interval)
+    return Table("Break-away from rest, after a motion the other way, as measured", heads, rows)
+
+
+def _between(quantity: Quantity, interval: tuple[float, float] | None) -> str:
+    return "–" if interval is None else " to ".join(quantity.cell(one) for one in interval)
 
 
 def _ranges(name: str, of_kind: Sequence[Mapping[str, Any]], kind: Kind) -> tuple[str, str, str]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
+from bristle.logs.passages import passages
+from bristle.report.log import PASSAGES_CAPTION
 from bristle.report.page import Picture, picture
 
 if TYPE_CHECKING:
@@ -16,6 +18,7 @@ __all__ = ["identification_pictures"]
 
 # For each figure: what it is, and what to see in it.
 CAPTIONS = {
+    "passages": PASSAGES_CAPTION,
     "parameters": (
         "95 % interval of each parameter in percent of its value",
         "95 % intervals in percent of each value, on a scale that is linear within ± 1 % and logarithmic beyond. "
@@ -83,6 +86,7 @@ def identification_pictures(
         draw["drive"] = lambda: figures.drive_table(table, curve, fit.plant.kind)
     if len(fit.correlation_names) > 1:
         draw["correlation"] = lambda: figures.correlation(fit)
+    draw["passages"] = lambda: figures.passages(identification.log, passages(identification.log))
     if len(identification.fits) > 1:
         draw["comparison"] = lambda: figures.model_comparison(identification)
     return {name: picture(name, one, *CAPTIONS[name]) for name, one in draw.items()}

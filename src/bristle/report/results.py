@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bristle.core.axis import Axis
 from bristle.files.model import write_model
-from bristle.files.motion import write_motion
+from bristle.files.motion import write_log, write_motion
 from bristle.files.results import SUMMARY
 from bristle.files.summary import as_json
 from bristle.report.model_tables import as_csv
@@ -16,8 +18,9 @@ from bristle.report.model_tables import as_csv
 if TYPE_CHECKING:
     from bristle.excitation import Excitation
     from bristle.identification.result import Identification
+    from bristle.simulation import SimulationResult
 
-__all__ = ["REPORT", "write_identification", "write_motion_folder", "write_report"]
+__all__ = ["REPORT", "log_names", "write_identification", "write_logs", "write_motion_folder", "write_report"]
 
 REPORT = "report.html"
 
@@ -52,3 +55,28 @@ def write_motion_folder(
     write_motion(folder / summary["files"]["motion"], found.axis, signals)
     shutil.copyfile(axis_file, folder / summary["files"]["axis"])
     write_report(folder, report, summary)
+
+
+def log_names(variants: Sequence[str]) -> dict[str, str]:
+    """Return the name of the log of each variant, by variant: ``log.csv`` of one alone."""
+    if len(variants) == 1:
+        return {variants[0]: "log.csv"}
+    told = [re.sub(r"[^\w.-]", "_", name) for name in variants]
+    if len(set(told)) < len(told):
+        told = [str(number) for number in range(1, len(told) + 1)]
+    return {name: f"log_{one}.csv" for name, one in zip(variants, told, strict=True)}
+
+
+def write_logs(folder: Path, result: SimulationResult) -> dict[str, str]:
+    """Write what the drive of each variant would record; return the files by variant.
+
+    The position is what the encoder reads, the effort what the controller commands, both at the instant of a sample.
+    """
+    names = log_names(tuple(result.variants))
+    for variant in result.experiment.variants:
+        if variant.name not in names:
+            continue
+        one = result.variants[variant.name]
+        signals = {"time": one.time, "position": one.measured, "effort": one.command, "reference": one.reference}
+        write_log(folder / names[variant.name], variant.axis or Axis(kind=variant.plant.kind), signals)
+    return names

@@ -56,6 +56,7 @@ def identification_summary(
         "unfinished": identification.unfinished or None,
         "further_logs": [one.source.name for one in identification.further_logs],
         "treatment": identification.treatment,
+        "break_aways": [one._asdict() for one in identification.break_aways],
         "provenance": provenance,
     }  # fmt: skip
 
@@ -69,9 +70,9 @@ def prediction_summary(
 
 
 def simulation_summary(
-    result: SimulationResult, *, provenance: Mapping[str, str], warnings: Sequence[str] = ()
+    result: SimulationResult, *, files: Mapping[str, str], provenance: Mapping[str, str], warnings: Sequence[str] = ()
 ) -> dict[str, Any]:
-    """Return a simulated experiment in numbers, in SI of the axis; `warnings` are those of its loops."""
+    """Return a simulated experiment in numbers, in SI of the axis; `files` are its logs, `warnings` of its loops."""
     kind = result.experiment.kind
     return {
         "name": result.experiment.name,
@@ -81,6 +82,7 @@ def simulation_summary(
         "runs": max((one.runs for one in result.variants.values()), default=0),
         "variants": _variants(result)
         | {name: {"status": reason, "completed": False, "runs": 0} for name, reason in result.refused.items()},
+        "files": files,
         "warnings": warnings,
         "provenance": provenance,
     }

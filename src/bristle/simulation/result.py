@@ -69,8 +69,9 @@ class VariantResult:
         Following error while the reference moves forward and backward.
     effort_rms, effort_peak : float
         Of the effort applied [N or N*m].
-    time, reference, measured, position, velocity, effort, feedforward, friction : ndarray
-        The whole run, settling time included; `feedforward` [k] is what the controller receives at sample k.
+    time, reference, measured, position, velocity, command, effort, feedforward, friction : ndarray
+        The whole run, settling time included; `command` [k] and `feedforward` [k] are what the controller puts out and
+        receives at sample k, `effort` [k] what the drive applies from then on.
     status : Status
         How it ended.
     runs : int
@@ -92,6 +93,7 @@ class VariantResult:
     measured: np.ndarray
     position: np.ndarray
     velocity: np.ndarray
+    command: np.ndarray
     effort: np.ndarray
     feedforward: np.ndarray
     friction: np.ndarray

@@ -135,6 +135,7 @@ def _simulate_once(variant: Variant, desired: np.ndarray, number: int) -> Varian
         measured=trace.measured,
         position=trace.position,
         velocity=trace.velocity,
+        command=trace.command,
         effort=trace.effort,
         feedforward=effort[:done] + trace.compensation,
         friction=trace.friction,

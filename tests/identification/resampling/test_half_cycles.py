@@ -36,7 +36,7 @@ def test_a_rest_in_noise_is_no_turn():
 def test_sums_over_half_cycles_are_sums_of_their_rows():
     cycles = cycles_of(sines())
     rows = np.random.default_rng(0).normal(size=(cycles.regression.effort.size, 2))
-    sums = cycles.summed(rows)
-    assert sums.shape == (cycles.count, 2)
-    for number, index in enumerate(np.unique(cycles.of_rows)):
-        np.testing.assert_allclose(sums[number], rows[cycles.of_rows == index].sum(axis=0))
+    sums = cycles.groups.summed(rows)
+    assert sums.shape == (cycles.groups.count, 2)
+    for number, index in enumerate(np.unique(cycles.groups.of_rows)):
+        np.testing.assert_allclose(sums[number], rows[cycles.groups.of_rows == index].sum(axis=0))

@@ -20,7 +20,7 @@ from bristle.identification.resampling.sight import Unseen, unseen
 from bristle.identification.resampling.whiteness import is_white
 from bristle.identification.result import Estimate, Fit, Resampling
 
-__all__ = ["assessed"]
+__all__ = ["assessed", "at_odds", "with_interval"]
 
 BLOCKS = 5
 CLEAR = 0.5  # relative standard error
@@ -43,14 +43,15 @@ def assessed(
     report : callable
         Is told the share of the work done.
     """
-    residual, cycles = fit.traces.residual, HalfCycles(problem.regression)
+    residual, cycles = fit.traces.residual, HalfCycles(problem.regression).groups
     blind = unseen(problem, space, frozenset(one.name for one in fit.estimates if _is_clear(one)))
     # What is only weakly seen stays free: held, it would make the others look surer than they are.
     flat = {one.name for one in blind if one.flat}
     free = np.array([name not in flat for name in space.names])
     found = bootstrap(problem, space, draws, free=free, report=report)
+    members = [space.finished(one) for one in found.members]
     bands = Bands(
-        draws={name: np.array([one[name] for one in found.members]) for name in found.members[0]},
+        draws={name: np.array([one[name] for one in members]) for name in members[0]},
         scatter=found.scatter.value, noise=found.disturbance.noise, unexplained=found.unexplained,
     )  # fmt: skip
     resampling = Resampling(
@@ -67,7 +68,7 @@ def assessed(
     told = [f"{one.name} cannot be identified: {one.note}" for one in blind]
     return replace(
         fit, estimates=estimates, resampling=resampling,
-        warnings=(*fit.warnings, *told, *_at_odds(estimates, found, resampling.jackknife)),
+        warnings=(*fit.warnings, *told, *at_odds(estimates, found, resampling.jackknife)),
         assumptions=(*fit.assumptions, _how(fit, resampling)),
     )  # fmt: skip
 
@@ -96,17 +97,23 @@ def _estimate(one: Estimate, found: Bootstrap, blind: tuple[Unseen, ...], variab
     lost = next((other for other in blind if other.name == one.name), None)
     if lost is not None:
         one = replace(one, status="unidentifiable", note=lost.note)
+    return with_interval(one, found, variable)
+
+
+def with_interval(one: Estimate, found: Bootstrap, variable: Variable | None) -> Estimate:
+    """Return an estimate with its 95 % interval from twins, where it was fitted to them, within what is allowed."""
     if one.name not in found.space.told:
         return one
     low, high = found.interval(one.name)
+    if low == high:
+        # All twins end on the edge where the fit ended: that is no interval.
+        return one
     # Errors that are turned around may reach beyond what the model allows.
     least, most = (variable.min, variable.max) if variable else (-np.inf, np.inf)
     return replace(one, interval=(min(max(low, least), most), min(max(high, least), most)))
 
 
-def _at_odds(
-    estimates: tuple[Estimate, ...], found: Bootstrap, jackknife: Mapping[str, float]
-) -> list[str]:  # fmt: skip
+def at_odds(estimates: tuple[Estimate, ...], found: Bootstrap, jackknife: Mapping[str, float]) -> list[str]:
     """Return a warning for what scatters more from half-cycle to half-cycle than the twins do."""
     spread = dict(zip(found.space.told, found.std.tolist(), strict=False))
     names = [

@@ -16,22 +16,44 @@ import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from bristle.identification.problem import Problem
-from bristle.identification.resampling.half_cycles import HalfCycles, level_slope, scatter_seen
+from bristle.identification.problem import Problem, Residual
+from bristle.identification.resampling.half_cycles import Groups, HalfCycles, level_slope, scatter_seen
 from bristle.identification.resampling.refit import Refit, Space
 from bristle.identification.resampling.twin import Disturbance, Twin, disturbance_of
 from bristle.identification.result import Scatter
 
-__all__ = ["Bootstrap", "basic_interval", "bootstrap"]
+__all__ = ["Bootstrap", "Drawing", "basic_interval", "bootstrap", "fitted_to_twins", "seen_in"]
 
 PILOT = 24  # draws by which the scatter, and then what the model lacks, are set right
 SEED = 20_261_120
 TAIL = 2.5  # percent
 FEWEST_CYCLES = 4  # for a scatter
+
+
+class Drawing(Protocol):
+    """What draws twins of a log."""
+
+    @property
+    def disturbance(self) -> Disturbance:
+        """What they are drawn with."""
+        ...
+
+    @property
+    def groups(self) -> Groups:
+        """The half-cycles of the log."""
+        ...
+
+    def disturbed(self, **changes: float) -> Drawing:
+        """Return the same with another disturbance."""
+        ...
+
+    def drawn(self, rng: np.random.Generator, ratio: float = 1.0) -> Residual:
+        """Return the same problem on a log that is drawn anew, with `ratio` times the scatter."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -129,9 +151,34 @@ def bootstrap(
     cycles = HalfCycles(problem.regression)
     residual = problem.regression.effort - problem.predicted(values)
     slope = level_slope(problem, values)
-    seen = scatter_seen(cycles, slope, residual) if cycles.count >= FEWEST_CYCLES else 0.0
-    twin = Twin(problem, cycles, values, disturbance_of(problem.regression, seen))
-    fits = _Fits(twin, Refit(space, free, slice(None)), slope, np.ones(1))
+    twin = Twin(problem, cycles, values, disturbance_of(problem.regression, seen_in(cycles.groups, slope, residual)))
+    return fitted_to_twins(twin, Refit(space, free, slice(None)), slope, residual, count, seed, report)
+
+
+def seen_in(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> float:
+    """Return the scatter that a residual shows, none where there are too few half-cycles for one."""
+    return scatter_seen(cycles, slope, residual) if cycles.count >= FEWEST_CYCLES else 0.0
+
+
+def fitted_to_twins(
+    twin: Drawing, refit: Refit, slope: np.ndarray, residual: np.ndarray, count: int, seed: int = SEED,
+    report: Callable[[float], None] = lambda share: None,
+) -> Bootstrap:  # fmt: skip
+    """Return fits to so many twins.
+
+    Parameters
+    ----------
+    twin : Drawing
+        Draws them, with the scatter that is seen in the residual.
+    refit : Refit
+        Fits the model to each.
+    slope, residual : ndarray, shape (row,)
+        By how much the signal rises with the level of friction; what the first fit left over.
+    count, seed, report
+        As for `bootstrap`.
+    """
+    space, free, seen = refit.space, refit.free, twin.disturbance.scatter
+    fits = _Fits(twin, refit, slope, np.ones(1))
     seeds = np.random.SeedSequence(seed).spawn(2 * PILOT + count)
     with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
         # A fit takes part of the scatter into its parameters: what is seen of it is less than there is.
@@ -183,14 +230,14 @@ class _Fits:
     Nobody knows the scatter exactly: each twin has that of the estimate times one of the `ratios`.
     """
 
-    twin: Twin
+    twin: Drawing
     refit: Refit
     slope: np.ndarray
     ratios: np.ndarray
 
     def disturbed(self, **changes: float) -> _Fits:
         """Return the same with another disturbance."""
-        return replace(self, twin=replace(self.twin, disturbance=replace(self.twin.disturbance, **changes)))
+        return replace(self, twin=self.twin.disturbed(**changes))
 
     def one(self, seed: np.random.SeedSequence) -> _Drawn:
         """Draw a twin and fit the model to it."""
@@ -200,6 +247,6 @@ class _Fits:
         return _Drawn(
             space.numbers(phi),
             space.values(phi),
-            scatter_seen(self.twin.cycles, self.slope, residual) if self.twin.disturbance.scatter > 0.0 else 0.0,
+            scatter_seen(self.twin.groups, self.slope, residual) if self.twin.disturbance.scatter > 0.0 else 0.0,
             float(np.mean(residual**2)),
         )

@@ -13,9 +13,10 @@ seen of the scatter; a fit takes part of it into its parameters.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -23,11 +24,47 @@ from bristle.identification.problem import Problem
 from bristle.identification.regression import Regression
 from bristle.identification.resampling.levels import scaled
 
-__all__ = ["HalfCycles", "level_slope", "scatter_seen"]
+__all__ = ["Groups", "HalfCycles", "level_slope", "scatter_seen", "turns_of"]
 
 STEPS = 2.0  # of the encoder
 DEVIATIONS = 8.0  # of the noise of the position: what a body at rest does not go beyond
 NUDGE = 1e-3
+
+
+@dataclass(frozen=True)
+class Groups:
+    """Consecutive rows that belong together.
+
+    Parameters
+    ----------
+    of_rows : ndarray, shape (row,)
+        Number of the group of each row, never falling.
+    """
+
+    of_rows: np.ndarray
+
+    @property
+    def count(self) -> int:
+        """Number of groups with rows in them."""
+        return int(self.index[-1]) + 1
+
+    @cached_property
+    def index(self) -> np.ndarray:
+        """Number of the group of each row, counted among those that have any."""
+        return np.unique(self.of_rows, return_inverse=True)[1]
+
+    @cached_property
+    def parts(self) -> tuple[slice, ...]:
+        """The rows of each group."""
+        return tuple(slice(*one) for one in pairwise([*self._first.tolist(), self.of_rows.size]))
+
+    def summed(self, rows: np.ndarray) -> np.ndarray:
+        """Return the sum of a signal over the rows of each group, shape (group, ...)."""
+        return np.add.reduceat(rows, self._first, axis=0)
+
+    @cached_property
+    def _first(self) -> np.ndarray:
+        return np.flatnonzero(np.diff(self.index, prepend=-1))
 
 
 @dataclass(frozen=True)
@@ -47,36 +84,32 @@ class HalfCycles:
         """First sample of each half-cycle of each stretch; the first one is 0."""
         least = max(STEPS * self.regression.resolution, DEVIATIONS * self.regression.noise)
         return tuple(
-            (0, *_turns(one.position, [k for there, k in self.regression.reversals if there == number], least))
+            (0, *turns_of(one.position, [k for there, k in self.regression.reversals if there == number], least))
             for number, one in enumerate(self.regression.stretches)
         )
 
     @cached_property
-    def of_rows(self) -> np.ndarray:
-        """Number of the half-cycle of each row, counted through all stretches."""
+    def groups(self) -> Groups:
+        """The rows of each half-cycle, counted through all stretches."""
         parts, before = [], 0
         for stretch, starts in zip(self.regression.stretches, self.starts, strict=True):
             parts.append(before + np.searchsorted(starts, np.arange(stretch.velocity.size), side="right") - 1)
             before += len(starts)
-        return self.regression.sampled(parts)
-
-    @property
-    def count(self) -> int:
-        """Number of half-cycles with rows in them."""
-        return int(self._index[-1]) + 1
-
-    @cached_property
-    def _index(self) -> np.ndarray:
-        return np.unique(self.of_rows, return_inverse=True)[1]
-
-    def summed(self, rows: np.ndarray) -> np.ndarray:
-        """Return the sum of a signal over the rows of each half-cycle, shape (half-cycle with rows, ...)."""
-        starts = np.flatnonzero(np.diff(self._index, prepend=-1))
-        return np.add.reduceat(rows, starts, axis=0)
+        return Groups(self.regression.sampled(parts))
 
 
-def _turns(position: np.ndarray, reversals: list[int], least: float) -> list[int]:
-    """Return those reversals between which the body moves by at least so much."""
+def turns_of(position: np.ndarray, reversals: Sequence[int], least: float) -> list[int]:
+    """Return those reversals between which the body moves by at least so much.
+
+    Parameters
+    ----------
+    position : ndarray, shape (sample,)
+        The motion [m or rad].
+    reversals : sequence of int
+        Samples at which the direction may have changed.
+    least : float
+        The smallest way that counts [m or rad].
+    """
     kept: list[int] = []
     before, candidate = 0, None
     for point in [*reversals, position.size - 1]:
@@ -98,12 +131,12 @@ def level_slope(problem: Problem, values: Mapping[str, float]) -> np.ndarray:
     return (nudged - problem.friction(values)) / NUDGE
 
 
-def scatter_seen(cycles: HalfCycles, slope: np.ndarray, residual: np.ndarray) -> float:
+def scatter_seen(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> float:
     """Return the standard deviation of the level of friction from half-cycle to half-cycle, as a residual shows it.
 
     Parameters
     ----------
-    cycles : HalfCycles
+    cycles : Groups
         Half-cycles of the log.
     slope, residual : ndarray, shape (row,)
         What `level_slope` returns; measured minus predicted effort [N or N*m].

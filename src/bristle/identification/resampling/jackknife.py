@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bristle.identification.resampling.half_cycles import HalfCycles
+from bristle.identification.resampling.half_cycles import Groups
 from bristle.identification.resampling.refit import Space
 
 __all__ = ["jackknife_std"]
@@ -12,7 +12,7 @@ __all__ = ["jackknife_std"]
 FEWEST = 5  # half-cycles
 
 
-def jackknife_std(space: Space, cycles: HalfCycles, residual: np.ndarray) -> dict[str, float]:
+def jackknife_std(space: Space, cycles: Groups, residual: np.ndarray) -> dict[str, float]:
     r"""Return the standard error of each parameter [SI] by leaving out one half-cycle after the other.
 
     Without half-cycle `k` the solution moves, to first order, by
@@ -26,7 +26,7 @@ def jackknife_std(space: Space, cycles: HalfCycles, residual: np.ndarray) -> dic
     ----------
     space : Space
         The coordinates of the solution; those on a bound stay there.
-    cycles : HalfCycles
+    cycles : Groups
         Of its log.
     residual : ndarray, shape (row,)
         Measured minus predicted effort [N or N*m].
@@ -42,7 +42,7 @@ def jackknife_std(space: Space, cycles: HalfCycles, residual: np.ndarray) -> dic
     columns = space.jacobian[:, inner]
     scale = np.linalg.norm(columns, axis=0)
     columns = columns / scale
-    parts = cycles.summed(np.einsum("ri,rj->rij", columns, columns))
+    parts = np.stack([columns[rows].T @ columns[rows] for rows in cycles.parts])
     pulls = cycles.summed(columns * residual[:, None])
     whole = np.sum(parts, axis=0)
     moved = np.stack(

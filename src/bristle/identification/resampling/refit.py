@@ -10,18 +10,18 @@ within the bounds, with the residual `r` of the model itself, until a step is sm
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from bristle.identification.problem import Problem
+from bristle.identification.problem import Problem, Residual
 from bristle.identification.solution import Solution
-from bristle.identification.unknowns import Scales, coordinates_of
+from bristle.identification.unknowns import Scales, Unknowns, coordinates_of
 
-__all__ = ["Refit", "Space", "space_of"]
+__all__ = ["Refit", "Space", "coordinates_around", "space_of"]
 
 STEPS = 6
 SMALL = 0.03  # of a standard error
@@ -58,6 +58,8 @@ class Space:
         Displacements [m or rad] at which the virgin curve is told, too.
     tell : callable or None
         Returns the parameters that a person is told, and the curve, at some coordinates; `values` where None.
+    finished : callable
+        Returns what the finished model takes, from `values`: elements of a fixed shape are lists there.
     """
 
     names: tuple[str, ...]
@@ -73,6 +75,7 @@ class Space:
     linear: bool = False
     curve: tuple[float, ...] = ()
     tell: Callable[[np.ndarray], np.ndarray] | None = None
+    finished: Callable[[Mapping[str, Any]], Mapping[str, Any]] = dict
 
     def numbers(self, phi: np.ndarray) -> np.ndarray:
         """Return the parameters that a person is told [SI], and the curve after them, shape (told and curve,)."""
@@ -94,10 +97,15 @@ def space_of(problem: Problem, solution: Solution, scales: Scales) -> Space:
             names, phi, low, high, solution.jacobian, lambda at: dict(zip(names, at.tolist(), strict=True)), names,
             solution.derivative, at_edge, linear=True,
         )  # fmt: skip
-    coordinates = coordinates_of(problem.unknowns, scales)
+    return coordinates_around(problem.unknowns, solution, scales)
+
+
+def coordinates_around(unknowns: Unknowns, solution: Solution, scales: Scales) -> Space:
+    """Return the coordinates of a bounded search around its solution."""
+    coordinates = coordinates_of(unknowns, scales)
 
     def values(phi: np.ndarray) -> dict[str, float]:
-        found = problem.unknowns.complete({})
+        found = unknowns.complete({})
         for one, at in zip(coordinates, phi.tolist(), strict=True):
             found[one.name] = one.value(at, found)
         return {one.name: found[one.name] for one in coordinates}
@@ -105,8 +113,10 @@ def space_of(problem: Problem, solution: Solution, scales: Scales) -> Space:
     low, high = np.array([one.low for one in coordinates]), np.array([one.high for one in coordinates])
     phi = np.array([one.phi(solution.values[one.name], solution.values) for one in coordinates])
     logarithmic = frozenset(one.name for one in coordinates if one.form == "log")
+    names = tuple(solution.values)
     return Space(
-        names, phi, low, high, solution.jacobian, values, names, solution.derivative, at_edge, logarithmic
+        names, phi, low, high, solution.jacobian, values, names, solution.derivative, frozenset(solution.at_edge),
+        logarithmic,
     )  # fmt: skip
 
 
@@ -149,12 +159,12 @@ class Refit:
         step[self.free] = found / scale
         return step
 
-    def solve(self, problem: Problem, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def solve(self, problem: Residual, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the coordinates that fit a problem best, and the residual of all its rows there.
 
         Parameters
         ----------
-        problem : Problem
+        problem : Residual
             The same model on a log of the same rows.
         start : ndarray, shape (free,)
             Where to begin.

@@ -23,12 +23,12 @@ from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.identification.problem import Problem
 from bristle.identification.regression import Regression, Stretch, low_passed, mechanical
-from bristle.identification.resampling.half_cycles import HalfCycles
+from bristle.identification.resampling.half_cycles import Groups, HalfCycles
 from bristle.identification.resampling.levels import Levels
 from bristle.identification.treatment import treat
 from bristle.logs.log import Channel, Log
 
-__all__ = ["Disturbance", "Twin", "disturbance_of"]
+__all__ = ["Disturbance", "Twin", "disturbance_of", "signs_of"]
 
 ROUNDING = 0.37  # of an encoder step: what the robust measure of noise says of rounding alone
 BLOCKS = 40  # of a stretch, in which what the model lacks keeps its sign
@@ -87,17 +87,26 @@ class Twin:
     values: Mapping[str, float]
     disturbance: Disturbance
 
+    @property
+    def groups(self) -> Groups:
+        """The rows of each half-cycle."""
+        return self.cycles.groups
+
+    def disturbed(self, **changes: float) -> Twin:
+        """Return the same with another disturbance."""
+        return replace(self, disturbance=replace(self.disturbance, **changes))
+
     def drawn(self, rng: np.random.Generator, ratio: float = 1.0) -> Problem:
         """Return the same problem on a log that is drawn anew, with `ratio` times the scatter."""
         regression = self.problem.regression
         log = self.log(rng, ratio)
         axis = Axis(kind=regression.kind, resolution=regression.resolution)
-        again = treat(log, axis, regression.cutoff, regression.decimation)
+        again = treat(log, axis, regression.cutoff, regression.decimation, like=regression)
         stretches = tuple(
             replace(one, load=old.load, temperature=old.temperature, first_cycle=old.first_cycle, log=old.log)
             for one, old in zip(again.stretches, regression.stretches, strict=True)
         )
-        return replace(self.problem, regression=replace(again, stretches=stretches, kept=regression.in_motion))
+        return replace(self.problem, regression=replace(again, stretches=stretches))
 
     def log(self, rng: np.random.Generator, ratio: float = 1.0) -> Log:
         """Return a log that is drawn anew: the stretches of the motion, one after the other."""
@@ -107,7 +116,7 @@ class Twin:
         for stretch, starts, left in zip(self._motion, self.cycles.starts, self._left, strict=True):
             force = self._levels.force(stretch, starts, regression.sample_time, scatter, rng)
             pure = force + mechanical(self._plant, stretch.position, stretch.velocity, stretch.acceleration)
-            pure += disturbance.unexplained * _signs(pure.size, rng) * left
+            pure += disturbance.unexplained * signs_of(pure.size, rng) * left
             efforts.append(pure + disturbance.noise * rng.standard_normal(pure.size))
             positions.append(stretch.position + disturbance.jitter * rng.standard_normal(pure.size))
             segments.append(slice(first, first + pure.size))
@@ -150,7 +159,7 @@ class Twin:
         return Levels(self.problem.unknowns.component, self.values, self.problem.regression.kind)
 
 
-def _signs(count: int, rng: np.random.Generator) -> np.ndarray:
+def signs_of(count: int, rng: np.random.Generator) -> np.ndarray:
     """Return a sign for each of several blocks of samples: what is left over keeps its course, not its side."""
     blocks = np.minimum(np.arange(count) * BLOCKS // count, BLOCKS - 1)
     return rng.choice([-1.0, 1.0], BLOCKS)[blocks]

@@ -1,0 +1,163 @@
+r"""Break-away, measured: the force that it takes and the distance over which friction turns, by the rate of the pull.
+
+Each leg of a log that begins at rest after a motion the other way, and turns the contact over slowly enough to be seen
+behind the filter, gives a force and a distance. What scatters from leg to leg, what differs between both directions,
+and how both depend on the rate, are told apart by least squares of their logarithms,
+
+.. math:: \ln F_i = \beta_0 + \beta_1 \ln v_i + \beta_2 \operatorname{sgn} v_i + \epsilon_i
+
+and the intervals are Student's. To that of a distance comes the step of the encoder, which no repetition averages out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from bristle.core.contracts import Model
+from bristle.identification.regression import Regression, mechanical
+from bristle.logs.legs import Leg
+from bristle.logs.stretch import Stretch as Recorded
+
+__all__ = ["BreakAway", "break_aways"]
+
+TURNED = 0.9  # of the change of force: where the contact counts as turned over
+PERIODS = 1.0  # of the filter, that this takes at least: faster, and the filter would tell its own distance
+ALIKE = 1.3  # ratio of rates that count as one
+COUNTS, NOISE = 2.5, 10.0  # of the encoder, of the noise of the position: no smaller motion is one
+OTHER_WAY = -0.5  # of the force at break-away, that a contact is left with by a motion the other way
+CLEAR = 3.0  # standard deviations of the sliding force, by which a peak stands out
+FIRST = 3  # samples, over which the force at rest is averaged
+
+
+class BreakAway(NamedTuple):
+    """Break-away at one rate, mean of both directions; intervals of 95 %, or None where too few legs tell.
+
+    Parameters
+    ----------
+    speed : float
+        Of the pull [m/s or rad/s].
+    legs : int
+        How many there are.
+    force : float
+        Largest friction force until it slides [N or N*m].
+    force_interval : tuple of float or None
+        Of the force [N or N*m].
+    distance : float
+        From rest until the force has changed by 90 % of all it changes by [m or rad].
+    distance_interval : tuple of float or None
+        Of the distance [m or rad].
+    """
+
+    speed: float
+    legs: int
+    force: float
+    force_interval: tuple[float, float] | None
+    distance: float
+    distance_interval: tuple[float, float] | None
+
+
+class _Leg(NamedTuple):
+    speed: float
+    side: float
+    force: float
+    distance: float
+
+
+def break_aways(regression: Regression, plant: Model, friction: Model) -> tuple[BreakAway, ...]:
+    """Return the break-aways of a log, by rate.
+
+    Parameters
+    ----------
+    regression : Regression
+        The log, filtered.
+    plant, friction : Model
+        What was identified: inertia and the constant part of friction are taken off the effort.
+    """
+    grain = max(COUNTS * regression.resolution, NOISE * regression.noise)
+    seen: list[_Leg] = []
+    for one in regression.stretches:
+        force = one.effort - mechanical(plant, one.position, one.velocity, one.acceleration)
+        force = force - friction.values.get("offset", 0.0)
+        legs = Recorded(one.time, one.position, force, grain, None, 0).of_kind("break_away")
+        seen += [found for leg in legs if (found := _measured(leg, one.position, force, regression)) is not None]
+    groups = _groups(seen)
+    forces = _estimates(seen, groups, [one.force for one in seen], 0.0)
+    distances = _estimates(seen, groups, [one.distance for one in seen], regression.resolution / math.sqrt(6.0))
+    return tuple(
+        BreakAway(_mean([seen[k].speed for k in group]), len(group), *force, *distance)
+        for group, force, distance in zip(groups, forces, distances, strict=True)
+    )
+
+
+def _measured(leg: Leg, position: np.ndarray, force: np.ndarray, regression: Regression) -> _Leg | None:
+    """Return what one leg tells; None where the filter hides it."""
+    side = math.copysign(1.0, leg.distance)
+    pulled = side * force[leg.first : leg.last + 1]
+    moved = side * (position[leg.first : leg.last + 1] - position[leg.first])
+    sliding = side * force[(leg.cruise.start + leg.cruise.stop) // 2 : leg.cruise.stop]
+    level = float(np.mean(sliding))
+    peak = float(np.max(pulled[: leg.cruise.stop - leg.first]))
+    most = peak if peak - level > CLEAR * float(np.std(sliding)) else level
+    before = float(np.mean(pulled[:FIRST]))
+    turned = int(np.argmax(pulled - before >= TURNED * (most - before)))
+    if most <= 0.0 or moved[turned] <= 0.0 or before > OTHER_WAY * most:
+        return None
+    if turned * regression.sample_time * regression.cutoff < PERIODS:
+        return None
+    return _Leg(leg.speed, side, most, float(moved[turned]))
+
+
+def _groups(seen: Sequence[_Leg]) -> list[list[int]]:
+    """Return the legs of each rate, the slowest first."""
+    found: list[list[int]] = []
+    for k in sorted(range(len(seen)), key=lambda one: seen[one].speed):
+        if found and seen[k].speed <= ALIKE * seen[found[-1][0]].speed:
+            found[-1].append(k)
+        else:
+            found.append([k])
+    return found
+
+
+def _mean(values: Sequence[float]) -> float:
+    return math.exp(float(np.mean(np.log(values))))
+
+
+def _estimates(
+    seen: Sequence[_Leg], groups: Sequence[Sequence[int]], values: Sequence[float], common: float
+) -> list[tuple[float, tuple[float, float] | None]]:
+    """Return the mean of both directions at each rate with its interval; `common` is an error that all legs share."""
+    if not groups:
+        return []
+    columns = [np.ones(len(seen))]
+    if len(groups) > 1:
+        columns.append(np.log([one.speed for one in seen]))
+    if len({one.side for one in seen}) > 1:
+        columns.append(np.array([one.side for one in seen]))
+    regressor, target = np.stack(columns, axis=1), np.log(values)
+    weights = np.linalg.lstsq(regressor, target, rcond=None)[0]
+    spare = len(seen) - len(columns)
+    found: list[tuple[float, tuple[float, float] | None]] = []
+    for group in groups:
+        row = np.zeros(len(columns))
+        row[0] = 1.0
+        if len(groups) > 1:
+            row[1] = math.log(_mean([seen[k].speed for k in group]))
+        middle = float(row @ weights)
+        interval = None
+        if spare > 0:
+            variance = float(np.sum((target - regressor @ weights) ** 2)) / spare
+            half = _student(spare) * math.sqrt(variance * float(row @ np.linalg.pinv(regressor.T @ regressor) @ row))
+            half = math.hypot(half, 1.96 * common / math.exp(middle))
+            interval = math.exp(middle - half), math.exp(middle + half)
+        found.append((math.exp(middle), interval))
+    return found
+
+
+def _student(freedom: int) -> float:
+    from scipy.stats import t
+
+    return float(t.ppf(0.975, freedom))

@@ -1,0 +1,159 @@
+"""The closed loop of a log: the effort that its controller asks of a plant with friction to follow the reference."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from bristle.controllers.limits import within_drive
+from bristle.core.axis import Axis
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError
+from bristle.core.experiment import substeps_for
+from bristle.engine import LoopTrace, run_closed_loop, settled
+from bristle.logs.log import Log
+from bristle.sensors import encoder
+
+__all__ = ["START_SAMPLES", "Beginning", "ClosedLoop", "beginning_of", "closed_loop_of"]
+
+START_SAMPLES = 20  # over which the initial velocity is estimated
+
+
+@dataclass(frozen=True)
+class Beginning:
+    """The motion at a sample: position [m or rad], velocity and acceleration."""
+
+    x: float
+    v: float = 0.0
+    acceleration: float = 0.0
+    moves: bool = False
+
+    def state(self, friction: Model) -> dict[str, Any]:
+        """Return position, velocity, and the state of a friction model that has moved like this for long."""
+        if not self.moves:
+            return {"x": self.x, "v": 0.0}
+        state, memory = settled(friction, self.v)
+        return {"x": self.x, "v": self.v, "state": state, "memory": memory}
+
+
+def beginning_of(log: Log, first: int, resolution: float | None) -> Beginning:
+    """Return the motion at a sample of a log.
+
+    Velocity and acceleration are those of a cubic through the samples around it (on one side only at the start of the
+    log), as few as it takes to move by a hundred counts of the encoder: one difference would be off by a count in
+    a sample, many samples would smooth a motion that begins.
+    """
+    dt, x = log.sample_time, float(log.position.values[first])
+    low, position = _around(log.position.values, first, 100.0 * (resolution or 0.0))
+    if np.ptp(position) <= 1.5 * (resolution or 0.0):
+        return Beginning(x)
+    t = dt * (np.arange(position.size) + low - first)
+    *_, half_acceleration, velocity, _ = (float(one) for one in np.polyfit(t, position - x, 3))
+    return Beginning(x, velocity, 2.0 * half_acceleration, moves=True)
+
+
+def _around(position: np.ndarray, first: int, distance: float) -> tuple[int, np.ndarray]:
+    """Return the samples around one, as few as it takes to move by `distance` [m or rad], and where they begin."""
+    for count in range(8, 2 * START_SAMPLES + 1):
+        low = max(first - count // 2, 0)
+        if np.ptp(position[low : low + count]) >= distance > 0.0:
+            return low, position[low : low + count]
+    low = max(first - START_SAMPLES, 0)
+    return low, position[low : low + 2 * START_SAMPLES + 1]
+
+
+@dataclass(frozen=True)
+class ClosedLoop:
+    """A stretch of a log with its controller, ready to be run with any model.
+
+    Parameters
+    ----------
+    controller : Model
+        The law that was running.
+    desired : ndarray, shape (4, sample)
+        What it followed: position, velocity, acceleration, no feedforward.
+    injected : ndarray, shape (sample,)
+        Known inputs behind the controller [N or N*m].
+    sample_time : float
+        Of the log [s].
+    beginning : Beginning
+        The motion at the first sample.
+    limit : float
+        Of the drive [N or N*m].
+    resolution : float
+        Of the encoder [m or rad].
+    lag : float
+        Time constant with which the drive follows the controller [s].
+    effort_before : float
+        Effort of the drive at the first sample [N or N*m].
+    """
+
+    controller: Model
+    desired: np.ndarray
+    injected: np.ndarray
+    sample_time: float
+    beginning: Beginning
+    limit: float
+    resolution: float
+    lag: float = 0.0
+    effort_before: float = 0.0
+
+    @property
+    def count(self) -> int:
+        """Samples of the stretch."""
+        return self.desired.shape[1]
+
+    def first(self, most: int) -> ClosedLoop:
+        """Return its first samples."""
+        return replace(self, desired=self.desired[:, :most], injected=self.injected[:most])
+
+    def moved_by(self, distance: float) -> ClosedLoop:
+        """Return the same loop elsewhere on the axis [m or rad]: the steps of its encoder lie elsewhere."""
+        desired = self.desired.copy()
+        desired[0] += distance
+        return replace(self, desired=desired, beginning=replace(self.beginning, x=self.beginning.x + distance))
+
+    def run(
+        self, plant: Model, friction: Model, sensor: Model | None = None, *, lag: float | None = None,
+        disturbance: np.ndarray | None = None,
+    ) -> LoopTrace:  # fmt: skip
+        """Run the loop, by its own encoder and with the lag of its drive where no others are given."""
+        own = encoder(kind=plant.kind, resolution=self.resolution) if sensor is None else sensor
+        return run_closed_loop(
+            plant, friction, self.controller, own, self.desired, self.sample_time,
+            steps=substeps_for(self.sample_time), injected=self.injected, disturbance=disturbance, limit=self.limit,
+            lag=self.lag if lag is None else lag, effort_before=self.effort_before,
+            acceleration=self.beginning.acceleration, **self.beginning.state(friction),
+        )  # fmt: skip
+
+
+def closed_loop_of(log: Log, axis: Axis, part: slice, why: str = "to predict the closed loop") -> ClosedLoop:
+    """Return the closed loop of a stretch of a log.
+
+    Raises
+    ------
+    InputError
+        If the axis lacks the controller or the log the reference; it tells `why` they are needed.
+    """
+    if not isinstance(axis.controller, Model):
+        raise InputError(
+            f"is needed {why}", path="axis.controller",
+            mend="Describe the controller that was running in [controller] of the axis file, or use --mode inverse",
+        )  # fmt: skip
+    if log.reference is None:
+        raise InputError(
+            "has no reference, which the closed loop follows", path="log",
+            mend="Name its column in [columns] of the axis file, or use --mode inverse",
+        )  # fmt: skip
+    reference = log.reference.values[part]
+    velocity = np.gradient(reference, log.sample_time)
+    desired = np.stack([reference, velocity, np.gradient(velocity, log.sample_time), np.zeros(reference.size)])
+    limit, first = axis.effort_limit or math.inf, part.indices(len(log))[0]
+    return ClosedLoop(
+        within_drive(axis.controller, limit), desired, log.injected_effort[part], log.sample_time,
+        beginning_of(log, first, axis.resolution), limit, axis.resolution or 0.0, axis.lag,
+        0.0 if log.effort is None else float(log.effort.values[first]),
+    )  # fmt: skip

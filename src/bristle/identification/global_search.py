@@ -1,0 +1,127 @@
+"""Global search: differential evolution over the whole range of every parameter, where descents end in the wrong place.
+
+What is positive is sought in its logarithm, one decade to either side of what is typical of the log at least. The best
+member is then polished by a descent.
+
+References
+----------
+.. [1] R. Storn, K. Price, "Differential evolution: a simple and efficient heuristic for global optimization over
+   continuous spaces", Journal of Global Optimization 11(4), 1997. doi:10.1023/A:1008202821328
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bristle.identification.interruption import BestSoFar
+from bristle.identification.unknowns import Coordinate
+
+__all__ = ["EVOLUTION_SEED", "Side", "box_of", "evolved"]
+
+MEMBERS, FEWEST_MEMBERS = 6, 24  # for each coordinate, in all
+GENERATIONS = 60
+ALIKE = 0.02  # spread of the costs over their mean at which the members are one
+FAR = 10.0  # times a typical value: the range of what has no bounds
+EVOLUTION_SEED = 19_970_403
+
+
+class Side(NamedTuple):
+    """One side of the box: from `low` to `high`, in the logarithm of the coordinate where it is `logarithmic`."""
+
+    low: float
+    high: float
+    logarithmic: bool
+
+    def coordinate(self, at: float) -> float:
+        """Return the coordinate of a point of the box."""
+        return math.exp(at) if self.logarithmic else at
+
+    def at(self, coordinate: float) -> float:
+        """Return the point of the box for a coordinate, put inside."""
+        wanted = math.log(max(coordinate, 1e-300)) if self.logarithmic else coordinate
+        return min(max(wanted, self.low), self.high)
+
+
+def box_of(coordinates: Sequence[Coordinate], phi: np.ndarray) -> tuple[Side, ...]:
+    """Return a finite box around what is known: the bounds of each coordinate, or ten times what is typical.
+
+    Parameters
+    ----------
+    coordinates : sequence of Coordinate
+        What is sought.
+    phi : ndarray, shape (coordinate,)
+        Where another search ended; the box holds it.
+    """
+    sides = []
+    for one, at in zip(coordinates, phi.tolist(), strict=True):
+        most = min(one.high, FAR * max(1.0, abs(at)))
+        if one.form == "log":
+            sides.append(Side(one.low, one.high, False))
+        elif one.low >= 0.0:
+            least = max(one.low, min(1.0, at if at > 0.0 else 1.0) / FAR)
+            sides.append(Side(math.log(least), math.log(max(most, 2.0 * least)), True))
+        else:
+            sides.append(Side(max(one.low, -FAR * max(1.0, abs(at))), most, False))
+    return tuple(sides)
+
+
+def evolved(
+    cost: Callable[[np.ndarray], float], box: Sequence[Side], start: np.ndarray, best: BestSoFar,
+    report: Callable[[float], None], seed: int = EVOLUTION_SEED,
+) -> np.ndarray:  # fmt: skip
+    """Return the coordinates of the best member that differential evolution came to.
+
+    Parameters
+    ----------
+    cost : callable
+        Of some coordinates; it is called from several threads.
+    box : sequence of Side
+        Where to look.
+    start : ndarray, shape (coordinate,)
+        One of the first members.
+    best : BestSoFar
+        Takes note of all that is tried.
+    report : callable
+        Is told the share of the work done.
+    seed : int
+        Of the random numbers.
+    """
+    from scipy.optimize import differential_evolution
+
+    def coordinates(at: np.ndarray) -> np.ndarray:
+        return np.array([side.coordinate(one) for side, one in zip(box, at.tolist(), strict=True)])
+
+    generation = 0
+
+    def after(_: np.ndarray, convergence: float) -> None:
+        nonlocal generation
+        generation += 1
+        report(generation / GENERATIONS)
+
+    pool = ThreadPoolExecutor(len(os.sched_getaffinity(0)))
+
+    def everywhere(_: object, members: Iterable[np.ndarray]) -> list[float]:
+        points = [coordinates(one) for one in members]
+        costs = list(pool.map(cost, points))
+        for point, found in zip(points, costs, strict=True):
+            best.see(point, found)
+        return costs
+
+    try:
+        # Newer versions of scipy call the seed by another name, too.
+        options: dict[str, Any] = {"seed": seed, "workers": everywhere}
+        found = differential_evolution(
+            lambda at: cost(coordinates(at)), [(side.low, side.high) for side in box], maxiter=GENERATIONS, tol=ALIKE,
+            polish=False, popsize=max(MEMBERS, math.ceil(FEWEST_MEMBERS / len(box))),
+            init="latinhypercube", updating="deferred", callback=after,
+            x0=np.array([side.at(one) for side, one in zip(box, start.tolist(), strict=True)]), **options,
+        )  # fmt: skip
+    finally:
+        pool.shutdown(cancel_futures=True)
+    return coordinates(found.x)

@@ -1,0 +1,88 @@
+"""How sure a fit to a simulated signal is: intervals from twins of the log, and a cross-check."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from bristle.core.typography import number, with_unit
+from bristle.core.variable import unit_of
+from bristle.friction import is_static
+from bristle.identification.bands import Bands, half_width
+from bristle.identification.output_error import OutputError
+from bristle.identification.resampling.assessment import at_odds, with_interval
+from bristle.identification.resampling.bootstrap import fitted_to_twins, seen_in
+from bristle.identification.resampling.jackknife import jackknife_std
+from bristle.identification.resampling.output_twin import OutputTwin, level_slope_of, moves_of
+from bristle.identification.resampling.refit import Refit, Space
+from bristle.identification.resampling.twin import disturbance_of
+from bristle.identification.resampling.whiteness import is_white
+from bristle.identification.result import Fit, Resampling
+
+__all__ = ["assessed_output"]
+
+
+def assessed_output(
+    fit: Fit, error: OutputError, space: Space, draws: int, report: Callable[[float], None] = lambda share: None
+) -> Fit:
+    """Return a fit to a simulated signal with what resampling says of it.
+
+    Parameters
+    ----------
+    fit : Fit
+        The fit.
+    error, space : OutputError, Space
+        What was fitted, and the coordinates of the solution. Of friction without pre-sliding, and in open loop, a fit
+        to a twin is taken for linear around it.
+    draws : int
+        Number of twins.
+    report : callable
+        Is told the share of the work done.
+    """
+    values = error.unknowns.complete(space.values(space.phi))
+    residual, groups = error.measured - error.simulated(values), moves_of(error)
+    slope, regression = level_slope_of(error, values), error.inverse.regression
+    disturbance = disturbance_of(regression, seen_in(groups, slope, residual))
+    twin = OutputTwin(error, values, groups, disturbance, slope, residual)
+    every, linear = np.ones(len(space.names), dtype=bool), error.loop == "open" or is_static(fit.friction)
+    found = fitted_to_twins(
+        twin, Refit(replace(space, linear=linear), every, slice(None)), slope, residual, draws, report=report
+    )
+    own = {name: one for name, one in found.members[0].items() if name not in error.unknowns.loop}
+    bands = Bands(
+        draws={name: np.array([one[name] for one in found.members]) for name in own}, scatter=found.scatter.value,
+        noise=regression.effort_noise, unexplained=found.unexplained if error.loop == "closed" else 0.0,
+    )  # fmt: skip
+    width = half_width(bands, fit.plant, fit.friction, regression)
+    share = float(np.quantile(np.abs(fit.traces.residual) / width, 0.95))
+    resampling = Resampling(
+        bands=replace(bands, inflation=max(share, 1.0)),
+        scatter=found.scatter,
+        half_cycles=groups.count,
+        resolution=found.disturbance.resolution,
+        white=is_white(residual),
+        jackknife=jackknife_std(space, groups, residual),
+    )
+    variables = error.unknowns.variables
+    estimates = tuple(with_interval(one, found, variables.get(one.name)) for one in fit.estimates)
+    return replace(
+        fit, estimates=estimates, resampling=resampling,
+        warnings=(*fit.warnings, *at_odds(estimates, found, resampling.jackknife)),
+        assumptions=(*fit.assumptions, _how(fit, error, resampling, found.unexplained)),
+    )  # fmt: skip
+
+
+def _how(fit: Fit, error: OutputError, resampling: Resampling, unexplained: float) -> str:
+    kind, signal = fit.friction.kind, "force" if error.loop == "closed" else "length"
+    step = with_unit(resampling.resolution, unit_of("length", kind))
+    left = with_unit(unexplained, unit_of(signal, kind))
+    scatter = number(100.0 * resampling.scatter.value, digits=2)
+    where = "in the loop" if error.loop == "closed" else "behind the motion"
+    return (
+        f"95 % intervals from {resampling.bands.count} fits to logs simulated with the model: "
+        f"encoder steps of {step} {where}, friction that scatters by {scatter} % over {resampling.half_cycles} "
+        f"half-cycles; {left} of the residual (root mean square) is none of these, and comes back block by block with "
+        "a sign drawn by chance"
+    )

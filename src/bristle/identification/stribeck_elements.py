@@ -1,0 +1,150 @@
+r"""Elements that slip by a Stribeck curve, the generalised Maxwell-slip model, from a log.
+
+For a given curve the forces of elements that break away at deflections laid out beforehand are linear in their
+stiffness, and non-negative least squares finds them (`bristle.identification.elements`). For given elements the curve,
+the attraction to it and all else are a few numbers, which a bounded search finds. Both are done in turn, beginning with
+elements that know no curve, as long as the error falls. Loops before sliding tell the elements, slides the curve, and
+what happens between both the attraction :math:`C`.
+
+The intervals are those of the numbers, for elements of this shape.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bristle.core.contracts import Model
+from bristle.friction import find, gms, maxwell_slip
+from bristle.friction.slots import SlottedModel
+from bristle.identification.asked import Known, unknowns_of
+from bristle.identification.elements import Elements, of_one_speed
+from bristle.identification.problem import Problem
+from bristle.identification.regression import Regression
+from bristle.identification.resampling.refit import Space, space_of
+from bristle.identification.search import EVALUATIONS, Report, Search
+from bristle.identification.shaped import ShapedModel, shaped
+from bristle.identification.solution import Solution
+from bristle.identification.unknowns import Scales
+
+__all__ = ["StribeckElements"]
+
+ROUNDS = 4
+FALLS = 0.98  # of the sum of squares before: by less it does not fall
+STARTS = 3  # Stribeck velocities
+COULOMB = 0.8  # of the level of elements without a curve, where the search begins
+ATTRACTION = 30.0  # samples in which the force comes to the curve, where the search begins
+SIDES = ("", "_pos", "_neg")
+
+
+class Curve(NamedTuple):
+    """Coulomb over static friction, Stribeck velocity [m/s or rad/s], attraction over static friction [1/s]."""
+
+    ratio: float
+    v_S: float
+    rate: float
+
+    def element(self, r: float) -> Model:
+        """Return an element of stiffness 1 that breaks away at a deflection `r` [m or rad]."""
+        return gms(
+            F_C=self.ratio * r, F_S=r, v_S=self.v_S, C=self.rate * r, k_i=[1.0], nu_i=[1.0], validate=False
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class StribeckElements:
+    """The problem of one log.
+
+    Parameters
+    ----------
+    regression : Regression
+        The rows.
+    component : SlottedModel
+        ``gms`` with its slots.
+    known : Known
+        What is known beforehand.
+    scales : Scales
+        Typical magnitudes of the log.
+    guess : mapping of str to float
+        Coulomb and viscous friction of the same log, as `Search` takes it.
+    """
+
+    regression: Regression
+    component: SlottedModel
+    known: Known
+    scales: Scales
+    guess: Mapping[str, float]
+
+    def solve(self, report: Report) -> tuple[Problem, Solution, Elements]:
+        """Return the problem with the elements of the best shape, its solution, and where they came from."""
+        elements = self._elements()
+        first, plain = elements.solution()
+        problem = self._problem(first.unknowns.component)
+        found = []
+        for number, start in enumerate(self._starts(problem, first, plain)):
+            report((number + 0.3) / (STARTS + ROUNDS))
+            found.append(self._search(problem).refit(start, limit=EVALUATIONS))
+        best = min(found, key=lambda one: one.cost)
+        for number in range(ROUNDS):
+            report((STARTS + number) / (STARTS + ROUNDS))
+            again = self._elements(self._curve(best))
+            there = self._problem(again.solution()[0].unknowns.component)
+            solution = self._search(there).refit(best.values, limit=EVALUATIONS)
+            fell = solution.cost < FALLS * best.cost
+            if solution.cost < best.cost:
+                problem, best, elements = there, solution, again
+            if not fell:
+                break
+        return problem, best, elements
+
+    def on_rows(self, elements: Elements, start: Solution, rows: np.ndarray) -> tuple[Problem, Solution]:
+        """Return problem and solution from some rows: the elements of the best shape there, then all else."""
+        problem = self._problem(elements.solution(rows)[0].unknowns.component)
+        return problem, self._search(problem).refit(start.values, rows)
+
+    def space(self, problem: Problem, solution: Solution) -> tuple[Problem, Space]:
+        """Return the problem, and the coordinates of its solution."""
+        view = problem.unknowns.component
+        assert isinstance(view, ShapedModel)
+
+        def finished(values: Mapping[str, Any]) -> dict[str, Any]:
+            rest = {name: value for name, value in values.items() if name != "s"}
+            return rest | view.lists(values)
+
+        return problem, replace(space_of(problem, solution, self.scales), finished=finished)
+
+    def _elements(self, curve: Curve | None = None) -> Elements:
+        """Return the problem of the elements alone, which slip by a curve or, at first, at one force."""
+        plain = find(self.component.name.replace(gms.name, maxwell_slip.name, 1))
+        prototype = shaped(plain, np.ones(1), np.ones(1))
+        unknowns = of_one_speed(unknowns_of(prototype, self.known, self.regression), self.regression)
+        elements = Elements(self.regression, plain, unknowns)
+        return elements if curve is None else replace(elements, element=curve.element)
+
+    def _problem(self, view: Any) -> Problem:
+        component = shaped(self.component, *(np.array(part) for part in view.shape))
+        return Problem(self.regression, unknowns_of(component, self.known, self.regression))
+
+    def _search(self, problem: Problem) -> Search:
+        return Search(problem, self.scales, self.guess)
+
+    def _starts(self, problem: Problem, first: Problem, plain: Solution) -> list[dict[str, float]]:
+        known = first.unknowns.complete(plain.values)
+        level = {f"F_S{side}": known[f"F_C{side}"] for side in SIDES if f"F_C{side}" in known}
+        level |= {f"F_C{side}": COULOMB * known[f"F_C{side}"] for side in SIDES if f"F_C{side}" in known}
+        attraction = {"C": self.scales.force / (ATTRACTION * self.scales.sample_time)}
+        low, high = self.scales.range(problem.unknowns.variables["v_S"])
+        return [
+            {name: (known | level | attraction | {"v_S": v_S})[name] for name in problem.unknowns.free}
+            for v_S in np.geomspace(low, high, STARTS + 2)[1:-1].tolist()
+        ]
+
+    def _curve(self, solution: Solution) -> Curve:
+        F_C, F_S = (
+            float(np.mean([solution.values[name + side] for side in SIDES if name + side in solution.values]))
+            for name in ("F_C", "F_S")
+        )
+        return Curve(F_C / F_S, solution.values["v_S"], solution.values["C"] / F_S)

@@ -1,0 +1,93 @@
+"""The example of a virtual ball screw: from an axis file to a compensated loop, command by command."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+from tests.cli.conftest import bristle  # noqa: F401
+
+from bristle.cli.main import main
+from bristle.excitation import excite
+from bristle.files import read_axis, read_log
+from bristle.files.model import read_model
+from bristle.files.motion import write_motion
+from bristle.logs.passages import passages
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "virtual_ball_screw"
+BENCH = Path(__file__).parents[2] / "src" / "bristle" / "paper" / "experiments"
+EXPECTED = {
+    "decaying loops": "loops",
+    "triangles": "loops",
+    "break-away ramp": "break_away",
+    "chirp": "chirp",
+    "constant velocity": "constant_velocity",
+}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """The folder of the example after `excite` (without its rehearsal), `run` and `identify`."""
+    place = tmp_path_factory.mktemp("virtual") / "ball_screw"
+    shutil.copytree(EXAMPLE, place)
+    axis = read_axis(place / "axis.toml")
+    motion = excite(axis, rehearsed=False).motion
+    (place / "motion").mkdir()
+    shutil.copyfile(place / "axis.toml", place / "motion" / "axis.toml")
+    signals = {name: getattr(motion, name) for name in ("time", "position", "velocity", "acceleration")}
+    write_motion(place / "motion" / "motion.csv", axis, signals)
+    assert main(["run", str(place / "record.toml"), "--log", "--out", str(place / "recorded")]) == 0
+    recorded, asked = str(place / "recorded" / "log.csv"), ["--axis", str(place / "motion" / "axis.toml")]
+    asked += ["--model", "maxwell_slip", "--draws", "0", "--out", str(place / "fit")]
+    assert main(["identify", recorded, *asked]) == 0
+    return place, motion
+
+
+def test_the_rig_is_that_of_the_bench():
+    assert read_model(EXAMPLE / "rig.toml").friction == read_model(BENCH / "set_a_rig.toml").friction
+
+
+def test_the_log_holds_the_encoder_and_the_command_and_no_truth(folder):
+    place, motion = folder
+    head = (place / "recorded" / "log.csv").read_text().partition("\n")[0]
+    assert head == "t [s],encoder [um],force command [N],reference [um]"
+    log = read_log(place / "recorded" / "log.csv", read_axis(place / "axis.toml"))
+    assert log.reference.values == pytest.approx(motion.position, abs=1e-12)
+    counts = log.position.values / 0.125e-6
+    assert counts == pytest.approx(counts.round(), abs=1e-4)
+
+
+@pytest.mark.parametrize("name", EXPECTED)
+def test_what_was_designed_is_found_again_in_a_loop_that_follows_loosely(folder, name):
+    place, motion = folder
+    axis = read_axis(place / "axis.toml")
+    all_found = passages(read_log(place / "recorded" / "log.csv", axis), axis)
+    found = [one for one in all_found if one.kind == EXPECTED[name]]
+    pieces = [
+        (begin, begin + piece.duration)
+        for piece, begin in zip(motion.pieces, motion.begins, strict=True)
+        if piece.name == name
+    ]
+    covered = sum(max(min(one.end, end) - max(one.begin, begin), 0.0) for one in found for begin, end in pieces)
+    assert covered > 0.5 * sum(end - begin for begin, end in pieces)
+
+
+def test_what_was_put_in_is_found(folder):
+    place, _ = folder
+    found, truth = read_model(place / "fit" / "model.toml"), read_model(EXAMPLE / "rig.toml").friction.values
+    values = found.friction.values
+    assert values["k_i"].sum() == pytest.approx(truth["k_i"].sum(), rel=0.1)
+    assert values["sigma_2"] == pytest.approx(truth["sigma_2_pos"], rel=0.1)
+    assert found.info["treatment"]["delay"] == pytest.approx(-0.7e-3, abs=0.1e-3)
+
+
+def test_what_was_identified_compensates(folder, bristle):  # noqa: F811
+    place, _ = folder
+    found = bristle("run", place / "compensated.toml", "--json")
+    peaks = {name: 1e6 * one["following_error"]["peak_to_peak"] for name, one in found.data["variants"].items()}
+    assert {one["runs"] for one in found.data["variants"].values()} == {6}
+    assert peaks["none"] == pytest.approx(1.48, rel=0.03)
+    assert peaks["identified"] <= 0.45
+    assert peaks["observer_feedforward"] <= 0.40
+    assert peaks["observer_feedforward_1hz"] <= 0.40
+    assert peaks["observer_feedforward_2hz"] <= 0.40
+    assert peaks["observer_feedforward_4hz"] <= 0.42
