@@ -194,7 +194,7 @@ def _in_the_loop(
     from bristle.simulation import simulate
 
     best = found.best
-    if axis.method == "output_error":
+    if best.position_rmse is not None:
         return None, predict(best.plant, best.friction, log, axis, "open-loop")
     experiment = loop_of(best.plant, best.friction, log, axis, cutoff=found.treatment["cutoff"])
     if experiment is None:

@@ -43,10 +43,14 @@ def _parameter_row(estimate: Estimate, *, plain: bool) -> tuple[str, ...]:
     scale = scale_of(estimate.unit, estimate.value or std or 0.0)
     scaled = None if std is None else std * scale.factor
     half = _percent(estimate.interval_percent)
+    # As many digits as are known; by the interval, where no standard error is told.
+    known = scaled
+    if known is None and estimate.interval is not None:
+        known = 0.5 * scale.factor * (estimate.interval[1] - estimate.interval[0]) or None
     return (
         estimate.name,
         estimate.description,
-        number(estimate.value * scale.factor, scaled),
+        number(estimate.value * scale.factor, known),
         "–" if scaled is None else f"± {number(scaled, scaled)}",
         _interval(estimate, scale.factor),
         scale.unit or "–",
