@@ -78,8 +78,7 @@ def identify(
         from bristle.cli.operators import identify_operators
 
         named = None if model == DEFAULT else model
-        identify_operators(log, axis, named, out, force=force, as_json=as_json, command=context.obj)
-        return 0
+        return identify_operators(log, axis, named, out, force=force, as_json=as_json, command=context.obj)
     asked = {"model": _models(model), "cutoff": _hertz(cutoff), "decimation": decimation, "free": free,
              "draws": draws}  # fmt: skip
     return _identify_friction(log, axis or [], asked, out, force=force, as_json=as_json, command=context.obj)
@@ -122,6 +121,7 @@ def _identify_friction(
                 found, prediction=prediction, simulation=simulation, table=table, command=command,
                 axis_name=described.name if described else log[0].stem, provenance=source,
                 certificates=certificates,
+                banner=f"Unfinished; {found.unfinished}." if found.unfinished else None,
             )  # fmt: skip
             write_identification(folder, found, table=table, report=page, summary=summary, provenance=source)
     if as_json:
