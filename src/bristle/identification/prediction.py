@@ -33,6 +33,7 @@ from bristle.simulation.result import Prediction, relative_error_percent
 __all__ = ["MODES", "predict", "unexplained_force"]
 
 MODES = ("inverse", "closed-loop", "open-loop")
+MOST = 0.4  # of the sampling frequency, for a cut-off
 
 
 def predict(
@@ -95,9 +96,11 @@ def predict(
     if log.effort is None:
         raise InputError("has no effort to compare with or to apply", path="log", mend="Name its column in the axis")
     if mode == "inverse":
-        regression = treat_all([log], [axis], *treatment_of(cutoff, decimation, log.kind), delay)
+        given, told = _within_reach(log, *treatment_of(cutoff, decimation, log.kind), axis)
+        regression = treat_all([log], [axis], *given, delay)
         width = None if bands is None else half_width(bands, plant, friction, regression)
-        return with_doubts(replace(_inverse(plant, friction, log, regression), half_width=width), log, velocity_max)
+        found = replace(_inverse(plant, friction, log, regression), half_width=width)
+        return with_doubts(replace(found, notes=(*told, *found.notes)), log, velocity_max)
     axis = axis or Axis(kind=log.kind)
     axis = axis if lag is None else replace(axis, lag=lag)
     return with_doubts(_simulated(plant, friction, log, axis, mode, bands), log, velocity_max)
@@ -131,6 +134,20 @@ def _simulated(
     if not runs:
         raise InputError("no stretch of the log is long enough", path="log", allowed=f"> {2 * START_SAMPLES} samples")
     return _with_widths(_compare(mode, log, runs, used, tuple(dict.fromkeys(notes))), widths)
+
+
+def _within_reach(
+    log: Log, cutoff: float | None, decimation: int | None, axis: Axis | None
+) -> tuple[tuple[float | None, int | None], tuple[str, ...]]:
+    """Return cut-off [Hz] and decimation for a log that may be sampled too slowly for those of the identification."""
+    wanted = cutoff if cutoff is not None else axis.cutoff if axis is not None else None
+    if wanted is None or wanted * log.sample_time < 0.5:
+        return (cutoff, decimation), ()
+    most = MOST / log.sample_time
+    note = (
+        f"the log is sampled too slowly for the filter of the identification, {wanted:g} Hz: {most:.3g} Hz in its place"
+    )
+    return (most, 1), (note,)
 
 
 def _inverse(plant: Model, friction: Model, log: Log, regression: Regression) -> Prediction:
