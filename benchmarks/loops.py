@@ -56,8 +56,9 @@ def recorded_in_loop(
     desired = np.stack([reference, velocity, np.gradient(velocity, DT), np.zeros(reference.size)])
     injected = pulses * (np.arange(reference.size) % 2000 < 60)
 
+    acting = scattering(truth, scatter, seed) if scatter else truth
     trace = run_closed_loop(
-        plants.inertia(M=MASS), scattering(truth, scatter, seed), LAW, sensors.encoder(resolution=encoder), desired, DT,
+        plants.inertia(M=MASS), acting, LAW, sensors.encoder(resolution=encoder), desired, DT,
         steps=FINER * substeps_for(DT), injected=injected, lag=lag, x=reference[0],
     )  # fmt: skip
     effort = trace.command + noise * np.max(np.abs(trace.friction)) * rng.standard_normal(reference.size)

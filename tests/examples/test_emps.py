@@ -143,6 +143,21 @@ def test_the_second_half_is_predicted_from_a_fit_to_the_first(bristle, emps, tmp
     assert predicted.data["metrics"]["force_error_percent"] <= percent
 
 
+def test_a_loop_with_pulses_is_fitted_as_a_whole(bristle, pulse_record, tmp_path):  # noqa: F811
+    out = tmp_path / "out"
+    asked = ("--axis", REFINED, "--model", "coulomb_viscous+asymmetry", "--method", "output_error", "--draws", "40")
+    found = bristle("identify", pulse_record, *asked, "--out", out, "--json")
+    assert found.code == 0, found.err
+    assert found.data["metrics"]["loop_error_percent"] < 1.0
+    known = found.data["parameters"]
+    truth = {"M": 95.0, "F_C_pos": 20.1, "F_C_neg": 20.6, "F_v_pos": 167.0, "F_v_neg": 240.0}
+    for name, value in truth.items():
+        assert known[name]["value"] == pytest.approx(value, rel=0.01), name
+    assert known["lag"]["value"] < 2e-5
+    looped = bristle("predict", out / "model.toml", pulse_record, "--axis", REFINED, "--mode", "closed-loop", "--json")
+    assert looped.data["metrics"]["force_error_percent"] < 2.0
+
+
 def test_the_refined_axis_file_knows_the_pulses_too(bristle, pulse_record, tmp_path):  # noqa: F811
     out = tmp_path / "out"
     asked = ("--axis", REFINED, "--model", "stribeck_free+periodic+asymmetry", "--out", out, "--json")

@@ -68,10 +68,12 @@ def test_units_meanings_and_uncertainty_are_written_for_people(tmp_path):
 
 def test_the_treatment_of_the_identification_comes_back(tmp_path):
     path = tmp_path / "model.toml"
-    treatment = {"cutoff": 37.5, "decimation": 4.0, "rows": 900.0, "velocity_max": 0.3}
+    treatment = {"cutoff": 37.5, "decimation": 4.0, "rows": 900.0, "velocity_max": 0.3, "lag": 2.8e-4}
     write_model(path, None, find("coulomb")(F_C=8.0), treatment=treatment)
     assert "cutoff = 37.5 # Hz: " in path.read_text()
-    assert read_model(path).info["treatment"] == {"cutoff": 37.5, "decimation": 4, "velocity_max": 0.3}
+    assert read_model(path).info["treatment"] == {
+        "cutoff": 37.5, "decimation": 4, "velocity_max": 0.3, "lag": 2.8e-4,
+    }  # fmt: skip
     write_model(path, None, find("coulomb")(F_C=8.0))
     assert read_model(path).info["treatment"] == {}
 

@@ -32,6 +32,9 @@ def show_identification(found: Identification, simulation: SimulationResult | No
     if best.position_rmse is not None:
         rmse = with_unit(best.position_rmse, unit_of("length", best.plant.kind))
         say(f"Position error {best.error_percent:.3g} % of the motion, {rmse} root mean square{held_out}.")
+    elif best.loop_rmse is not None:
+        rmse = with_unit(best.loop_rmse, unit_of("force", best.plant.kind))
+        say(f"Effort error of the simulated loop {best.error_percent:.3g} %, {rmse} root mean square{held_out}.")
     else:
         friction = f"{best.friction_error_percent:.3g} % of what friction takes of it"
         say(f"Force error {best.force_error_percent:.3g} % of the effort, {friction}{held_out}.")

@@ -61,13 +61,24 @@ def identify(
         str,
         typer.Option("--free", metavar="NAME[,NAME...]", help="Shapes to identify too, such as exponent of dahl."),
     ] = "",
+    method: Annotated[
+        str | None,
+        typer.Option(
+            "--method", metavar="METHOD", help="inverse_dynamics or output_error, else as the axis file says."
+        ),
+    ] = None,
+    everywhere: Annotated[
+        bool | None, typer.Option("--global", help="Look over the whole range of each parameter first.")
+    ] = None,
     force: Force = False,
     as_json: Json = False,
 ) -> int:
     """Identify friction models from one log or several.
 
     Several models are compared on stretches of the log that they were not fitted to, or, of several logs, on each of
-    them in turn. Where the axis file names the columns input and output, hysteresis operators are identified.
+    them in turn. The method output_error simulates the axis, in the loop of its controller where the axis file has one,
+    and fits all parameters to that. Where the axis file names the columns input and output, hysteresis operators are
+    identified.
 
     Writes model.toml, drive_table.csv, summary.json and report.html into DIR. Interrupted (Ctrl-C), it ends with the
     best found until then, marked unfinished, and exit code 130.
@@ -78,10 +89,9 @@ def identify(
         from bristle.cli.operators import identify_operators
 
         named = None if model == DEFAULT else model
-        identify_operators(log, axis, named, out, force=force, as_json=as_json, command=context.obj)
-        return 0
+        return identify_operators(log, axis, named, out, force=force, as_json=as_json, command=context.obj)
     asked = {"model": _models(model), "cutoff": _hertz(cutoff), "decimation": decimation, "free": free,
-             "draws": draws}  # fmt: skip
+             "draws": draws, "method": method, "global_search": everywhere}  # fmt: skip
     return _identify_friction(log, axis or [], asked, out, force=force, as_json=as_json, command=context.obj)
 
 
@@ -122,6 +132,7 @@ def _identify_friction(
                 found, prediction=prediction, simulation=simulation, table=table, command=command,
                 axis_name=described.name if described else log[0].stem, provenance=source,
                 certificates=certificates,
+                banner=f"Unfinished; {found.unfinished}." if found.unfinished else None,
             )  # fmt: skip
             write_identification(folder, found, table=table, report=page, summary=summary, provenance=source)
     if as_json:
@@ -194,9 +205,9 @@ def _in_the_loop(
     from bristle.simulation import simulate
 
     best = found.best
-    if axis.method == "output_error":
+    if best.position_rmse is not None:
         return None, predict(best.plant, best.friction, log, axis, "open-loop")
     experiment = loop_of(best.plant, best.friction, log, axis, cutoff=found.treatment["cutoff"])
     if experiment is None:
         return None, None
-    return simulate(experiment, report), predict(best.plant, best.friction, log, axis, "closed-loop")
+    return simulate(experiment, report), predict(best.plant, best.friction, log, axis, "closed-loop", lag=best.lag)

@@ -32,7 +32,8 @@ if TYPE_CHECKING:
 __all__ = ["ModelFile", "friction_from", "read_model", "write_model"]
 
 KEYS = ("schema", "kind", "provenance", "treatment", "plant", "friction", "uncertainty", "bands")
-DERIVED = {"s"}  # what is known of a model with lists instead of their numbers
+# What is known besides the numbers of a model: the stiffness of all elements, the lag of the loop it was fitted in.
+BESIDES = {"s", "lag"}
 TREATMENT = {
     "cutoff": Variable("frequency", "cut-off of the zero-phase filter of the identification", min=1e-9),
     "decimation": Variable("1", "samples for one row of the identification", min=1.0),
@@ -194,7 +195,7 @@ def _model_from(data: dict[str, Any], folder: Path, related: bool) -> ModelFile:
         )
     friction = friction_from(data["friction"], kind=kind, folder=folder, path="friction", related=related)
     plant = model_from(data["plant"], PLANTS, kind=kind, path="plant") if "plant" in data else None
-    known = set(friction.values) | set(plant.values if plant else ()) | DERIVED
+    known = set(friction.values) | set(plant.values if plant else ()) | BESIDES
     uncertainty = table_at(data.get("uncertainty", {}), "uncertainty")
     check_keys(uncertainty, [key_of(name) for name in known], "uncertainty")
     provenance = table_at(data.get("provenance", {}), "provenance")

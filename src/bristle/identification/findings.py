@@ -56,12 +56,10 @@ def fit_of(
     estimates = _Findings(problem, solution, scales, uncertainty, values, filtered=residual is None).estimates()
     names = tuple(solution.values)
     error = relative_error_percent(regression.effort, predicted)
-    about: tuple[str, ...] = ()
+    about = (*about_rise(problem, values), *about_amplitudes(regression, problem.model(values)))
     if residual is None:
-        about = (
-            *about_held_effort(problem, estimates), *about_noise(problem), *about_residual(problem, values, error),
-            *about_rise(problem, values), *about_amplitudes(regression, problem.model(values)),
-        )  # fmt: skip
+        rows = about_held_effort(problem, estimates), about_noise(problem), about_residual(problem, values, error)
+        about = (*(told for one in rows for told in one), *about)
     return Fit(
         plant=problem.plant(values),
         friction=_valid(component, values, regression.kind),

@@ -32,14 +32,14 @@ FEWEST = 10.0  # measurements
 
 def with_information(fits: Sequence[Fit]) -> list[Fit]:
     """Return fits to the same rows with their information criteria, which are differences to the smallest ones."""
-    squares = [float(fit.traces.residual @ fit.traces.residual) for fit in fits]
+    squares = [_square(fit) for fit in fits]
     if not fits or min(squares) == 0.0:
         return list(fits)
     best = fits[int(np.argmin(squares))].traces.residual
     rows = best.size
     along = float(np.clip(best[1:] @ best[:-1] / (best @ best), 0.0, 0.999))
     count = max(rows * (1.0 - along) / (1.0 + along), FEWEST)
-    sizes = [len(fit.correlation_names) for fit in fits]
+    sizes = [len(fit.correlation_names) + fit.further for fit in fits]
     plain = [count * float(np.log(square / rows)) for square in squares]
     aic = [one + 2.0 * size for one, size in zip(plain, sizes, strict=True)]
     bic = [one + size * float(np.log(count)) for one, size in zip(plain, sizes, strict=True)]
@@ -47,3 +47,10 @@ def with_information(fits: Sequence[Fit]) -> list[Fit]:
         replace(fit, information=Information(one - min(aic), other - min(bic), count))
         for fit, one, other in zip(fits, aic, bic, strict=True)
     ]
+
+
+def _square(fit: Fit) -> float:
+    """Return the sum of squares of what the fit made small, as if each row held as much of it as the samples do."""
+    simulated = fit.position_rmse if fit.loop_rmse is None else fit.loop_rmse
+    residual = fit.traces.residual
+    return float(residual @ residual) if simulated is None else residual.size * simulated**2

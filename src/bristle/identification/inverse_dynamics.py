@@ -23,7 +23,7 @@ from bristle.identification.break_away import break_aways
 from bristle.identification.given import logs_and_axes, none_or_more, treatment_of
 from bristle.identification.information import with_information
 from bristle.identification.interruption import obey
-from bristle.identification.output_error import one_period, simulated_loop
+from bristle.identification.output_error import one_period, refuse_elements, simulated_loop
 from bristle.identification.ranking import in_order
 from bristle.identification.regression import Regression
 from bristle.identification.result import Fit, Identification
@@ -105,6 +105,8 @@ def identify(
     kind = logs[0].kind
     known = replace(known_of(axes[0], mass, offset, kind), free=freed(free, components))
     by_output = any(axis is not None and axis.method == "output_error" for axis in axes)
+    if by_output:
+        refuse_elements(components)
     simulated = Simulated(logs, axes, simulated_loop(logs, axes)) if by_output else None
     opened = simulated is not None and simulated.loop == "open"
     treated = [one_period(log, axis) for log, axis in given] if opened else logs

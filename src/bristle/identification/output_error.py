@@ -12,30 +12,27 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.core.contracts import Model
+from bristle.core.contracts import FrictionModel
 from bristle.core.errors import InputError
 from bristle.core.variable import Variable
-from bristle.friction import is_static, with_presliding
-from bristle.identification.closed_loop import ClosedLoop, closed_loop_of
-from bristle.identification.open_loop import FINE, OpenLoop, open_loop_of
+from bristle.friction import base_of, gms, maxwell_slip
+from bristle.identification.closed_loop import closed_loop_of
+from bristle.identification.open_loop import FINE, open_loop_of
+from bristle.identification.outputs import LAG, Effort, Output, Position
 from bristle.identification.problem import Problem
 from bristle.identification.unknowns import Unknowns
 from bristle.logs.log import Log
-from bristle.sensors import encoder
 from bristle.simulation.result import relative_error_percent
 
-__all__ = ["COARSE", "LAG", "Effort", "Output", "OutputError", "Position", "Reading", "one_period", "simulated_loop"]
+__all__ = ["COARSE", "OutputError", "one_period", "refuse_elements", "simulated_loop"]
 
 COARSE = 4  # steps for one sample of an open loop, on the way
 EXPLORED = 12_000  # samples of all logs, which are enough to see whether a place is worth a closer look
-LAG = "lag"
 LAG_MOST = 20.0  # samples
-SEEDS = 2**31
 SAID = {
     "open": (
         "the parameters make the position that the effort causes the measured one, unfiltered; what is said of the "
@@ -47,159 +44,6 @@ SAID = {
         "measured motion and serves as the start only"
     ),
 }
-
-
-class Reading(NamedTuple):
-    """How a position is read: step of the encoder, standard deviation of the noise before it [m or rad]."""
-
-    resolution: float
-    noise: float
-
-
-class Output(Protocol):
-    """A stretch of a log that a model simulates: what was measured of it, and what the model says."""
-
-    @property
-    def measured(self) -> np.ndarray:
-        """The signal, shape (sample,)."""
-        ...
-
-    @property
-    def phase(self) -> np.ndarray:
-        """How far each sample is on its way through its period or its log, from 0 to 1."""
-        ...
-
-    @property
-    def position(self) -> np.ndarray:
-        """The position that was measured [m or rad], shape (sample,)."""
-        ...
-
-    def simulated(self, plant: Model, friction: Model, values: Mapping[str, float]) -> np.ndarray:
-        """Return the signal of the model, NaN from where it left the finite numbers, shape (sample,)."""
-        ...
-
-    def rough(self, most: int) -> Output:
-        """Return at most so many samples of it, as quickly simulated as can be."""
-        ...
-
-    def read(
-        self, plant: Model, friction: Model, values: Mapping[str, float], pure: np.ndarray, push: np.ndarray,
-        reading: Reading, rng: np.random.Generator,
-    ) -> np.ndarray:  # fmt: skip
-        """Return what a force that pushes against the motion and an encoder add to the `pure` signal.
-
-        Nobody knows where the steps of the encoder lie.
-        """
-        ...
-
-    def leaning(self, plant: Model, friction: Model, values: Mapping[str, float], slope: np.ndarray) -> np.ndarray:
-        """Return what `read` takes for a push where friction is twice what it is, shape (sample,).
-
-        `slope` is by how much the signal rises with the level of friction.
-        """
-        ...
-
-
-@dataclass(frozen=True)
-class Position:
-    """The position [m or rad] that the recorded effort makes."""
-
-    loop: OpenLoop
-    measured: np.ndarray
-
-    @property
-    def position(self) -> np.ndarray:
-        """The position that was measured [m or rad]."""
-        return self.measured
-
-    @property
-    def phase(self) -> np.ndarray:
-        """How far each sample is on its way through its period."""
-        period = self.loop.effort.size // self.loop.steps
-        return np.arange(self.loop.count) % period / period
-
-    def simulated(self, plant: Model, friction: Model, values: Mapping[str, float]) -> np.ndarray:
-        """Return the position of the model [m or rad]."""
-        return self.loop.position(plant, friction)[0]
-
-    def rough(self, most: int) -> Position:
-        """Return the first period of a record that repeats itself, else so many samples, with one step for each."""
-        loop = self.loop.rough(most)
-        return Position(loop, self.measured[: loop.count])
-
-    def read(
-        self, plant: Model, friction: Model, values: Mapping[str, float], pure: np.ndarray, push: np.ndarray,
-        reading: Reading, rng: np.random.Generator,
-    ) -> np.ndarray:  # fmt: skip
-        """Return what an encoder adds to that position, and the push, which is a change of the position [m or rad]."""
-        change = push + reading.noise * rng.standard_normal(self.measured.size)
-        if reading.resolution <= 0.0:
-            return change
-        phase = rng.uniform(0.0, reading.resolution)
-        return reading.resolution * np.round((pure + change + phase) / reading.resolution) - phase - pure
-
-    def leaning(self, plant: Model, friction: Model, values: Mapping[str, float], slope: np.ndarray) -> np.ndarray:
-        """Return the change of the position [m or rad]: no force is simulated again."""
-        return slope
-
-
-@dataclass(frozen=True)
-class Effort:
-    """The effort [N or N*m] that the controller asks for.
-
-    The encoder of the simulation is a perfect one: steps of its own would be noise of another kind beside those of
-    the log, and would leave no derivative.
-    """
-
-    loop: ClosedLoop
-    measured: np.ndarray
-    position: np.ndarray
-    presliding: float | None = None
-
-    @property
-    def phase(self) -> np.ndarray:
-        """How far each sample is on its way through its log."""
-        return np.arange(self.loop.count) / self.loop.count
-
-    def simulated(self, plant: Model, friction: Model, values: Mapping[str, float]) -> np.ndarray:
-        """Return the effort that the controller asks of the model [N or N*m]."""
-        return self._asked(self.loop, plant, friction, values, encoder(kind=plant.kind, resolution=0.0))
-
-    def rough(self, most: int) -> Effort:
-        """Return so many samples."""
-        return replace(self, loop=self.loop.first(most), measured=self.measured[:most], position=self.position[:most])
-
-    def read(
-        self, plant: Model, friction: Model, values: Mapping[str, float], pure: np.ndarray, push: np.ndarray,
-        reading: Reading, rng: np.random.Generator,
-    ) -> np.ndarray:  # fmt: skip
-        """Return what both add to that effort [N or N*m]; the controller sees the position through the encoder."""
-        moved = self.loop.moved_by(rng.uniform(0.0, reading.resolution))
-        seed = int(rng.integers(SEEDS))
-        sensor = encoder(kind=plant.kind, resolution=reading.resolution, noise=reading.noise, seed=seed)
-        return self._asked(moved, plant, friction, values, sensor, push) - pure
-
-    def leaning(self, plant: Model, friction: Model, values: Mapping[str, float], slope: np.ndarray) -> np.ndarray:
-        """Return the friction force in the loop [N or N*m], its constant part left out.
-
-        Where the body sticks, it is what friction holds against: a higher level breaks away later.
-        """
-        perfect = encoder(kind=plant.kind, resolution=0.0)
-        force = self.loop.run(plant, self._dressed(friction), perfect, lag=values.get(LAG)).friction
-        force = force - values.get("offset", 0.0)
-        return np.concatenate([force, np.full(self.loop.count - force.size, np.nan)])
-
-    def _asked(
-        self, loop: ClosedLoop, plant: Model, friction: Model, values: Mapping[str, float], sensor: Model,
-        disturbance: np.ndarray | None = None,
-    ) -> np.ndarray:  # fmt: skip
-        dressed = self._dressed(friction)
-        command = loop.run(plant, dressed, sensor, lag=values.get(LAG), disturbance=disturbance).command
-        return np.concatenate([command, np.full(loop.count - command.size, np.nan)])
-
-    def _dressed(self, friction: Model) -> Model:
-        """Return a friction model as it is simulated: over a distance, where a static one turns at once."""
-        return with_presliding(friction, self.presliding) if self.presliding and is_static(friction) else friction
 
 
 @dataclass(frozen=True)
@@ -336,6 +180,20 @@ def simulated_loop(logs: Sequence[Log], axes: Sequence[Axis | None]) -> str:
         raise InputError("shows in a closed loop only", path="effort.lag", value="identify",
                          mend="Describe the [controller] and name the column of the reference")  # fmt: skip
     return loop
+
+
+def refuse_elements(components: Sequence[FrictionModel]) -> None:
+    """Refuse models whose elements inverse dynamics lays out: their errors could not be compared with others.
+
+    Raises
+    ------
+    InputError
+        If there is one.
+    """
+    for one in components:
+        if base_of(one) in (maxwell_slip, gms):
+            raise InputError("is identified by inverse dynamics only", path="model", value=one.name,
+                             mend="Write --method inverse_dynamics, or ask for dahl or lugre")  # fmt: skip
 
 
 def one_period(log: Log, axis: Axis | None) -> Log:

@@ -10,7 +10,8 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.identification.interruption import BestSoFar, obey
 from bristle.identification.open_loop import FINE
-from bristle.identification.output_error import COARSE, LAG, OutputError
+from bristle.identification.output_error import COARSE, OutputError
+from bristle.identification.outputs import LAG
 from bristle.identification.problem import Problem
 from bristle.identification.resampling.refit import Refit, Space
 from bristle.identification.result import HeldOut

@@ -121,6 +121,8 @@ class Workbench:
         problem = Problem(self.regression, unknowns_of(component, self.known, self.regression))
         if self.refinement is not None:
             start = self._start(problem, lambda share, remark="": report(START * share, remark))
+            if start.unfinished:
+                return self._finished(fit_of(problem, start, self.scales), None, unfinished=True)
             return self._finished(*self._refined(self.refinement, problem, start, blocks, report))
         if component.linear and not component.relations:
             solution = solve_linear(problem)
@@ -184,10 +186,7 @@ class Workbench:
             return fit, None, False
         try:
             held_out = held_out_output(
-                error,
-                space,
-                blocks,
-                lambda share, remark="": report(REFINED + (1.0 - REFINED) * share),
+                error, space, blocks, lambda share, remark="": report(REFINED + (1.0 - REFINED) * share)
             )
         except KeyboardInterrupt as interruption:
             obey(interruption)
@@ -230,14 +229,18 @@ class Workbench:
         self, fit: Fit, predicted: Callable[[np.ndarray], np.ndarray], blocks: int, report: Report
     ) -> Fit:  # fmt: skip
         """Return a fit with its elements in lists and, where asked for, its error on held-out blocks."""
-        held_out = None
-        if blocks:
-            held_out = held_out_error(self.regression, predicted, blocks, lambda share: report(0.5 + 0.5 * share))
-        report(1.0)
+        held_out, unfinished = None, False
+        try:
+            if blocks:
+                held_out = held_out_error(self.regression, predicted, blocks, lambda share: report(0.5 + 0.5 * share))
+            report(1.0)
+        except KeyboardInterrupt as error:
+            obey(error)
+            unfinished = True
         friction = in_lists(fit.friction)
         # Level and stiffness count among the parameters.
         further = max(len(friction.values["k_i"]) - 2, 0)
-        return self._finished(replace(fit, friction=friction, further=further), held_out)
+        return self._finished(replace(fit, friction=friction, further=further), held_out, unfinished)
 
     def _finished(self, fit: Fit, held_out: HeldOut | None, unfinished: bool = False) -> Fit:
         repeated = ()

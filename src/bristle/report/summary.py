@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 __all__ = ["identification_summary", "prediction_summary", "simulation_summary"]
 
 
-NO_POSITION: dict[str, Any] = {"position_error_percent": None, "position_rmse": None}
+NOT_SIMULATED: dict[str, Any] = dict.fromkeys(
+    ("position_error_percent", "position_rmse", "loop_error_percent", "loop_rmse")
+)
 
 
 def identification_summary(
@@ -34,13 +36,13 @@ def identification_summary(
         "kind": kind,
         "parameters": _parameters(best),
         "combinations": _described(best.combinations),
-        "metrics": NO_POSITION | best.metrics,
+        "metrics": NOT_SIMULATED | best.metrics,
         "resampling": _resampling(best),
         "certificates": {name: vars(one) for name, one in (certificates or {}).items()},
         "warnings": best.warnings,
         "assumptions": best.assumptions,
         "models": [
-            {"name": fit.name, "rank": fit.rank, "parameters": _parameters(fit), "metrics": NO_POSITION | fit.metrics,
+            {"name": fit.name, "rank": fit.rank, "parameters": _parameters(fit), "metrics": NOT_SIMULATED | fit.metrics,
              "warnings": fit.warnings}
             for fit in identification.fits
         ],
@@ -122,6 +124,7 @@ def _resampling(fit: Fit) -> dict[str, Any] | None:
         "noise": found.bands.noise,
         "resolution": found.resolution,
         "unexplained": found.bands.unexplained,
+        "lasting": found.bands.lasting,
         "inflation": found.bands.inflation,
         "white": found.white,
         "jackknife_std": dict(found.jackknife),
@@ -143,6 +146,7 @@ def _prediction(prediction: Prediction) -> dict[str, Any]:
         "mode": prediction.mode,
         "metrics": dict(prediction.metrics),
         "inside_band_percent": prediction.inside_percent,
+        "position_inside_band_percent": prediction.position_inside_percent,
         "status": prediction.status.sentence,
         "completed": prediction.status is not Status.NOT_FINITE,
         "notes": prediction.notes,

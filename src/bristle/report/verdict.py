@@ -21,6 +21,7 @@ WIDER_OUTSIDE = 1.25  # ratio of held-out to fitted error from which the reader 
 def figures_of_merit(fit: Fit, gain: Gain | None) -> list[tuple[str, str]]:
     """Return the few numbers that decide, each with what it is."""
     what = "Effort error" if fit.position_error_percent is None else "Position error"
+    what = what if fit.loop_error_percent is None else "Effort error of the simulated loop"
     found = [("Friction model", fit.name), (what, _percent(fit.error_percent))]
     if fit.held_out is not None:
         found.append((f"On held-out {fit.held_out.of}", _percent(fit.held_out.mean_percent)))
@@ -84,6 +85,12 @@ def _error(fit: Fit) -> str:
         rmse = with_unit(fit.position_rmse, unit_of("length", fit.plant.kind))
         text = (
             f"From the effort of the log it makes the motion to {_percent(fit.error_percent)} ({rmse} root mean square)"
+        )
+    elif fit.loop_rmse is not None:
+        rmse = with_unit(fit.loop_rmse, unit_of("force", fit.plant.kind))
+        text = (
+            f"From the reference it makes the effort of the closed loop to {_percent(fit.error_percent)} ({rmse} root "
+            "mean square)"
         )
     else:
         text = (

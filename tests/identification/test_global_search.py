@@ -1,0 +1,99 @@
+"""A search over the whole range of every parameter, where a descent ends in the wrong place."""
+
+from dataclasses import replace
+
+import numpy as np
+from benchmarks.loops import AXIS, recorded_in_loop
+from tests.identification.test_output_error import AXIS as OPEN
+from tests.identification.test_output_error import recorded
+
+from bristle import friction
+from bristle.identification import identify
+from bristle.identification.global_search import box_of
+from bristle.identification.interruption import BestSoFar
+from bristle.identification.problem import Problem
+from bristle.identification.refinement import Refinement
+from bristle.identification.unknowns import coordinates_of
+
+PRESLIDING = friction.dahl(F_C=20.0, sigma_0=5e6, sigma_2=200.0)
+
+
+class Landscape:
+    """What a fit searches, and where it ended."""
+
+    def __init__(self, log, model, axis, monkeypatch):
+        refine = Refinement.of
+
+        def spied(refinement, inverse, start, report=None):
+            self.solution, self.error = refine(refinement, inverse, start)
+            self.search = refinement._search(inverse, 4)
+            return self.solution, self.error
+
+        with monkeypatch.context() as patch:
+            patch.setattr(Refinement, "of", spied)
+            identify(log, model, axis=axis, draws=0, blocks=0)
+        self.goal = self.percent(self.solution.values)
+
+    def percent(self, values, limit=60):
+        """Where a descent ends, in percent of the signal."""
+        return self.search.percent(self.search.refit(values, limit=limit).cost)
+
+    @property
+    def places(self):
+        """Places drawn from the box: starts that know nothing."""
+        coordinates = coordinates_of(self.search.problem.unknowns, self.search.scales)
+        box, rng = box_of(coordinates, self.search.phi_of(self.solution.values)), np.random.default_rng(0)
+        return [
+            self.search.values_of(np.array([side.coordinate(rng.uniform(side.low, side.high)) for side in box]))
+            for _ in range(5)
+        ]
+
+    def explored(self, start):
+        rough = replace(self.search, problem=self.error.rough)
+        return self.percent(rough.explored(start, BestSoFar(), seed=1))
+
+
+def found_where_descents_fail(there):
+    ends = [there.percent(place, limit=30) for place in there.places]
+    assert sum(end > 1.5 * there.goal for end in ends) >= 2
+    worst = there.places[int(np.argmax(ends))]
+    assert there.explored(worst) < 1.05 * there.goal
+
+
+def test_an_oscillator_is_found_from_where_a_descent_fails(monkeypatch):
+    found_where_descents_fail(Landscape(recorded(), "bouc_wen_classic", OPEN, monkeypatch))
+
+
+def test_presliding_in_a_loop_is_found_from_where_a_descent_fails(monkeypatch):
+    log = recorded_in_loop(PRESLIDING, 0, pairs=4, scatter=0.0)
+    found_where_descents_fail(Landscape(log, "dahl", AXIS, monkeypatch))
+
+
+def test_interrupted_on_the_way_it_returns_the_best_place_so_far():
+    told = []
+
+    def report(share, text):
+        told.append(text)
+        if sum("looking everywhere" in one for one in told) == 3:
+            raise KeyboardInterrupt
+
+    found = identify(recorded(), "bouc_wen_classic", axis=OPEN, draws=0, blocks=0, global_search=True, progress=report)
+    assert found.best.unfinished
+    assert found.best.position_error_percent < 5.0
+    assert any("looking everywhere, best so far" in one for one in told)
+
+
+def test_inverse_dynamics_looks_everywhere_too(monkeypatch):
+    log, seen = recorded_in_loop(PRESLIDING, 0, pairs=2, scatter=0.0), []
+    residual = Problem.residual
+    monkeypatch.setattr(Problem, "residual", lambda self, free: (seen.append(1), residual(self, free))[1])
+    counts, errors = [], []
+    for everywhere in (False, True):
+        seen.clear()
+        fit = identify(
+            log, "dahl", axis=AXIS, method="inverse_dynamics", draws=0, blocks=0, global_search=everywhere
+        ).best
+        counts.append(len(seen))
+        errors.append(fit.force_error_percent)
+    assert counts[1] > counts[0] + 500
+    assert errors[1] <= 1.001 * errors[0]

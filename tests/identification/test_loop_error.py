@@ -1,0 +1,127 @@
+"""Output error of a closed loop: all parameters together, the lag of the drive among them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from benchmarks.loops import AXIS, MASS, recorded_in_loop
+
+from bristle import friction
+from bristle.core import InputError
+from bristle.identification import identify, predict
+from bristle.identification.output_error import OutputError
+from bristle.identification.problem import Problem
+
+TRUTH = friction.stribeck(F_C=20.0, F_S=28.0, v_S=3e-3, F_v=200.0)
+LAG = 0.8e-3
+SOUGHT = replace(AXIS, seeks_lag=True)
+
+
+@pytest.fixture(scope="module")
+def log():
+    return recorded_in_loop(TRUTH, 3, pairs=5, scatter=0.0, lag=LAG, pulses=6.0)
+
+
+@pytest.fixture(scope="module")
+def fit(log):
+    return identify(log, "stribeck", axis=SOUGHT, draws=0).best
+
+
+def test_every_parameter_comes_back_and_the_lag_of_the_drive(fit):
+    for name, truth in {**TRUTH.values, "M": MASS, "lag": LAG}.items():
+        assert fit.parameters[name].value == pytest.approx(truth, rel=0.05 if name == "lag" else 0.02), name
+    assert fit.lag == fit.parameters["lag"].value
+    assert fit.loop_error_percent < 1.8  # steps of the encoder in the effort
+    assert fit.error_percent == fit.loop_error_percent
+    assert fit.position_error_percent is None
+
+
+def test_inverse_dynamics_of_the_same_log_is_further_off(fit, log):
+    start = identify(log, "stribeck", axis=SOUGHT, method="inverse_dynamics", draws=0, blocks=0).best
+    assert "lag" not in start.parameters
+    for name in ("M", "F_v"):
+        off = [abs(one.parameters[name].value / {**TRUTH.values, "M": MASS}[name] - 1.0) for one in (fit, start)]
+        assert off[0] < 0.2 * off[1], name
+
+
+def test_the_prediction_of_the_same_loop_errs_as_the_fit_does(fit, log):
+    with_lag, without = (
+        predict(fit.plant, fit.friction, log, AXIS, "closed-loop", lag=lag).metrics["force_error_percent"]
+        for lag in (fit.lag, None)
+    )
+    # The simulated encoder adds its own steps to those of the log.
+    assert fit.loop_error_percent < with_lag < 1.6 * fit.loop_error_percent
+    assert without > 1.3 * with_lag
+
+
+def test_without_its_known_input_the_loop_is_another_one(fit, log):
+    missing = identify(replace(log, injected=()), "stribeck", axis=SOUGHT, draws=0, blocks=0).best
+    assert missing.loop_error_percent > 2.0 * fit.loop_error_percent
+
+
+def test_blocks_are_held_out_of_the_loop(fit):
+    assert fit.held_out.of == "time blocks"
+    assert fit.held_out.mean_percent == pytest.approx(fit.loop_error_percent, rel=0.3)
+
+
+def test_where_friction_scatters_intervals_of_twins_hold_the_truth_and_plain_ones_do_not():
+    log = recorded_in_loop(TRUTH, 11, pairs=10)
+    fit = identify(log, "stribeck", axis=AXIS, draws=60, blocks=0).best
+    plain, twins = [], []
+    for name, truth in {**TRUTH.values, "M": MASS}.items():
+        one = fit.parameters[name]
+        if one.status != "identified":
+            continue
+        plain.append(abs(one.value - truth) < 1.96 * one.std)
+        twins.append(one.interval[0] < truth < one.interval[1])
+    assert np.mean(twins) >= 0.8
+    assert np.mean(plain) <= 0.6
+    assert not fit.resampling.white
+    assert fit.resampling.scatter.low < 0.05 < fit.resampling.scatter.high
+    assert "in the loop" in fit.assumptions[-1]
+
+
+def test_interrupted_it_returns_the_best_so_far(log, monkeypatch):
+    residual, seen = OutputError.residual, [0]
+
+    def counting(self, free):
+        seen[0] += 1
+        if seen[0] == 4:
+            raise KeyboardInterrupt
+        return residual(self, free)
+
+    monkeypatch.setattr(OutputError, "residual", counting)
+    found = identify(log, "stribeck", axis=SOUGHT, draws=0)
+    assert found.best.unfinished
+    assert found.unfinished == "interrupted: stribeck is the best found until then"
+    assert found.best.warnings[0].startswith("unfinished: ")
+    assert found.best.loop_error_percent < 20.0
+
+
+def test_interrupted_at_its_start_it_returns_the_start(log, monkeypatch):
+    residual, seen = Problem.residual, [0]
+
+    def counting(self, free):
+        seen[0] += 1
+        if seen[0] == 60:
+            raise KeyboardInterrupt
+        return residual(self, free)
+
+    monkeypatch.setattr(Problem, "residual", counting)
+    found = identify(log, "stribeck", axis=SOUGHT, draws=0).best
+    assert found.unfinished
+    assert found.loop_error_percent is None
+
+
+def test_what_the_loop_lacks_is_told(log):
+    for axis, changed, said in (
+        (replace(AXIS, controller=None, loop="closed"), log, "axis.controller: is needed to fit the closed loop"),
+        (replace(AXIS, loop="closed"), replace(log, reference=None), "has no reference"),
+        (replace(SOUGHT, loop="open"), log, "effort.lag: shows in a closed loop only"),
+    ):
+        with pytest.raises(InputError, match=said):
+            identify(changed, "coulomb_viscous", axis=axis)
+    with pytest.raises(InputError, match="model: is identified by inverse dynamics only"):
+        identify(log, "coulomb_viscous,maxwell_slip+position", axis=AXIS)
+    with pytest.raises(InputError, match="method: no such method"):
+        identify(log, "coulomb_viscous", axis=AXIS, method="guess")
