@@ -104,10 +104,7 @@ def identify(
     _refuse_without_effort(logs)
     kind = logs[0].kind
     known = replace(known_of(axes[0], mass, offset, kind), free=freed(free, components))
-    by_output = any(axis is not None and axis.method == "output_error" for axis in axes)
-    if by_output:
-        refuse_elements(components)
-    simulated = Simulated(logs, axes, simulated_loop(logs, axes)) if by_output else None
+    simulated = _simulated(logs, axes, components)
     opened = simulated is not None and simulated.loop == "open"
     treated = [one_period(log, axis) for log, axis in given] if opened else logs
     regression = treat_all(treated, axes, *treatment_of(cutoff, decimation, kind))
@@ -119,15 +116,28 @@ def identify(
     unfinished = _unfinished(fits, [one.name for one in components])
     if draws and not unfinished:
         report = _share(progress, len(components), count, f"fitting {first.name} to simulated logs")
-        try:
-            first = workbench.assessed(first, draws, report)
-        except KeyboardInterrupt as error:
-            obey(error)
-            unfinished = "interrupted: the intervals are not those of simulated logs"
-    return Identification(
-        (first, *others), logs[0], _treatment(regression, first), tuple(logs[1:]), unfinished,
-        break_aways(regression, first.plant, first.friction),
-    )  # fmt: skip
+        first, unfinished = _assessed(workbench, first, draws, report)
+    treatment, away = _treatment(regression, first), break_aways(regression, first.plant, first.friction)
+    return Identification((first, *others), logs[0], treatment, tuple(logs[1:]), unfinished, away)
+
+
+def _simulated(
+    logs: Sequence[Log], axes: Sequence[Axis | None], components: Sequence[FrictionModel]
+) -> Simulated | None:  # fmt: skip
+    """Return what is simulated to be compared with the logs; None where nothing is."""
+    if not any(axis is not None and axis.method == "output_error" for axis in axes):
+        return None
+    refuse_elements(components)
+    return Simulated(logs, axes, simulated_loop(logs, axes))
+
+
+def _assessed(workbench: Workbench, fit: Fit, draws: int, report: Report) -> tuple[Fit, str]:
+    """Return a fit with its intervals, and what was interrupted, in words."""
+    try:
+        return workbench.assessed(fit, draws, report), ""
+    except KeyboardInterrupt as error:
+        obey(error)
+        return fit, "interrupted: the intervals are not those of simulated logs"
 
 
 def _fits(
