@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from os import PathLike
 from typing import Any
 
@@ -104,21 +105,18 @@ def identify(
     _refuse_without_effort(logs)
     kind = logs[0].kind
     known = replace(known_of(axes[0], mass, offset, kind), free=freed(free, components))
-    by_output = any(axis is not None and axis.method == "output_error" for axis in axes)
-    if by_output:
-        refuse_elements(components)
-    simulated = Simulated(logs, axes, simulated_loop(logs, axes)) if by_output else None
+    simulated = _simulated(logs, axes, components)
     opened = simulated is not None and simulated.loop == "open"
     treated = [one_period(log, axis) for log, axis in given] if opened else logs
     regression = treat_all(treated, axes, *treatment_of(cutoff, decimation, kind))
     everywhere = any(axis is not None and axis.global_search for axis in axes)
     workbench = Workbench.of(regression, known, simulated, everywhere=everywhere)
     count = len(components) + bool(draws)
-    fits = _fits(workbench, components, blocks, lambda number, what: _share(progress, number, count, what))
+    fits = _fits(workbench, components, blocks, partial(_share, progress, count))
     first, *others = (replace(fit, rank=rank) for rank, fit in enumerate(with_information(in_order(fits)), 1))
     unfinished = _unfinished(fits, [one.name for one in components])
     if draws and not unfinished:
-        report = _share(progress, len(components), count, f"fitting {first.name} to simulated logs")
+        report = _share(progress, count, len(components), f"fitting {first.name} to simulated logs")
         try:
             first = workbench.assessed(first, draws, report)
         except KeyboardInterrupt as error:
@@ -128,6 +126,16 @@ def identify(
         (first, *others), logs[0], _treatment(regression, first), tuple(logs[1:]), unfinished,
         break_aways(regression, first.plant, first.friction),
     )  # fmt: skip
+
+
+def _simulated(
+    logs: Sequence[Log], axes: Sequence[Axis | None], components: Sequence[FrictionModel]
+) -> Simulated | None:
+    """Return what output error simulates; None where the method is another one."""
+    if not any(axis is not None and axis.method == "output_error" for axis in axes):
+        return None
+    refuse_elements(components)
+    return Simulated(logs, axes, simulated_loop(logs, axes))
 
 
 def _fits(
@@ -174,7 +182,7 @@ def _unfinished(fits: Sequence[Fit], asked: Sequence[str]) -> str:
     return f"interrupted: {'; '.join(said)}" if said else ""
 
 
-def _share(progress: Progress | None, number: int, count: int, what: str) -> Report:
+def _share(progress: Progress | None, count: int, number: int, what: str) -> Report:
     def report(share: float, remark: str = "") -> None:
         if progress is not None:
             progress((number + share) / count, f"{what}{remark and f', {remark}'}")
