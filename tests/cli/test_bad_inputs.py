@@ -92,7 +92,7 @@ COMMAND_LINES = [
     Bad("no such model", ("strybeck", "Did you mean 'stribeck'"), (*IDENTIFY, "--model", "coulomb,strybeck")),
     Bad("no such slot", ("+hot", "+asymmetry"), (*IDENTIFY, "--model", "coulomb+hot")),
     Bad("no model at all", ("coulomb_viscous",), (*IDENTIFY, "--model", "")),
-    Bad("model that this method cannot fit", ("gms", "lugre"), (*IDENTIFY, "--model", "gms")),
+    Bad("model that this method cannot fit", ("maxwell_stribeck", "gms"), (*IDENTIFY, "--model", "maxwell_stribeck")),
     Bad("no such mode", ("sideways", "closed-loop"), (*PREDICT, "--mode", "sideways")),
     Bad(
         "results into a file", ("kept.txt", "Name another"), (*IDENTIFY, "--out", "kept.txt"), write("kept.txt", "mine")

@@ -7,6 +7,7 @@ import pytest
 from tests.cli.conftest import bristle  # noqa: F401
 
 from bristle import hysteresis, response
+from bristle.identification.operators import FITTED
 
 AXIS = """
 schema = 1
@@ -47,6 +48,25 @@ def test_identify_and_predict(bristle, loops):  # noqa: F811
     assert said.code == 0, said.err
     assert said.data["metrics"]["error_percent"] == pytest.approx(found.data["metrics"]["error_percent"])
     assert said.data["metrics"]["unit"] == "N"
+
+
+def test_what_was_fitted_before_an_interruption_is_written_and_marked(bristle, loops, monkeypatch):  # noqa: F811
+    def interrupted(*given):
+        raise KeyboardInterrupt
+
+    monkeypatch.setitem(FITTED, "preisach_grid", interrupted)
+    asked = ("identify", loops / "loops.csv", "--axis", loops / "axis.toml", "--out", loops / "part")
+    found = bristle(*asked, "--model", "prandtl_ishlinskii,preisach_grid,preisach", "--json")
+    assert found.code == 130
+    words = "interrupted: preisach_grid, preisach were not fitted"
+    assert found.data["unfinished"] == words
+    assert words in found.err
+    assert [one["name"] for one in found.data["models"]] == ["prandtl_ishlinskii"]
+    assert f'unfinished = "{words}"' in (loops / "part" / "model.toml").read_text()
+    assert f"Unfinished; {words}." in (loops / "part" / "report.html").read_text()
+    nothing = bristle(*asked[:-1], loops / "none", "--model", "preisach_grid")
+    assert nothing.code == 130
+    assert not (loops / "none").exists()
 
 
 def test_what_a_person_reads(bristle, loops):  # noqa: F811

@@ -44,6 +44,16 @@ def test_the_second_half_is_predicted_from_the_first(found, name, most):
 
 
 @pytest.mark.measured
+def test_break_away_repeats_from_stroke_to_stroke(found):
+    identification, _, _ = found
+    (one,) = identification.break_aways
+    assert one.legs == 48
+    assert one.force == pytest.approx(2.333, abs=0.005)
+    assert one.force_interval == pytest.approx((2.326, 2.339), abs=0.003)
+    assert 1e6 * one.distance == pytest.approx(103.2, abs=0.5)
+
+
+@pytest.mark.measured
 def test_what_this_log_cannot_tell_is_said(found):
     identification, _, _ = found
     assert identification.best.name == "maxwell_slip+position"

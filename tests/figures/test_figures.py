@@ -129,3 +129,16 @@ def test_drawing_leaves_the_settings_of_matplotlib_alone(stage):
 def test_the_stateful_interface_is_never_loaded():
     code = "import bristle.figures, sys; sys.exit('matplotlib.pyplot' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_models_compared_say_what_was_fitted_and_have_room_for_the_worst(workbench):
+    found = workbench.identified
+    (axes,) = figures.model_comparison(found).axes
+    furthest = max(float(np.max(line.get_xdata())) for line in axes.get_lines())
+    assert furthest < 0.97 * axes.get_xlim()[1]
+    assert axes.get_xlabel().startswith("Effort error")
+    by_position = replace(found, fits=tuple(replace(one, position_error_percent=5.0) for one in found.fits))
+    (axes,) = figures.model_comparison(by_position).axes
+    assert axes.get_xlabel().startswith("Position error")
+    fitted = [line for line in axes.get_lines() if line.get_marker() == "D"]
+    assert {float(one) for line in fitted for one in line.get_xdata()} == {5.0}

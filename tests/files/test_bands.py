@@ -9,7 +9,7 @@ from bristle.files import read_model
 from bristle.files.model import write_model
 from bristle.identification.bands import Bands
 
-BANDS = Bands({"F_C": np.array([7.9, 8.1, 8.0]), "M": np.array([20.0, 20.1, 19.9])}, 0.05, 0.1, 0.0, 1.2)
+BANDS = Bands({"F_C": np.array([7.9, 8.1, 8.0]), "M": np.array([20.0, 20.1, 19.9])}, 0.05, 0.1, 0.0, 0.2, 1.2)
 MODEL = friction.find("coulomb_viscous")(F_C=8.0, F_v=40.0)
 
 
@@ -20,7 +20,8 @@ def written(path, bands=BANDS):
 
 def test_bands_come_back(tmp_path):
     found = Bands(**read_model(written(tmp_path / "model.toml")).info["bands"])
-    assert (found.scatter, found.noise, found.unexplained, found.inflation) == (0.05, 0.1, 0.0, 1.2)
+    assert (found.scatter, found.noise, found.unexplained) == (0.05, 0.1, 0.0)
+    assert (found.lasting, found.inflation) == (0.2, 1.2)
     assert found.count == 3
     for name, values in BANDS.draws.items():
         np.testing.assert_allclose(found.draws[name], values)

@@ -135,8 +135,8 @@ def test_directions_differ_by_one_number():
     friction = force_along(truth, motion.velocity, 1e-4, motion.position)
     coarse = Motion(*(one[::10] for one in motion))
     noise = np.random.default_rng(3).normal(0.0, 0.05, coarse.time.size)
-    log = log_of(coarse, MASS * coarse.acceleration + friction[::10] + noise)
-    asked = {"mass": MASS, "cutoff": 80.0, "decimation": 2, "blocks": 0}
+    log = log_of(coarse, MASS * coarse.acceleration + friction[::10] + noise, step=1e-7)
+    asked = {"mass": MASS, "cutoff": 80.0, "decimation": 5, "blocks": 0}
     fit = identify(log, "maxwell_slip+asymmetry", draws=20, **asked).best
     for name in ("F_C_pos", "F_C_neg"):
         assert fit.parameters[name].value == pytest.approx(levels[name], abs=0.3)

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 from tests.identification.known_logs import log_of, sines, sliding_effort
+from tests.identification.test_elements import elements_log
 
 from bristle.identification import identify
+from bristle.report.model_tables import comparison_table
 
 
 @pytest.fixture(scope="module")
@@ -31,3 +33,17 @@ def test_both_criteria_differ_by_the_price_of_a_parameter(compared):
     assert bic - aic == pytest.approx(more * (np.log(one.information.measurements) - 2.0))
     assert one.information.measurements <= one.traces.time.size
     assert {"aic", "bic"} <= set(one.metrics)
+
+
+def test_each_element_that_slips_has_its_price():
+    found = identify(elements_log(), "dahl,maxwell_slip", mass=12.0, cutoff=80.0, draws=0, blocks=0)
+    fits = {fit.name: fit for fit in found.fits}
+    one, other = fits["dahl"], fits["maxwell_slip"]
+    elements = len(other.friction.values["k_i"])
+    assert elements >= 3
+    # Stiffness of each element, viscous friction and offset.
+    more = elements + 2 - len(one.correlation_names)
+    told = (other.information.bic - one.information.bic) - (other.information.aic - one.information.aic)
+    assert told == pytest.approx(more * (np.log(one.information.measurements) - 2.0))
+    count = {row[0]: row[1] for row in comparison_table(found).rows}
+    assert int(count["maxwell_slip"]) == elements + 2

@@ -8,7 +8,7 @@ from tests.identification.known_logs import log_of, sines, sliding_effort, slow_
 
 from bristle import friction
 from bristle.cli.signals import SignalledError
-from bristle.identification import identify
+from bristle.identification import identify, workbench
 from bristle.identification.problem import Problem
 
 TRUTH = friction.lugre(sigma_0=1e5, sigma_1=200.0, F_C=8.0, F_S=10.0, v_S=2e-3, sigma_2=30.0)
@@ -68,6 +68,17 @@ def test_one_that_explains_far_more_already_is_not_put_behind_those_that_were_wh
     assert [fit.unfinished for fit in found.fits] == [True, False]
     assert [fit.rank for fit in found.fits] == [1, 2]
     assert found.best.error_percent < 0.7 * found.fits[1].held_out.mean_percent
+
+
+def test_elements_are_kept_where_what_is_held_out_was_interrupted(log, monkeypatch):
+    def interrupted(*given):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(workbench, "held_out_error", interrupted)
+    found = identify(log, "maxwell_slip,dahl", blocks=2)
+    assert [(fit.name, fit.unfinished, fit.held_out) for fit in found.fits] == [("maxwell_slip", True, None)]
+    assert len(found.best.friction.values["k_i"]) >= 1
+    assert found.unfinished == "interrupted: maxwell_slip is the best found until then; dahl was not fitted"
 
 
 def test_before_anything_was_tried_there_is_nothing_to_return(log, interrupted_after):

@@ -173,6 +173,26 @@ def test_a_prediction_worse_than_nothing_is_told():
     assert not any("warning" in one for one in predict(fit.plant, fit.friction, sliding_log()).notes)
 
 
+def test_an_open_loop_that_runs_away_is_told():
+    fit = identify(sliding_log(), blocks=0, draws=0).best
+    loose = friction.coulomb_viscous(F_C=0.1, F_v=0.1)
+    notes = predict(fit.plant, loose, sliding_log(), mode="open-loop").notes
+    assert notes[0].startswith("warning: a position of zero would be nearer")
+
+
+def test_a_log_that_is_sampled_more_slowly_than_the_filter_needs_is_predicted_with_a_lower_cut_off():
+    log = sliding_log()
+    fit = identify(log, cutoff=80.0, blocks=0, draws=0).best
+    every = 20  # 50 Hz
+    channels = {name: replace(one, values=one.values[::every]) for name, one in log.channels()}
+    slow = replace(log, **channels, sample_time=every * log.sample_time, segments=())
+    found = predict(fit.plant, fit.friction, slow, cutoff=80.0, decimation=10)
+    assert found.notes[0].startswith("the log is sampled too slowly for the filter of the identification, 80 Hz: 20 Hz")
+    # Central differences over 40 ms, and noise of the effort that nothing kept from folding down.
+    assert found.metrics["force_error_percent"] < 5.0
+    assert not any("too slowly" in one for one in predict(fit.plant, fit.friction, log, cutoff=80.0).notes)
+
+
 @pytest.mark.parametrize("mode", ["inverse", "open-loop"])
 def test_speeds_beyond_the_fitted_ones_are_told(mode):
     found = identify(sliding_log(), blocks=0, draws=0)

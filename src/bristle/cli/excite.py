@@ -88,6 +88,9 @@ def excite(
 def _identify(found: Excitation, out: Path | None) -> str:
     """Return the command that identifies the log of the motion."""
     model = found.rehearsal.identification.best.name if found.rehearsal else found.prior.friction.name
+    if any(piece.purpose == "presliding" for piece in found.motion.pieces) and model != "maxwell_slip":
+        # Loops inside loops tell whether the contact remembers more than one force.
+        model += ",maxwell_slip"
     axis = str(out / "axis.toml") if out else "AXIS.toml"
     return shlex.join(["bristle", "identify", "LOG", "--axis", axis, "--model", model, "--out", "results"])
 

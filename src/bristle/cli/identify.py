@@ -89,8 +89,7 @@ def identify(
         from bristle.cli.operators import identify_operators
 
         named = None if model == DEFAULT else model
-        identify_operators(log, axis, named, out, force=force, as_json=as_json, command=context.obj)
-        return 0
+        return identify_operators(log, axis, named, out, force=force, as_json=as_json, command=context.obj)
     asked = {"model": _models(model), "cutoff": _hertz(cutoff), "decimation": decimation, "free": free,
              "draws": draws, "method": method, "global_search": everywhere}  # fmt: skip
     return _identify_friction(log, axis or [], asked, out, force=force, as_json=as_json, command=context.obj)
@@ -133,6 +132,7 @@ def _identify_friction(
                 found, prediction=prediction, simulation=simulation, table=table, command=command,
                 axis_name=described.name if described else log[0].stem, provenance=source,
                 certificates=certificates,
+                banner=f"Unfinished; {found.unfinished}." if found.unfinished else None,
             )  # fmt: skip
             write_identification(folder, found, table=table, report=page, summary=summary, provenance=source)
     if as_json:
@@ -205,7 +205,7 @@ def _in_the_loop(
     from bristle.simulation import simulate
 
     best = found.best
-    if axis.method == "output_error":
+    if best.position_rmse is not None:
         return None, predict(best.plant, best.friction, log, axis, "open-loop")
     experiment = loop_of(best.plant, best.friction, log, axis, cutoff=found.treatment["cutoff"])
     if experiment is None:

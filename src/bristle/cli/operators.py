@@ -6,6 +6,7 @@ import sys
 from contextlib import nullcontext
 from pathlib import Path
 
+from bristle.cli.failure import INTERRUPTED
 from bristle.cli.terminal import complain, progress, say, show_table
 
 __all__ = ["identify_operators", "predict_operator"]
@@ -13,8 +14,8 @@ __all__ = ["identify_operators", "predict_operator"]
 
 def identify_operators(
     logs: list[Path], axes: list[Path], model: str | None, out: Path | None, *, force: bool, as_json: bool, command: str
-) -> None:
-    """Identify hysteresis operators from recorded curves, and write them where `out` says."""
+) -> int:
+    """Identify hysteresis operators from recorded curves, write them where `out` says, and return the exit code."""
     from bristle.core import InputError
     from bristle.files.curves import read_curve_columns, read_curves
     from bristle.files.operator import write_operator
@@ -33,10 +34,14 @@ def identify_operators(
         recorded = read_curves(log, axis)
         found = identify_operator(recorded, model or tuple(FITTED), progress=report)
         source = provenance(command, log=log, axis=axis)
+        source |= {"unfinished": found.unfinished} if found.unfinished else {}
         summary = operator_summary(found, provenance=source)
         if folder:
             write_operator(folder / "model.toml", found.best.operator, found.best.offset, provenance=source)
-            page = operator_report(found, name=read_curve_columns(axis).name, command=command, provenance=source)
+            page = operator_report(
+                found, name=read_curve_columns(axis).name, command=command, provenance=source,
+                banner=f"Unfinished; {found.unfinished}." if found.unfinished else None,
+            )  # fmt: skip
             write_report(folder, page, summary)
     if as_json:
         sys.stdout.write(json_text(summary))
@@ -48,6 +53,9 @@ def identify_operators(
             say(f"Note: {note}")
     if out:
         complain(f"wrote {out}; open {out / 'report.html'} in a browser")
+    if found.unfinished:
+        complain(found.unfinished)
+    return INTERRUPTED if found.unfinished else 0
 
 
 def predict_operator(

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from bristle.core.variable import Kind
     from bristle.identification.result import Fit
 
-__all__ = ["draw_pair", "effort_over_time", "window"]
+__all__ = ["draw_band", "draw_pair", "effort_over_time", "window"]
 
 
 @style.styled
@@ -47,7 +47,7 @@ def draw_pair(
     for axes, part in ((whole, slice(None)), (close, near)):
         span = time_scale(time[part])
         if half_width is not None:
-            _draw_band(axes, time[part] * span.factor, predicted[part] * scale.factor, half_width[part] * scale.factor)
+            draw_band(axes, time[part] * span.factor, predicted[part] * scale.factor, half_width[part] * scale.factor)
         for signal, look, name in (
             (measured, style.MEASURED, "measured"), (predicted, style.PREDICTED, "predicted"),
         ):  # fmt: skip
@@ -59,11 +59,12 @@ def draw_pair(
     close.set_title("close up, around the largest difference")
 
 
-def _draw_band(axes: style.Axes, x: np.ndarray, middle: np.ndarray, half_width: np.ndarray) -> None:
+def draw_band(axes: style.Axes, x: np.ndarray, middle: np.ndarray, half_width: np.ndarray) -> None:
+    """Shade a band around a line, in the units of the panel, shape (sample,) each."""
     label = "95 % band"
-    for part in runs(x, middle):
+    for part in runs(x, middle + half_width):
         # The outline of the band turns where what is predicted does.
-        kept = envelope(middle[part]) + part.start
+        kept = envelope((middle + half_width)[part]) + part.start
         low, high = middle[kept] - half_width[kept], middle[kept] + half_width[kept]
         axes.fill_between(x[kept], low, high, color=style.PREDICTED["color"], alpha=0.18, linewidth=0, label=label)
         label = "_"

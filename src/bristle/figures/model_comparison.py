@@ -27,7 +27,8 @@ def model_comparison(identification: Identification) -> Figure:
     fits = identification.fits
     left = max(0.4 + style.room_for([fit.name for fit in fits]), 1.0)
     figure, ((axes,),) = style.panels(0.85 + 0.34 * len(fits), left=left)
-    names = {"blocks": "held-out block", "mean": "mean of the blocks", "fitted": "whole log, fitted"}
+    one = "log" if any(fit.held_out is not None and fit.held_out.of == "logs" for fit in fits) else "block"
+    names = {"blocks": f"held-out {one}", "mean": f"mean of the {one}s", "fitted": "all of it, fitted"}
     for row, fit in enumerate(fits):
         if fit.held_out is not None:
             blocks = fit.held_out.block_errors_percent
@@ -40,15 +41,16 @@ def model_comparison(identification: Identification) -> Figure:
                 label=names.pop("mean", "_"),
             )  # fmt: skip
         axes.plot(
-            fit.force_error_percent, row, linestyle="none", marker="D", fillstyle="none", color=style.INK,
+            fit.error_percent, row, linestyle="none", marker="D", fillstyle="none", color=style.INK,
             label=names.pop("fitted", "_"),
         )  # fmt: skip
     axes.set_yticks(range(len(fits)), [fit.name for fit in fits])
     axes.set_ylim(len(fits) - 0.5, -0.5)
-    axes.set_xlim(left=0.0)
-    axes.margins(x=0.06)
+    # Room on the right for the mark of the largest error.
+    axes.set_xlim(0.0, 1.05 * max(axes.dataLim.x1, np.finfo(float).tiny))
     axes.tick_params(axis="y", length=0)
-    axes.set_xlabel("Effort error [% of the effort, root mean square]")
+    what, of = ("Effort", "effort") if fits[0].position_error_percent is None else ("Position", "position")
+    axes.set_xlabel(f"{what} error [% of the {of}, root mean square]")
     axes.set_ylabel("Model")
     style.legend(axes)
     return figure

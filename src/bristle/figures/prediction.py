@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bristle.figures import style
-from bristle.figures.effort_over_time import draw_pair
+from bristle.figures.effort_over_time import draw_band, draw_pair
 from bristle.figures.envelope import line
 from bristle.figures.labels import position_word, scale_for, time_scale
 
@@ -49,7 +49,11 @@ def _draw_position(
     error = log.position - position_predicted
     span = time_scale(log.time)
     scale = scale_for("length", kind, log.position, position_predicted)
-    error_scale = scale_for("length", kind, error)
+    error_scale, half_width = scale_for("length", kind, error), log.position_half_width
+    if half_width is not None:
+        x = log.time * span.factor
+        draw_band(course, x, position_predicted * scale.factor, half_width * scale.factor)
+        draw_band(off, x, np.zeros(x.size), half_width * error_scale.factor)
     for signal, look, name in (
         (log.position, style.MEASURED, "measured"),
         (position_predicted, style.PREDICTED, "predicted"),

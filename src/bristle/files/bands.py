@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["bands_at", "bands_table"]
 
-NUMBERS = ("scatter", "noise", "unexplained", "inflation")
+NUMBERS = ("scatter", "noise", "unexplained", "lasting", "inflation")
 MEMBERS = 40
 DIGITS = 7
 
@@ -31,6 +31,7 @@ def bands_table(bands: Any) -> Table:
     table["scatter"].comment("of the level of friction from reversal to reversal, a share of it")
     table["noise"].comment("of the effort, sample by sample")
     table["unexplained"].comment("left over beyond noise, encoder and scatter")
+    table["lasting"].comment("s over which that keeps its side")
     table["inflation"].comment("factor set on blocks that were held out")
     draws = tomlkit.table()
     for name, values in bands.draws.items():

@@ -48,6 +48,8 @@ class Bands:
         Standard deviation of the noise of the effort, sample by sample [N or N*m].
     unexplained : float
         Root mean square of what the model leaves over beyond noise, encoder and scatter [N or N*m].
+    lasting : float
+        How long that keeps its side [s].
     inflation : float
         Factor set on held-out blocks.
     """
@@ -56,6 +58,7 @@ class Bands:
     scatter: float
     noise: float
     unexplained: float
+    lasting: float = 0.0
     inflation: float = 1.0
 
     @property

@@ -30,7 +30,6 @@ ALIKE = 1.3  # ratio of rates that count as one
 COUNTS, NOISE = 2.5, 10.0  # of the encoder, of the noise of the position: no smaller motion is one
 OTHER_WAY = -0.5  # of the force at break-away, that a contact is left with by a motion the other way
 CLEAR = 3.0  # standard deviations of the sliding force, by which a peak stands out
-FIRST = 3  # samples, over which the force at rest is averaged
 
 
 class BreakAway(NamedTuple):
@@ -82,8 +81,11 @@ def break_aways(regression: Regression, plant: Model, friction: Model) -> tuple[
     for one in regression.stretches:
         force = one.effort - mechanical(plant, one.position, one.velocity, one.acceleration)
         force = force - friction.values.get("offset", 0.0)
-        legs = Recorded(one.time, one.position, force, grain, None, 0).of_kind("break_away")
-        seen += [found for leg in legs if (found := _measured(leg, one.position, force, regression)) is not None]
+        recorded = Recorded(one.time, one.position, force, grain, None, 0)
+        for leg in recorded.of_kind("break_away"):
+            rest = max((rest for rest in recorded.rests if rest.start <= leg.first), key=lambda rest: rest.start)
+            found = _measured(leg, rest, one.position, force, regression)
+            seen += [found] if found is not None else []
     groups = _groups(seen)
     forces = _estimates(seen, groups, [one.force for one in seen], 0.0)
     distances = _estimates(seen, groups, [one.distance for one in seen], regression.resolution / math.sqrt(6.0))
@@ -93,20 +95,27 @@ def break_aways(regression: Regression, plant: Model, friction: Model) -> tuple[
     )
 
 
-def _measured(leg: Leg, position: np.ndarray, force: np.ndarray, regression: Regression) -> _Leg | None:
-    """Return what one leg tells; None where the filter hides it."""
+def _measured(
+    leg: Leg, rest: slice, position: np.ndarray, force: np.ndarray, regression: Regression
+) -> _Leg | None:  # fmt: skip
+    """Return what one leg tells, and the rest before it; None where the filter hides it."""
     side = math.copysign(1.0, leg.distance)
-    pulled = side * force[leg.first : leg.last + 1]
-    moved = side * (position[leg.first : leg.last + 1] - position[leg.first])
+    # A leg is seen when it has moved by a grain: friction has begun to turn before.
+    pulled = side * force[rest.start : leg.last + 1]
+    moved = side * (position[rest.start : leg.last + 1] - np.median(position[rest]))
     sliding = side * force[(leg.cruise.start + leg.cruise.stop) // 2 : leg.cruise.stop]
     level = float(np.mean(sliding))
-    peak = float(np.max(pulled[: leg.cruise.stop - leg.first]))
+    peak = float(np.max(pulled[: leg.cruise.stop - rest.start]))
     most = peak if peak - level > CLEAR * float(np.std(sliding)) else level
-    before = float(np.mean(pulled[:FIRST]))
-    turned = int(np.argmax(pulled - before >= TURNED * (most - before)))
-    if most <= 0.0 or moved[turned] <= 0.0 or before > OTHER_WAY * most:
+    before = float(np.median(pulled[: rest.stop - rest.start]))
+    if most <= 0.0 or before > OTHER_WAY * most:
         return None
-    if turned * regression.sample_time * regression.cutoff < PERIODS:
+    share = (pulled - before) / (most - before)
+    turned = int(np.argmax(share >= TURNED))
+    still = np.flatnonzero(share[:turned] <= 1.0 - TURNED)
+    if not still.size or moved[turned] <= 0.0:
+        return None
+    if (turned - int(still[-1])) * regression.sample_time * regression.cutoff < PERIODS:
         return None
     return _Leg(leg.speed, side, most, float(moved[turned]))
 

@@ -34,6 +34,12 @@ def with_doubts(prediction: Prediction, log: Log, velocity_max: float | None) ->
 
 
 def _about_error(prediction: Prediction) -> tuple[str, ...]:
+    off = prediction.metrics.get("position_error_percent")
+    if isinstance(off, float) and off > NOTHING_PERCENT:
+        return (
+            f"warning: a position of zero would be nearer to the log than what the model predicts ({off:.0f} % off): "
+            "an open loop runs away where nothing holds the axis; predict in inverse or closed-loop mode",
+        )
     error = prediction.metrics.get("force_error_percent")
     if not isinstance(error, float) or error <= NOTHING_PERCENT:
         return ()

@@ -39,7 +39,7 @@ def with_information(fits: Sequence[Fit]) -> list[Fit]:
     rows = best.size
     along = float(np.clip(best[1:] @ best[:-1] / (best @ best), 0.0, 0.999))
     count = max(rows * (1.0 - along) / (1.0 + along), FEWEST)
-    sizes = [len(fit.correlation_names) for fit in fits]
+    sizes = [len(fit.correlation_names) + fit.further for fit in fits]
     plain = [count * float(np.log(square / rows)) for square in squares]
     aic = [one + 2.0 * size for one, size in zip(plain, sizes, strict=True)]
     bic = [one + size * float(np.log(count)) for one, size in zip(plain, sizes, strict=True)]

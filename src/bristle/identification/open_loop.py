@@ -60,16 +60,29 @@ class OpenLoop:
         what = "is one period" if periods == 1.0 else f"is {periods:g} equal periods"
         return f"the log {what} of a motion that has run in: it is run from rest until it repeats itself"
 
-    def position(self, plant: Model, friction: Model) -> tuple[np.ndarray, Status]:
-        """Return the position at each sample of the record [m or rad], NaN from where it left the finite numbers."""
+    def position(
+        self, plant: Model, friction: Model, unseen: np.ndarray | None = None
+    ) -> tuple[np.ndarray, Status]:  # fmt: skip
+        """Return the position at each sample of the record [m or rad], NaN from where it left the finite numbers.
+
+        Parameters
+        ----------
+        plant, friction : Model
+            The mechanism.
+        unseen : ndarray, shape (sample,), optional
+            Force against the effort [N or N*m]; in a motion that repeats itself, that of the first period.
+        """
+        effort = self.effort
+        if unseen is not None:
+            effort = effort - np.repeat(unseen, self.steps)[: effort.size]
         if not self.periodic:
-            trace = self._run(plant, friction, self.effort)
+            trace = self._run(plant, friction, effort)
             return self._filled(trace.position[:: self.steps], self.count), trace.status
-        size = self.effort.size
+        size = effort.size
         reached, status = np.full(size, np.nan), Status.NOT_FINITE
         for lead in self.leads:
             # One step beyond, for the position that the period comes back to.
-            trace = self._run(plant, friction, np.concatenate([np.tile(self.effort, lead + 1), self.effort[:1]]))
+            trace = self._run(plant, friction, np.concatenate([np.tile(effort, lead + 1), effort[:1]]))
             status, found = trace.status, trace.position[lead * size :]
             if found.size <= size:
                 break

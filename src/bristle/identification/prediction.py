@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from os import PathLike
 from typing import Any, NamedTuple
 
@@ -25,12 +26,14 @@ from bristle.identification.given import checked_model, log_and_axis, treatment_
 from bristle.identification.open_loop import open_loop_of
 from bristle.identification.regression import Regression
 from bristle.identification.several import treat_all
+from bristle.identification.simulated_bands import Widths, simulated_widths
 from bristle.logs.log import Log
 from bristle.simulation.result import Prediction, relative_error_percent
 
 __all__ = ["MODES", "predict", "unexplained_force"]
 
 MODES = ("inverse", "closed-loop", "open-loop")
+MOST = 0.4  # of the sampling frequency, for a cut-off
 
 
 def predict(
@@ -66,7 +69,7 @@ def predict(
         Time constant with which the drive follows its controller, as the identification found [s], for the closed loop;
         the axis decides where it is not given.
     bands : Bands, optional
-        How sure the model is; what is predicted in the inverse mode then has a 95 % band.
+        How sure the model is; what is predicted then has a 95 % band.
 
     Returns
     -------
@@ -93,15 +96,19 @@ def predict(
     if log.effort is None:
         raise InputError("has no effort to compare with or to apply", path="log", mend="Name its column in the axis")
     if mode == "inverse":
-        regression = treat_all([log], [axis], *treatment_of(cutoff, decimation, log.kind), delay)
+        given, told = _within_reach(log, *treatment_of(cutoff, decimation, log.kind), axis)
+        regression = treat_all([log], [axis], *given, delay)
         width = None if bands is None else half_width(bands, plant, friction, regression)
-        return with_doubts(replace(_inverse(plant, friction, log, regression), half_width=width), log, velocity_max)
+        found = replace(_inverse(plant, friction, log, regression), half_width=width)
+        return with_doubts(replace(found, notes=(*told, *found.notes)), log, velocity_max)
     axis = axis or Axis(kind=log.kind)
     axis = axis if lag is None else replace(axis, lag=lag)
-    return with_doubts(_simulated(plant, friction, log, axis, mode), log, velocity_max)
+    return with_doubts(_simulated(plant, friction, log, axis, mode, bands), log, velocity_max)
 
 
-def _simulated(plant: Model, friction: Model, log: Log, axis: Axis, mode: str) -> Prediction:
+def _simulated(
+    plant: Model, friction: Model, log: Log, axis: Axis, mode: str, bands: Bands | None
+) -> Prediction:  # fmt: skip
     notes = []
     if axis.presliding and is_static(friction):
         friction = with_presliding(friction, axis.presliding)
@@ -109,19 +116,38 @@ def _simulated(plant: Model, friction: Model, log: Log, axis: Axis, mode: str) -
         notes.append(f"friction turns over a pre-sliding distance of {distance} (axis file)")
     run = _closed_loop if mode == "closed-loop" else _from_rest if axis.at_rest else _open_loop
     segments = log.segments or (slice(0, len(log)),)
-    runs, used = [], []
+    runs, used, widths = [], [], []
     for part in segments:
         first, last, _ = part.indices(len(log))
         first += START_SAMPLES if run is _open_loop else 0
         if last - first <= START_SAMPLES:
             notes.append(f"a stretch of {last - first} samples is too short to be predicted, and was left out")
             continue
-        runs.append(run(plant, friction, log, axis, slice(first, last)))
+        here = slice(first, last)
+        simulate = partial(run, log, axis, here)
+        runs.append(simulate(plant, friction, np.zeros(last - first)))
         used.append(slice(first, first + runs[-1].position.size))
         notes += runs[-1].notes
+        if bands is not None:
+            step = axis.resolution or 0.0
+            widths.append(simulated_widths(bands, plant, friction, runs[-1], log, here, step, simulate))
     if not runs:
         raise InputError("no stretch of the log is long enough", path="log", allowed=f"> {2 * START_SAMPLES} samples")
-    return _compare(mode, log, runs, used, tuple(dict.fromkeys(notes)))
+    return _with_widths(_compare(mode, log, runs, used, tuple(dict.fromkeys(notes))), widths)
+
+
+def _within_reach(
+    log: Log, cutoff: float | None, decimation: int | None, axis: Axis | None
+) -> tuple[tuple[float | None, int | None], tuple[str, ...]]:
+    """Return cut-off [Hz] and decimation for a log that may be sampled too slowly for those of the identification."""
+    wanted = cutoff if cutoff is not None else axis.cutoff if axis is not None else None
+    if wanted is None or wanted * log.sample_time < 0.5:
+        return (cutoff, decimation), ()
+    most = MOST / log.sample_time
+    note = (
+        f"the log is sampled too slowly for the filter of the identification, {wanted:g} Hz: {most:.3g} Hz in its place"
+    )
+    return (most, 1), (note,)
 
 
 def _inverse(plant: Model, friction: Model, log: Log, regression: Regression) -> Prediction:
@@ -154,14 +180,14 @@ class _Run(NamedTuple):
         return cls(trace.measured, trace.command, trace.status)
 
 
-def _closed_loop(plant: Model, friction: Model, log: Log, axis: Axis, part: slice) -> _Run:
-    return _Run.of(closed_loop_of(log, axis, part).run(plant, friction))
+def _closed_loop(log: Log, axis: Axis, part: slice, plant: Model, friction: Model, unseen: np.ndarray) -> _Run:
+    return _Run.of(closed_loop_of(log, axis, part).run(plant, friction, disturbance=unseen))
 
 
-def _open_loop(plant: Model, friction: Model, log: Log, axis: Axis, part: slice) -> _Run:
+def _open_loop(log: Log, axis: Axis, part: slice, plant: Model, friction: Model, unseen: np.ndarray) -> _Run:
     assert log.effort is not None
     start = beginning_of(log, part.start, axis.resolution).state(friction)
-    effort, steps = log.effort.values[part], substeps_for(log.sample_time)
+    effort, steps = log.effort.values[part] - unseen, substeps_for(log.sample_time)
     if axis.hold != "band_limited":
         hold = axis.hold or "zero"
         return _Run.of(run_open_loop(plant, friction, effort, log.sample_time, steps=steps, hold=hold, **start))
@@ -170,9 +196,9 @@ def _open_loop(plant: Model, friction: Model, log: Log, axis: Axis, part: slice)
     return _Run(trace.position[::steps], effort, trace.status)
 
 
-def _from_rest(plant: Model, friction: Model, log: Log, axis: Axis, part: slice) -> _Run:
+def _from_rest(log: Log, axis: Axis, part: slice, plant: Model, friction: Model, unseen: np.ndarray) -> _Run:
     loop = open_loop_of(log, axis, part)
-    position, status = loop.position(plant, friction)
+    position, status = loop.position(plant, friction, unseen)
     assert log.effort is not None
     return _Run(position[np.isfinite(position)], log.effort.values[part], status, (loop.in_words,))
 
@@ -195,6 +221,15 @@ def _compare(mode: str, log: Log, runs: list[_Run], used: list[slice], notes: tu
         status=status,
         notes=notes,
     )
+
+
+def _with_widths(prediction: Prediction, widths: list[Widths]) -> Prediction:
+    if not widths:
+        return prediction
+    position, effort = (np.concatenate([one[side] for one in widths]) for side in range(2))
+    return replace(
+        prediction, position_half_width=position, half_width=None if prediction.effort_predicted is None else effort
+    )  # fmt: skip
 
 
 def _metrics(

@@ -31,7 +31,7 @@ from bristle.core.typography import with_unit
 from bristle.core.variable import Kind, unit_of
 from bristle.identification.regression import Regression, Stretch, low_passed
 
-__all__ = ["treat"]
+__all__ = ["CUTOFF_SHARE", "stretch_of", "treat"]
 
 CUTOFF_SHARE = 0.1  # of the sampling frequency
 DECIMATION = 10
@@ -87,7 +87,7 @@ def treat(
             mend="Record a longer motion, raise the cut-off or lower the decimation",
         )  # fmt: skip
     known = None if like is None else (like.noise, like.effort_noise)
-    treated = [_stretch(log, part, dt, cutoff, resolution, known, held=bool(held)) for part in kept]
+    treated = [stretch_of(log, part, cutoff, resolution, known, held=bool(held)) for part in kept]
     moving = tuple(stretch for stretch, *_ in treated if np.any(stretch.velocity != 0.0))
     if axis is not None and axis.in_cycle:
         moving = tuple(replace(one, first_cycle=_first_cycle(one, log.kind)) for one in moving)
@@ -140,11 +140,28 @@ def _smallest_step(position: np.ndarray) -> float:
     return float(steps.min()) if steps.size else 0.0
 
 
-def _stretch(
-    log: Any, part: slice, dt: float, cutoff: float, resolution: float, known: tuple[float, float] | None, *,
-    held: bool,
+def stretch_of(
+    log: Any, part: slice, cutoff: float, resolution: float, known: tuple[float, float] | None = None, *,
+    held: bool = False,
 ) -> tuple[Stretch, float, float]:  # fmt: skip
-    """Return a stretch of the log, and the standard deviations of the noise of its position and of its effort."""
+    """Return a stretch of a log, and the standard deviations of the noise of its position and of its effort.
+
+    Parameters
+    ----------
+    log : Log
+        Position and effort over time, in SI.
+    part : slice
+        Samples without a gap.
+    cutoff : float
+        Of the zero-phase filter [Hz].
+    resolution : float
+        Step of the position encoder [m or rad].
+    known : tuple of float, optional
+        Those standard deviations, where they need not be found.
+    held : bool
+        Whether the recorded effort acts until the next sample.
+    """
+    dt = float(log.sample_time)
     raw = np.asarray(log.position.values[part], dtype=float)
     # The offset of a long stroke would cost digits in the second difference.
     origin = raw[0]

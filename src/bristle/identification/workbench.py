@@ -229,14 +229,18 @@ class Workbench:
         self, fit: Fit, predicted: Callable[[np.ndarray], np.ndarray], blocks: int, report: Report
     ) -> Fit:  # fmt: skip
         """Return a fit with its elements in lists and, where asked for, its error on held-out blocks."""
-        held_out = None
-        if blocks:
-            held_out = held_out_error(self.regression, predicted, blocks, lambda share: report(0.5 + 0.5 * share))
-        report(1.0)
+        held_out, unfinished = None, False
+        try:
+            if blocks:
+                held_out = held_out_error(self.regression, predicted, blocks, lambda share: report(0.5 + 0.5 * share))
+            report(1.0)
+        except KeyboardInterrupt as error:
+            obey(error)
+            unfinished = True
         friction = in_lists(fit.friction)
         # Level and stiffness count among the parameters.
         further = max(len(friction.values["k_i"]) - 2, 0)
-        return self._finished(replace(fit, friction=friction, further=further), held_out)
+        return self._finished(replace(fit, friction=friction, further=further), held_out, unfinished)
 
     def _finished(self, fit: Fit, held_out: HeldOut | None, unfinished: bool = False) -> Fit:
         repeated = ()

@@ -43,10 +43,14 @@ def _parameter_row(estimate: Estimate, *, plain: bool) -> tuple[str, ...]:
     scale = scale_of(estimate.unit, estimate.value or std or 0.0)
     scaled = None if std is None else std * scale.factor
     half = _percent(estimate.interval_percent)
+    # As many digits as are known; by the interval, where no standard error is told.
+    known = scaled
+    if known is None and estimate.interval is not None:
+        known = 0.5 * scale.factor * (estimate.interval[1] - estimate.interval[0]) or None
     return (
         estimate.name,
         estimate.description,
-        number(estimate.value * scale.factor, scaled),
+        number(estimate.value * scale.factor, known),
         "–" if scaled is None else f"± {number(scaled, scaled)}",
         _interval(estimate, scale.factor),
         scale.unit or "–",
@@ -78,7 +82,7 @@ def comparison_table(identification: Identification) -> Table:
         unknown = [one.name for one in fit.estimates if one.status in ("unidentifiable", "at_edge")]
         rows.append((
             fit.name,
-            str(sum(one.status != "held" for one in fit.estimates)),
+            str(sum(one.status != "held" for one in fit.estimates) + fit.further),
             "–" if held_out is None else number(held_out.mean_percent, digits=3),
             "–" if held_out is None else f"± {number(held_out.std_percent, digits=2)}",
             number(fit.error_percent, digits=3),

@@ -35,6 +35,7 @@ def operator_summary(found: OperatorIdentification, *, provenance: Mapping[str, 
         "congruency": {"alike": found.congruency.alike, "anywhere": found.congruency.anywhere},
         "models": [_model(fit) for fit in found.fits],
         "log": _log(found.recorded),
+        "unfinished": found.unfinished or None,
         "provenance": provenance,
     }
 

@@ -52,9 +52,9 @@ CAPTIONS = {
         "better than either of them.",
     ),
     "comparison": (
-        "Error of each model on held-out time blocks",
-        "Each stroke is one time block that the model was not fitted to. Models whose strokes overlap are about "
-        "equally good on this log: then the simpler one is the safer choice.",
+        "Error of each model on what was held out",
+        "Each stroke is one time block, or of several logs one, that the model was not fitted to. Models whose strokes "
+        "overlap are about equally good here: then the simpler one is the safer choice.",
     ),
 }
 

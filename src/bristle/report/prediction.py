@@ -77,9 +77,13 @@ def prediction_picture(prediction: Prediction, kind: Kind) -> dict[str, Picture]
             "prediction", lambda: draw(prediction, kind), f"Measured and predicted signals, {prediction.mode} mode",
             f"The model run on the log in {prediction.mode} mode: {MODES.get(prediction.mode, '')}. Where the light "
             "line looks out from under the dark one, what was measured is not predicted."
-            + " Shaded: where 95 % of what is measured are expected." * (prediction.half_width is not None),
+            + " Shaded: where 95 % of what is measured are expected." * _has_band(prediction),
         )
     }  # fmt: skip
+
+
+def _has_band(prediction: Prediction) -> bool:
+    return prediction.half_width is not None or prediction.position_half_width is not None
 
 
 def metrics_in_words(prediction: Prediction) -> list[tuple[str, str]]:
@@ -89,8 +93,9 @@ def metrics_in_words(prediction: Prediction) -> list[tuple[str, str]]:
         value = prediction.metrics.get(key)
         if isinstance(value, (int, float)):
             found.append((word, f"{number(float(value), digits=3)} %"))
-    if prediction.inside_percent is not None:
-        found.append(("Measured effort inside the 95 % band", f"{number(prediction.inside_percent, digits=3)} %"))
+    for signal, share in (("effort", prediction.inside_percent), ("position", prediction.position_inside_percent)):
+        if share is not None:
+            found.append((f"Measured {signal} inside the 95 % band", f"{number(share, digits=3)} %"))
     rmse, unit = prediction.metrics.get("force_rmse"), prediction.metrics.get("force_unit")
     if isinstance(rmse, (int, float)):
         found.append(("Effort error, root mean square", with_unit(float(rmse), str(unit or "N"))))

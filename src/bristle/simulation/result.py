@@ -187,7 +187,10 @@ class Prediction:
         ``force_error_percent``, ``position_error_percent``, ``position_rmse``, ``position_unit``; None where the mode
         does not predict the signal.
     half_width : ndarray or None
-        Half-width of the 95 % band around the effort [N or N*m]; None where the model does not say how sure it is.
+        Half-width of the 95 % band around the effort [N or N*m]; None where the model does not say how sure it is, or
+        does not predict the effort.
+    position_half_width : ndarray or None
+        Half-width of the 95 % band around the position [m or rad]; None where the same holds for it.
     """
 
     mode: str
@@ -200,10 +203,22 @@ class Prediction:
     status: Status = Status.OK
     notes: tuple[str, ...] = field(default=())
     half_width: np.ndarray | None = None
+    position_half_width: np.ndarray | None = None
 
     @property
     def inside_percent(self) -> float | None:
         """Share of the samples of the effort that lie inside the 95 % band [%]; None without a band."""
-        if self.half_width is None or self.effort is None or self.effort_predicted is None:
-            return None
-        return 100.0 * float(np.mean(np.abs(self.effort - self.effort_predicted) <= self.half_width))
+        return _inside_percent(self.effort, self.effort_predicted, self.half_width)
+
+    @property
+    def position_inside_percent(self) -> float | None:
+        """Share of the samples of the position that lie inside the 95 % band [%]; None without a band."""
+        return _inside_percent(self.position, self.position_predicted, self.position_half_width)
+
+
+def _inside_percent(
+    signal: np.ndarray | None, predicted: np.ndarray | None, half_width: np.ndarray | None
+) -> float | None:  # fmt: skip
+    if signal is None or predicted is None or half_width is None:
+        return None
+    return 100.0 * float(np.mean(np.abs(signal - predicted) <= half_width))

@@ -5,9 +5,15 @@ import pytest
 from benchmarks.coverage import AXIS, CASES, FITTED, MAXWELL, SCATTER, UNSEEN, motion, recorded
 from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
 
-from bristle.core import InputError
+from bristle import friction
+from bristle.core import Axis, InputError
 from bristle.identification import identify, predict
+from bristle.identification.asked import Known, unknowns_of
+from bristle.identification.problem import Problem
 from bristle.identification.resampling.bootstrap import basic_interval
+from bristle.identification.resampling.half_cycles import HalfCycles
+from bristle.identification.resampling.twin import Disturbance, Twin
+from bristle.identification.treatment import treat
 
 PAIRS = 15
 
@@ -32,6 +38,24 @@ def test_the_scatter_is_a_number_with_an_interval(dahl):
     assert scatter.low < SCATTER < scatter.high
     assert scatter.low < scatter.value < scatter.high
     assert dahl.resampling.half_cycles == pytest.approx(2 * PAIRS, abs=2)
+
+
+def test_the_interval_of_the_scatter_is_as_wide_as_so_many_half_cycles_leave_it(dahl):
+    scatter = dahl.resampling.scatter
+    # Of 30 independent levels: a ratio of 1.67; what the fit takes of them makes it wider.
+    assert 1.5 < scatter.high / scatter.low < 2.4
+
+
+def test_a_twin_and_its_mirror_image_lie_on_both_sides_of_the_model():
+    regression = treat(log_of(sines(), sliding_effort(sines())), Axis(), 50.0, 5)
+    problem = Problem(regression, unknowns_of(friction.find("coulomb_viscous"), Known(), regression))
+    twin = Twin(problem, HalfCycles(regression), TRUTH, Disturbance(0.05, 0.3, 0.0, 1e-7, 0.5))
+    one, other = (twin.log(np.random.default_rng(5), 1.3, side) for side in (1.0, -1.0))
+    still = twin.log(np.random.default_rng(5), 0.0, 0.0)
+    for signal in ("effort", "position"):
+        middle = 0.5 * (getattr(one, signal).values + getattr(other, signal).values)
+        np.testing.assert_allclose(middle, getattr(still, signal).values, atol=1e-9)
+        assert np.std(getattr(one, signal).values - middle) > 0.0
 
 
 def test_the_jackknife_agrees_where_the_model_is_right(dahl):

@@ -13,6 +13,7 @@ from bristle.core.errors import InputError, did_you_mean
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
 from bristle.hysteresis import table_of_curves
+from bristle.identification.interruption import obey
 from bristle.identification.operators.closed_form import fit_closed_form
 from bristle.identification.operators.congruency import Congruency, congruency_of
 from bristle.identification.operators.grid import CELLS, fit_grid
@@ -111,7 +112,7 @@ def identify_operator(
     Returns
     -------
     OperatorIdentification
-        The operators, best first.
+        The operators, best first; interrupted (Ctrl-C), those that were fitted until then.
 
     Raises
     ------
@@ -125,13 +126,20 @@ def identify_operator(
     for number, name in enumerate(names):
         if progress is not None:
             progress(number / len(names), f"fitting {name}")
-        fits.append(_fit(name, recorded, size, int(folds)))
+        try:
+            fits.append(_fit(name, recorded, size, int(folds)))
+        except KeyboardInterrupt as error:
+            obey(error, anything=bool(fits))
+            break
+    missing = names[len(fits) :]
     fits.sort(key=lambda one: one.held_out.mean_percent if one.held_out else one.prediction.error_percent)
     congruency = congruency_of(recorded)
     ranked = tuple(
         replace(fit, rank=rank, notes=(*fit.notes, *_adequacy(fit, congruency))) for rank, fit in enumerate(fits, 1)
     )
-    return OperatorIdentification(ranked, recorded, congruency)
+    were = "was" if len(missing) == 1 else "were"
+    unfinished = f"interrupted: {', '.join(missing)} {were} not fitted" if missing else ""
+    return OperatorIdentification(ranked, recorded, congruency, unfinished)
 
 
 def _names(model: Any, recorded: Curves) -> list[str]:

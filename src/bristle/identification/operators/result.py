@@ -93,11 +93,14 @@ class OperatorIdentification:
         The data.
     congruency : Congruency
         By how much branches differ that an operator has alike.
+    unfinished : str
+        What a person who interrupted the work left undone; empty where all was done.
     """
 
     fits: tuple[OperatorFit, ...]
     recorded: Curves
     congruency: Congruency
+    unfinished: str = ""
 
     @property
     def best(self) -> OperatorFit:

@@ -13,10 +13,11 @@ from bristle.core.variable import Variable, unit_of
 from bristle.identification.bands import Bands, half_width
 from bristle.identification.problem import Problem
 from bristle.identification.resampling.bootstrap import Bootstrap, bootstrap
-from bristle.identification.resampling.half_cycles import HalfCycles
+from bristle.identification.resampling.half_cycles import Groups, HalfCycles, level_slope, within_cycles
 from bristle.identification.resampling.jackknife import jackknife_std
 from bristle.identification.resampling.refit import Refit, Space
 from bristle.identification.resampling.sight import Unseen, unseen
+from bristle.identification.resampling.twin import lasting_of
 from bristle.identification.resampling.whiteness import is_white
 from bristle.identification.result import Estimate, Fit, Resampling
 
@@ -53,6 +54,7 @@ def assessed(
     bands = Bands(
         draws={name: np.array([one[name] for one in members]) for name in members[0]},
         scatter=found.scatter.value, noise=found.disturbance.noise, unexplained=found.unexplained,
+        lasting=_lasting(found, problem, space, cycles),
     )  # fmt: skip
     resampling = Resampling(
         bands=replace(bands, inflation=_inflation(bands, fit, problem, space, free)),
@@ -71,6 +73,15 @@ def assessed(
         warnings=(*fit.warnings, *told, *at_odds(estimates, found, resampling.jackknife)),
         assumptions=(*fit.assumptions, _how(fit, resampling)),
     )  # fmt: skip
+
+
+def _lasting(found: Bootstrap, problem: Problem, space: Space, cycles: Groups) -> float:
+    """Return how long what the model lacks keeps its side [s]."""
+    values, regression = problem.unknowns.complete(space.values(space.phi)), problem.regression
+    left = regression.effort - problem.predicted(values)
+    if found.scatter.value > 0.0:
+        left = within_cycles(cycles, level_slope(problem, values), left)
+    return lasting_of(left, regression.decimation * regression.sample_time, found.unexplained)
 
 
 def _inflation(bands: Bands, fit: Fit, problem: Problem, space: Space, free: np.ndarray) -> float:

@@ -2,7 +2,12 @@
 
 The error of a fit is that of the same fit to a log that the fitted model made. Errors are turned around: where the
 fits to twins come out high, so did the first one (basic interval [1]_); those of a parameter that is sought in
-its logarithm are factors. A parameter on an edge of its range has the percentiles themselves.
+its logarithm are factors. A parameter on an edge of its range has the percentiles themselves. Twins come in pairs, the
+second one with all disturbances of the first reversed (antithetic draws [1]_): what chance does to the middle of a few
+hundred fits then cancels, and the bias is left.
+
+The scatter that twins show, over the one that they were made with, gives the interval of the scatter, and how far that
+of a twin may be from the estimate.
 
 References
 ----------
@@ -13,7 +18,7 @@ References
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Protocol
@@ -21,6 +26,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from bristle.identification.problem import Problem, Residual
+from bristle.identification.resampling.chi_square import CERTAIN, ChiSquare
 from bristle.identification.resampling.half_cycles import Groups, HalfCycles, level_slope, scatter_seen
 from bristle.identification.resampling.refit import Refit, Space
 from bristle.identification.resampling.twin import Disturbance, Twin, disturbance_of
@@ -28,7 +34,7 @@ from bristle.identification.result import Scatter
 
 __all__ = ["Bootstrap", "Drawing", "basic_interval", "bootstrap", "fitted_to_twins", "seen_in"]
 
-PILOT = 24  # draws by which the scatter, and then what the model lacks, are set right
+PILOT = 32  # draws by which the scatter, and then what the model lacks, are set right
 SEED = 20_261_120
 TAIL = 2.5  # percent
 FEWEST_CYCLES = 4  # for a scatter
@@ -51,8 +57,8 @@ class Drawing(Protocol):
         """Return the same with another disturbance."""
         ...
 
-    def drawn(self, rng: np.random.Generator, ratio: float = 1.0) -> Residual:
-        """Return the same problem on a log that is drawn anew, with `ratio` times the scatter."""
+    def drawn(self, rng: np.random.Generator, ratio: float = 1.0, side: float = 1.0) -> Residual:
+        """Return the same problem on a log drawn anew, with `ratio` times the scatter, or on its mirror image (-1)."""
         ...
 
 
@@ -178,44 +184,41 @@ def fitted_to_twins(
         As for `bootstrap`.
     """
     space, free, seen = refit.space, refit.free, twin.disturbance.scatter
-    fits = _Fits(twin, refit, slope, np.ones(1))
-    seeds = np.random.SeedSequence(seed).spawn(2 * PILOT + count)
+    fits, rng = _Fits(twin, refit, slope), np.random.SeedSequence(seed)
     with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
         # A fit takes part of the scatter into its parameters: what is seen of it is less than there is.
-        pilot = list(pool.map(fits.one, seeds[:PILOT]))
-        again = float(np.sqrt(np.mean([one.scatter**2 for one in pilot])))
-        scatter = seen * seen / again if again > 0.0 else 0.0
-        fits = replace(fits.disturbed(scatter=scatter), ratios=_ratios([one.scatter for one in pilot]))
-        pilot = list(pool.map(fits.one, seeds[PILOT : 2 * PILOT]))
-        square = float(np.mean(residual**2))
-        lacking = max(square - float(np.mean([one.square for one in pilot])), 0.0)
+        pilot = _squares(pool.map(fits.one, rng.spawn(PILOT)))
+        scatter = seen * seen / pilot.mean**0.5 if pilot.mean > 0.0 else 0.0
+        fits = fits.disturbed(scatter=scatter)
+        square, residuals = float(np.mean(residual**2)), pool.map(fits.one, rng.spawn(PILOT))
+        lacking = max(square - float(np.mean([one.square for one in residuals])), 0.0)
         fits = fits.disturbed(unexplained=(lacking / square) ** 0.5 if square > 0.0 else 0.0)
+        fits = replace(fits, shown=pilot)
         found = []
-        for one in pool.map(fits.one, seeds[2 * PILOT :]):
-            found.append(one)
-            report(len(found) / count)
+        for pair in pool.map(fits.pair, rng.spawn(-(-count // 2))):
+            found += pair
+            report(min(len(found) / count, 1.0))
+    shown, found = _squares(found), found[:count]
     return Bootstrap(
         space, np.array([one.numbers for one in found]), tuple(one.values for one in found), free,
-        fits.twin.disturbance, _scatter(scatter, np.array([one.scatter for one in found])), lacking**0.5,
+        fits.twin.disturbance, _interval(scatter, shown), lacking**0.5,
     )  # fmt: skip
 
 
-def _scatter(scatter: float, drawn: np.ndarray) -> Scatter:
-    if scatter == 0.0:
-        return Scatter(0.0, 0.0, 0.0)
-    typical = float(np.sqrt(np.mean(drawn**2)))
-    low, high = (scatter * typical / float(np.percentile(drawn, q)) for q in (100.0 - TAIL, TAIL))
-    return Scatter(scatter, low, high)
+def _squares(drawn: Iterable[_Drawn]) -> ChiSquare:
+    return ChiSquare.of(np.array([one.scatter**2 for one in drawn]))
 
 
-def _ratios(drawn: list[float]) -> np.ndarray:
-    """Return by which factors the scatter may be another than its estimate: as that of twins differs from theirs."""
-    typical = float(np.sqrt(np.mean(np.square(drawn))))
-    return typical / np.array(drawn) if typical > 0.0 and min(drawn) > 0.0 else np.ones(1)
+def _interval(scatter: float, shown: ChiSquare) -> Scatter:
+    return Scatter(scatter, *(scatter / shown.deviation(share) for share in (1.0 - 0.01 * TAIL, 0.01 * TAIL)))
 
 
 class _Drawn(NamedTuple):
-    """A fit to one twin: as a person is told and as the model takes it, the scatter seen, the mean square residual."""
+    """A fit to one twin.
+
+    The parameters as a person is told and as the model takes them, the scatter that is seen of the estimated one, and
+    the mean square of the residual.
+    """
 
     numbers: np.ndarray
     values: dict[str, Any]
@@ -227,26 +230,32 @@ class _Drawn(NamedTuple):
 class _Fits:
     """What fits a model to its twins.
 
-    Nobody knows the scatter exactly: each twin has that of the estimate times one of the `ratios`.
+    Nobody knows the scatter exactly: each twin has another one, as far from the estimate as what others `shown` lies
+    from theirs.
     """
 
     twin: Drawing
     refit: Refit
     slope: np.ndarray
-    ratios: np.ndarray
+    shown: ChiSquare = CERTAIN
 
     def disturbed(self, **changes: float) -> _Fits:
         """Return the same with another disturbance."""
         return replace(self, twin=self.twin.disturbed(**changes))
 
-    def one(self, seed: np.random.SeedSequence) -> _Drawn:
-        """Draw a twin and fit the model to it."""
+    def pair(self, seed: np.random.SeedSequence) -> tuple[_Drawn, _Drawn]:
+        """Draw a twin and its mirror image, and fit the model to both."""
+        return self.one(seed), self.one(seed, -1.0)
+
+    def one(self, seed: np.random.SeedSequence, side: float = 1.0) -> _Drawn:
+        """Draw a twin, or its mirror image, and fit the model to it."""
         space, rng = self.refit.space, np.random.default_rng(seed)
-        again = self.twin.drawn(rng, float(rng.choice(self.ratios)))
-        phi, residual = self.refit.solve(again, space.phi)
+        ratio = 1.0 / self.shown.deviation(rng.uniform(0.01 * TAIL, 1.0 - 0.01 * TAIL))
+        phi, residual = self.refit.solve(self.twin.drawn(rng, ratio, side), space.phi)
+        scatters = self.twin.disturbance.scatter > 0.0
         return _Drawn(
             space.numbers(phi),
             space.values(phi),
-            scatter_seen(self.twin.groups, self.slope, residual) if self.twin.disturbance.scatter > 0.0 else 0.0,
+            scatter_seen(self.twin.groups, self.slope, residual) / ratio if scatters else 0.0,
             float(np.mean(residual**2)),
         )

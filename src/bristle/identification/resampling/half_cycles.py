@@ -7,12 +7,20 @@ With the force :math:`F(c)` of a model whose forces are all scaled by :math:`c`,
 
 .. math:: \hat c_k = 1 + \frac{s_k \cdot r_k}{s_k \cdot s_k}, \qquad s = \frac{\partial F}{\partial c}
 
-from the residual `r` there. The root mean square of :math:`\hat c_k - 1`, weighted by :math:`s_k \cdot s_k`, is what is
-seen of the scatter; a fit takes part of it into its parameters.
+from the residual `r` there. What is seen of the scatter, :math:`\tau`, is the root mean square of
+:math:`\hat c_k - 1` with the weights :math:`1 / (\tau^2 + v_k)` of a random effect [1]_, where
+:math:`v_k = \sigma^2 / (s_k \cdot s_k)` is the error of :math:`\hat c_k`: a long slide tells one level, as a short
+stroke does. A fit takes part of it into its parameters.
+
+References
+----------
+.. [1] R. DerSimonian, N. Laird, "Meta-analysis in clinical trials", Controlled Clinical Trials 7(3), 1986.
+   doi:10.1016/0197-2456(86)90046-2
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -24,11 +32,12 @@ from bristle.identification.problem import Problem
 from bristle.identification.regression import Regression
 from bristle.identification.resampling.levels import scaled
 
-__all__ = ["Groups", "HalfCycles", "level_slope", "scatter_seen", "turns_of"]
+__all__ = ["Groups", "HalfCycles", "least_way", "level_slope", "scatter_seen", "turns_of", "within_cycles"]
 
 STEPS = 2.0  # of the encoder
 DEVIATIONS = 8.0  # of the noise of the position: what a body at rest does not go beyond
 NUDGE = 1e-3
+ROUNDS = 8  # of the weights, which depend on the scatter that they tell
 
 
 @dataclass(frozen=True)
@@ -82,7 +91,7 @@ class HalfCycles:
     @cached_property
     def starts(self) -> tuple[tuple[int, ...], ...]:
         """First sample of each half-cycle of each stretch; the first one is 0."""
-        least = max(STEPS * self.regression.resolution, DEVIATIONS * self.regression.noise)
+        least = least_way(self.regression.resolution, self.regression.noise)
         return tuple(
             (0, *turns_of(one.position, [k for there, k in self.regression.reversals if there == number], least))
             for number, one in enumerate(self.regression.stretches)
@@ -96,6 +105,11 @@ class HalfCycles:
             parts.append(before + np.searchsorted(starts, np.arange(stretch.velocity.size), side="right") - 1)
             before += len(starts)
         return Groups(self.regression.sampled(parts))
+
+
+def least_way(resolution: float, noise: float) -> float:
+    """Return the way [m or rad] that is no rest, from the step of the encoder and the noise of the position."""
+    return max(STEPS * resolution, DEVIATIONS * noise)
 
 
 def turns_of(position: np.ndarray, reversals: Sequence[int], least: float) -> list[int]:
@@ -141,9 +155,31 @@ def scatter_seen(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> flo
     slope, residual : ndarray, shape (row,)
         What `level_slope` returns; measured minus predicted effort [N or N*m].
     """
-    weight, along = cycles.summed(slope * slope), cycles.summed(slope * residual)
-    whole = float(np.sum(weight))
-    if whole == 0.0:
+    known, excess = cycles.summed(slope * slope), _excess(cycles, slope, residual)
+    if not np.any(excess):
         return 0.0
-    excess = np.divide(along, weight, out=np.zeros_like(along), where=weight > 0.0)
-    return float(np.sum(weight * excess * excess) / whole) ** 0.5
+    noise, square = _noise(within_cycles(cycles, slope, residual)), math.inf
+    for _ in range(ROUNDS):
+        weight = known / (known + noise / square)
+        square = float(np.sum(weight * excess * excess) / np.sum(weight))
+    return square**0.5
+
+
+def within_cycles(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> np.ndarray:
+    """Return what is left of a residual [N or N*m] when each half-cycle has the level that fits best, shape (row,)."""
+    return residual - _excess(cycles, slope, residual)[cycles.index] * slope
+
+
+def _excess(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> np.ndarray:
+    """Return by how much the level of each half-cycle is above that of the model, as a share of it."""
+    known, pulled = cycles.summed(slope * slope), cycles.summed(slope * residual)
+    return np.divide(pulled, known, out=np.zeros_like(pulled), where=known > 0.0)
+
+
+def _noise(left: np.ndarray) -> float:
+    """Return the mean square of a residual, times the rows in a row that say the same."""
+    square = float(left @ left)
+    if square == 0.0:
+        return 0.0
+    along = float(np.clip(left[1:] @ left[:-1] / square, 0.0, 0.999))
+    return square / left.size * (1.0 + along) / (1.0 - along)

@@ -14,10 +14,11 @@ from bristle.identification.bands import Bands, half_width
 from bristle.identification.output_error import OutputError
 from bristle.identification.resampling.assessment import at_odds, with_interval
 from bristle.identification.resampling.bootstrap import fitted_to_twins, seen_in
+from bristle.identification.resampling.half_cycles import within_cycles
 from bristle.identification.resampling.jackknife import jackknife_std
 from bristle.identification.resampling.output_twin import OutputTwin, level_slope_of, moves_of
 from bristle.identification.resampling.refit import Refit, Space
-from bristle.identification.resampling.twin import disturbance_of
+from bristle.identification.resampling.twin import disturbance_of, lasting_of
 from bristle.identification.resampling.whiteness import is_white
 from bristle.identification.result import Fit, Resampling
 
@@ -51,9 +52,12 @@ def assessed_output(
         twin, Refit(replace(space, linear=linear), every, slice(None)), slope, residual, draws, report=report
     )
     own = {name: one for name, one in found.members[0].items() if name not in error.unknowns.loop}
+    left = within_cycles(groups, slope, residual) if found.scatter.value > 0.0 else residual
+    lacking = found.unexplained if error.loop == "closed" else 0.0
     bands = Bands(
         draws={name: np.array([one[name] for one in found.members]) for name in own}, scatter=found.scatter.value,
-        noise=regression.effort_noise, unexplained=found.unexplained if error.loop == "closed" else 0.0,
+        noise=regression.effort_noise, unexplained=lacking,
+        lasting=lasting_of(left, regression.sample_time, lacking),
     )  # fmt: skip
     width = half_width(bands, fit.plant, fit.friction, regression)
     share = float(np.quantile(np.abs(fit.traces.residual) / width, 0.95))

@@ -71,8 +71,8 @@ class OutputTwin:
         """Return the same with another disturbance."""
         return replace(self, disturbance=replace(self.disturbance, **changes))
 
-    def drawn(self, rng: np.random.Generator, ratio: float = 1.0) -> Changed:
-        """Return the same fit to a twin drawn anew, with `ratio` times the scatter."""
+    def drawn(self, rng: np.random.Generator, ratio: float = 1.0, side: float = 1.0) -> Changed:
+        """Return the same fit to a twin drawn anew, with `ratio` times the scatter, or to its mirror image (-1)."""
         levels = (ratio * self.disturbance.scatter * rng.standard_normal(self.groups.count))[self.groups.index]
         reading = Reading(self.disturbance.resolution, self.disturbance.jitter)
         changes, first = [], 0
@@ -84,7 +84,7 @@ class OutputTwin:
             first += pure.size
         solution = {name: self.values[name] for name in self.error.unknowns.free}
         return Changed(
-            self.error, np.concatenate([pure for _, pure, _ in self._pure]), np.concatenate(changes), solution
+            self.error, np.concatenate([pure for _, pure, _ in self._pure]), side * np.concatenate(changes), solution
         )
 
     @cached_property

@@ -28,7 +28,7 @@ from bristle.identification.resampling.levels import Levels
 from bristle.identification.treatment import treat
 from bristle.logs.log import Channel, Log
 
-__all__ = ["Disturbance", "Twin", "disturbance_of", "signs_of"]
+__all__ = ["Disturbance", "Twin", "disturbance_of", "lasting_of", "signs_of"]
 
 ROUNDING = 0.37  # of an encoder step: what the robust measure of noise says of rounding alone
 BLOCKS = 40  # of a stretch, in which what the model lacks keeps its sign
@@ -96,10 +96,20 @@ class Twin:
         """Return the same with another disturbance."""
         return replace(self, disturbance=replace(self.disturbance, **changes))
 
-    def drawn(self, rng: np.random.Generator, ratio: float = 1.0) -> Problem:
-        """Return the same problem on a log that is drawn anew, with `ratio` times the scatter."""
+    def drawn(self, rng: np.random.Generator, ratio: float = 1.0, side: float = 1.0) -> Problem:
+        """Return the same problem on a log that is drawn anew.
+
+        Parameters
+        ----------
+        rng : Generator
+            Draws it.
+        ratio : float
+            By how much the scatter is another than the estimated one.
+        side : {1.0, -1.0}
+            The mirror image of a log has all its disturbances reversed.
+        """
         regression = self.problem.regression
-        log = self.log(rng, ratio)
+        log = self.log(rng, ratio, side)
         axis = Axis(kind=regression.kind, resolution=regression.resolution)
         again = treat(log, axis, regression.cutoff, regression.decimation, like=regression)
         stretches = tuple(
@@ -108,22 +118,24 @@ class Twin:
         )
         return replace(self.problem, regression=replace(again, stretches=stretches))
 
-    def log(self, rng: np.random.Generator, ratio: float = 1.0) -> Log:
+    def log(self, rng: np.random.Generator, ratio: float = 1.0, side: float = 1.0) -> Log:
         """Return a log that is drawn anew: the stretches of the motion, one after the other."""
         regression, disturbance = self.problem.regression, self.disturbance
-        scatter = ratio * disturbance.scatter
+        scatter, noise, jitter = (
+            side * one for one in (ratio * disturbance.scatter, disturbance.noise, disturbance.jitter)
+        )
         efforts, positions, segments, first = [], [], [], 0
         for stretch, starts, left in zip(self._motion, self.cycles.starts, self._left, strict=True):
             force = self._levels.force(stretch, starts, regression.sample_time, scatter, rng)
             pure = force + mechanical(self._plant, stretch.position, stretch.velocity, stretch.acceleration)
-            pure += disturbance.unexplained * signs_of(pure.size, rng) * left
-            efforts.append(pure + disturbance.noise * rng.standard_normal(pure.size))
-            positions.append(stretch.position + disturbance.jitter * rng.standard_normal(pure.size))
+            pure += side * disturbance.unexplained * signs_of(pure.size, rng) * left
+            efforts.append(pure + noise * rng.standard_normal(pure.size))
+            positions.append(stretch.position + jitter * rng.standard_normal(pure.size))
             segments.append(slice(first, first + pure.size))
             first += pure.size
         position, step = np.concatenate(positions), disturbance.resolution
         if step > 0.0:
-            phase = rng.uniform(0.0, step)
+            phase = side * rng.uniform(0.0, step)
             position = step * np.round((position + phase) / step) - phase
         unit = {"translational": ("m", "N"), "rotational": ("rad", "N*m")}[regression.kind]
         return Log(
@@ -163,6 +175,25 @@ def signs_of(count: int, rng: np.random.Generator) -> np.ndarray:
     """Return a sign for each of several blocks of samples: what is left over keeps its course, not its side."""
     blocks = np.minimum(np.arange(count) * BLOCKS // count, BLOCKS - 1)
     return rng.choice([-1.0, 1.0], BLOCKS)[blocks]
+
+
+def lasting_of(residual: np.ndarray, row_time: float, unexplained: float) -> float:
+    """Return how long what a model lacks keeps its side [s].
+
+    All that does not average out over a block is put down to it; longer than a block it is not followed.
+
+    Parameters
+    ----------
+    residual : ndarray, shape (row,)
+        What the model leaves over, each half-cycle at its own level.
+    row_time : float
+        Time from row to row [s].
+    unexplained : float
+        Root mean square of what the model lacks, in the unit of the residual.
+    """
+    slow = float(np.mean([np.mean(part) ** 2 for part in np.array_split(residual, BLOCKS)]))
+    share = min(slow / unexplained**2, 1.0) if unexplained > 0.0 else 0.0
+    return share * row_time * residual.size / BLOCKS
 
 
 def _sharpened(stretch: Stretch, regression: Regression) -> Stretch:
