@@ -20,6 +20,7 @@ from benchmarks.bootstrap import bootstrap
 from benchmarks.composite import composite
 from benchmarks.coverage import Share, coverage
 from benchmarks.lanes import lanes
+from benchmarks.loop_coverage import loop_coverage
 from benchmarks.preisach import preisach
 from benchmarks.presliding import presliding
 from benchmarks.stick_slip import stick_slip
@@ -158,7 +159,7 @@ BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
     )
 }
 # No times but shares, of hundreds of identifications: half an hour, so only where it is asked for.
-LONG: dict[str, Callable[[], Iterator[Share]]] = {"coverage": coverage}
+LONG: dict[str, Callable[[], Iterator[Share]]] = {"coverage": coverage, "loop_coverage": loop_coverage}
 
 
 def main(names: list[str]) -> int:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from os import PathLike
 from typing import Any
 
@@ -111,11 +112,11 @@ def identify(
     everywhere = any(axis is not None and axis.global_search for axis in axes)
     workbench = Workbench.of(regression, known, simulated, everywhere=everywhere)
     count = len(components) + bool(draws)
-    fits = _fits(workbench, components, blocks, lambda number, what: _share(progress, number, count, what))
+    fits = _fits(workbench, components, blocks, partial(_share, progress, count))
     first, *others = (replace(fit, rank=rank) for rank, fit in enumerate(with_information(in_order(fits)), 1))
     unfinished = _unfinished(fits, [one.name for one in components])
     if draws and not unfinished:
-        report = _share(progress, len(components), count, f"fitting {first.name} to simulated logs")
+        report = _share(progress, count, len(components), f"fitting {first.name} to simulated logs")
         first, unfinished = _assessed(workbench, first, draws, report)
     treatment, away = _treatment(regression, first), break_aways(regression, first.plant, first.friction)
     return Identification((first, *others), logs[0], treatment, tuple(logs[1:]), unfinished, away)
@@ -184,7 +185,7 @@ def _unfinished(fits: Sequence[Fit], asked: Sequence[str]) -> str:
     return f"interrupted: {'; '.join(said)}" if said else ""
 
 
-def _share(progress: Progress | None, number: int, count: int, what: str) -> Report:
+def _share(progress: Progress | None, count: int, number: int, what: str) -> Report:
     def report(share: float, remark: str = "") -> None:
         if progress is not None:
             progress((number + share) / count, f"{what}{remark and f', {remark}'}")
