@@ -75,11 +75,9 @@ def identify(
     draws : int
         Logs that are simulated with the best model and fitted again, for its 95 % intervals; 0 for none.
     method : {"inverse_dynamics", "output_error"}, optional
-        What is made small: the error of the effort along the measured motion, or that of a simulation; the axis decides
-        where it is not given.
+        What is made small, the error of the effort along the motion or that of a simulation; else as the axis says.
     global_search : bool, optional
-        Whether the whole range of each parameter is looked at, where a search is needed at all; the axis decides where
-        it is not given.
+        Whether a search looks at the whole range of each parameter; else as the axis says.
     progress : callable, optional
         Called with the share of the work done and what is being done.
 
@@ -117,11 +115,7 @@ def identify(
     unfinished = _unfinished(fits, [one.name for one in components])
     if draws and not unfinished:
         report = _share(progress, count, len(components), f"fitting {first.name} to simulated logs")
-        try:
-            first = workbench.assessed(first, draws, report)
-        except KeyboardInterrupt as error:
-            obey(error)
-            unfinished = "interrupted: the intervals are not those of simulated logs"
+        first, unfinished = _with_intervals(workbench, first, draws, report)
     return Identification(
         (first, *others), logs[0], _treatment(regression, first), tuple(logs[1:]), unfinished,
         break_aways(regression, first.plant, first.friction),
@@ -136,6 +130,15 @@ def _simulated(
         return None
     refuse_elements(components)
     return Simulated(logs, axes, simulated_loop(logs, axes))
+
+
+def _with_intervals(workbench: Workbench, fit: Fit, draws: int, report: Report) -> tuple[Fit, str]:
+    """Return a fit with its intervals, and nothing; without them, and why, where a person interrupts."""
+    try:
+        return workbench.assessed(fit, draws, report), ""
+    except KeyboardInterrupt as error:
+        obey(error)
+        return fit, "interrupted: the intervals are not those of simulated logs"
 
 
 def _fits(
