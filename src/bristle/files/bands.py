@@ -60,7 +60,10 @@ def bands_at(value: Any, known: Collection[str]) -> dict[str, Any] | None:
     check_keys(given, (*NUMBERS, "draws"), "bands")
     found: dict[str, Any] = {}
     for name in NUMBERS:
-        number = given.get(name)
+        if name not in given:
+            raise InputError("is missing, as from an earlier version", path=f"bands.{name}",
+                             mend="Identify again, or leave [bands] out to predict without bands")  # fmt: skip
+        number = given[name]
         if isinstance(number, bool) or not isinstance(number, (int, float)) or not math.isfinite(number) or number < 0:
             raise InputError("must be a number", path=f"bands.{name}", value=number, allowed=">= 0",
                              mend="Leave [bands] out to predict without bands")  # fmt: skip
