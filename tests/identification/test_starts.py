@@ -8,6 +8,7 @@ from bristle.engine import force_along
 from bristle.identification.asked import Known, unknowns_of
 from bristle.identification.problem import Problem
 from bristle.identification.regression import Regression, Stretch
+from bristle.logs.log import Channel, Log
 from bristle.plants import inertia
 
 DT = 1e-3
@@ -46,3 +47,16 @@ def test_the_derivative_is_that_of_the_fit_with_its_start_found_anew(problem):
         left, size = np.linalg.norm(found - anew), np.linalg.norm(anew)
         assert left < 0.05 * size
         assert left < 0.4 * np.linalg.norm(held - anew)
+
+
+def test_a_prediction_tells_where_the_contact_began(problem):
+    stretch = problem.regression.stretches[0]
+    log = Log(
+        time=Channel(stretch.time, "s", "t"), position=Channel(stretch.position, "m", "q"),
+        effort=Channel(stretch.effort, "N", "u"), sample_time=DT, segments=(slice(0, stretch.time.size),),
+        kind="translational",
+    )  # fmt: skip
+    notes = br.predict(inertia(M=2.0), br.friction.find("gap_slider")(**TRUTH), log).notes
+    (told,) = [note for note in notes if note.startswith("the contact began at")]
+    assert float(told.split()[4]) == pytest.approx(60.0, abs=3.0)
+    assert not any("began at" in note for note in br.predict(inertia(M=2.0), br.friction.coulomb(F_C=20.0), log).notes)

@@ -75,9 +75,11 @@ def identify(
     draws : int
         Logs that are simulated with the best model and fitted again, for its 95 % intervals; 0 for none.
     method : {"inverse_dynamics", "output_error"}, optional
-        What is made small, the error of the effort along the motion or that of a simulation; else as the axis says.
+        What is made small: the error of the effort along the measured motion, or that of a simulation; the axis decides
+        where it is not given.
     global_search : bool, optional
-        Whether a search looks at the whole range of each parameter; else as the axis says.
+        Whether the whole range of each parameter is looked at, where a search is needed at all; the axis decides where
+        it is not given.
     progress : callable, optional
         Called with the share of the work done and what is being done.
 
@@ -115,25 +117,23 @@ def identify(
     unfinished = _unfinished(fits, [one.name for one in components])
     if draws and not unfinished:
         report = _share(progress, count, len(components), f"fitting {first.name} to simulated logs")
-        first, unfinished = _with_intervals(workbench, first, draws, report)
-    return Identification(
-        (first, *others), logs[0], _treatment(regression, first), tuple(logs[1:]), unfinished,
-        break_aways(regression, first.plant, first.friction),
-    )  # fmt: skip
+        first, unfinished = _assessed(workbench, first, draws, report)
+    treatment, away = _treatment(regression, first), break_aways(regression, first.plant, first.friction)
+    return Identification((first, *others), logs[0], treatment, tuple(logs[1:]), unfinished, away)
 
 
 def _simulated(
     logs: Sequence[Log], axes: Sequence[Axis | None], components: Sequence[FrictionModel]
-) -> Simulated | None:
-    """Return what output error simulates; None where the method is another one."""
+) -> Simulated | None:  # fmt: skip
+    """Return what is simulated to be compared with the logs; None where nothing is."""
     if not any(axis is not None and axis.method == "output_error" for axis in axes):
         return None
     refuse_elements(components)
     return Simulated(logs, axes, simulated_loop(logs, axes))
 
 
-def _with_intervals(workbench: Workbench, fit: Fit, draws: int, report: Report) -> tuple[Fit, str]:
-    """Return a fit with its intervals, and nothing; without them, and why, where a person interrupts."""
+def _assessed(workbench: Workbench, fit: Fit, draws: int, report: Report) -> tuple[Fit, str]:
+    """Return a fit with its intervals, and what was interrupted, in words."""
     try:
         return workbench.assessed(fit, draws, report), ""
     except KeyboardInterrupt as error:

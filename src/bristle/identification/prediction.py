@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from os import PathLike
@@ -14,7 +15,7 @@ from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.experiment import substeps_for
 from bristle.core.status import Status
-from bristle.core.typography import with_unit
+from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
 from bristle.engine import Trace, run_open_loop
 from bristle.friction import is_static, with_presliding
@@ -136,6 +137,13 @@ def _simulated(
     return _with_widths(_compare(mode, log, runs, used, tuple(dict.fromkeys(notes))), widths)
 
 
+def _about_start(places: Sequence[float | None]) -> tuple[str, ...]:
+    """Return where the contact stood before each stretch, in words; nothing where that does not matter."""
+    told = ", ".join(f"{number(100.0 * one, 10.0)} %" for one in places if one is not None)
+    where = "of the way from its middle to slip (below 0: backward), found from the first samples"
+    return (f"the contact began at {told} {where}",) if told else ()
+
+
 def _within_reach(
     log: Log, cutoff: float | None, decimation: int | None, axis: Axis | None
 ) -> tuple[tuple[float | None, int | None], tuple[str, ...]]:
@@ -161,6 +169,7 @@ def _inverse(plant: Model, friction: Model, log: Log, regression: Regression) ->
         position_predicted=None,
         metrics=_metrics(log, regression.effort, predicted, None, None),
         notes=(
+            *_about_start(regression.places(friction, plant)),
             f"effort and motion are filtered at {regression.cutoff:g} Hz"
             + (f", and one row is kept for {regression.decimation} samples" if regression.decimation > 1 else ""),
         ),
