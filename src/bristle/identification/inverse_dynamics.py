@@ -75,9 +75,11 @@ def identify(
     draws : int
         Logs that are simulated with the best model and fitted again, for its 95 % intervals; 0 for none.
     method : {"inverse_dynamics", "output_error"}, optional
-        What is made small, the error of the effort along the motion or that of a simulation; else as the axis says.
+        What is made small: the error of the effort along the measured motion, or that of a simulation; the axis decides
+        where it is not given.
     global_search : bool, optional
-        Whether a search looks at the whole range of each parameter; else as the axis says.
+        Whether the whole range of each parameter is looked at, where a search is needed at all; the axis decides where
+        it is not given.
     progress : callable, optional
         Called with the share of the work done and what is being done.
 
