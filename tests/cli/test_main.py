@@ -1,5 +1,6 @@
 """The command as a whole: help, exit codes, what goes where, any terminal."""
 
+import importlib
 import io
 import os
 import re
@@ -153,6 +154,22 @@ def test_a_signal_that_a_finalizer_swallows_is_sent_again():
     def work():
         with ended_by_signals():
             Last()
+            time.sleep(5.0)
+
+    with pytest.raises(SignalledError, match="terminated"):
+        work()
+
+
+def test_a_signal_that_an_import_would_swallow_is_sent_again(tmp_path, monkeypatch):
+    (tmp_path / "swallowing.py").write_text(
+        "import signal\ntry:\n    signal.raise_signal(signal.SIGTERM)\nexcept BaseException:\n    raised = True\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+
+    def work():
+        with ended_by_signals():
+            swallowing = importlib.import_module("swallowing")
+            assert not hasattr(swallowing, "raised")
             time.sleep(5.0)
 
     with pytest.raises(SignalledError, match="terminated"):

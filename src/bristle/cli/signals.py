@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import sys
 import time
+from types import FrameType
 from typing import Any
 
 __all__ = ["SignalledError", "ended_by_signals"]
@@ -56,9 +57,13 @@ class ended_by_signals:  # noqa: N801  (used as a context)
         if self._first is not None:
             raise SignalledError(self._first[0])
 
-    def _raise(self, number: int, _: object) -> None:
+    def _raise(self, number: int, frame: FrameType | None) -> None:
         now = time.monotonic()
         if self._first is not None and now - self._first[1] < GRACE:
+            return
+        if _imports(frame):
+            # A module that is being imported may drop what is raised in it, or call it an error of its own.
+            _send_again(number)
             return
         self._first = (number, now)
         raise SignalledError(number)
@@ -68,10 +73,22 @@ class ended_by_signals:  # noqa: N801  (used as a context)
         if not isinstance(unraisable.exc_value, SignalledError) or self._first is None:
             self._unraisable(unraisable)
             return
-        import _thread
-        from threading import Timer
-
         number, self._first = self._first[0], None
-        again = Timer(AGAIN, _thread.interrupt_main, (number,))
-        again.daemon = True
-        again.start()
+        _send_again(number)
+
+
+def _imports(frame: FrameType | None) -> bool:
+    while frame is not None:
+        if frame.f_code.co_filename.startswith("<frozen importlib"):
+            return True
+        frame = frame.f_back
+    return False
+
+
+def _send_again(number: int) -> None:
+    import _thread
+    from threading import Timer
+
+    again = Timer(AGAIN, _thread.interrupt_main, (number,))
+    again.daemon = True
+    again.start()
