@@ -56,7 +56,7 @@ def identify(
     ] = None,
     draws: Annotated[
         int, typer.Option("--draws", metavar="COUNT", help="Simulated logs for the 95 % intervals; 0 for none.")
-    ] = 200,
+    ] = 100,
     free: Annotated[
         str,
         typer.Option("--free", metavar="NAME[,NAME...]", help="Shapes to identify too, such as exponent of dahl."),
