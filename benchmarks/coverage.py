@@ -7,7 +7,6 @@ reversal; the position is read through an encoder, the effort with noise.
 
 from __future__ import annotations
 
-import os
 import warnings
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
@@ -19,6 +18,7 @@ import numpy as np
 from benchmarks.legs import Leg, Motion, along
 from bristle import friction
 from bristle.core import Axis
+from bristle.core.cores import core_count
 from bristle.core.packing import pack
 from bristle.engine import force_in_turns
 from bristle.identification import identify, predict
@@ -192,7 +192,7 @@ class Share:
 
 def coverage() -> Iterator[Share]:
     """Coverage of 95 % intervals where the model is right, and of bands where it is not."""
-    with ProcessPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+    with ProcessPoolExecutor(core_count()) as pool:
         for name in CASES:
             yield from _of_case(name, list(pool.map(tried, [name] * TRIALS, range(TRIALS))))
         for name in STRANGERS:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import warnings
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
@@ -12,6 +11,7 @@ import numpy as np
 from benchmarks.coverage import Share
 from benchmarks.loops import AXIS, MASS, recorded_in_loop
 from bristle import friction
+from bristle.core.cores import core_count
 from bristle.identification import identify
 
 __all__ = ["loop_coverage"]
@@ -46,7 +46,7 @@ def tried(name: str, seed: int) -> dict[str, tuple[bool, bool]]:
 
 def loop_coverage() -> Iterator[Share]:
     """Coverage of the intervals of each case, pooled and for each parameter."""
-    with ProcessPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+    with ProcessPoolExecutor(core_count()) as pool:
         for name in CASES:
             trials = list(pool.map(tried, [name] * TRIALS, range(TRIALS)))
             every = [inside for one in trials for inside in one.values()]

@@ -44,6 +44,7 @@ def test_a_file_without_bands_has_none(tmp_path):
     [
         ("scatter = 0.05", "scatter = -1.0", "bands.scatter"),
         ("noise = 0.1", "noise = true", "bands.noise"),
+        ("lasting = ", "# lasting = ", "bands.lasting: is missing"),
         ("inflation = 1.2", "inflation = nan", "bands.inflation"),
         ("F_C = [7.9, 8.1, 8.0]", 'F_C = "much"', "bands.draws.F_C"),
         ("F_C = [7.9, 8.1, 8.0]", "F_C = [7.9]", "bands.draws"),

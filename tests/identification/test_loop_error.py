@@ -119,8 +119,9 @@ def test_what_the_loop_lacks_is_told(log):
         (replace(AXIS, loop="closed"), replace(log, reference=None), "has no reference"),
         (replace(SOUGHT, loop="open"), log, "effort.lag: shows in a closed loop only"),
     ):
-        with pytest.raises(InputError, match=said):
+        with pytest.raises(InputError, match=said) as refused:
             identify(changed, "coulomb_viscous", axis=axis)
+        assert "--mode" not in str(refused.value), "that is an option of predict"
     with pytest.raises(InputError, match="model: is identified by inverse dynamics only"):
         identify(log, "coulomb_viscous,maxwell_slip+position", axis=AXIS)
     with pytest.raises(InputError, match="method: no such method"):

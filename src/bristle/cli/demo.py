@@ -46,7 +46,7 @@ def demo(
         sys.stdout.write(json_text(done.summary))
         return
     say(BANNER)
-    show_identification(done.identification, done.simulation, ())
+    show_identification(done.identification, done.simulation)
     _show_unseen(done.prediction)
     say(f"""
 The report: {out / "report.html"} (open it in a browser). Now with a log of your own:

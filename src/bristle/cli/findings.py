@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from bristle.cli.terminal import complain, say, show_table
@@ -14,7 +13,7 @@ if TYPE_CHECKING:
 __all__ = ["show_identification"]
 
 
-def show_identification(found: Identification, simulation: SimulationResult | None, notes: Iterable[str]) -> None:
+def show_identification(found: Identification, simulation: SimulationResult | None) -> None:
     """Write parameters, the models compared, and what compensation gains; warnings go to the error stream."""
     from bristle.core.typography import with_unit
     from bristle.core.variable import unit_of
@@ -41,7 +40,7 @@ def show_identification(found: Identification, simulation: SimulationResult | No
     gain = gain_of(simulation) if simulation else None
     for sentence in gain.sentences() if gain else ():
         say(sentence)
-    for note in notes:
+    for note in found.notes:
         say(f"Note: {note}")
     for warning in best.warnings:
         complain(f"warning: {warning}")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -138,7 +137,7 @@ def _identify_friction(
     if as_json:
         sys.stdout.write(json_text(summary))
     else:
-        show_identification(found, simulation, _notes(recorded))
+        show_identification(found, simulation)
     if out:
         complain(f"wrote {out}; open {out / 'report.html'} in a browser")
     if found.unfinished:
@@ -161,15 +160,6 @@ def _own_model(name: str) -> Any:
     own = load_model_file(file)
     admit(own)
     return with_slots(own, slots, "--model")
-
-
-def _notes(logs: Sequence[Log]) -> list[str]:
-    """Return the notes of several logs, each once, with the logs that it is said of unless it is said of all."""
-    said: dict[str, list[str]] = {}
-    for one in logs:
-        for note in one.notes:
-            said.setdefault(note, []).append(one.source.name)
-    return [note if len(of) == len(logs) else f"{', '.join(of)}: {note}" for note, of in said.items()]
 
 
 def _hertz(text: str | None) -> float | None:

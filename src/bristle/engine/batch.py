@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from bristle.core.contracts import Model
+from bristle.core.cores import core_count
 from bristle.core.errors import InputError
 from bristle.core.packing import LANES, is_scalar, pack, structure_of
 from bristle.core.status import Status
@@ -86,7 +86,7 @@ def run_batch(
     else:
         raise InputError("no such integrator", path="integrator", value=integrator, allowed="efim, semi_implicit")
     firsts = range(0, batch.count, LANES)
-    cores = threads or len(os.sched_getaffinity(0))
+    cores = threads or core_count()
     if cores == 1 or len(firsts) == 1 or is_interpreted():
         for first in firsts:
             work(first)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullLocator
 
+from bristle.core.normal import NORMAL_95
 from bristle.core.typography import number, scale_of
 from bristle.figures import style
 
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
 
 __all__ = ["parameters"]
 
-NORMAL_95 = 1.96
 LINEAR_BELOW = 1.0  # percent
 TICKS = (-100.0, -10.0, -1.0, 0.0, 1.0, 10.0, 100.0)
 EDGES = (2.0, 20.0, 200.0)  # percent: an interval wider than the last ends in an arrow

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
+from bristle.core.normal import NORMAL_95
 from bristle.figures import style
 from bristle.figures.envelope import line, runs
 from bristle.figures.labels import effort_scale, time_scale
@@ -67,7 +68,7 @@ def _draw_autocorrelation(axes: style.Axes, time: np.ndarray, residual: np.ndarr
     step = float(np.median(np.diff(time)))
     lags = step * np.arange(correlation.size)
     span = time_scale(lags)
-    band = 1.96 / np.sqrt(count)
+    band = NORMAL_95 / np.sqrt(count)
     axes.axhspan(-band, band, color="#dbe6f2", label="95 % band of white noise")
     axes.vlines(lags * span.factor, 0.0, correlation, color=style.PREDICTED["color"], linewidth=1.4)
     axes.axhline(0.0, color=style.GREY, linewidth=0.7)

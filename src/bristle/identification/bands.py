@@ -23,13 +23,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from bristle.core.contracts import FrictionModel, Model
+from bristle.core.normal import NORMAL_95
 from bristle.identification.regression import Regression, mechanical
 from bristle.identification.resampling.half_cycles import HalfCycles
 from bristle.identification.resampling.levels import Levels
 
-__all__ = ["Bands", "half_width"]
+__all__ = ["Bands", "half_width", "with_parameters"]
 
-NORMAL_95 = 1.96
 MEMBERS = 40
 SEED = 95
 
@@ -99,6 +99,12 @@ def numbers_of(model: Model) -> dict[str, float]:
     }
 
 
+def with_parameters(bands: Bands, index: int, model: Model) -> Model:
+    """Return a model with one of the sets of parameters, as far as they are its own."""
+    own = {name: np.asarray(one[index])[()] for name, one in bands.draws.items() if name in model.values}
+    return Model(model.component, model.component.assemble(numbers_of(model) | own), model.kind)
+
+
 def _member(
     bands: Bands, index: int, values: Mapping[str, float], plant: Model, component: FrictionModel, cycles: HalfCycles,
     rng: np.random.Generator,
@@ -107,7 +113,7 @@ def _member(
     regression = cycles.regression
     mine = dict(values) | {name: np.asarray(one[index])[()] for name, one in bands.draws.items()}
     levels = Levels(component, mine, regression.kind)
-    body = Model(plant.component, plant.component.assemble({name: mine[name] for name in plant.values}), plant.kind)
+    body = with_parameters(bands, index, plant)
     parts = []
     for stretch, starts in zip(regression.stretches, cycles.starts, strict=True):
         force = levels.force(stretch, starts, regression.sample_time, bands.scatter, rng)

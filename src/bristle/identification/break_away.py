@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bristle.core.contracts import Model
+from bristle.core.normal import NORMAL_95
 from bristle.identification.regression import Regression, mechanical
 from bristle.logs.legs import Leg
 from bristle.logs.stretch import Stretch as Recorded
@@ -160,7 +161,7 @@ def _estimates(
         if spare > 0:
             variance = float(np.sum((target - regressor @ weights) ** 2)) / spare
             half = _student(spare) * math.sqrt(variance * float(row @ np.linalg.pinv(regressor.T @ regressor) @ row))
-            half = math.hypot(half, 1.96 * common / math.exp(middle))
+            half = math.hypot(half, NORMAL_95 * common / math.exp(middle))
             interval = math.exp(middle - half), math.exp(middle + half)
         found.append((math.exp(middle), interval))
     return found

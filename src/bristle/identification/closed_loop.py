@@ -130,23 +130,26 @@ class ClosedLoop:
         )  # fmt: skip
 
 
-def closed_loop_of(log: Log, axis: Axis, part: slice, why: str = "to predict the closed loop") -> ClosedLoop:
+def closed_loop_of(
+    log: Log, axis: Axis, part: slice, why: str = "to predict the closed loop", instead: str = "use --mode inverse"
+) -> ClosedLoop:
     """Return the closed loop of a stretch of a log.
 
     Raises
     ------
     InputError
-        If the axis lacks the controller or the log the reference; it tells `why` they are needed.
+        If the axis lacks the controller or the log the reference; it tells `why` they are needed, and what to do
+        `instead`.
     """
     if not isinstance(axis.controller, Model):
         raise InputError(
             f"is needed {why}", path="axis.controller",
-            mend="Describe the controller that was running in [controller] of the axis file, or use --mode inverse",
+            mend=f"Describe the controller that was running in [controller] of the axis file, or {instead}",
         )  # fmt: skip
     if log.reference is None:
         raise InputError(
             "has no reference, which the closed loop follows", path="log",
-            mend="Name its column in [columns] of the axis file, or use --mode inverse",
+            mend=f"Name its column in [columns] of the axis file, or {instead}",
         )  # fmt: skip
     reference = log.reference.values[part]
     velocity = np.gradient(reference, log.sample_time)

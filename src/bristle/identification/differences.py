@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 import numpy as np
+
+from bristle.core.cores import core_count
 
 __all__ = ["Differences"]
 
@@ -50,5 +51,5 @@ class Differences:
             there[index] += -step if x[index] + step > self.high[index] else step
             return (self.residual(there) - here) / (there[index] - x[index])
 
-        with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+        with ThreadPoolExecutor(core_count()) as pool:
             return np.stack(list(pool.map(column, range(x.size))), axis=1)

@@ -158,9 +158,9 @@ class Elements:
             stiffness = np.maximum(phi[: r.size], 1e-12 * np.sum(phi[: r.size]))
             level = float(stiffness @ r)
             rest = dict(zip(names[r.size :], phi[r.size :].tolist(), strict=True))
-            told = self._told(level, rest)
+            levels = self._told(level, rest)
             rest.pop(DIFFERENCE, None)
-            return {"k_i": stiffness, "nu_i": stiffness * r / level} | told | rest
+            return {"k_i": stiffness, "nu_i": stiffness * r / level} | levels | rest
 
         return Problem(self.regression, replace(self.unknowns, component=self.component)), Space(
             names, np.concatenate([found.stiffness, list(found.others.values()), found.factors]), low,

@@ -12,13 +12,13 @@ References
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from bristle.core.cores import core_count
 from bristle.identification.interruption import BestSoFar
 from bristle.identification.unknowns import Coordinate
 
@@ -104,7 +104,7 @@ def evolved(
         generation += 1
         report(generation / GENERATIONS)
 
-    pool = ThreadPoolExecutor(len(os.sched_getaffinity(0)))
+    pool = ThreadPoolExecutor(core_count())
 
     def everywhere(_: object, members: Iterable[np.ndarray]) -> list[float]:
         points = [coordinates(one) for one in members]

@@ -77,7 +77,9 @@ class OutputError:
                     outputs.append(Position(open_loop_of(log, its, part, steps), log.position.values[part]))
                     continue
                 assert log.effort is not None
-                closed = closed_loop_of(log, its, part, "to fit the closed loop")
+                closed = closed_loop_of(
+                    log, its, part, "to fit the closed loop", 'write loop = "open" under [identification]'
+                )
                 outputs.append(Effort(closed, log.effort.values[part], log.position.values[part], its.presliding))
         if loop == "closed" and any(axis is not None and axis.seeks_lag for axis in axes):
             inverse = replace(inverse, unknowns=_with_lag(inverse.unknowns, logs[0].sample_time))

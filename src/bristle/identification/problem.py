@@ -14,12 +14,20 @@ from bristle.core.contracts import Model
 from bristle.identification.regression import Regression, mechanical
 from bristle.identification.unknowns import Unknowns
 
-__all__ = ["Problem", "Residual"]
+__all__ = ["Problem", "Residual", "Sought"]
 
 NUDGE = 1e-4  # of where a contact stood, from -1 to 1
 
 
 class Residual(Protocol):
+    """What a fit makes small."""
+
+    def residual(self, free: Mapping[str, float]) -> np.ndarray:
+        """Return what is left over, shape (row,)."""
+        ...
+
+
+class Sought(Residual, Protocol):
     """What a search makes small."""
 
     @property
@@ -32,11 +40,7 @@ class Residual(Protocol):
         """Root of the sum of squares of what was measured."""
         ...
 
-    def residual(self, free: Mapping[str, float]) -> np.ndarray:
-        """Return what is left over, shape (row,)."""
-        ...
-
-    def near(self, free: Mapping[str, float]) -> Residual:
+    def near(self, free: Mapping[str, float]) -> Sought:
         """Return the problem around some parameters, what is found on the way held; itself where there is nothing."""
         ...
 

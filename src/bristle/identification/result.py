@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from bristle.core.normal import NORMAL_95
 from bristle.simulation.result import relative_error_percent
 
 if TYPE_CHECKING:
@@ -17,8 +18,6 @@ if TYPE_CHECKING:
     from bristle.logs.log import Log
 
 __all__ = ["Estimate", "Fit", "HeldOut", "Identification", "Information", "Resampling", "Scatter", "Traces"]
-
-NORMAL_95 = 1.96
 
 
 @dataclass(frozen=True)
@@ -296,6 +295,15 @@ class Identification:
     further_logs: tuple[Log, ...] = ()
     unfinished: str = ""
     break_aways: tuple[BreakAway, ...] = ()
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was found while reading, each once, with the logs that it is said of unless it is said of all."""
+        logs, said = (self.log, *self.further_logs), dict[str, list[str]]()
+        for one in logs:
+            for note in one.notes:
+                said.setdefault(note, []).append(one.source.name)
+        return tuple(note if len(of) == len(logs) else f"{', '.join(of)}: {note}" for note, of in said.items())
 
     @property
     def best(self) -> Fit:

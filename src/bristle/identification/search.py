@@ -14,7 +14,7 @@ from bristle.core.variable import Variable
 from bristle.identification.differences import Differences
 from bristle.identification.global_search import EVOLUTION_SEED, box_of, evolved
 from bristle.identification.interruption import BestSoFar, obey
-from bristle.identification.problem import Residual
+from bristle.identification.problem import Sought
 from bristle.identification.solution import Solution
 from bristle.identification.unknowns import Coordinate, Scales, coordinates_of, natural_derivative
 
@@ -66,7 +66,7 @@ class Search:
         Whether each residual takes a simulation: then all cores share a Jacobian.
     """
 
-    problem: Residual
+    problem: Sought
     scales: Scales
     guess: Mapping[str, float]
     unit: float = 0.0
@@ -153,7 +153,7 @@ class Search:
         return {coordinate.name: values[coordinate.name] for coordinate in coordinates}
 
     def _residual(
-        self, coordinates: tuple[Coordinate, ...], phi: np.ndarray, problem: Residual | None = None
+        self, coordinates: tuple[Coordinate, ...], phi: np.ndarray, problem: Sought | None = None
     ) -> np.ndarray:
         with np.errstate(over="ignore", invalid="ignore"):
             residual = (problem or self.problem).residual(self._values(coordinates, phi)) / self._unit

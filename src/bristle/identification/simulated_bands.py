@@ -17,7 +17,6 @@ spread is that about the prediction itself: where an error of the force adds up,
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple, Protocol
@@ -25,8 +24,10 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from bristle.core.contracts import Model
+from bristle.core.cores import core_count
+from bristle.core.normal import NORMAL_95
 from bristle.engine import force_along
-from bristle.identification.bands import MEMBERS, NORMAL_95, SEED, Bands, numbers_of
+from bristle.identification.bands import MEMBERS, SEED, Bands, with_parameters
 from bristle.identification.resampling.half_cycles import least_way, turns_of
 from bristle.identification.treatment import CUTOFF_SHARE, stretch_of
 from bristle.logs.log import Log
@@ -83,7 +84,7 @@ def simulated_widths(
     block = (np.arange(cycle.size) * dt / max(bands.lasting, dt)).astype(int)
 
     def member(index: int, level: np.ndarray, left: np.ndarray) -> np.ndarray:
-        mine = _with_parameters(bands, index, plant), _with_parameters(bands, index, friction)
+        mine = with_parameters(bands, index, plant), with_parameters(bands, index, friction)
         found = simulate(*mine, bands.scatter * level[cycle] * force + bands.unexplained * left[block])
         off = np.full((2, count), np.nan)
         reached = min(found.position.size, count)
@@ -93,7 +94,7 @@ def simulated_widths(
 
     members = range(min(bands.count, MEMBERS))
     levels, left = (rng.standard_normal((len(members), int(one[-1]) + 1)) for one in (cycle, block))
-    with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
+    with ThreadPoolExecutor(core_count()) as pool:
         square = _mean(np.array(list(pool.map(member, members, levels, left))))
     noise = np.array([[ROUNDING * resolution], [bands.noise]])
     return Widths(*(NORMAL_95 * bands.inflation * np.sqrt(square + noise**2)))
@@ -113,9 +114,3 @@ def _along(friction: Model, log: Log, part: slice, resolution: float) -> tuple[n
     starts = turns_of(stretch.position, turns.tolist(), least_way(resolution, noise))
     cycle = np.searchsorted(starts, np.arange(stretch.position.size), side="right")
     return cycle, force_along(friction, dt=log.sample_time, **stretch.signals(log.sample_time))
-
-
-def _with_parameters(bands: Bands, index: int, model: Model) -> Model:
-    """Return a model with one of the sets of parameters, as far as they are its own."""
-    own = {name: np.asarray(one[index])[()] for name, one in bands.draws.items() if name in model.values}
-    return Model(model.component, model.component.assemble(numbers_of(model) | own), model.kind)

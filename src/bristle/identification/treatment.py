@@ -27,6 +27,7 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.errors import InputError
+from bristle.core.normal import DEVIATION_OVER_MEDIAN
 from bristle.core.typography import with_unit
 from bristle.core.variable import Kind, unit_of
 from bristle.identification.regression import Regression, Stretch, low_passed
@@ -39,7 +40,6 @@ EDGE_PERIODS = 5  # of the cut-off frequency: the transient of the filter
 REST_PERIODS = 5  # of the cut-off frequency, without an encoder step, make a rest
 ROWS_MIN = 50
 COVERED, RETURNED = 0.9, 0.02  # of the range: a whole cycle is through, the motion is back
-GAUSSIAN = 1.4826  # standard deviation over median absolute deviation, of a normal distribution
 
 
 def treat(
@@ -189,7 +189,7 @@ def _noises(position: np.ndarray, effort: np.ndarray, cutoff: float) -> tuple[fl
     """Return the standard deviations of the noise, of what a filter takes away; its cut-off over the sampling rate."""
     # White noise above the cut-off tells how much there is in all.
     above = max(1.0 - 2.0 * cutoff, 0.1)
-    found, its = (GAUSSIAN * float(np.median(np.abs(one))) for one in (position, effort))
+    found, its = (DEVIATION_OVER_MEDIAN * float(np.median(np.abs(one))) for one in (position, effort))
     return found, its / above**0.5
 
 

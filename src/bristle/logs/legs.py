@@ -8,11 +8,12 @@ from itertools import pairwise
 
 import numpy as np
 
+from bristle.core.normal import DEVIATION_OVER_MEDIAN
+
 __all__ = ["Leg", "graininess", "legs_of", "rests_of", "turning_points"]
 
 REST_TIME = 0.12  # [s] without a motion that the encoder sees
 COUNTS, DEVIATIONS = 2.5, 4.0  # of the encoder, of its noise: no motion is smaller
-GAUSSIAN = 1.4826  # standard deviation over median absolute deviation, of a normal distribution
 CHUNKS = 20  # of a leg, in which its speed is looked at
 CRUISING = 0.08  # relative deviation of the speed that counts as constant; a sine keeps to it for a third
 SETTLING = 0.03  # of the leg beside it: a leg that is none
@@ -66,7 +67,7 @@ def graininess(position: np.ndarray, resolution: float | None) -> float:
         resolution = float(np.min(steps[steps > 0.0], initial=np.inf))
         resolution = resolution if np.isfinite(resolution) else 0.0
     bends = np.abs(np.diff(position, 2))
-    noise = GAUSSIAN * float(np.median(bends)) / np.sqrt(6.0) if bends.size else 0.0
+    noise = DEVIATION_OVER_MEDIAN * float(np.median(bends)) / np.sqrt(6.0) if bends.size else 0.0
     return max(COUNTS * resolution, DEVIATIONS * noise)
 
 

@@ -61,7 +61,8 @@ def identification_report(
     """
     fit, kind = identification.best, identification.best.plant.kind
     curve = steady_curve(fit)
-    pictures = identification_pictures(identification, table or (), curve)
+    found = passages(identification.log)
+    pictures = identification_pictures(identification, table or (), curve, found)
     if simulation is not None:
         pictures |= following_picture(simulation)
     if prediction is not None:
@@ -86,13 +87,13 @@ def identification_report(
         by_position=fit.position_rmse is not None,
         pictures=pictures,
         assumptions=_assumed(fit, prediction),
-        passages=passage_table([one.as_data() for one in passages(identification.log)], kind),
+        passages=passage_table([one.as_data() for one in found], kind),
         break_aways=break_away_table(identification.break_aways, kind) if identification.break_aways else None,
         log=log_facts(identification.log, identification.further_logs)
         + treatment_facts(identification.treatment, kind)
         + scatter_facts(fit.resampling, kind),
         certificates=certificate_table(fit.name, certificates) if certificates else None,
-        notes=[note for one in (identification.log, *identification.further_logs) for note in one.notes],
+        notes=identification.notes,
     )
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from bristle.logs.passages import passages
 from bristle.report.log import PASSAGES_CAPTION
 from bristle.report.page import Picture, picture
 
@@ -13,6 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from bristle.identification.result import Identification
+    from bristle.logs.passage import Passage
 
 __all__ = ["identification_pictures"]
 
@@ -60,8 +60,9 @@ CAPTIONS = {
 
 
 def identification_pictures(
-    identification: Identification, table: Sequence[tuple[float, float]], curve: Sequence[tuple[float, float]]
-) -> dict[str, Picture]:
+    identification: Identification, table: Sequence[tuple[float, float]], curve: Sequence[tuple[float, float]],
+    found: Sequence[Passage],
+) -> dict[str, Picture]:  # fmt: skip
     """Return the figures of an identification by name.
 
     Parameters
@@ -72,6 +73,8 @@ def identification_pictures(
         Table for the drive [m/s or rad/s, N or N*m]; empty for none.
     curve : sequence of (velocity, effort)
         The same, finer.
+    found : sequence of Passage
+        What the log contains.
     """
     from bristle import figures
 
@@ -86,7 +89,7 @@ def identification_pictures(
         draw["drive"] = lambda: figures.drive_table(table, curve, fit.plant.kind)
     if len(fit.correlation_names) > 1:
         draw["correlation"] = lambda: figures.correlation(fit)
-    draw["passages"] = lambda: figures.passages(identification.log, passages(identification.log))
+    draw["passages"] = lambda: figures.passages(identification.log, found)
     if len(identification.fits) > 1:
         draw["comparison"] = lambda: figures.model_comparison(identification)
     return {name: picture(name, one, *CAPTIONS[name]) for name, one in draw.items()}

@@ -21,7 +21,7 @@ from bristle.identification.resampling.twin import lasting_of
 from bristle.identification.resampling.whiteness import is_white
 from bristle.identification.result import Estimate, Fit, Resampling
 
-__all__ = ["assessed", "at_odds", "with_interval"]
+__all__ = ["assessed", "at_odds", "how_sure", "with_interval"]
 
 BLOCKS = 5
 CLEAR = 0.5  # relative standard error
@@ -54,7 +54,7 @@ def assessed(
     bands = Bands(
         draws={name: np.array([one[name] for one in members]) for name in members[0]},
         scatter=found.scatter.value, noise=found.disturbance.noise, unexplained=found.unexplained,
-        lasting=_lasting(found, problem, space, cycles),
+        lasting=_lasting(found, problem, space, cycles, residual),
     )  # fmt: skip
     resampling = Resampling(
         bands=replace(bands, inflation=_inflation(bands, fit, problem, space, free)),
@@ -75,12 +75,14 @@ def assessed(
     )  # fmt: skip
 
 
-def _lasting(found: Bootstrap, problem: Problem, space: Space, cycles: Groups) -> float:
+def _lasting(
+    found: Bootstrap, problem: Problem, space: Space, cycles: Groups, residual: np.ndarray
+) -> float:  # fmt: skip
     """Return how long what the model lacks keeps its side [s]."""
-    values, regression = problem.unknowns.complete(space.values(space.phi)), problem.regression
-    left = regression.effort - problem.predicted(values)
+    regression, left = problem.regression, residual
     if found.scatter.value > 0.0:
-        left = within_cycles(cycles, level_slope(problem, values), left)
+        slope = level_slope(problem, problem.unknowns.complete(space.values(space.phi)))
+        left = within_cycles(cycles, slope, residual)
     return lasting_of(left, regression.decimation * regression.sample_time, found.unexplained)
 
 
@@ -141,14 +143,17 @@ def at_odds(estimates: tuple[Estimate, ...], found: Bootstrap, jackknife: Mappin
 
 
 def _how(fit: Fit, resampling: Resampling) -> str:
-    kind = fit.friction.kind
-    bands = resampling.bands
+    kind, bands = fit.friction.kind, resampling.bands
     noise, left = (with_unit(one, unit_of("force", kind)) for one in (bands.noise, bands.unexplained))
     step = with_unit(resampling.resolution, unit_of("length", kind))
+    return how_sure(resampling, f"noise of {noise}, encoder steps of {step}", left)
+
+
+def how_sure(resampling: Resampling, causes: str, left: str) -> str:
+    """Return in words how intervals were found: what disturbed the twins besides scatter, and what is none of it."""
     scatter = number(100.0 * resampling.scatter.value, digits=2)
     return (
-        f"95 % intervals from {bands.count} fits to logs simulated with the model: "
-        f"noise of {noise}, encoder steps of {step}, friction that scatters by {scatter} % over "
-        f"{resampling.half_cycles} half-cycles; {left} of the residual (root mean square) is none of these, and comes "
-        "back block by block with a sign drawn by chance"
+        f"95 % intervals from {resampling.bands.count} fits to logs simulated with the model: {causes}, friction that "
+        f"scatters by {scatter} % over {resampling.half_cycles} half-cycles; {left} of the residual (root mean square) "
+        "is none of these, and comes back block by block with a sign drawn by chance"
     )

@@ -18,10 +18,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bristle.core.normal import DEVIATION_OVER_MEDIAN
+
 __all__ = ["CERTAIN", "ChiSquare"]
 
 EDGE = 3.0  # standard deviations
-GAUSSIAN = 1.4826  # standard deviation over median absolute deviation, of a normal distribution
 
 
 class ChiSquare(NamedTuple):
@@ -54,7 +55,7 @@ class ChiSquare(NamedTuple):
 
 def _kept_in(logs: np.ndarray) -> np.ndarray:
     middle = np.median(logs)
-    reach = EDGE * GAUSSIAN * np.median(np.abs(logs - middle))
+    reach = EDGE * DEVIATION_OVER_MEDIAN * np.median(np.abs(logs - middle))
     return np.clip(logs, middle - reach, middle + reach)
 
 

@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from bristle.core.typography import number, with_unit
+from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
 from bristle.friction import is_static
 from bristle.identification.bands import Bands, half_width
 from bristle.identification.output_error import OutputError
-from bristle.identification.resampling.assessment import at_odds, with_interval
+from bristle.identification.resampling.assessment import at_odds, how_sure, with_interval
 from bristle.identification.resampling.bootstrap import fitted_to_twins, seen_in
 from bristle.identification.resampling.half_cycles import within_cycles
 from bristle.identification.resampling.jackknife import jackknife_std
@@ -82,11 +82,5 @@ def _how(fit: Fit, error: OutputError, resampling: Resampling, unexplained: floa
     kind, signal = fit.friction.kind, "force" if error.loop == "closed" else "length"
     step = with_unit(resampling.resolution, unit_of("length", kind))
     left = with_unit(unexplained, unit_of(signal, kind))
-    scatter = number(100.0 * resampling.scatter.value, digits=2)
     where = "in the loop" if error.loop == "closed" else "behind the motion"
-    return (
-        f"95 % intervals from {resampling.bands.count} fits to logs simulated with the model: "
-        f"encoder steps of {step} {where}, friction that scatters by {scatter} % over {resampling.half_cycles} "
-        f"half-cycles; {left} of the residual (root mean square) is none of these, and comes back block by block with "
-        "a sign drawn by chance"
-    )
+    return how_sure(resampling, f"encoder steps of {step} {where}", left)

@@ -16,7 +16,7 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.identification.output_error import OutputError
 from bristle.identification.outputs import Output, Reading
-from bristle.identification.resampling.half_cycles import DEVIATIONS, NUDGE, STEPS, Groups, turns_of
+from bristle.identification.resampling.half_cycles import NUDGE, Groups, least_way, turns_of
 from bristle.identification.resampling.levels import scaled
 from bristle.identification.resampling.twin import Disturbance, signs_of
 
@@ -112,7 +112,7 @@ def level_slope_of(error: OutputError, values: Mapping[str, float]) -> np.ndarra
 def moves_of(error: OutputError) -> Groups:
     """Return the samples of each half-cycle of the logs, trembles and steps of the encoder left out."""
     regression, parts, before = error.inverse.regression, [], 0
-    least = max(STEPS * regression.resolution, DEVIATIONS * regression.noise)
+    least = least_way(regression.resolution, regression.noise)
     for one in error.outputs:
         steps = np.sign(np.diff(one.position, prepend=one.position[0]))
         moving = np.flatnonzero(steps)
