@@ -6,7 +6,7 @@ import signal
 import sys
 import time
 from types import FrameType
-from typing import Any
+from typing import Any, NoReturn
 
 __all__ = ["SignalledError", "ended_by_signals"]
 
@@ -33,6 +33,7 @@ class ended_by_signals:  # noqa: N801  (used as a context)
     def __init__(self) -> None:
         self._before: dict[int, Any] = {}
         self._first: tuple[int, float] | None = None
+        self._waiting: int | None = None
         self._unraisable = sys.unraisablehook
 
     def __enter__(self) -> ended_by_signals:
@@ -53,9 +54,10 @@ class ended_by_signals:  # noqa: N801  (used as a context)
         sys.unraisablehook = self._unraisable
 
     def check(self) -> None:
-        """Raise what was received and got lost while modules were imported."""
-        if self._first is not None:
-            raise SignalledError(self._first[0])
+        """Raise what was received while modules were imported: called where none is."""
+        number = self._waiting if self._first is None else self._first[0]
+        if number is not None:
+            self._end(number)
 
     def _raise(self, number: int, frame: FrameType | None) -> None:
         now = time.monotonic()
@@ -63,9 +65,13 @@ class ended_by_signals:  # noqa: N801  (used as a context)
             return
         if _imports(frame):
             # A module that is being imported may drop what is raised in it, or call it an error of its own.
+            self._waiting = number
             _send_again(number)
             return
-        self._first = (number, now)
+        self._end(number)
+
+    def _end(self, number: int) -> NoReturn:
+        self._first = (number, time.monotonic())
         raise SignalledError(number)
 
     def _lost(self, unraisable: Any) -> None:
