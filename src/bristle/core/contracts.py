@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -93,7 +94,7 @@ class Component:
             self.family, self.Parameters, {name: one for name, one in functions.items() if one is not None}
         )
 
-    @property
+    @cached_property
     def variables(self) -> dict[str, Variable]:
         """Each parameter that a person sets, with its description, in order."""
         return variables_of(self.Parameters)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from itertools import pairwise
 from typing import Any
@@ -89,10 +89,11 @@ def force_from(
     part, velocity, position = Part(model), vector(v, "v"), vector(x, "x")
     around = _around(velocity.size, load, temperature)
     check_run(dt, count=velocity.size, v=velocity, x=position, load=around[0], temperature=around[1])
-    force = np.empty((len(states), velocity.size))
+    force, entry, virgin = np.empty((len(states), velocity.size)), _entry(part), memory_of(model, None)
     for row, state in zip(force, states, strict=True):
         part.state = pack(state)
-        row[:] = _follow(part, memory_of(model, None), velocity, position, dt, *around)
+        entry(part.parameters, part.state, virgin.copy(), velocity, position, *around, float(dt), row)
+        warn_of_lost(part)
     return force
 
 
@@ -215,15 +216,15 @@ def _follow(
     force = np.empty(velocity.size)
     load = np.full(velocity.size, NOMINAL_LOAD) if load is None else load
     temperature = np.full(velocity.size, NOMINAL_TEMPERATURE) if temperature is None else temperature
-    entry = compiled(
-        f"force_along-{part.key}",
-        lambda: entries.make_force_along(*part.structures),
-        "aaaaaaafa",
-        part.functions,
-    )
-    entry(part.parameters, part.state, memory, velocity, position, load, temperature, float(dt), force)
+    _entry(part)(part.parameters, part.state, memory, velocity, position, load, temperature, float(dt), force)
     warn_of_lost(part)
     return force
+
+
+def _entry(part: Part) -> Callable[..., Any]:
+    return compiled(
+        f"force_along-{part.key}", lambda: entries.make_force_along(*part.structures), "aaaaaaafa", part.functions
+    )
 
 
 def response(model: Model, x: Any, dt: float | str | None = None, *, history: Any = ()) -> np.ndarray:

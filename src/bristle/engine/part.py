@@ -81,16 +81,18 @@ class Part:
         return _functions(self.structures[0])
 
 
-def _places_of(field: str, structure: Any, first: int = 0) -> list[int]:
+@cache
+def _places_of(field: str, structure: Any, first: int = 0) -> tuple[int, ...]:
     """Return where fields of this name stand in the vector of a NamedTuple of scalars, nested ones included."""
-    found, at = [], first
+    found: list[int] = []
+    at = first
     for name, part in zip(structure[0]._fields, structure[1], strict=True):
         if isinstance(part, tuple):
             found += _places_of(field, part, at)
         elif name == field:
             found.append(at)
         at += _count(part)
-    return found
+    return tuple(found)
 
 
 def _count(part: Any) -> int:
@@ -108,6 +110,7 @@ def warn_of_lost(part: Part) -> None:
         )
 
 
+@cache
 def _name_of(structure: Any) -> str:
     cls, parts = structure
     return cls.__qualname__ + "".join(_name_of(part) for part in parts if isinstance(part, tuple))

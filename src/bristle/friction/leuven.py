@@ -21,10 +21,11 @@ References
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 from bristle.core.contracts import FrictionModel
-from bristle.core.variable import Variable
+from bristle.core.variable import Variable, variables_of
 from bristle.friction.preisach_lugre import LEUVEN
 from bristle.friction.preisach_lugre import MODEL as COMPOSITE
 
@@ -36,10 +37,10 @@ HELD = {"transition": LEUVEN, "rho": 0.9}
 class Leuven(FrictionModel):
     """The composite with its transition held."""
 
-    @property
+    @cached_property
     def variables(self) -> dict[str, Variable]:
         """Each parameter that a person sets."""
-        return {name: variable for name, variable in super().variables.items() if name not in HELD}
+        return {name: variable for name, variable in variables_of(self.Parameters).items() if name not in HELD}
 
     @property
     def defaults(self) -> dict[str, Any]:

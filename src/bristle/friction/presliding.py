@@ -21,7 +21,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import Annotated, Any, NamedTuple
 
 from bristle.core.contracts import FrictionModel, Model, Motion
@@ -86,7 +86,7 @@ class PreslidingModel(FrictionModel):
 
     inner: FrictionModel
 
-    @property
+    @cached_property
     def variables(self) -> dict[str, Variable]:
         """Each parameter that a person sets: those of the map, and the distance."""
         return self.inner.variables | {PRESLIDING: DISTANCE}

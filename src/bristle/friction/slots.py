@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 from typing import Any, NamedTuple
 
 from bristle.core.contracts import FrictionModel, Model, Relation
@@ -120,7 +120,7 @@ class SlottedModel(FrictionModel):
     inner: FrictionModel
     asymmetry: bool
 
-    @property
+    @cached_property
     def variables(self) -> dict[str, Variable]:
         """Each parameter that a person sets: those of the model, by direction, and the offset."""
         found: dict[str, Variable] = {}

@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import Annotated, Any, NamedTuple
 
 from bristle.core.contracts import NOMINAL_TEMPERATURE, FrictionModel, Relation
@@ -135,7 +135,7 @@ class VariedModel(FrictionModel):
         """The parameters of its slots."""
         return tuple(name for slot in self.slots for name in VARIATIONS[slot])
 
-    @property
+    @cached_property
     def variables(self) -> dict[str, Variable]:
         """Each parameter that a person sets: those of the model, then those of its slots."""
         known = variables_of(Place)

@@ -10,7 +10,7 @@ import numpy as np
 
 from bristle.core.cores import core_count
 
-__all__ = ["Differences"]
+__all__ = ["STEP", "Differences"]
 
 STEP = 1e-5  # of a coordinate, or of 1: a stick or a reversal that moves by a step of the integration is far below
 

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from bristle.core.variable import Variable
-from bristle.identification.differences import Differences
+from bristle.identification.differences import STEP, Differences
 from bristle.identification.global_search import EVOLUTION_SEED, box_of, evolved
 from bristle.identification.interruption import BestSoFar, obey
 from bristle.identification.problem import Sought
@@ -113,12 +113,15 @@ class Search:
 
     def refit(
         self, start: Mapping[str, float], rows: np.ndarray | slice = slice(None), limit: int = EVALUATIONS // 3,
-        best: BestSoFar | None = None,
+        best: BestSoFar | None = None, tolerance: float = 0.0,
     ) -> Solution:  # fmt: skip
-        """Return the solution from a start nearby, on some rows only where they are given; `best` takes note."""
+        """Return the solution from a start nearby, on some rows only where they are given; `best` takes note.
+
+        A relative change of the cost by less than `tolerance` ends the search, where that is more than it needs to be.
+        """
         coordinates = coordinates_of(self.problem.unknowns, self.scales)
         phi = self.phi_of(start)
-        return self._solution(coordinates, self._descend(coordinates, phi, rows, limit, best))
+        return self._solution(coordinates, self._descend(coordinates, phi, rows, limit, best, tolerance))
 
     def explored(
         self, start: Mapping[str, float], best: BestSoFar, report: Report = silent, seed: int = EVOLUTION_SEED
@@ -165,14 +168,15 @@ class Search:
 
     def _descend(
         self, coordinates: tuple[Coordinate, ...], phi: np.ndarray, rows: np.ndarray | slice, limit: int,
-        best: BestSoFar | None = None, *, again: bool = True,
+        best: BestSoFar | None = None, tolerance: float = 0.0, *, again: bool = True,
     ) -> Any:  # fmt: skip
         """Return a minimum nearby; where it is not to be found `again`, a known one raises _KnownError."""
         from scipy.optimize import least_squares
 
         low = np.array([one.low for one in coordinates])
         high = np.array([one.high for one in coordinates])
-        shared = Differences(lambda x: self._residual(coordinates, x)[rows], high)
+        step = STEP if self.simulates else DIFFERENCE
+        shared = Differences(lambda x: self._residual(coordinates, x)[rows], high, step)
 
         def residual(x: np.ndarray) -> np.ndarray:
             found = shared(x)
@@ -185,12 +189,11 @@ class Search:
         # The method needs a start strictly inside.
         width = np.minimum(high - low, 1.0)
         phi = np.clip(phi, low + 1e-4 * width, high - 1e-4 * width)
-        jacobian: Any = shared.jacobian if self.simulates else "2-point"
-        if not self._is_smooth(coordinates, phi):
-            jacobian = self._jacobian_of_held(coordinates, rows, high)
+        smooth = self._is_smooth(coordinates, phi)
+        jacobian: Any = shared.jacobian if smooth else self._jacobian_of_held(coordinates, rows, high)
         return least_squares(
             residual, phi, jac=jacobian, bounds=(low, high), max_nfev=limit,
-            ftol=SIMULATED if self.simulates else 1e-9, xtol=1e-7, gtol=1e-10,
+            ftol=max(SIMULATED if self.simulates else 1e-9, tolerance), xtol=1e-7, gtol=1e-10,
         )  # fmt: skip
 
     def _jacobian_of_held(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -31,7 +32,7 @@ class ShapedModel(FrictionModel):
     inner: SlottedModel
     shape: tuple[tuple[float, ...], tuple[float, ...]]
 
-    @property
+    @cached_property
     def variables(self) -> dict[str, Variable]:
         """Each parameter that a person sets, the stiffness in place of the lists."""
         found: dict[str, Variable] = {}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -37,10 +37,24 @@ def place_of(friction: Model, motion: Signals, dt: float, wanted: np.ndarray) ->
         return np.sum((measured - force) ** 2, axis=1)
 
     places = np.linspace(-1.0, 1.0, PLACES)
+    cost = costs(places)
     for _ in range(CLOSER):
-        best = int(np.argmin(costs(places)))
-        places = np.linspace(places[max(best - 1, 0)], places[min(best + 1, PLACES - 1)], PLACES)
-    return _lowest(places, costs(places))
+        places, cost = _closer(places, cost, costs)
+    return _lowest(places, cost)
+
+
+def _closer(
+    places: np.ndarray, cost: np.ndarray, costs: Callable[[np.ndarray], np.ndarray]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return as many places around the best one, and their costs; those between neighbours are new."""
+    best = int(np.argmin(cost))
+    low, high = max(best - 1, 0), min(best + 1, PLACES - 1)
+    finer = np.linspace(places[low], places[high], PLACES)
+    known = np.linspace(0, PLACES - 1, high - low + 1).astype(int)
+    new = np.delete(np.arange(PLACES), known)
+    found = np.empty(PLACES)
+    found[known], found[new] = cost[low : high + 1], costs(finer[new])
+    return finer, found
 
 
 def _lowest(places: np.ndarray, cost: np.ndarray) -> float:

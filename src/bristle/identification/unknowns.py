@@ -11,6 +11,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -61,7 +62,7 @@ class Unknowns:
     plant: Plant = inertia
     loop: Mapping[str, Variable] = field(default_factory=dict)
 
-    @property
+    @cached_property
     def variables(self) -> dict[str, Variable]:
         """The `Variable` of each parameter, plant first."""
         return self.plant.variables | self.component.variables | dict(self.loop)

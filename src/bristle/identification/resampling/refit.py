@@ -5,7 +5,8 @@ factors are computed once; each further fit takes steps
 
 .. math:: \varphi \leftarrow \varphi + \arg\min_{\delta} \left\| J \delta - r(\varphi) \right\|^2
 
-within the bounds, with the residual `r` of the model itself, until a step is small against the standard errors.
+within the bounds, with the residual `r` of the model itself, until a step is small against the standard errors, or
+against the longest one.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ __all__ = ["Refit", "Space", "coordinates_around", "space_of"]
 
 STEPS = 6
 SMALL = 0.03  # of a standard error
+SHORT = 0.02  # of the longest step
 SINGULAR = 1e-7  # of the largest singular value
 
 
@@ -169,14 +171,15 @@ class Refit:
         start : ndarray, shape (free,)
             Where to begin.
         """
-        phi, residual = start, problem.residual(self.space.values(start))
+        phi, residual, longest = start, problem.residual(self.space.values(start)), 0.0
         for _ in range(STEPS):
             step = self.step(phi, residual)
             change = self.space.jacobian[:, self.free] @ step[self.free]
             if self.space.linear:
                 return phi + step, residual - change
-            variance = float(np.mean(residual[self.rows] ** 2))
-            if float(np.sum(change[self.rows] ** 2)) <= SMALL**2 * variance:
+            variance, length = float(np.mean(residual[self.rows] ** 2)), float(np.sum(change[self.rows] ** 2))
+            longest = max(longest, length)
+            if length <= max(SMALL**2 * variance, SHORT**2 * longest):
                 break
             tried = np.clip(phi + step, self.space.low, self.space.high)
             after = problem.residual(self.space.values(tried))
