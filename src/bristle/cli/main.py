@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import os
 import sys
 
 from bristle.cli.signals import ended_by_signals
@@ -22,8 +21,6 @@ def main(arguments: list[str] | None = None) -> int:
     if arguments is None:
         # Nearly all that a command makes lives until its end: looking for garbage as often as by default costs a tenth.
         gc.set_threshold(20_000, 100)
-        # All matrices here are small: a second thread for them spins, and takes its core from a simulation.
-        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         try:
             return _ended_well(list(sys.argv[1:]))
         finally:

@@ -18,6 +18,7 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel
+from bristle.core.cores import cores_for_simulations
 from bristle.core.errors import InputError
 from bristle.identification.asked import as_asked, freed, known_of, models_of
 from bristle.identification.break_away import break_aways
@@ -40,6 +41,7 @@ FEWEST_DRAWS = 20
 Progress = Callable[[float, str], None]
 
 
+@cores_for_simulations()
 def identify(
     log: Log | str | PathLike[str] | Sequence[Log | str | PathLike[str]], model: Any = "coulomb_viscous", *,
     axis: Axis | str | PathLike[str] | Sequence[Axis | str | PathLike[str]] | None = None,

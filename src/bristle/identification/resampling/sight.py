@@ -12,11 +12,13 @@ one is not seen. Where the rise is a hundred times that in the linear fit around
 from __future__ import annotations
 
 from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from bristle.core.cores import core_count
 from bristle.identification.problem import Problem
 from bristle.identification.resampling.refit import Refit, Space
 
@@ -80,7 +82,8 @@ def unseen(problem: Problem, space: Space, candidates: frozenset[str]) -> tuple[
     asked = _Followed(problem, space, free).in_doubt(asked)
     while asked:
         around = _Followed(problem, space, free)
-        rises = {name: around.without(name) for name in asked}
+        with ThreadPoolExecutor(core_count()) as pool:
+            rises = dict(zip(asked, pool.map(around.without, asked), strict=True))
         least = min(asked, key=lambda name: rises[name].rise)
         if rises[least].rise >= THRESHOLD:
             break
