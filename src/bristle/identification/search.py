@@ -28,6 +28,7 @@ STARTS_SHARE = 0.3  # of the work, where the whole range is looked at too
 FAR = 1e6  # times a typical residual: a model that left the finite numbers, or nearly
 DIFFERENCE = float(np.sqrt(np.finfo(float).eps))  # of a coordinate, for a derivative
 SIMULATED = 1e-7  # relative change of the cost that ends a search whose differences are coarse
+HELD_OUT = 1e-6  # the same, of a search on some rows: errors on the others are told to a thousandth
 EDGE = 1e-3  # in coordinates: of a typical magnitude, or of a factor e
 
 
@@ -112,16 +113,17 @@ class Search:
         return 100.0 * math.sqrt(2.0 * cost) * self._unit / max(self.problem.norm, np.finfo(float).tiny)
 
     def refit(
-        self, start: Mapping[str, float], rows: np.ndarray | slice = slice(None), limit: int = EVALUATIONS // 3,
-        best: BestSoFar | None = None, tolerance: float = 0.0,
+        self, start: Mapping[str, float], rows: np.ndarray | None = None, limit: int = EVALUATIONS // 3,
+        best: BestSoFar | None = None,
     ) -> Solution:  # fmt: skip
-        """Return the solution from a start nearby, on some rows only where they are given; `best` takes note.
+        """Return the solution from a start nearby; `best` takes note.
 
-        A relative change of the cost by less than `tolerance` ends the search, where that is more than it needs to be.
+        Where `rows` are given, it is that of them only, as closely as the error on all others is judged.
         """
         coordinates = coordinates_of(self.problem.unknowns, self.scales)
-        phi = self.phi_of(start)
-        return self._solution(coordinates, self._descend(coordinates, phi, rows, limit, best, tolerance))
+        phi, some = self.phi_of(start), slice(None) if rows is None else rows
+        tolerance = 0.0 if rows is None else HELD_OUT
+        return self._solution(coordinates, self._descend(coordinates, phi, some, limit, best, tolerance))
 
     def explored(
         self, start: Mapping[str, float], best: BestSoFar, report: Report = silent, seed: int = EVOLUTION_SEED

@@ -38,7 +38,6 @@ __all__ = ["Simulated", "Workbench"]
 
 START, SEARCH, REFINED = 0.2, 0.6, 0.8  # of the work, where each ends
 OF_THIS_SHAPE = "errors and intervals are those for elements of this shape: their shares do not vary in them"
-HELD_OUT = 1e-6  # relative change of the cost: what is held out is judged to a thousandth at best
 LEAST_LEVEL = 0.01  # of the effort: a Coulomb force that says nothing of the magnitude of friction
 
 
@@ -135,7 +134,7 @@ class Workbench:
             solution = search.solve(lambda share, remark="": report(SEARCH * share, remark), everywhere=self.everywhere)
 
             def on_rows(rows: np.ndarray) -> Solution:
-                return search.refit(solution.values, rows, tolerance=HELD_OUT)
+                return search.refit(solution.values, rows)
 
         def predicted(rows: np.ndarray) -> np.ndarray:
             return problem.predicted(problem.unknowns.complete(on_rows(rows).values))
