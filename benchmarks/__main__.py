@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import ctypes
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -19,17 +18,16 @@ import numpy as np
 from benchmarks.bootstrap import bootstrap
 from benchmarks.composite import composite
 from benchmarks.coverage import Share, coverage
+from benchmarks.fits import fits
 from benchmarks.lanes import lanes
 from benchmarks.loop_coverage import loop_coverage
 from benchmarks.preisach import preisach
 from benchmarks.presliding import presliding
 from benchmarks.stick_slip import stick_slip
-from benchmarks.timing import HEAD, Ratio, command, python, side_by_side, wall
+from benchmarks.timing import BRISTLE, EXAMPLES, HEAD, Ratio, command, python, side_by_side, wall
 from benchmarks.tracking import tracking
 
 HERE = Path(__file__).parent
-EXAMPLES = HERE.parent / "examples"
-BRISTLE = shutil.which("bristle") or str(Path(sys.executable).parent / "bristle")
 
 
 def lugre() -> Iterator[Ratio]:
@@ -156,6 +154,7 @@ BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
         tracking,
         presliding,
         bootstrap,
+        fits,
     )
 }
 # No times but shares, of hundreds of identifications: half an hour, so only where it is asked for.

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import os
+import shutil
 import statistics
 import subprocess
 import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
-__all__ = ["Ratio", "command", "python", "side_by_side", "wall"]
+__all__ = ["BRISTLE", "EXAMPLES", "Ratio", "command", "python", "side_by_side", "wall"]
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+BRISTLE = shutil.which("bristle") or str(Path(sys.executable).parent / "bristle")
 
 
 @dataclass(frozen=True)

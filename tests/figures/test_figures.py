@@ -142,3 +142,17 @@ def test_models_compared_say_what_was_fitted_and_have_room_for_the_worst(workben
     assert axes.get_xlabel().startswith("Position error")
     fitted = [line for line in axes.get_lines() if line.get_marker() == "D"]
     assert {float(one) for line in fitted for one in line.get_xdata()} == {5.0}
+
+
+def test_errors_far_apart_do_not_push_those_of_good_models_into_one(workbench):
+    found = workbench.identified
+    first, *_ = found.fits
+    far = replace(first, held_out=replace(first.held_out, block_errors_percent=(90.0, 95.0), mean_percent=92.5))
+    (axes,) = figures.model_comparison(replace(found, fits=(first, far))).axes
+    assert axes.get_xscale() == "log"
+    assert "logarithmic" in axes.get_xlabel()
+    low, high = axes.get_xlim()
+    assert low < min(first.held_out.block_errors_percent)
+    assert high > 95.0
+    (near,) = figures.model_comparison(replace(found, fits=(first, first))).axes
+    assert near.get_xlim()[0] == 0.0

@@ -123,6 +123,13 @@ def test_what_the_loop_lacks_is_told(log):
             identify(changed, "coulomb_viscous", axis=axis)
         assert "--mode" not in str(refused.value), "that is an option of predict"
     with pytest.raises(InputError, match="model: is identified by inverse dynamics only"):
-        identify(log, "coulomb_viscous,maxwell_slip+position", axis=AXIS)
+        identify(log, "maxwell_slip+position,gms", axis=AXIS)
     with pytest.raises(InputError, match="method: no such method"):
         identify(log, "coulomb_viscous", axis=AXIS, method="guess")
+
+
+def test_models_that_cannot_be_compared_are_left_out_and_told(log):
+    found = identify(log, "coulomb_viscous,maxwell_slip+position", axis=AXIS, blocks=0, draws=0)
+    assert [one.name for one in found.fits] == ["coulomb_viscous"]
+    assert not found.unfinished
+    assert found.notes[-1] == "maxwell_slip+position is left out: is identified by inverse dynamics only"

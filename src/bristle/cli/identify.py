@@ -43,7 +43,9 @@ def identify(
     model: Annotated[
         str,
         typer.Option(
-            "--model", metavar="NAME[+slot][,NAME...]", help="Models to fit and compare, or a file my_model.py."
+            "--model",
+            metavar="NAME[+slot][,NAME...]",
+            help="Models to fit and compare, all of them, or a file my_model.py.",
         ),
     ] = DEFAULT,
     out: Out = None,

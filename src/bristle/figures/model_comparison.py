@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
 from bristle.figures import style
 
@@ -13,6 +15,9 @@ if TYPE_CHECKING:
     from bristle.identification.result import Identification
 
 __all__ = ["model_comparison"]
+
+APART = 3.0  # times: errors farther apart are shown on a logarithmic scale, or those of good models fall into one
+TICKS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0)
 
 
 @style.styled
@@ -46,11 +51,24 @@ def model_comparison(identification: Identification) -> Figure:
         )  # fmt: skip
     axes.set_yticks(range(len(fits)), [fit.name for fit in fits])
     axes.set_ylim(len(fits) - 0.5, -0.5)
-    # Room on the right for the mark of the largest error.
-    axes.set_xlim(0.0, 1.05 * max(axes.dataLim.x1, np.finfo(float).tiny))
+    scale = _scale(axes)
     axes.tick_params(axis="y", length=0)
     what, of = ("Effort", "effort") if fits[0].position_error_percent is None else ("Position", "position")
-    axes.set_xlabel(f"{what} error [% of the {of}, root mean square]")
+    axes.set_xlabel(f"{what} error [% of the {of}, root mean square{scale}]")
     axes.set_ylabel("Model")
     style.legend(axes)
     return figure
+
+
+def _scale(axes: Axes) -> str:
+    """Set the scale of the errors, with room on the right for the mark of the largest one; return its name."""
+    least, most = axes.dataLim.x0, axes.dataLim.x1
+    if not most > APART * least > 0.0:
+        axes.set_xlim(0.0, 1.05 * max(most, np.finfo(float).tiny))
+        return ""
+    axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(subs=TICKS))
+    axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.set_xlim(least / 1.1, 1.1 * most)
+    return ", logarithmic"

@@ -26,6 +26,7 @@ from bristle.plants import PLANTS, inertia
 
 __all__ = ["Known", "as_asked", "freed", "known_of", "models_of", "unknowns_of"]
 
+ALL = "all"
 METHODS = ("inverse_dynamics", "output_error")
 MASS = Variable("mass", "moving mass or inertia")
 PUT_IN = 0.1  # share of the work besides inertia from which friction that puts energy in is a wrong sign
@@ -52,7 +53,8 @@ def models_of(model: Any) -> tuple[FrictionModel, ...]:
     Parameters
     ----------
     model : str, FrictionModel or a list of either
-        Names with slots, ``"coulomb_viscous+asymmetry"``, several separated by commas.
+        Names with slots, ``"coulomb_viscous+asymmetry"``, several separated by commas. ``"all"`` is each model that can
+        be identified and is not named beside it, ``"all+asymmetry"`` each with its slot.
 
     Raises
     ------
@@ -60,23 +62,43 @@ def models_of(model: Any) -> tuple[FrictionModel, ...]:
         If there is no such model or slot, one is given twice or under a name that is taken, or it has parameters that
         this method does not identify.
     """
-    asked = list(model) if isinstance(model, (list, tuple)) else [model]
+    asked = _one_by_one(model)
     found: dict[str, FrictionModel] = {}
-    for one in asked:
-        for component in _components_of(one):
-            if component.name in found:
-                raise InputError("is asked for twice", path="model", value=component.name,
-                                 mend="Write it once; give a model of your own a name of its own")  # fmt: skip
-            _refuse_arrays(component)
-            found[component.name] = component
+    for component in (_component_of(one) for one in asked if not _is_all(one)):
+        if component.name in found:
+            raise InputError("is asked for twice", path="model", value=component.name,
+                             mend="Write it once; give a model of your own a name of its own")  # fmt: skip
+        _refuse_arrays(component)
+        found[component.name] = component
+    for one in (one for one in asked if _is_all(one)):
+        found |= {each.name: each for each in _every(one) if each.name not in found}
     if not found:
         raise InputError("names no friction model", path="model", value=model, mend='Write "coulomb_viscous"')
     return tuple(found.values())
 
 
-def _components_of(one: Any) -> list[SlottedModel]:
+def _one_by_one(model: Any) -> list[Any]:
+    """Return what is asked for, names apart."""
+    found: list[Any] = []
+    for one in model if isinstance(model, (list, tuple)) else [model]:
+        found += [name.strip() for name in one.split(",")] if isinstance(one, str) else [one]
+    return found
+
+
+def _is_all(one: Any) -> bool:
+    return isinstance(one, str) and one.split("+")[0] == ALL
+
+
+def _every(name: str) -> list[FrictionModel]:
+    """Return each model that can be identified, with the slots behind ``"all"``."""
+    slots = name.removeprefix(ALL)
+    every = [find(f"{base}{slots}", path="model") for base in MODELS]
+    return [one for one in every if not _not_identified(one)]
+
+
+def _component_of(one: Any) -> SlottedModel:
     if isinstance(one, str):
-        return [find(name.strip(), path="model") for name in one.split(",")]
+        return find(one, path="model")
     if isinstance(one, Model):
         raise InputError("has values already, which are to be identified", path="model", value=one,
                          mend=f"Write model={one.name!r}, or model.component for one of your own")  # fmt: skip
@@ -87,22 +109,26 @@ def _components_of(one: Any) -> list[SlottedModel]:
     if MODELS.get(base.name, base) is not base:
         raise InputError("is the name of a model of bristle, and this is another one", path="model", value=base.name,
                          mend='Give yours a name of its own: FrictionModel(name="...")')  # fmt: skip
-    return [component]
+    return component
 
 
-def _refuse_arrays(component: FrictionModel) -> None:
+def _not_identified(component: FrictionModel) -> list[tuple[list[str], str]]:
+    """Return the parameters that no fit here finds, and what they are."""
     slips = base_of(component) in (maxwell_slip, gms)
     arrays = [name for name in component.variables if component.is_array(name) and not slips]
     choices = [
         name for name, variable in component.variables.items() if variable.choices and name not in component.defaults
     ]
-    for names, what in ((arrays, "lists of numbers"), (choices, "choices of names")):
-        if names:
-            raise InputError(
-                f"{component.name} has {what} ({', '.join(names)}), which inverse dynamics does not identify",
-                path="model", value=component.name,
-                mend="Fit dahl, lugre, maxwell_slip or gms, or write the parameters into a model file yourself",
-            )  # fmt: skip
+    return [one for one in ((arrays, "lists of numbers"), (choices, "choices of names")) if one[0]]
+
+
+def _refuse_arrays(component: FrictionModel) -> None:
+    for names, what in _not_identified(component):
+        raise InputError(
+            f"{component.name} has {what} ({', '.join(names)}), which inverse dynamics does not identify",
+            path="model", value=component.name,
+            mend="Fit dahl, lugre, maxwell_slip or gms, or write the parameters into a model file yourself",
+        )  # fmt: skip
 
 
 def freed(free: str | Sequence[str], components: Sequence[FrictionModel]) -> tuple[str, ...]:

@@ -25,7 +25,7 @@ from bristle.identification.break_away import break_aways
 from bristle.identification.given import logs_and_axes, none_or_more, treatment_of
 from bristle.identification.information import with_information
 from bristle.identification.interruption import obey
-from bristle.identification.output_error import one_period, refuse_elements, simulated_loop
+from bristle.identification.output_error import one_period, simulated_loop
 from bristle.identification.ranking import in_order
 from bristle.identification.regression import Regression
 from bristle.identification.result import Fit, Identification
@@ -56,7 +56,7 @@ def identify(
     log : Log or path-like, or list of either
         Position and effort, or the file that holds them. Of several logs, each is held out in turn.
     model : str, FrictionModel, or list of either
-        ``"lugre"``, ``"coulomb_viscous,stribeck+asymmetry"``, a model of your own.
+        ``"lugre"``, ``"coulomb_viscous,stribeck+asymmetry"``, a model of your own; ``"all"`` for every one of bristle.
     axis : Axis or path-like, or list of either, optional
         One for all logs, or one for each. What is known, or the file that says it: mass, offset, encoder resolution,
         cut-off and decimation.
@@ -107,30 +107,27 @@ def identify(
     _refuse_without_effort(logs)
     kind = logs[0].kind
     known = replace(known_of(axes[0], mass, offset, kind), free=freed(free, components))
-    simulated = _simulated(logs, axes, components)
+    simulated = _simulated(logs, axes)
     opened = simulated is not None and simulated.loop == "open"
     treated = [one_period(log, axis) for log, axis in given] if opened else logs
     regression = treat_all(treated, axes, *treatment_of(cutoff, decimation, kind))
     everywhere = any(axis is not None and axis.global_search for axis in axes)
     workbench = Workbench.of(regression, known, simulated, everywhere=everywhere)
     count = len(components) + bool(draws)
-    fits = _fits(workbench, components, blocks, partial(_share, progress, count))
+    fits, left_out = _fits(workbench, components, blocks, partial(_share, progress, count))
     first, *others = (replace(fit, rank=rank) for rank, fit in enumerate(with_information(in_order(fits)), 1))
-    unfinished = _unfinished(fits, [one.name for one in components])
+    unfinished = _unfinished(fits, [one.name for one in components if one.name not in left_out])
     if draws and not unfinished:
         report = _share(progress, count, len(components), f"fitting {first.name} to simulated logs")
         first, unfinished = _assessed(workbench, first, draws, report)
     treatment, away = _treatment(regression, first), break_aways(regression, first.plant, first.friction)
-    return Identification((first, *others), logs[0], treatment, tuple(logs[1:]), unfinished, away)
+    return Identification((first, *others), logs[0], treatment, tuple(logs[1:]), unfinished, away, left_out)
 
 
-def _simulated(
-    logs: Sequence[Log], axes: Sequence[Axis | None], components: Sequence[FrictionModel]
-) -> Simulated | None:  # fmt: skip
+def _simulated(logs: Sequence[Log], axes: Sequence[Axis | None]) -> Simulated | None:
     """Return what is simulated to be compared with the logs; None where nothing is."""
     if not any(axis is not None and axis.method == "output_error" for axis in axes):
         return None
-    refuse_elements(components)
     return Simulated(logs, axes, simulated_loop(logs, axes))
 
 
@@ -145,18 +142,25 @@ def _assessed(workbench: Workbench, fit: Fit, draws: int, report: Report) -> tup
 
 def _fits(
     workbench: Workbench, components: Sequence[FrictionModel], blocks: int, share: Callable[[int, str], Report]
-) -> list[Fit]:
-    """Return the fits of several models, as many as a person waits for."""
+) -> tuple[list[Fit], dict[str, str]]:
+    """Return the fits of several models, as many as a person waits for, and why others cannot be compared."""
     fits: list[Fit] = []
+    left_out: dict[str, InputError] = {}
     for number, component in enumerate(components):
         try:
             fits.append(workbench.fit(component, blocks, share(number, f"fitting {component.name}")))
+        except InputError as error:
+            if error.path != "model":
+                raise
+            left_out[component.name] = error
         except KeyboardInterrupt as error:
             obey(error, anything=bool(fits))
             break
-        if fits[-1].unfinished:
+        if fits and fits[-1].unfinished:
             break
-    return fits
+    if left_out and not fits:
+        raise next(iter(left_out.values()))
+    return fits, {name: error.message for name, error in left_out.items()}
 
 
 def _treatment(regression: Regression, best: Fit) -> dict[str, float]:

@@ -184,18 +184,17 @@ def simulated_loop(logs: Sequence[Log], axes: Sequence[Axis | None]) -> str:
     return loop
 
 
-def refuse_elements(components: Sequence[FrictionModel]) -> None:
-    """Refuse models whose elements inverse dynamics lays out: their errors could not be compared with others.
+def refuse_elements(component: FrictionModel) -> None:
+    """Refuse a model whose elements inverse dynamics lays out: its error could not be compared with others.
 
     Raises
     ------
     InputError
-        If there is one.
+        If it is one.
     """
-    for one in components:
-        if base_of(one) in (maxwell_slip, gms):
-            raise InputError("is identified by inverse dynamics only", path="model", value=one.name,
-                             mend="Write --method inverse_dynamics, or ask for dahl or lugre")  # fmt: skip
+    if base_of(component) in (maxwell_slip, gms):
+        raise InputError("is identified by inverse dynamics only", path="model", value=component.name,
+                         mend="Write --method inverse_dynamics, or ask for dahl or lugre")  # fmt: skip
 
 
 def one_period(log: Log, axis: Axis | None) -> Log:

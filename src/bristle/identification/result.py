@@ -287,6 +287,8 @@ class Identification:
         Those that were fitted beside it.
     break_aways : tuple of BreakAway
         Break-away as the log shows it, by rate, the slowest first; inertia and offset are those of the best model.
+    left_out : mapping of str to str
+        Models that were asked for among others and cannot be compared, and why.
     """
 
     fits: tuple[Fit, ...]
@@ -295,15 +297,20 @@ class Identification:
     further_logs: tuple[Log, ...] = ()
     unfinished: str = ""
     break_aways: tuple[BreakAway, ...] = ()
+    left_out: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was found while reading, each once, with the logs that it is said of unless it is said of all."""
+        """What was found while reading, each once, with the logs that it is said of unless it is said of all.
+
+        After that the models that were left out.
+        """
         logs, said = (self.log, *self.further_logs), dict[str, list[str]]()
         for one in logs:
             for note in one.notes:
                 said.setdefault(note, []).append(one.source.name)
-        return tuple(note if len(of) == len(logs) else f"{', '.join(of)}: {note}" for note, of in said.items())
+        found = [note if len(of) == len(logs) else f"{', '.join(of)}: {note}" for note, of in said.items()]
+        return (*found, *(f"{name} is left out: {why}" for name, why in self.left_out.items()))
 
     @property
     def best(self) -> Fit:

@@ -18,6 +18,7 @@ from bristle.identification.elements import Elements, of_one_speed
 from bristle.identification.findings import fit_of
 from bristle.identification.held_out import held_out_error
 from bristle.identification.interruption import UNFINISHED, obey
+from bristle.identification.output_error import refuse_elements
 from bristle.identification.places import pitch_in
 from bristle.identification.problem import Problem
 from bristle.identification.refinement import Refinement, held_out_output
@@ -111,6 +112,8 @@ class Workbench:
     def fit(self, component: FrictionModel, blocks: int, report: Report) -> Fit:
         """Fit one model."""
         report(0.0)
+        if self.refinement is not None:
+            refuse_elements(component)
         if "pitch" in component.variables and self.known.pitch is None:
             known = replace(self.known, pitch=self._pitch())
             return replace(self, known=known).fit(component, blocks, report)
