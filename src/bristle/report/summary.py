@@ -56,6 +56,7 @@ def identification_summary(
         "prediction": None if prediction is None else _prediction(prediction),
         "log": {"samples": len(log), "sample_time": log.sample_time, "duration": log.duration, "notes": log.notes},
         "unfinished": identification.unfinished or None,
+        "left_out": dict(identification.left_out),
         "further_logs": [one.source.name for one in identification.further_logs],
         "treatment": identification.treatment,
         "break_aways": [one._asdict() for one in identification.break_aways],
