@@ -1,4 +1,8 @@
-"""A friction model whose level is drawn anew at each reversal: a truth whose half-cycles are not alike."""
+"""A friction model whose level is drawn anew at each reversal: a truth whose half-cycles are not alike.
+
+A reversal is one once the motion has gone back some way: a body that trembles within the deflection of its contact, as
+the steps of an encoder make it do, does not meet another surface each time.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +22,7 @@ __all__ = ["scattering"]
 LEAST = 0.3
 OWN = {
     "scatter": Variable("1", "standard deviation of the level from reversal to reversal", min=0.0, max=0.3),
-    "v_r": Variable("length/time", "speed from which a reversal counts as one", min=0.0),
+    "way": Variable("length", "way back from which a reversal counts as one", min=0.0),
     "seed": Variable("1", "seed of the scatter", min=0),
 }
 
@@ -26,35 +30,39 @@ OWN = {
 class Parameters(NamedTuple):
     inner: Any
     scatter: float
-    v_r: float
+    way: float
     seed: int
 
 
 class State(NamedTuple):
     inner: Any
     side: float
+    farthest: float
     reversals: int
     scale: float
 
 
 class Move(NamedTuple):
     inner: Any
-    v: float
+    x: float
 
 
 @kernel
 def trial(state, memory, motion, dt, p):
     force, move = friction_trial(state.inner, memory, motion, dt, p.inner)
-    return state.scale * force, Move(move, motion.v)
+    return state.scale * force, Move(move, motion.x)
 
 
 @kernel
 def commit(state, memory, move, p):
     inner = friction_commit(state.inner, memory, move.inner, p.inner)
-    if abs(move.v) <= p.v_r or move.v * state.side > 0.0:
-        return State(inner, state.side, state.reversals, state.scale)
+    back = state.side * (state.farthest - move.x)
+    if state.reversals > 0 and back <= p.way:
+        farthest = move.x if back < 0.0 else state.farthest
+        return State(inner, state.side, farthest, state.reversals, state.scale)
     scale = max(1.0 + p.scatter * normal(p.seed, state.reversals), LEAST)
-    return State(inner, 1.0 if move.v > 0.0 else -1.0, state.reversals + 1, scale)
+    side = -state.side if state.reversals > 0 else 1.0
+    return State(inner, side, move.x, state.reversals + 1, scale)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,7 +91,7 @@ class ScatteringModel(FrictionModel):
         return self.inner.values(parameters.inner) | {name: getattr(parameters, name) for name in OWN}
 
     def initial_state(self, p: Parameters) -> State:
-        return State(self.inner.initial_state(p.inner), 0.0, 0, 1.0)
+        return State(self.inner.initial_state(p.inner), 0.0, 0.0, 0, 1.0)
 
     def new_memory(self, p: Parameters) -> Any:
         return self.inner.new_memory(p.inner)
@@ -97,7 +105,7 @@ def _scattering(inner: FrictionModel) -> ScatteringModel:
     )  # fmt: skip
 
 
-def scattering(model: Model, scatter: float, seed: int, v_r: float = 2e-5) -> Model:
-    """Return a friction model whose force has another scale after each reversal faster than `v_r` [m/s]."""
-    values = dict(model.values) | {"scatter": scatter, "v_r": v_r, "seed": seed}
+def scattering(model: Model, scatter: float, seed: int, way: float = 0.5e-6) -> Model:
+    """Return a friction model whose force has another scale after each reversal by more than a `way` [m]."""
+    values = dict(model.values) | {"scatter": scatter, "way": way, "seed": seed}
     return make_model(_scattering(model.component), values, kind=model.kind, validate=False)
