@@ -1,9 +1,12 @@
 """What a log does not see is named, with what takes its place."""
 
 import numpy as np
-from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
+import pytest
+from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort, slow_log
 
+from bristle import friction
 from bristle.identification import identify
+from bristle.identification.resampling import sight
 from bristle.identification.resampling.whiteness import is_white
 
 
@@ -24,6 +27,25 @@ def test_an_inertia_that_hardly_matters_is_not_seen():
     assert fit.parameters["M"].status == "unidentifiable"
     assert fit.parameters["F_C"].status == "identified"
     assert any("M cannot be identified" in one for one in fit.warnings)
+
+
+@pytest.mark.parametrize(("model", "asked"), [("coulomb_viscous", [2, 2]), ("dahl", [0, 3])])
+def test_what_is_beyond_doubt_is_not_asked_about_and_would_have_been_found_seen(monkeypatch, model, asked):
+    log, counts = slow_log(friction.dahl(F_C=8.0, sigma_0=4e5), duration=8.0), []
+
+    def identified(beyond_doubt):
+        seen, without = [], sight._Followed.without
+        monkeypatch.setattr(sight, "BEYOND_DOUBT", beyond_doubt)
+        monkeypatch.setattr(sight._Followed, "without", lambda self, name: seen.append(name) or without(self, name))
+        fit = identify(log, model, blocks=0, draws=20).best
+        monkeypatch.setattr(sight._Followed, "without", without)
+        counts.append(len(seen))
+        return fit
+
+    quick, whole = identified(sight.BEYOND_DOUBT), identified(np.inf)
+    assert quick.estimates == whole.estimates
+    assert quick.warnings == whole.warnings
+    assert counts == asked
 
 
 def test_only_independent_residuals_are_white():
