@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from itertools import pairwise
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from bristle.core.errors import InputError
 from bristle.identification.regression import Regression
 from bristle.identification.result import HeldOut
+from bristle.identification.time_blocks import beside, time_blocks
 from bristle.simulation.result import relative_error_percent
 
 __all__ = ["held_out_error"]
@@ -21,7 +21,7 @@ def held_out_error(
     regression: Regression, predicted: Callable[[np.ndarray], np.ndarray], blocks: int,
     report: Callable[[float], None] = lambda share: None,
 ) -> HeldOut:  # fmt: skip
-    """Return the error on each of several contiguous blocks, fitted to all others; of several logs, on each of them.
+    """Return the error on each of several time blocks, fitted to all others; of several logs, on each of them.
 
     Parameters
     ----------
@@ -44,27 +44,24 @@ def held_out_error(
         If the log is too short for so many blocks.
     """
     count, reach = regression.effort.size, regression.reach
-    logs = np.flatnonzero(np.diff(regression.log_of_row)) + 1
-    if logs.size:
-        return _held_out(regression, predicted, [0, *logs.tolist(), count], 0, "logs", report)
+    log = regression.log_of_row
+    if log[0] != log[-1]:
+        return _held_out(regression, predicted, [log == one for one in np.unique(log)], 0, "logs", report)
     if count < blocks * (ROWS_PER_BLOCK + 2 * reach):
         raise InputError(
             "are too many for this log", path="blocks", value=blocks,
             allowed=f"2 to {max(count // (ROWS_PER_BLOCK + 2 * reach), 2)}, or 0 for no comparison on held-out blocks",
         )  # fmt: skip
-    edges = np.linspace(0, count, blocks + 1).astype(int).tolist()
-    return _held_out(regression, predicted, edges, reach, "time blocks", report)
+    of, parts = time_blocks(regression, blocks)
+    return _held_out(regression, predicted, parts, reach, of, report)
 
 
 def _held_out(
-    regression: Regression, predicted: Callable[[np.ndarray], np.ndarray], edges: list[int], reach: int, of: str,
-    report: Callable[[float], None],
+    regression: Regression, predicted: Callable[[np.ndarray], np.ndarray], parts: Sequence[np.ndarray], reach: int,
+    of: str, report: Callable[[float], None],
 ) -> HeldOut:  # fmt: skip
-    errors, count = [], len(edges) - 1
-    for number, (first, last) in enumerate(pairwise(edges)):
-        report(number / count)
-        fitted = np.ones(edges[-1], dtype=bool)
-        fitted[max(first - reach, 0) : last + reach] = False
-        block = slice(first, last)
-        errors.append(relative_error_percent(regression.effort[block], predicted(fitted)[block]))
+    errors, effort = [], regression.effort
+    for number, part in enumerate(parts):
+        report(number / len(parts))
+        errors.append(relative_error_percent(effort[part], predicted(beside(part, reach))[part]))
     return HeldOut(tuple(errors), float(np.mean(errors)), float(np.std(errors, ddof=1)), of)

@@ -66,7 +66,7 @@ def identify(
     decimation : int, optional
         Of how many samples one row is kept; 10 by default.
     blocks : int
-        Contiguous time blocks, each held out in turn, by whose error models are ranked; 0 for none.
+        Time blocks, each held out in turn, by whose error models are ranked; 0 for none.
     offset : float, str or "identify", optional
         Constant part of the force [N or N*m] if known, or text with a unit; the axis decides where it is not given.
     mass : float or str, optional

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from bristle.identification.resampling.sight import Unseen, unseen
 from bristle.identification.resampling.twin import lasting_of
 from bristle.identification.resampling.whiteness import is_white
 from bristle.identification.result import Estimate, Fit, Resampling
+from bristle.identification.time_blocks import beside, time_blocks
 
 __all__ = ["assessed", "at_odds", "how_sure", "with_interval"]
 
@@ -90,14 +90,12 @@ def _inflation(bands: Bands, fit: Fit, problem: Problem, space: Space, free: np.
     """Return the factor that makes bands hold 95 % of the rows of blocks that were held out, at least 1."""
     regression = problem.regression
     width = half_width(bands, fit.plant, fit.friction, regression)
-    count, reach = regression.effort.size, regression.reach
     share = []
-    for first, last in pairwise(np.linspace(0, count, BLOCKS + 1).astype(int).tolist()):
-        fitted = np.ones(count, dtype=bool)
-        fitted[max(first - reach, 0) : last + reach] = False
+    for part in time_blocks(regression, BLOCKS)[1]:
+        fitted = beside(part, regression.reach)
         if fitted.any():
             _, residual = Refit(space, free, fitted).solve(problem, space.phi)
-            share.append(np.abs(residual[first:last]) / width[first:last])
+            share.append(np.abs(residual[part]) / width[part])
     return max(float(np.quantile(np.concatenate(share), 0.95)), 1.0) if share else 1.0
 
 

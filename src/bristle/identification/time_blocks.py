@@ -1,0 +1,61 @@
+"""Which rows of a log are held out together: a stretch of it, or short ones from all over.
+
+A contiguous part of a log is the harder test: nothing next to its rows was fitted. It is an unfair one where that part
+holds an experiment of its own, as in a log that was designed: without its only fast slides nobody knows the viscous
+friction. Each part then consists of short stretches from all over the log.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bristle.identification.regression import Regression
+
+__all__ = ["SHORT", "TIME", "beside", "time_blocks"]
+
+TIME, SHORT = "time blocks", "short time blocks"
+BINS = 4  # of a decade of speed
+FEW = 0.25  # of the rows of a block: so few others at such a speed are none
+ALONE = 0.1  # share of the rows of a block at speeds that no other has
+PIECES = 8  # of each part, at most
+LEAST = 4  # times the reach of the filters, at either end, that a short stretch is long
+SEED = 5
+
+
+def time_blocks(regression: Regression, count: int) -> tuple[str, list[np.ndarray]]:
+    """Return what the parts of a log are, and the rows of each, shape (row,) of bool.
+
+    Parameters
+    ----------
+    regression : Regression
+        The rows.
+    count : int
+        How many parts.
+    """
+    rows = regression.effort.size
+    edges = np.linspace(0, rows, count + 1).astype(int)[1:-1]
+    part = np.searchsorted(edges, np.arange(rows), side="right")
+    pieces = min(PIECES, rows // (count * 2 * LEAST * max(regression.reach, 1)))
+    if pieces > 1 and _has_experiments_of_its_own(np.abs(regression.velocity), part, count):
+        # Each part has one piece of each neighbourhood, in no order that a periodic motion could keep in step with.
+        rng = np.random.default_rng(SEED)
+        owner = np.concatenate([rng.permutation(count) for _ in range(pieces)])
+        part = owner[np.arange(rows) * owner.size // rows]
+        return SHORT, [part == number for number in range(count)]
+    return TIME, [part == number for number in range(count)]
+
+
+def beside(part: np.ndarray, reach: int) -> np.ndarray:
+    """Return the rows that share no sample with those of a part through filters that reach so far, of bool."""
+    return np.convolve(part, np.ones(2 * reach + 1))[reach : reach + part.size] < 0.5
+
+
+def _has_experiments_of_its_own(speed: np.ndarray, part: np.ndarray, count: int) -> bool:
+    """Return whether any of several parts goes at speeds that all others together hardly go at."""
+    moving = speed > 0.0
+    place = np.floor(BINS * np.log10(speed[moving])).astype(int)
+    place -= place.min(initial=0)
+    seen = np.zeros((count, place.max(initial=0) + 1))
+    np.add.at(seen, (part[moving], place), 1.0)
+    alone = np.where(seen.sum(axis=0) - seen < FEW * seen, seen, 0.0).sum(axis=1)
+    return bool(np.any(alone > ALONE * np.bincount(part, minlength=count)))

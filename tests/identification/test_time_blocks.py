@@ -1,0 +1,55 @@
+"""What is held out together: a stretch of the log, or short ones where the log has an experiment in each part."""
+
+import numpy as np
+import pytest
+from tests.identification.known_logs import log_of, sines, sliding_effort, sliding_log
+
+from bristle.identification import identify
+from bristle.identification.time_blocks import SHORT, TIME, beside, time_blocks
+from bristle.identification.treatment import treat
+
+
+def designed_log():
+    """Slow motion first, fast motion at the end, as in a log of several experiments."""
+    slow = sines(16.0, amplitudes=(2e-3, 1e-3), frequencies=(0.4, 1.1), phases=(0, 1))
+    fast = sines(4.0, amplitudes=(0.05, 0.01), frequencies=(1.0, 3.0), phases=(0, 1))
+    parts = [np.concatenate([a, b]) for a, b in zip(slow, fast, strict=True)]
+    parts[1][slow.time.size :] += slow.position[-1] - fast.position[0]
+    motion = type(slow)(1e-3 * np.arange(parts[0].size), *parts[1:])
+    return log_of(motion, sliding_effort(motion))
+
+
+@pytest.mark.parametrize(("log", "what"), [(sliding_log(), TIME), (designed_log(), SHORT)])
+@pytest.mark.parametrize("count", [3, 5])
+def test_each_row_is_in_one_part_and_all_parts_are_as_long(log, what, count):
+    regression = treat(log, None)
+    of, parts = time_blocks(regression, count)
+    assert of == what
+    assert np.all(np.sum(parts, axis=0) == 1)
+    assert max(map(np.sum, parts)) < 1.3 * min(map(np.sum, parts))
+    pieces = [int(np.sum(np.diff(part.astype(int), prepend=0) == 1)) for part in parts]
+    assert min(pieces) == max(pieces) == 1 if what == TIME else min(pieces) > 3
+
+
+def test_the_others_go_as_fast_as_each_of_the_short_ones():
+    regression = treat(designed_log(), None)
+    speed = np.abs(regression.velocity)
+    for part in time_blocks(regression, 5)[1]:
+        assert np.max(speed[~part]) > 0.9 * np.max(speed[part])
+    assert np.max(speed[:1500]) < 0.1 * np.max(speed[1700:]), "in contiguous blocks it would be another matter"
+
+
+def test_rows_that_share_samples_with_a_part_are_not_beside_it():
+    part = np.zeros(12, dtype=bool)
+    part[[4, 5, 11]] = True
+    assert np.flatnonzero(beside(part, 2)).tolist() == [0, 1, 8]
+    assert np.flatnonzero(beside(part, 0)).tolist() == [0, 1, 2, 3, 6, 7, 8, 9, 10]
+    assert not beside(part, 20).any()
+
+
+def test_what_one_part_alone_shows_is_not_asked_of_the_others():
+    found = identify(designed_log(), "coulomb_viscous,coulomb", draws=20)
+    assert found.best.name == "coulomb_viscous"
+    assert found.best.held_out.of == SHORT
+    assert found.best.held_out.mean_percent < 1.5 * found.best.force_error_percent
+    assert found.best.resampling.bands.inflation < 1.5
