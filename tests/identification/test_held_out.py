@@ -3,6 +3,7 @@ import pytest
 from tests.identification.known_logs import log_of, sines, sliding_effort, sliding_log, slow_log
 
 from bristle import friction
+from bristle.core import InputError
 from bristle.identification import identify
 
 
@@ -59,3 +60,20 @@ def test_of_two_models_that_are_no_different_the_simpler_one_wins():
     # Break-away may not lie below Coulomb friction, so that the first of the two ends as the second.
     assert [fit.name for fit in result.fits] == ["coulomb_viscous", "stribeck"]
     assert result.fits[1].held_out.mean_percent == pytest.approx(result.fits[0].held_out.mean_percent, rel=1e-6)
+
+
+def test_a_short_log_has_as_many_blocks_as_there_is_room_for():
+    motion = sines(1.5)
+    log = log_of(motion, sliding_effort(motion))
+    found = identify(log, "coulomb_viscous,coulomb", draws=0)
+    assert len(found.best.held_out.block_errors_percent) == 3
+    with pytest.raises(InputError, match="too many for this log; found 5, allowed 2 to 3"):
+        identify(log, blocks=5, draws=0)
+
+
+def test_a_log_with_no_room_for_two_says_so():
+    motion = sines(0.7)
+    found = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous,coulomb", draws=0)
+    assert found.best.name == "coulomb_viscous"
+    assert found.best.held_out is None
+    assert found.best.warnings[0].startswith("the log is too short for a part of it to be held out")

@@ -12,9 +12,23 @@ from bristle.identification.result import HeldOut
 from bristle.identification.time_blocks import beside, time_blocks
 from bristle.simulation.result import relative_error_percent
 
-__all__ = ["held_out_error"]
+__all__ = ["TOO_SHORT", "blocks_for", "held_out_error"]
 
+BLOCKS = 5
 ROWS_PER_BLOCK = 20
+TOO_SHORT = "the log is too short for a part of it to be held out: all errors are those of what was fitted"
+
+
+def blocks_for(regression: Regression, asked: int | None) -> int:
+    """Return how many time blocks are held out: as asked, else five, fewer of a short log, 0 where none has room."""
+    if asked is not None or regression.log_of_row[0] != regression.log_of_row[-1]:
+        return BLOCKS if asked is None else asked
+    room = _room(regression)
+    return min(room, BLOCKS) if room > 1 else 0
+
+
+def _room(regression: Regression) -> int:
+    return regression.effort.size // (ROWS_PER_BLOCK + 2 * regression.reach)
 
 
 def held_out_error(
@@ -43,14 +57,13 @@ def held_out_error(
     InputError
         If the log is too short for so many blocks.
     """
-    count, reach = regression.effort.size, regression.reach
-    log = regression.log_of_row
+    log, reach = regression.log_of_row, regression.reach
     if log[0] != log[-1]:
         return _held_out(regression, predicted, [log == one for one in np.unique(log)], 0, "logs", report)
-    if count < blocks * (ROWS_PER_BLOCK + 2 * reach):
+    if blocks > _room(regression):
         raise InputError(
             "are too many for this log", path="blocks", value=blocks,
-            allowed=f"2 to {max(count // (ROWS_PER_BLOCK + 2 * reach), 2)}, or 0 for no comparison on held-out blocks",
+            allowed=f"2 to {max(_room(regression), 2)}, or 0 for no comparison on held-out blocks",
         )  # fmt: skip
     of, parts = time_blocks(regression, blocks)
     return _held_out(regression, predicted, parts, reach, of, report)

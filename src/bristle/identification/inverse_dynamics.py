@@ -20,9 +20,10 @@ from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel
 from bristle.core.cores import cores_for_simulations
 from bristle.core.errors import InputError
-from bristle.identification.asked import as_asked, freed, known_of, models_of
+from bristle.identification.asked import Known, as_asked, freed, known_of, models_of
 from bristle.identification.break_away import break_aways
 from bristle.identification.given import logs_and_axes, none_or_more, treatment_of
+from bristle.identification.held_out import TOO_SHORT, blocks_for
 from bristle.identification.information import with_information
 from bristle.identification.interruption import obey
 from bristle.identification.output_error import one_period, simulated_loop
@@ -45,7 +46,7 @@ Progress = Callable[[float, str], None]
 def identify(
     log: Log | str | PathLike[str] | Sequence[Log | str | PathLike[str]], model: Any = "coulomb_viscous", *,
     axis: Axis | str | PathLike[str] | Sequence[Axis | str | PathLike[str]] | None = None,
-    cutoff: float | str | None = None, decimation: int | None = None, blocks: int = 5,
+    cutoff: float | str | None = None, decimation: int | None = None, blocks: int | None = None,
     offset: float | str | None = None, mass: float | str | None = None, free: str | Sequence[str] = (),
     draws: int = 100, method: str | None = None, global_search: bool | None = None, progress: Progress | None = None,
 ) -> Identification:  # fmt: skip
@@ -65,8 +66,9 @@ def identify(
         default.
     decimation : int, optional
         Of how many samples one row is kept; 10 by default.
-    blocks : int
-        Time blocks, each held out in turn, by whose error models are ranked; 0 for none.
+    blocks : int, optional
+        Time blocks, each held out in turn, by whose error models are ranked; 0 for none. Five, or as many as a short
+        log has room for, where not given.
     offset : float, str or "identify", optional
         Constant part of the force [N or N*m] if known, or text with a unit; the axis decides where it is not given.
     mass : float or str, optional
@@ -103,25 +105,36 @@ def identify(
     given = as_asked(logs_and_axes(log, axis), method, global_search)
     logs, axes = [log for log, _ in given], [axis for _, axis in given]
     components = models_of(model)
-    blocks, draws = none_or_more(blocks, "blocks", 2), none_or_more(draws, "draws", FEWEST_DRAWS)
+    draws = none_or_more(draws, "draws", FEWEST_DRAWS)
+    asked = None if blocks is None else none_or_more(blocks, "blocks", 2)
     _refuse_without_effort(logs)
     kind = logs[0].kind
     known = replace(known_of(axes[0], mass, offset, kind), free=freed(free, components))
-    simulated = _simulated(logs, axes)
-    opened = simulated is not None and simulated.loop == "open"
-    treated = [one_period(log, axis) for log, axis in given] if opened else logs
-    regression = treat_all(treated, axes, *treatment_of(cutoff, decimation, kind))
-    everywhere = any(axis is not None and axis.global_search for axis in axes)
-    workbench = Workbench.of(regression, known, simulated, everywhere=everywhere)
+    workbench = _workbench(given, known, *treatment_of(cutoff, decimation, kind))
+    regression, held_out = workbench.regression, blocks_for(workbench.regression, asked)
     count = len(components) + bool(draws)
-    fits, left_out = _fits(workbench, components, blocks, partial(_share, progress, count))
+    fits, left_out = _fits(workbench, components, held_out, partial(_share, progress, count))
     first, *others = (replace(fit, rank=rank) for rank, fit in enumerate(with_information(in_order(fits)), 1))
+    if asked is None and not held_out:
+        first = replace(first, warnings=(TOO_SHORT, *first.warnings))
     unfinished = _unfinished(fits, [one.name for one in components if one.name not in left_out])
     if draws and not unfinished:
         report = _share(progress, count, len(components), f"fitting {first.name} to simulated logs")
         first, unfinished = _assessed(workbench, first, draws, report)
     treatment, away = _treatment(regression, first), break_aways(regression, first.plant, first.friction)
     return Identification((first, *others), logs[0], treatment, tuple(logs[1:]), unfinished, away, left_out)
+
+
+def _workbench(
+    given: Sequence[tuple[Log, Axis | None]], known: Known, cutoff: float | None, decimation: int | None
+) -> Workbench:
+    """Return what the fits of all models to some logs share."""
+    logs, axes = [log for log, _ in given], [axis for _, axis in given]
+    simulated = _simulated(logs, axes)
+    opened = simulated is not None and simulated.loop == "open"
+    treated = [one_period(log, axis) for log, axis in given] if opened else logs
+    everywhere = any(axis is not None and axis.global_search for axis in axes)
+    return Workbench.of(treat_all(treated, axes, cutoff, decimation), known, simulated, everywhere=everywhere)
 
 
 def _simulated(logs: Sequence[Log], axes: Sequence[Axis | None]) -> Simulated | None:
