@@ -44,6 +44,7 @@ JOBS = (
 DAMPER = "friction_damper/brfd_all.npz"
 TESTS = r"dataset-{}__.*__([\d.]+)Hz{}lb"
 FAST = 2.0  # [Hz]: predicted, not fitted
+SMALLEST, LARGEST = (1, 80), (2, 30)  # groups: set and tension [lb]
 
 
 def fits() -> Iterator[Ratio]:
@@ -79,8 +80,8 @@ def _tests(file: Path, place: int, tension: int) -> list[str]:
 
 def _of_the_damper(file: Path) -> Iterator[Job]:
     """The tests of one set and tension, each held out in turn: two of them, and nine, which is nine fits more."""
-    for place, tension, most in ((1, 80, A_FIT), (2, 30, None)):
-        logs = tuple(f"{DAMPER}::{one}" for one in _tests(file, place, tension))
+    for group, most in ((SMALLEST, A_FIT), (LARGEST, None)):
+        logs = tuple(f"{DAMPER}::{one}" for one in _tests(file, *group))
         name = f"damper, gap_slider+asymmetry, {len(logs)} tests in turn"
         yield Job(name, logs, "friction_damper/axis.toml", "gap_slider+asymmetry", most=most)
 
@@ -91,7 +92,7 @@ def _of_nine_tests(file: Path, beside: float) -> Ratio:
     from bristle.files import read_axis
 
     axis = read_axis(EXAMPLES / "friction_damper" / "axis.toml")
-    logs = [br.read_log(f"{file}::{one}", axis) for one in _tests(file, 2, 30)]
+    logs = [br.read_log(f"{file}::{one}", axis) for one in _tests(file, *LARGEST)]
     ours = min(
         wall(lambda: br.identify(logs, "gap_slider+asymmetry", axis=axis, blocks=0, draws=0)) for _ in range(RUNS)
     )

@@ -12,6 +12,7 @@ from benchmarks.coverage import Share
 from benchmarks.loops import AXIS, MASS, recorded_in_loop
 from bristle import friction
 from bristle.core.cores import core_count
+from bristle.core.normal import NORMAL_95
 from bristle.identification import identify
 
 __all__ = ["loop_coverage"]
@@ -37,7 +38,7 @@ def tried(name: str, seed: int) -> dict[str, tuple[bool, bool]]:
     return {
         one.name: (
             one.interval[0] <= known[one.name] <= one.interval[1],
-            one.std is not None and abs(one.value - known[one.name]) <= 1.96 * one.std,
+            one.std is not None and abs(one.value - known[one.name]) <= NORMAL_95 * one.std,
         )
         for one in fit.estimates
         if one.status == "identified" and one.interval is not None

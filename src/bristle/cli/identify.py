@@ -45,7 +45,7 @@ def identify(
         typer.Option(
             "--model",
             metavar="NAME[+slot][,NAME...]",
-            help="Models to fit and compare, all of them, or a file my_model.py.",
+            help="Models to fit and compare, or a file my_model.py; 'all' for every one of bristle.",
         ),
     ] = DEFAULT,
     out: Out = None,

@@ -9,12 +9,11 @@ import numpy as np
 from bristle.core.errors import InputError
 from bristle.identification.regression import Regression
 from bristle.identification.result import HeldOut
-from bristle.identification.time_blocks import beside, time_blocks
+from bristle.identification.time_blocks import BLOCKS, beside, time_blocks
 from bristle.simulation.result import relative_error_percent
 
 __all__ = ["TOO_SHORT", "blocks_for", "held_out_error"]
 
-BLOCKS = 5
 ROWS_PER_BLOCK = 20
 TOO_SHORT = "the log is too short for a part of it to be held out: all errors are those of what was fitted"
 

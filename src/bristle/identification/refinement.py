@@ -17,6 +17,7 @@ from bristle.identification.resampling.refit import Refit, Space
 from bristle.identification.result import HeldOut
 from bristle.identification.search import Report, Search, silent
 from bristle.identification.solution import Solution
+from bristle.identification.time_blocks import TIME
 from bristle.identification.unknowns import Scales
 from bristle.logs.log import Log
 from bristle.simulation.result import relative_error_percent
@@ -148,7 +149,7 @@ def held_out_output(error: OutputError, space: Space, blocks: int, report: Repor
     if len(error.outputs) > 1:
         which, count, of = error.stretch_of_sample, len(error.outputs), "logs"
     else:
-        which, count, of = np.floor(error.phase * blocks).astype(int), blocks, "time blocks"
+        which, count, of = np.floor(error.phase * blocks).astype(int), blocks, TIME
     errors, every, measured = [], np.ones(len(space.names), dtype=bool), error.measured
     for number in range(count):
         report(number / count)

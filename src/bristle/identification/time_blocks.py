@@ -11,8 +11,9 @@ import numpy as np
 
 from bristle.identification.regression import Regression
 
-__all__ = ["SHORT", "TIME", "beside", "time_blocks"]
+__all__ = ["BLOCKS", "SHORT", "TIME", "beside", "time_blocks"]
 
+BLOCKS = 5  # that a log is divided into, where nobody asks for another number
 TIME, SHORT = "time blocks", "short time blocks"
 BINS = 4  # of a decade of speed
 FEW = 0.25  # of the rows of a block: so few others at such a speed are none
@@ -34,15 +35,14 @@ def time_blocks(regression: Regression, count: int) -> tuple[str, list[np.ndarra
     """
     rows = regression.effort.size
     edges = np.linspace(0, rows, count + 1).astype(int)[1:-1]
-    part = np.searchsorted(edges, np.arange(rows), side="right")
+    of, part = TIME, np.searchsorted(edges, np.arange(rows), side="right")
     pieces = min(PIECES, rows // (count * 2 * LEAST * max(regression.reach, 1)))
     if pieces > 1 and _has_experiments_of_its_own(np.abs(regression.velocity), part, count):
         # Each part has one piece of each neighbourhood, in no order that a periodic motion could keep in step with.
         rng = np.random.default_rng(SEED)
         owner = np.concatenate([rng.permutation(count) for _ in range(pieces)])
-        part = owner[np.arange(rows) * owner.size // rows]
-        return SHORT, [part == number for number in range(count)]
-    return TIME, [part == number for number in range(count)]
+        of, part = SHORT, owner[np.arange(rows) * owner.size // rows]
+    return of, [part == number for number in range(count)]
 
 
 def beside(part: np.ndarray, reach: int) -> np.ndarray:

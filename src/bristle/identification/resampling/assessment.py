@@ -19,11 +19,10 @@ from bristle.identification.resampling.sight import Unseen, unseen
 from bristle.identification.resampling.twin import lasting_of
 from bristle.identification.resampling.whiteness import is_white
 from bristle.identification.result import Estimate, Fit, Resampling
-from bristle.identification.time_blocks import beside, time_blocks
+from bristle.identification.time_blocks import BLOCKS, beside, time_blocks
 
 __all__ = ["assessed", "at_odds", "how_sure", "with_interval"]
 
-BLOCKS = 5
 CLEAR = 0.5  # relative standard error
 AT_ODDS = 3.0  # ratio of the jackknife to the bootstrap from which the reader is told
 
