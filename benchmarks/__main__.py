@@ -23,6 +23,7 @@ from benchmarks.lanes import lanes
 from benchmarks.loop_coverage import loop_coverage
 from benchmarks.preisach import preisach
 from benchmarks.presliding import presliding
+from benchmarks.readers import readers
 from benchmarks.stick_slip import stick_slip
 from benchmarks.timing import BRISTLE, EXAMPLES, HEAD, Ratio, command, python, side_by_side, wall
 from benchmarks.tracking import tracking
@@ -155,6 +156,7 @@ BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
         presliding,
         bootstrap,
         fits,
+        readers,
     )
 }
 # No times but shares, of hundreds of identifications: half an hour, so only where it is asked for.

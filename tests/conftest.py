@@ -8,6 +8,7 @@ import pytest
 
 from bristle import controllers, friction, plants
 from bristle.core import Axis
+from bristle.core.content import Origin
 from bristle.core.variable import KINDS, Kind, unit_of
 from bristle.identification import Identification, drive_table, identify, predict
 from bristle.logs.log import Channel, Log
@@ -57,7 +58,7 @@ def build_workbench(kind: Kind) -> Workbench:
         sample_time=dt,
         segments=(slice(0, recorded.time.size),),
         source=Path("stage.csv"),
-        checksum="0" * 64,
+        origin=Origin("stage.csv", "0" * 64),
         notes=("made by a simulation",),
         kind=kind,
     )
@@ -69,6 +70,12 @@ def build_workbench(kind: Kind) -> Workbench:
     )
     predicted = predict(best.plant, best.friction, log, axis, "closed-loop")
     return Workbench(axis, log, identified, drive_table(best), looped, predicted)
+
+
+@pytest.fixture(autouse=True)
+def nothing_remembered(tmp_path_factory, monkeypatch):
+    """Nobody has allowed any code yet, and what is allowed here is forgotten."""
+    monkeypatch.setenv("BRISTLE_STATE_DIR", str(tmp_path_factory.mktemp("state")))
 
 
 @pytest.fixture(scope="session")

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from bristle.cli.main import main
+from bristle.files.owned import NOTE
 
 AXIS = """
 schema = 1
@@ -139,6 +140,13 @@ class Ended:
     def data(self) -> dict:
         """The one JSON object on the standard output."""
         return json.loads(self.out, parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))
+
+
+def written_in(folder: str | Path) -> set[str]:
+    """Return the names of the results in a folder, which must carry the note of what is bristle's own."""
+    names = {one.name for one in Path(folder).iterdir()}
+    assert NOTE in names
+    return names - {NOTE}
 
 
 @pytest.fixture

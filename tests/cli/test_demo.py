@@ -4,6 +4,9 @@ import json
 from pathlib import Path
 
 import pytest
+from tests.cli.conftest import written_in
+
+from bristle.files.results import results_folder
 
 
 @pytest.mark.slow
@@ -14,7 +17,7 @@ def test_the_main_job_from_one_command(bristle, tmp_path, monkeypatch):
     assert "simulated" in shown.out
     assert "bristle identify YOUR.csv" in shown.out
     folder = Path("bristle-demo")
-    assert {one.name for one in folder.iterdir()} == {
+    assert written_in(folder) == {
         "axis.toml", "log.csv", "unseen.csv", "model.toml", "summary.json", "report.html", "drive_table.csv",
     }  # fmt: skip
     assert "This axis is simulated" in (folder / "report.html").read_text()
@@ -34,8 +37,8 @@ def test_the_main_job_from_one_command(bristle, tmp_path, monkeypatch):
 
 def test_a_place_that_was_named_is_kept_without_force(bristle, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "mine").mkdir()
-    (tmp_path / "mine" / "summary.json").write_text("{}")
+    with results_folder("mine") as folder:
+        folder.write("summary.json", "{}")
     ended = bristle("demo", "--out", "mine")
     assert ended.code == 2
     assert "--force" in ended.err

@@ -5,6 +5,7 @@ import math
 from pathlib import Path
 
 import pytest
+from tests.cli.conftest import written_in
 
 
 def test_a_loop_is_designed_in_numbers(bristle, place):
@@ -29,7 +30,7 @@ def test_results_are_a_report_and_numbers(bristle, place):
     assert found.code == 0
     assert "Poles and margins of the sampled loop" in found.out
     assert "none: the sampled loop is stable" in found.out
-    assert {one.name for one in Path("design").iterdir()} == {"summary.json", "report.html"}
+    assert written_in("design") == {"summary.json", "report.html"}
     assert json.loads(Path("design/summary.json").read_text())["variant"] == "none"
     proposed = json.loads(Path("design/summary.json").read_text())["proposals"]["tuned"]
     assert proposed["bandwidth"] == pytest.approx(20.0 * math.pi)

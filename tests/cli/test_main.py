@@ -137,13 +137,74 @@ def test_a_signal_ends_the_work_and_leaves_nothing(place, number, code, said):
         text=True,
     )
     until = time.monotonic() + 60
-    while not Path("run.partial").exists() and time.monotonic() < until:
+    while not list(place.glob("bristle-*.partial")) and time.monotonic() < until:
         time.sleep(0.01)
     process.send_signal(number)
     process.send_signal(number)  # as a terminal does that is closed: it must not end the cleaning up
     out, errors = process.communicate(timeout=60)
     assert (process.returncode, out, errors) == (code, "", f"bristle: {said}\n")
-    assert not list(place.glob("run*"))
+    assert not list(place.glob("run*")) + list(place.glob("bristle-*"))
+
+
+NATIVE = """
+import ctypes, signal, sys
+import bristle.cli.application
+from bristle.cli.main import main
+from bristle.files.results import results_folder
+signal.signal(signal.SIGINT, signal.default_int_handler)
+
+def work(arguments):
+    with results_folder("run") as folder:
+        folder.write("model.toml", "half")
+        print("working", flush=True)
+        lock = ctypes.create_string_buffer(64)
+        while True:  # a lock that is held already: native code that no signal ends, as a loop in a library is
+            ctypes.CDLL(None).pthread_mutex_lock(lock)
+
+bristle.cli.application.run = work
+sys.exit(main(["identify"]))
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+@pytest.mark.parametrize(
+    ("numbers", "code", "said"),
+    [
+        ((signal.SIGTERM,), 143, ["terminated"]),
+        ((signal.SIGINT, signal.SIGINT), 130, ["interrupted: waiting for a library", "interrupted"]),
+    ],
+)
+def test_native_code_that_never_returns_is_ended_and_leaves_nothing(tmp_path, numbers, code, said):
+    process = subprocess.Popen(
+        [sys.executable, "-c", NATIVE], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline() == "working\n"
+    time.sleep(0.2)
+    for number in numbers:
+        assert process.poll() is None
+        process.send_signal(number)
+        time.sleep(2.4)
+    _, errors = process.communicate(timeout=20)
+    assert process.returncode == code
+    assert [
+        line.removeprefix("bristle: ")[: len(words)] for line, words in zip(errors.splitlines(), said, strict=True)
+    ] == said
+    assert not list(tmp_path.iterdir())
+
+
+def test_signals_that_arrive_together_are_seen_as_one():
+    # While the first is handled, the others wait: they must not count as signals that nobody sees.
+    def work():
+        with ended_by_signals():
+            try:
+                for _ in range(5):
+                    os.kill(os.getpid(), signal.SIGTERM)
+            finally:
+                time.sleep(2.5)
+
+    with pytest.raises(SignalledError, match="terminated"):
+        work()
 
 
 def test_a_signal_that_a_finalizer_swallows_is_sent_again():

@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
+from tests.cli.conftest import written_in
 from tests.report.pages import Page
 
 
@@ -17,7 +18,7 @@ def test_one_figure_with_its_report(bristle):
     assert found.code == 0
     assert "holds in part" in found.out
     assert "factor 2" in found.out
-    assert {one.name for one in Path("results").iterdir()} == {"report.html", "summary.json"}
+    assert written_in("results") == {"report.html", "summary.json"}
     page = Page(Path("results/report.html").read_text(encoding="utf-8"))
     assert [one["id"] for one in page.named("figure")] == ["fig-4"]
     summary = json.loads(Path("results/summary.json").read_text())
@@ -51,7 +52,10 @@ def test_experiments_are_written_changed_and_run(bristle):
     before, after = (one["missing_at_return"]["virtual rig"]["B"] for one in (as_it_is, changed))
     assert abs(after) > 2.0 * abs(before)
     assert bristle("paper", "--write", "mine").code == 2
-    assert bristle("paper", "--write", "mine", "--force", "--json").data["written"]
+    kept = bristle("paper", "--write", "mine", "--force")
+    assert (kept.code, "changed since: fig_09.toml" in kept.err) == (2, True)
+    assert bristle("paper", "--write", "theirs", "--json").data["written"]
+    assert bristle("paper", "--write", "theirs", "--force", "--json").data["written"]
 
 
 @pytest.mark.parametrize("arguments", [("--figure", "15"), ("--figure", "0"), ("--from", "nowhere"), ("--figure", "x")])

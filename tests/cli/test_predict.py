@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
+from tests.cli.conftest import written_in
 
 
 @pytest.mark.parametrize(
@@ -33,7 +34,7 @@ def test_results_and_words(bristle, place):
     found = bristle("predict", "model.toml", "log.csv", "--axis", "axis.toml", "--mode", "closed-loop", "--out", "run")
     assert found.code == 0
     assert "Effort error" in found.out
-    assert {one.name for one in Path("run").iterdir()} == {"summary.json", "report.html"}
+    assert written_in("run") == {"summary.json", "report.html"}
     assert json.loads(Path("run/summary.json").read_text())["mode"] == "closed-loop"
 
 

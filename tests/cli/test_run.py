@@ -6,6 +6,7 @@ from unittest.mock import ANY
 
 import numpy as np
 import pytest
+from tests.cli.conftest import written_in
 
 from bristle.files import read_axis, read_log
 
@@ -30,7 +31,7 @@ def test_results_and_words(bristle, place):
     assert found.code == 0
     assert "base" in found.out
     assert "none" in found.out
-    assert {one.name for one in Path("run").iterdir()} == {"summary.json", "report.html"}
+    assert written_in("run") == {"summary.json", "report.html"}
     assert list(json.loads(Path("run/summary.json").read_text())["variants"]) == ["base", "none"]
 
 
@@ -71,9 +72,20 @@ def test_a_user_model_runs_from_its_file(bristle, place):
     text = Path("experiment.toml").read_text()
     text = text.replace('model = "coulomb_viscous"\nF_C = "8 N"\nF_v = "40 N*s/m"', 'file = "own.py"\nF_0 = "8 N"')
     Path("experiment.toml").write_text(text)
-    found = bristle("run", "experiment.toml", "--json")
+    refused = bristle("run", "experiment.toml", "--json")
+    assert refused.code == 2
+    assert "not run unasked: own.py (SHA-256 " in refused.err
+    assert "--allow-code" in refused.err
+    found = bristle("run", "experiment.toml", "--allow-code", "--json")
     assert found.code == 0
     assert found.data["variants"]["none"]["completed"] is True
+    assert found.data["provenance"]["code"] == "own.py"
+    assert found.err.startswith("bristle: warning: friction.file: the code in own.py (SHA-256 ")
+    assert bristle("run", "experiment.toml").code == 2  # asked for once, allowed once
+    assert bristle("check", "own.py").code == 0
+    assert bristle("run", "experiment.toml").code == 0
+    Path("own.py").write_text(Path("own.py").read_text() + "\n")
+    assert bristle("run", "experiment.toml").code == 2
 
 
 def test_what_the_drive_would_record_of_each_variant(bristle, place):

@@ -221,5 +221,5 @@ def test_a_bad_file_is_refused_with_its_place(tmp_path, text, words):
 
 
 def test_a_missing_file_is_refused(tmp_path):
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match="there is no such file"):
         load_model_file(tmp_path / "nowhere.py")

@@ -5,7 +5,7 @@ import scipy.linalg  # noqa: F401  (brings its own library of linear algebra)
 from tests.identification.known_logs import sliding_log
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from bristle.core.cores import core_count, cores_for_simulations
+from bristle.core.cores import Abreast, core_count, cores_for_simulations
 from bristle.identification import identify
 
 
@@ -39,6 +39,49 @@ def test_identification_keeps_to_it():
     seen = set()
     identify(sliding_log(), blocks=0, draws=0, progress=lambda *_: seen.update(threads()))
     assert seen == {1}
+    assert max(threads()) == 2
+
+
+class Other:
+    """Another thread, which enters and leaves a block when it is told to, and lives until the end of the test."""
+
+    def __init__(self):
+        self.pool = Abreast(1)
+        self.block = cores_for_simulations()
+
+    def enter(self):
+        self.pool.submit(self.block.__enter__).result()
+
+    def leave(self):
+        self.pool.submit(self.block.__exit__, None, None, None).result()
+
+
+@pytest.fixture
+def other():
+    found = Other()
+    yield found
+    found.pool.shutdown()
+
+
+def test_a_block_holds_whoever_set_the_threads_before(other):
+    other.enter()
+    assert max(threads()) == 1
+    other.leave()
+    assert max(threads()) == 2
+    with threadpool_limits(1, user_api="blas"):
+        assert max(threads()) == 1
+    assert max(threads()) == 2
+
+
+@pytest.mark.parametrize("is_last", [True, False])
+def test_of_blocks_that_overlap_none_ends_for_the_others(other, is_last):
+    mine = cores_for_simulations()
+    mine.__enter__()
+    other.enter()
+    first, last = (mine.__exit__, other.leave) if is_last else (other.leave, mine.__exit__)
+    first(*[None] * 3) if is_last else first()
+    assert max(threads()) == 1
+    last() if is_last else last(*[None] * 3)
     assert max(threads()) == 2
 
 

@@ -151,3 +151,51 @@ units.convert("3000 rpm", "rad/s")
 assert "pint" in sys.modules
 """
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+ABSURD = [
+    "m*9**9**9**9", "m^9^9", "9^9^9", "m**99", "m^10", "2*m", "10 mm", "1e3*m", "m^-0.7", "m^(2)", "(m", "m)", "m*",
+    "*m",
+    "m//s", "m^", "m s^", "((m))", "m+s", "m-s", "m=s", "lambda:m", "__import__", "m.real", "m[0]", "'m'", "m;s", "m\0",
+    "µ" * 65, "m*" * 40 + "m", " " * 70 + "(", "m" + " " * 5000 + "s", "[" + " " * 4000, "9" * 5000, "m^" + "9" * 100,
+    "1/0", "m/0", "m%2",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("unit", ABSURD, ids=range(len(ABSURD)))
+def test_what_is_no_unit_is_refused_without_being_evaluated(unit, monkeypatch):
+    monkeypatch.setattr(units, "_registry", lambda: pytest.fail("the unit library was asked"))
+    assert not units.is_unit(unit)
+    with pytest.raises(InputError):
+        units.convert(f"3 {unit}", "m")
+
+
+@pytest.mark.parametrize("unit", sorted({unit for pair in UNITS.values() for unit in pair} - {"1"}))
+def test_every_unit_of_a_quantity_is_one_of_the_grammar(unit):
+    assert units.is_unit(unit)
+    assert units.factor(unit, unit) == 1.0
+
+
+@given(st.text(max_size=80))
+def test_whatever_stands_for_a_unit_ends_at_once(text):
+    units.is_unit(text)
+
+
+@given(st.text(alphabet="m*/^()29 s.-µ²%", max_size=64))
+def test_whatever_is_nearly_a_unit_ends_at_once(text):
+    if units.is_unit(text):
+        units.compatible(text, "m")
+
+
+@pytest.mark.parametrize(
+    "value", [math.nan, math.inf, -math.inf, "nan", "inf m", "1e999 m", 1e101, "1e98 km", 10**400, "9" * 400]
+)
+def test_what_is_no_quantity_of_an_axis_is_refused(value):
+    with pytest.raises(InputError):
+        units.quantity(value, Variable("length", "distance"), path="distance")
+
+
+def test_infinity_is_a_value_only_where_it_is_said_to_be():
+    assert units.quantity(math.inf, Variable("length/time", "speed"), infinite=True) == math.inf
+    with pytest.raises(InputError, match="finite"):
+        units.quantity(math.nan, Variable("length/time", "speed"), infinite=True)

@@ -100,7 +100,8 @@ def test_a_choice_is_a_name_for_people_and_a_place_for_kernels():
         ({"shape": 0}, "none of the choices"),
         ({"shape": ["round"]}, "none of the choices"),
         ({"count": 2.5}, "whole number"),
-        ({"count": float("inf")}, "whole number"),
+        ({"count": float("inf")}, "finite number"),
+        ({"count": 1e60}, "whole number"),
         ({"count": 12}, "1 to 9"),
     ],
 )

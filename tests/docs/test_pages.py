@@ -10,6 +10,7 @@ import typer
 from tests.docs.conftest import PAGES, ROOT, blocks
 
 from bristle.cli.application import app
+from bristle.core.errors import InputWarning
 from bristle.files.axis import axis_from
 from bristle.files.axis_schema import AxisFile
 from bristle.files.curves import read_curve_columns
@@ -17,6 +18,7 @@ from bristle.files.experiment import KEYS, experiment_from, merged
 from bristle.files.model import friction_from
 from bristle.files.run import RUN
 from bristle.files.schema import Strict
+from bristle.files.sources import Sources
 from bristle.files.variant import FEEDFORWARD, LEARNING, SECTIONS
 
 COMMANDS = typer.main.get_command(app).commands
@@ -123,14 +125,16 @@ def test_files_of_curves_in_pages_are_read(block, tmp_path):
 
 @each("toml experiment")
 def test_experiments_in_pages_are_read(block, at_the_reader):
-    experiment = experiment_from(tomllib.loads(block.text), at_the_reader / "experiment.toml")
+    experiment = experiment_from(tomllib.loads(block.text), at_the_reader / "experiment.toml", Sources(at_the_reader))
     assert len(experiment.variants) == len(tomllib.loads(block.text)["compare"])
 
 
 @each("toml friction")
 def test_friction_tables_in_pages_are_read(block, at_the_reader):
     table = tomllib.loads(block.text)["friction"]
-    assert friction_from(table, kind="translational", folder=at_the_reader, path="friction").name == "quadratic_drag"
+    with pytest.warns(InputWarning, match="is run"):
+        found = friction_from(table, kind="translational", folder=at_the_reader, path="friction", allow_code=True)
+    assert found.name == "quadratic_drag"
 
 
 def test_no_block_goes_unchecked():

@@ -75,7 +75,7 @@ RUNS = {
     "check": "check quadratic_drag.py",
     "models": "models lugre",
     "log": "log log.csv --axis axis.toml",
-    "excite": "excite axis.toml --duration 5s --for break-away",
+    "excite": "excite axis.toml --duration 10s --for break-away",
 }
 
 

@@ -62,3 +62,13 @@ def test_own_model():
     # 100 N carry four times 20 N of drag: twice the speed.
     assert number_after("speed under 100 N:", output) == pytest.approx(0.8, rel=1e-3)
     assert "under 10 N: friction 10.000 N, speed 0.0 m/s" in output
+
+
+def test_many_at_once():
+    least, most = re.search(
+        r"following error of 100 axes: ([\d.]+) to ([\d.]+) um", printed("05_many_at_once.py")
+    ).groups()
+    # 15 % of the friction is missing at most, on either side, and the loop holds against it with 60 * 6700 N/m.
+    stiffness = 60.0 * 6700.0
+    assert 0.5 * 2e6 * 0.15 * 20.0 / stiffness < float(most) < 1.2 * 2e6 * 0.15 * 28.0 / stiffness
+    assert float(least) < 0.2 * float(most)

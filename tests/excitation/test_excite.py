@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from tests.excitation.axes import STAGE
 
@@ -17,6 +17,18 @@ def planned(axis=STAGE, **given):
     return excite(axis, rehearsed=False, **given)
 
 
+def in_time(axis, duration):
+    """Return a motion that takes no longer than it may; None where it is refused, because all take longer."""
+    try:
+        motion = planned(axis, duration=duration).motion
+    except InputError as error:
+        if not ("takes" in str(error) or "too short" in str(error)):
+            raise
+        return None
+    assert motion.duration <= 1.001 * duration
+    return motion
+
+
 @given(
     velocity=st.floats(1e-3, 2.0), acceleration=st.floats(0.05, 50.0), jerk=st.floats(1.0, 1e5),
     stroke=st.floats(2e-3, 2.0), presliding=st.floats(1e-6, 4e-5), duration=st.floats(20.0, 120.0),
@@ -27,7 +39,8 @@ def test_every_limit_is_kept_at_every_sample(velocity, acceleration, jerk, strok
         STAGE, velocity_limit=velocity, acceleration_limit=acceleration, jerk_limit=jerk, stroke=(0.1, 0.1 + stroke),
         presliding=presliding,
     )  # fmt: skip
-    motion = planned(axis, duration=duration).motion
+    motion = in_time(axis, duration)
+    assume(motion is not None)
     step = motion.sample_time
     assert motion.position.min() >= 0.1
     assert motion.position.max() <= 0.1 + stroke
@@ -133,9 +146,30 @@ def test_without_all_that_is_too_long_it_takes_less():
     assert planned(duration=6.0, purposes="break-away").motion.duration == pytest.approx(6.0, rel=0.15)
 
 
-def test_too_short_a_time_is_said():
-    found = planned(duration=4.0)
-    assert any("instead of 4 s" in note for note in found.notes)
+@pytest.mark.parametrize(("seconds", "left"), [(28.0, 4), (26.0, 3), (24.0, 2), (12.0, 1)])
+def test_no_motion_takes_longer_than_it_may(seconds, left):
+    found = planned(duration=seconds)
+    assert found.motion.duration <= 1.001 * seconds
+    assert found.motion.time[-1] <= 1.001 * seconds
+    purposes = {one.purpose for one in found.motion.pieces}
+    assert (len(purposes), "stribeck" in purposes) == (left, True)
+    assert len([note for note in found.notes if "with it the motion takes" in note]) == 4 - left
+
+
+@pytest.mark.parametrize("given", [{"duration": 4.0}, {"duration": "20 s", "purposes": "presliding,stribeck"}])
+def test_too_short_a_time_is_refused_with_what_it_takes(given):
+    with pytest.raises(InputError, match=r"duration: is too short: a motion for .*takes (\d+(\.\d+)?) s") as caught:
+        planned(**given)
+    needed = float(str(caught.value).partition("takes ")[2].split()[0])
+    assert planned(**given | {"duration": 1.1 * needed}).motion.duration <= 1.101 * needed
+
+
+@given(slow=st.floats(1e-5, 1e-2), seconds=st.floats(2.0, 40.0))
+@settings(max_examples=4, deadline=None)
+def test_an_axis_that_is_too_slow_for_the_time_is_refused_at_once(slow, seconds):
+    # Limits in the wrong unit: no array is made for a motion of a year.
+    axis = replace(STAGE, velocity_limit=0.3 * slow, acceleration_limit=3.0 * slow, jerk_limit=200.0 * slow)
+    in_time(axis, seconds)
 
 
 def test_units_of_a_rotational_axis():

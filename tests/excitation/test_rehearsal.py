@@ -44,7 +44,7 @@ def test_without_slow_loops_stiffness_is_not_found():
 
 def test_with_a_controller_it_runs_in_the_loop():
     stiff, soft = (
-        excite(replace(AXIS, controller=cascade(k_p=k, k_v=4e3, k_i=40.0 * k * 4e3)), duration="6 s",
+        excite(replace(AXIS, controller=cascade(k_p=k, k_v=4e3, k_i=40.0 * k * 4e3)), duration="16 s",
                purposes="presliding", model=TRUTH, draws=0)
         for k in (60.0, 6.0)
     )  # fmt: skip
@@ -54,14 +54,14 @@ def test_with_a_controller_it_runs_in_the_loop():
 
 def test_a_model_with_lists_is_rehearsed_and_another_fitted():
     elements = maxwell_slip(F_C=60.0, k_i=[2e7, 8e6], nu_i=[0.5, 0.5])
-    found = excite(AXIS, duration="6 s", purposes="presliding", model=elements, draws=0)
+    found = excite(AXIS, duration="16 s", purposes="presliding", model=elements, draws=0)
     assert found.rehearsal.identification.best.name == "lugre"
     assert set(found.rehearsal.truth) == {"M"}
 
 
 def test_a_loop_that_the_guessed_mass_would_make_unstable_is_not_run():
     guessed = replace(AXIS, mass=None, effort_limit=None, controller=cascade(k_p=160.0, k_v=8500.0, limit=350.0))
-    found = excite(guessed, duration="6 s", purposes="break-away", draws=0)
+    found = excite(guessed, duration="7 s", purposes="break-away", draws=0)
     assert found.rehearsal.loop is False
     assert any("mass of" in one for one in found.prior.assumed)
 

@@ -50,7 +50,7 @@ def drawn_texts(figure):
     """All texts that the figure shows, with their boxes."""
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
-    found = list(figure.texts)
+    found = [*figure.texts, *(text for legend in figure.legends for text in legend.get_texts())]
     for axes in figure.axes:
         found += [*axes.texts, axes.title, axes._left_title, axes._right_title]
         if axes.get_legend() is not None:

@@ -156,7 +156,12 @@ def column(**entry):
 
 
 BAD = [
-    ({"schema": 2}, "schema: does not fit; found 2, allowed 1"),
+    (
+        {"schema": 2},
+        "schema: is not one that this bristle reads; found 2, allowed 1. Is the file from a newer bristle?",
+    ),
+    ({"schema": True}, "schema: is not one that this bristle reads; found True"),
+    ({"schema": 1.0}, "schema: is not one that this bristle reads; found 1.0"),
     ({"kind": "linear"}, "kind: does not fit; found 'linear', allowed 'translational' or 'rotational'"),
     ({"colums": {}}, "colums: unknown key"),
     ({"colums": {}}, "Did you mean 'columns'?"),
@@ -263,7 +268,7 @@ def test_what_is_no_toml_is_refused_with_the_line(tmp_path, text, said):
 def test_a_file_that_is_not_there_no_text_or_a_folder(tmp_path):
     with pytest.raises(InputError, match="there is no such file"):
         read_toml(tmp_path / "axis.toml")
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match="is a folder"):
         read_toml(tmp_path)
     (tmp_path / "axis.mat").write_bytes(b"MATLAB\xff\xfe")
     with pytest.raises(InputError, match="not a text file in UTF-8"):

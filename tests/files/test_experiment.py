@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bristle.core import InputError
+from bristle.core.errors import InputWarning
 from bristle.files.experiment import merged, read_experiment
 
 PLAIN = """
@@ -88,12 +89,12 @@ def experiment(tmp_path):
     columns = np.column_stack((t, np.sin(9 * t), 1e3 * np.sin(9 * t), np.cos(9 * t)))
     np.savetxt(tmp_path / "log.csv", columns, delimiter=",", header="t,q,r,u", comments="", fmt="%.15g")
 
-    def read(text: str, **others: str):
+    def read(text: str, *, allow_code: bool = False, **others: str):
         for name, content in others.items():
             (tmp_path / f"{name}.toml").write_text(content)
         path = tmp_path / "experiment.toml"
         path.write_text(text)
-        return read_experiment(path)
+        return read_experiment(path, allow_code=allow_code)
 
     return read
 
@@ -211,7 +212,12 @@ def test_a_users_own_model_by_file(experiment, own_model):
     text = PLAIN.replace(
         'model = "coulomb_viscous"\nF_C = "3 N"\nF_v = 4', 'file = "own.py"\nF_0 = "3 N"\nlambda = 0.5'
     )
-    (base,) = experiment(text).variants
+    with pytest.raises(InputError, match="not run unasked"):
+        experiment(text)
+    with pytest.warns(InputWarning, match="is run"):
+        found = experiment(text, allow_code=True)
+    assert [one.name for one in found.origins["code"]] == ["own.py"]
+    (base,) = found.variants
     assert base.friction.values == {"F_0": 3.0, "lambda_": 0.5, "offset": 0.0}
 
 

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from bristle import friction, plants
 from bristle.core import InputError
+from bristle.core.errors import InputWarning
 from bristle.core.packing import pack
 from bristle.files.model import read_model, write_model
 from bristle.files.user_model import load_model_file
@@ -20,7 +21,7 @@ from bristle.testing import example_of
 positive = st.floats(min_value=1e-11, max_value=1e15)
 
 
-@given(M=positive, F_C=positive, F_v=st.floats(min_value=0.0, max_value=1e300), offset=st.floats(-1e9, 1e9))
+@given(M=positive, F_C=positive, F_v=st.floats(min_value=0.0, max_value=1e100), offset=st.floats(-1e9, 1e9))
 def test_numbers_come_back_to_the_bit(tmp_path_factory, M, F_C, F_v, offset):
     path = tmp_path_factory.getbasetemp() / "model.toml"
     plant = plants.inertia(M=M)
@@ -104,7 +105,8 @@ def test_a_users_own_model_travels_with_its_file(tmp_path, own_model):
     write_model(path, None, friction.with_slots(component, ["asymmetry"])(F_0_pos=3.0, F_0_neg=4.0, lambda_=0.5))
     assert "lambda = 0.5" in path.read_text()
     own_model.unlink()
-    found = read_model(path).friction
+    with pytest.warns(InputWarning, match=r"own\.py \(SHA-256 [0-9a-f]{64}\) is run"):
+        found = read_model(path, allow_code=True).friction
     assert found.name == "own+asymmetry"
     assert found.values == {"F_0_pos": 3.0, "F_0_neg": 4.0, "lambda_": 0.5, "offset": 0.0}
 
@@ -114,7 +116,15 @@ def test_a_users_own_model_is_never_taken_for_one_of_the_same_name(tmp_path, own
     model = friction.with_slots(load_model_file(own_model), [])(F_0=3.0)
     path = tmp_path / "model.toml"
     write_model(path, None, model)
-    assert read_model(path).friction.values["F_0"] == 3.0
+    with pytest.warns(InputWarning):
+        assert read_model(path, allow_code=True).friction.values["F_0"] == 3.0
+
+
+def test_a_users_own_model_has_no_slots_but_those_that_there_are(tmp_path, own_model):
+    path = tmp_path / "model.toml"
+    path.write_text("schema = 1\n[friction]\nfile = 'own.py'\nslots = ['cold']\nF_0 = 1\n")
+    with pytest.raises(InputError, match=r"friction\.slots.*\+asymmetry"), pytest.warns(InputWarning):
+        read_model(path, allow_code=True)
 
 
 HEAD = 'schema = 1\n[friction]\nmodel = "coulomb"\n'
@@ -138,7 +148,6 @@ HEAD = 'schema = 1\n[friction]\nmodel = "coulomb"\n'
         ("schema = 1\nkind = 'linear'\n" + HEAD[11:] + "F_C = 3\n", ("kind", "rotational")),
         ("schema = 1\n[friction]\nfile = 'model.toml'\n", ("friction.file", ".py")),
         ("schema = 1\n[friction]\nfile = 'own.py'\nslots = 'asymmetry'\n", ("friction.slots",)),
-        ("schema = 1\n[friction]\nfile = 'own.py'\nslots = ['cold']\nF_0 = 1\n", ("friction.slots", "+asymmetry")),
         ("schema = 1\n[friction]\nfile = 'other.py'\n", ("other.py",)),
         ("schema = 1\n[friction]\nmodel = ['coulomb']\n", ("friction.model",)),
     ],

@@ -37,7 +37,7 @@ def test_a_table_of_many_numbers_is_written_and_read(tmp_path):
         ("schema = 1", "schema = 2", "schema"),
         ('kind = "translational"', 'kind = "magic"', "kind: unknown kind"),
         ('model = "prandtl_ishlinskii"', 'model = "prandtl"', "operator.model"),
-        ("offset = 0.0", "offset = nan", "output.offset: must be finite"),
+        ("offset = 0.0", "offset = nan", "output.offset: must be a finite number"),
         ("offset = 0.0", "level = 0.0", "output.level: unknown key"),
         ("spring = 100000.0", 'spring = "1 N"', "operator.spring"),
         ("thresholds = [1e-06, ", "thresholds = [", "of the same length"),

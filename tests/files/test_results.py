@@ -1,25 +1,32 @@
-"""A folder of results appears whole or not at all."""
+"""A folder of results appears whole or not at all, and nothing of a person's is ever touched."""
 
 import errno
+import json
 import os
 import random
-import resource
+import re
+import shutil
 import signal
+import stat
 import subprocess
 import sys
 import threading
 import time
+import warnings
 from pathlib import Path
 
 import pytest
 
 from bristle.core import InputError
-from bristle.files import results
+from bristle.core.errors import InputWarning
+from bristle.files import owned, renaming, results
+from bristle.files.owned import NOTE
 from bristle.files.results import SUMMARY, results_folder
 
-pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals and limits of POSIX")
+resource = pytest.importorskip("resource", reason="signals and limits of POSIX")
 
 NAMES = ("model.toml", "report.html", SUMMARY)
+UNFINISHED = f"bristle-{'0' * 32}.partial"
 WRITER = """
 import sys
 from pathlib import Path
@@ -32,11 +39,17 @@ with results_folder(out, force=True) as folder:
         (folder / name).write_text((mark + chr(10)) * size)
 print("done", flush=True)
 """
+STEPS = ("mkdir", "write", "fsync", "unlink", "rmdir")
 
 
-def fill(folder: Path, mark: str, size: int = 3) -> None:
+def fill(folder, mark: str, size: int = 3) -> None:
     for name in NAMES:
         (folder / name).write_text((mark + "\n") * size)
+
+
+def write_results(out: Path, mark: str = "new", force: bool = True) -> None:
+    with results_folder(out, force=force) as folder:
+        fill(folder, mark)
 
 
 def mark_of(out: Path, size: int = 3) -> str:
@@ -49,10 +62,27 @@ def mark_of(out: Path, size: int = 3) -> str:
     return lines[0]
 
 
+def state_of(place: Path) -> dict[str, object]:
+    """Return all that lies in a folder: what it is, since when, and what it holds."""
+    found = {}
+    for one in sorted(place.rglob("*")):
+        info = one.lstat()
+        held = one.read_bytes() if stat.S_ISREG(info.st_mode) else os.readlink(one) if one.is_symlink() else None
+        found[str(one.relative_to(place))] = (stat.S_IFMT(info.st_mode), info.st_ino, held)
+    return found
+
+
+def refused(out: Path | str, words: str = ".", force: bool = True) -> InputError:
+    """Ask for a folder that must be refused before any work, and change nothing."""
+    with pytest.raises(InputError, match=words) as caught, results_folder(out, force=force):
+        pytest.fail("the work must not begin")
+    assert caught.value.mend
+    return caught.value
+
+
 @pytest.fixture
 def out(tmp_path):
-    with results_folder(tmp_path / "run") as folder:
-        fill(folder, "old")
+    write_results(tmp_path / "run", "old")
     return tmp_path / "run"
 
 
@@ -63,81 +93,303 @@ def test_nothing_is_seen_before_the_end(tmp_path):
         assert not out.exists()
     assert mark_of(out) == "new"
     assert [one.name for one in tmp_path.iterdir()] == ["run"]
+    assert sorted(one.name for one in out.iterdir()) == sorted((*NAMES, NOTE))
 
 
 def test_existing_results_need_force_and_are_replaced_whole(out):
-    with pytest.raises(InputError, match="--force"), results_folder(out):
-        pytest.fail("the work must not begin")
+    refused(out, "--force", force=False)
     assert mark_of(out) == "old"
-    with results_folder(out, force=True) as folder:
-        fill(folder, "new")
+    write_results(out)
     assert mark_of(out) == "new"
-
-
-def test_files_of_a_person_are_never_removed(out):
-    (out / "notes.txt").write_text("mine")
-    with (
-        pytest.raises(InputError, match=r"besides the results: notes\.txt.*Move them"),
-        results_folder(out, force=True),
-    ):
-        pytest.fail("the work must not begin")
-    assert (out / "notes.txt").read_text() == "mine"
-
-
-def test_files_that_a_person_adds_meanwhile_are_kept(out):
-    def replace():
-        with results_folder(out, force=True) as folder:
-            fill(folder, "new")
-            (out / "notes.txt").write_text("mine, written meanwhile")
-
-    with pytest.raises(InputError, match=r"notes\.txt"):
-        replace()
-    assert mark_of(out) == "old"
-    assert (out / "notes.txt").read_text() == "mine, written meanwhile"
     assert [one.name for one in out.parent.iterdir()] == ["run"]
 
 
-def test_what_belongs_to_the_results_is_replaced_with_them(out):
-    (out / "model.toml").write_text('[friction]\nfile = "own.py"\n')
-    (out / SUMMARY).write_text('{"simulated": true}')
-    for name in ("own.py", "axis.toml", "log.csv"):
-        (out / name).write_text("ours")
-    with results_folder(out, force=True) as folder:
-        fill(folder, "new")
+def test_results_are_known_by_their_note_however_they_are_called(out):
+    moved, copied = out.with_name("kept"), out.with_name("copy")
+    shutil.copytree(out, copied)
+    out.rename(moved)
+    for place in (moved, copied):
+        write_results(place)
+        assert mark_of(place) == "new"
+        assert stat.S_ISREG((place / NOTE).lstat().st_mode)
+
+
+def test_the_note_tells_nothing_of_the_machine(out):
+    text = (out / NOTE).read_text()
+    assert str(out.parent) not in text
+    assert os.uname().nodename not in text
+    assert {json.loads(line).get("file") for line in text.splitlines()[1:]} == set(NAMES)
+
+
+def stranger(name: str, make):
+    return pytest.param(make, id=name)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        stranger("a backup that looks like ours", lambda p: (p / "run.old-20261120").mkdir()),
+        stranger("a folder of that name in use before", lambda p: (p / "run.partial").mkdir()),
+        stranger("a file", lambda p: (p / "run.partial").write_text("mine")),
+        stranger("a link to a folder", lambda p: (p / "run.partial").symlink_to(p / "thesis")),
+        stranger("a folder named as ours are", lambda p: (p / UNFINISHED).mkdir()),
+        stranger("a link named as ours are", lambda p: (p / UNFINISHED).symlink_to(p / "thesis")),
+        stranger("a file named as ours are", lambda p: (p / UNFINISHED).write_text("mine")),
+    ],
+)
+def test_what_a_person_has_beside_the_results_is_never_touched(tmp_path, make):
+    (tmp_path / "thesis").mkdir()
+    (tmp_path / "thesis" / "years.tex").write_text("years")
+    make(tmp_path)
+    for one in tmp_path.iterdir():
+        if one.is_dir() and not one.is_symlink() and one.name != "thesis":
+            (one / "mine.txt").write_text("mine")
+    before = state_of(tmp_path)
+    write_results(tmp_path / "run", "old")
+    write_results(tmp_path / "run", "new")
+    refused(tmp_path / "run", force=False)
+    assert mark_of(tmp_path / "run") == "new"
+    assert {name: one for name, one in state_of(tmp_path).items() if name.partition("/")[0] != "run"} == before
+
+
+NEW = '{"bristle": "0.1.0", "folder": "00", "target": "run", "began": "1"}\n'
+
+
+def with_note(text: str | bytes):
+    """Return what turns a folder of a person's own into one with a note, as an attacker would write it."""
+
+    def make(place: Path) -> None:
+        (place / NOTE).write_bytes(text if isinstance(text, bytes) else text.encode())
+
+    return make
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        stranger("no note", lambda place: None),
+        stranger("an empty note", with_note("")),
+        stranger("a note of anything", with_note("bristle was here\n")),
+        stranger("a note that names nothing", with_note(NEW)),
+        stranger("a note that names files elsewhere", with_note(NEW + '{"file": "../thesis/years.tex"}\n')),
+        stranger("a note with a full path", with_note(NEW + '{"file": "/etc/passwd"}\n')),
+        stranger("a note of lists", with_note("[" * 9000 + "\n")),
+        stranger("a note of other types", with_note(NEW + '{"file": 3}\n')),
+        stranger("a note without end", with_note(NEW.encode() + b"\n" * 3_000_000)),
+        stranger("a note of no text", with_note(bytes(range(256)))),
+        stranger("a note of a broken number", with_note(NEW.replace('"1"', '"-1e9"'))),
+        stranger("a note that claims all as half written", with_note(NEW + '{"file": "mine.txt"}\n')),
+        stranger("a note that is a link", lambda place: (place / NOTE).symlink_to(place.parent / "note")),
+        stranger("a note that is a pipe", lambda place: os.mkfifo(place / NOTE)),
+        stranger("a note that is a folder", lambda place: (place / NOTE).mkdir()),
+    ],
+)
+def test_a_folder_of_a_persons_own_is_never_replaced(tmp_path, make):
+    place = tmp_path / "run"
+    place.mkdir()
+    (place / "mine.txt").write_text("mine")
+    (tmp_path / "note").write_text(NEW)
+    make(place)
+    unfinished = tmp_path / UNFINISHED
+    shutil.copytree(place, unfinished, symlinks=True, copy_function=copied)
+    before = state_of(tmp_path)
+    refused(place)
+    assert state_of(tmp_path) == before
+    write_results(tmp_path / "other")
+    left = {name: one for name, one in state_of(tmp_path).items() if name.partition("/")[0] != "other"}
+    if '"mine.txt"' not in (place / NOTE).read_bytes()[:200].decode("latin-1") if (place / NOTE).is_file() else True:
+        assert left == before
+    assert (place / "mine.txt").read_text() == "mine"
+
+
+def copied(source: str, target: str) -> str:
+    """Copy a file, or make such a pipe again."""
+    if stat.S_ISFIFO(os.stat(source).st_mode):
+        os.mkfifo(target)
+        return target
+    return shutil.copyfile(source, target)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda out: (out / "notes.txt").write_text("mine"), r"besides the results: notes\.txt"),
+        (lambda out: (out / "plots").mkdir(), "besides the results: plots"),
+        (lambda out: (out / "model.toml").write_text("mended by hand"), r"changed since: model\.toml"),
+        (lambda out: (out / "model.toml").write_text((out / "model.toml").read_text() + " "), "changed since"),
+        (
+            lambda out: ((out / "report.html").unlink(), (out / "report.html").symlink_to(out.parent / "mine")),
+            r"changed since: report\.html",
+        ),
+        (lambda out: ((out / SUMMARY).unlink(), (out / SUMMARY).mkdir()), "changed since: summary"),
+        (lambda out: (out / NOTE).unlink(), r"without the note.*0\.1.*by hand"),
+        (lambda out: out.chmod(0o555), "write-protected"),
+    ],
+)
+def test_what_a_person_added_or_changed_is_never_replaced(out, change, words):
+    (out.parent / "mine").write_text("mine")
+    change(out)
+    before = state_of(out.parent)
+    refused(out, words)
+    out.chmod(0o755)
+    assert state_of(out.parent) == before
+
+
+def test_a_file_that_a_person_removed_is_no_obstacle(out):
+    (out / "report.html").unlink()
+    write_results(out)
     assert mark_of(out) == "new"
-    assert sorted(one.name for one in out.iterdir()) == sorted(NAMES)
 
 
-def test_force_never_replaces_a_folder_of_something_else(tmp_path):
-    (tmp_path / "thesis.tex").write_text("years")
-    with pytest.raises(InputError, match="something else"), results_folder(tmp_path, force=True):
-        pytest.fail("the work must not begin")
-    assert (tmp_path / "thesis.tex").read_text() == "years"
+@pytest.mark.parametrize("exchanged", [True, False])
+@pytest.mark.parametrize("change", [lambda p: (p / "notes.txt").write_text("mine"), lambda p: p.chmod(0o500)])
+def test_what_a_person_does_meanwhile_is_kept(out, monkeypatch, exchanged, change):
+    if not exchanged:
+        monkeypatch.setattr(results, "exchange", lambda *_: False)
+
+    def replace():
+        with results_folder(out, force=True) as folder:
+            fill(folder, "new")
+            change(out)
+
+    with pytest.raises(InputError):
+        replace()
+    assert mark_of(out) == "old"
+    assert [one.name for one in out.parent.iterdir()] == ["run"]
+
+
+@pytest.mark.parametrize("exchanged", [True, False])
+def test_what_a_person_adds_at_the_very_last_moment_is_kept_and_told(out, monkeypatch, exchanged):
+    renamed = results._replace
+
+    def late(new, wanted):
+        (wanted / "notes.txt").write_text("mine")
+        (wanted / "model.toml").write_text("mine too")
+        return renamed(new, wanted)
+
+    monkeypatch.setattr(results, "_replace", late)
+    if not exchanged:
+        monkeypatch.setattr(results, "exchange", lambda *_: False)
+    with pytest.warns(InputWarning, match="could not be removed") as told:
+        write_results(out)
+    place = Path(str(told[0].message).partition(":")[0])
+    assert mark_of(out) == "new"
+    assert (place / "notes.txt").read_text() == "mine"
+    assert (place / "model.toml").read_text() == "mine too"
+
+
+@pytest.mark.parametrize(
+    "appear",
+    [
+        lambda out: out.write_text("mine"),
+        lambda out: (out.mkdir(), (out / "mine").write_text("mine")),
+        lambda out: out.symlink_to(out.parent),
+        lambda out: out.symlink_to("nowhere"),
+        os.mkfifo,
+    ],
+)
+def test_what_appears_in_the_place_meanwhile_is_kept(tmp_path, appear):
+    out = tmp_path / "run"
+    before = {}
+
+    def work():
+        with results_folder(out) as folder:
+            fill(folder, "new")
+            appear(out)
+            before.update({name: one for name, one in state_of(tmp_path).items() if name.startswith("run")})
+
+    with pytest.raises(InputError):
+        work()
+    assert state_of(tmp_path) == before
+
+
+def test_a_folder_put_in_place_of_the_one_being_written_is_kept(tmp_path):
+    mine = tmp_path / "mine"
+    mine.mkdir()
+    (mine / "model.toml").write_text("mine")
+
+    def work():
+        with results_folder(tmp_path / "run") as folder:
+            fill(folder, "new")
+            folder.path.rename(tmp_path / "elsewhere")
+            folder.path.symlink_to(mine)
+
+    with pytest.raises(InputError), pytest.warns(InputWarning, match="stays"):
+        work()
+    assert (mine / "model.toml").read_text() == "mine"
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_rename_never_replaces(tmp_path):
+    for name in ("new", "taken"):
+        (tmp_path / name).mkdir()
+    before = state_of(tmp_path)
+    for flagless in (False, True):
+        with pytest.MonkeyPatch.context() as patch:
+            if flagless:
+                patch.setattr(renaming, "_rename", lambda *_: False)
+            with pytest.raises(OSError, match="exists") as caught:
+                renaming.rename_new(tmp_path / "new", tmp_path / "taken")
+        assert caught.value.errno == errno.EEXIST
+    assert state_of(tmp_path) == before
+
+
+@pytest.mark.parametrize(
+    ("place", "words"),
+    [
+        ("/", "root of a file system"),
+        (".", "something else"),
+        ("..", "something else|besides|permission"),
+        ("./run/..", "something else"),
+        ("/dev/null", "is a file"),
+        ("/proc", "something else|mount|permission"),
+        ("a\0b", "NUL"),
+        ("no/run", "does not exist"),
+        ("thesis.tex/run", "does not exist"),
+        ("x" * 300, "too long"),
+        ("/dev/full/x", "does not exist"),
+    ],
+)
+def test_a_place_that_cannot_be_is_refused(tmp_path, monkeypatch, place, words):
+    (tmp_path / "inside").mkdir()
+    (tmp_path / "inside" / "thesis.tex").write_text("years")
+    (tmp_path / "inside" / "run").mkdir()
+    monkeypatch.chdir(tmp_path / "inside")
+    before = state_of(tmp_path)
+    refused(place, words)
+    assert state_of(tmp_path) == before
 
 
 @pytest.mark.parametrize(
     ("make", "words"),
     [
         (lambda place: (place / "run").write_text(""), "is a file"),
-        (lambda place: (place / "run.partial").write_text(""), "cannot be written"),
+        (lambda place: (place / "run").mkdir(), "did not make it"),
+        (lambda place: (place / "run").symlink_to(place / "elsewhere"), "is a link"),
+        (lambda place: (place / "run").symlink_to(place), "is a link"),
+        (lambda place: os.mkfifo(place / "run"), "is a file"),
     ],
 )
 def test_what_stands_in_the_way_is_named(tmp_path, make, words):
     make(tmp_path)
-    with pytest.raises(InputError, match=words) as caught, results_folder(tmp_path / "run", force=True):
-        pytest.fail("the work must not begin")
-    assert caught.value.mend
+    before = state_of(tmp_path)
+    refused(tmp_path / "run", words)
+    assert state_of(tmp_path) == before
 
 
-def test_a_parent_that_is_missing_or_closed_is_refused(tmp_path, monkeypatch):
-    with pytest.raises(InputError, match="does not exist"), results_folder(tmp_path / "no" / "run"):
-        pytest.fail("the work must not begin")
+def test_a_link_above_the_results_is_followed(tmp_path):
+    (tmp_path / "disk").mkdir()
+    (tmp_path / "link").symlink_to(tmp_path / "disk")
+    write_results(tmp_path / "link" / "run")
+    assert mark_of(tmp_path / "disk" / "run") == "new"
+
+
+def test_a_parent_that_is_closed_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(results.os, "access", lambda *_: False)  # the tests may run as root, who may everything
-    with pytest.raises(InputError, match="permission"), results_folder(tmp_path / "run"):
-        pytest.fail("the work must not begin")
+    refused(tmp_path / "run", "permission")
 
 
-@pytest.mark.parametrize("error", [RuntimeError("a bug"), KeyboardInterrupt(), InputError("bad")])
+@pytest.mark.parametrize("error", [RuntimeError("a bug"), KeyboardInterrupt(), InputError("bad"), SystemExit(1)])
 def test_an_error_in_the_work_leaves_what_was(out, error):
     def work():
         with results_folder(out, force=True) as folder:
@@ -150,50 +402,130 @@ def test_an_error_in_the_work_leaves_what_was(out, error):
     assert [one.name for one in out.parent.iterdir()] == ["run"]
 
 
-def count_calls(monkeypatch, fail_at: int) -> list[str]:
-    """Make call number `fail_at` to the operating system fail; return the names of the calls made."""
+def test_a_process_about_to_be_ended_by_force_removes_what_it_was_writing(out):
+    def work():
+        with results_folder(out, force=True) as folder:
+            (folder / "model.toml").write_text("half")
+            results.remove_unfinished()
+            assert [one.name for one in out.parent.iterdir()] == ["run"]
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        work()
+    assert mark_of(out) == "old"
+
+
+def test_whoever_ends_a_process_waits_until_the_other_thread_has_removed(out, monkeypatch):
+    removing, remove = threading.Event(), results.remove_own
+
+    def slow(*arguments, **options):
+        removing.set()
+        time.sleep(0.3)
+        return remove(*arguments, **options)
+
+    monkeypatch.setattr(results, "remove_own", slow)
+
+    def work():
+        with pytest.raises(KeyboardInterrupt), results_folder(out, force=True):
+            raise KeyboardInterrupt
+
+    worker = threading.Thread(target=work)
+    worker.start()
+    assert removing.wait(5.0)
+    results.remove_unfinished()
+    assert [one.name for one in out.parent.iterdir()] == ["run"]
+    worker.join()
+
+
+def counted(monkeypatch, at: int, act, exchanged: bool = True) -> list[str]:
+    """Let something happen at call number `at` to the operating system; return the names of the calls made."""
     made: list[str] = []
 
-    def counted(name):
-        call = getattr(os, name)
-
+    def watched(name, call):
         def wrapper(*args, **kwargs):
             made.append(name)
-            if len(made) == fail_at:
-                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            if len(made) == at:
+                act()
             return call(*args, **kwargs)
 
         return wrapper
 
-    for name in ("mkdir", "fsync", "rename"):
-        monkeypatch.setattr(results.os, name, counted(name))
+    for name in STEPS:
+        monkeypatch.setattr(os, name, watched(name, getattr(os, name)))
+    monkeypatch.setattr(renaming, "_rename", watched("rename", renaming._rename))
+    if not exchanged:
+        monkeypatch.setattr(results, "exchange", lambda *_: False)
     return made
 
 
-@pytest.mark.parametrize("fail_at", range(1, 9))
-def test_a_full_disk_at_any_step_leaves_old_or_new(out, monkeypatch, fail_at):
-    with monkeypatch.context() as patch:
-        made = count_calls(patch, fail_at)
-        try:
-            with results_folder(out, force=True) as folder:
-                fill(folder, "new")
-            ended = "whole"
-        except InputError as error:
-            ended = str(error)
-    assert (ended == "whole") == (len(made) < fail_at)
-    assert ended == "whole" or "no space left" in ended
-    assert mark_of(out) in (("new",) if ended == "whole" else ("old", "new"))
+def long_ago(place: Path) -> None:
+    for one in place.iterdir():
+        os.utime(one, (1e9, 1e9))
+
+
+def full() -> None:
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+
+def how_it_ended(out: Path) -> str:
+    try:
+        write_results(out)
+    except InputError as error:
+        return str(error)
+    return "whole"
+
+
+@pytest.mark.parametrize("exchanged", [True, False])
+def test_a_full_disk_at_any_step_leaves_old_or_new(tmp_path, exchanged):
+    at, steps = 0, 100
+    while at < steps:
+        at += 1
+        place = tmp_path / str(at)
+        place.mkdir()
+        write_results(place / "run", "old")
+        with pytest.MonkeyPatch.context() as patch, warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            made = counted(patch, at, full, exchanged)
+            ended = how_it_ended(place / "run")
+        steps = len(made) if ended == "whole" and at > 20 else steps
+        assert ended == "whole" or "no space left" in ended
+        assert mark_of(place / "run") in (("new",) if ended == "whole" else ("old", "new"))
+        left = [one.name for one in place.iterdir()]
+        assert left == ["run"] or told or ended != "whole", made[at - 1]
+        # What could not be removed then is removed by the next that can.
+        long_ago(place)
+        write_results(place / "run", "last")
+        assert mark_of(place / "run") == "last"
+        assert [one.name for one in place.iterdir()] == ["run"], made[at - 1]
+    assert {"mkdir", "write", "fsync", "rename", "unlink", "rmdir"} <= set(made)
+
+
+KILLED = """
+import os, sys
+from pathlib import Path
+import pytest
+sys.path.insert(0, {tests!r})
+from tests.files.test_results import counted, write_results
+with pytest.MonkeyPatch.context() as patch:
+    counted(patch, int(sys.argv[2]), lambda: os._exit(9), sys.argv[3] == "exchanged")
+    write_results(Path(sys.argv[1]), "new")
+"""
+
+
+@pytest.mark.parametrize("way", ["exchanged", "renamed"])
+@pytest.mark.parametrize("step", range(1, 26))
+def test_killed_at_each_step(out, step, way):
+    code = KILLED.format(tests=str(Path(__file__).parents[2]))
+    ended = subprocess.run([sys.executable, "-c", code, str(out), str(step), way], check=False).returncode
+    assert ended in (0, 9)
+    if way == "exchanged":
+        assert mark_of(out) in ("old", "new")
+    refused(out, "exists already", force=False)  # in the other way, this gives the old results their name back
+    assert mark_of(out) in ("old", "new")
+    long_ago(out.parent)
+    write_results(out, "last")
+    assert mark_of(out) == "last"
     assert [one.name for one in out.parent.iterdir()] == ["run"]
-
-
-def test_the_steps_above_cover_every_call(out, monkeypatch):
-    with monkeypatch.context() as patch:
-        made = count_calls(patch, fail_at=10**6)
-        with results_folder(out, force=True) as folder:
-            fill(folder, "new")
-    assert len(made) == 8
-    assert made.count("fsync") == len(NAMES) + 2
-    assert made.count("rename") == 2
 
 
 def writer(out: Path, mark: str, size: int, **options) -> subprocess.Popen:
@@ -220,44 +552,12 @@ def test_killed_at_random_moments(tmp_path):
         time.sleep(chance.uniform(0.0, whole))
         process.send_signal(signal.SIGKILL)
         process.communicate()
-        # A kill between the two renames leaves the old results aside; the next run brings them back.
-        if not out.exists():
-            with pytest.raises(InputError, match="exists already"), results_folder(out):
-                pytest.fail("the work must not begin")
         found = mark_of(out, size)
         assert found in (previous, str(trial))
         previous = found
     run_writer(out, "last", size)
     assert mark_of(out, size) == "last"
     assert [one.name for one in tmp_path.iterdir()] == ["run"]
-
-
-@pytest.mark.parametrize("step", range(1, 9))
-def test_killed_at_each_step(out, step):
-    code = f"""
-import os, sys
-from bristle.files import results
-made = 0
-def counted(call):
-    def wrapper(*args, **kwargs):
-        global made
-        made += 1
-        if made == {step}:
-            os._exit(9)
-        return call(*args, **kwargs)
-    return wrapper
-for name in ("mkdir", "fsync", "rename"):
-    setattr(results.os, name, counted(getattr(os, name)))
-with results.results_folder(sys.argv[1], force=True) as folder:
-    for name in {NAMES!r}:
-        with open(folder / name, "w") as file:
-            file.write("new\\n" * 3)
-"""
-    ended = subprocess.run([sys.executable, "-c", code, str(out)], check=False).returncode
-    assert ended in (0, 9)
-    with pytest.raises(InputError, match="exists already"), results_folder(out):
-        pytest.fail("the work must not begin")
-    assert mark_of(out) in ("old", "new")
 
 
 def test_a_limit_on_the_size_of_files(out):
@@ -272,21 +572,46 @@ def test_a_limit_on_the_size_of_files(out):
     assert [one.name for one in out.parent.iterdir()] == ["run"]
 
 
-def test_two_at_once_one_is_refused_and_a_dead_one_is_no_obstacle(out):
+def test_of_two_at_once_the_later_is_refused_and_touches_nothing(out):
     with results_folder(out, force=True) as folder:
         fill(folder, "first")
         process = writer(out, "second", 3)
         _, errors = process.communicate()
         assert process.returncode != 0
         assert "another process" in errors
+        write_results(out.with_name("another"))  # clears what dead processes left, not what a living one writes
     assert mark_of(out) == "first"
-    stale = out.with_name("run.partial")
-    (stale / "deep").mkdir(parents=True)
-    (stale / "deep" / "model.toml").write_text("half")
-    with results_folder(out, force=True) as folder:
-        assert not any(folder.iterdir())
-        fill(folder, "third")
-    assert mark_of(out) == "third"
+
+
+def test_what_a_killed_process_left_goes_with_the_next_that_succeeds_and_no_sooner(out):
+    process = writer(out, "half", 3_000_000)
+    assert process.stdout is not None
+    process.stdout.readline()
+    process.kill()
+    process.communicate()
+    (left,) = (one for one in out.parent.iterdir() if one.suffix == ".partial")
+    (left / "notes.txt").write_text("mine")
+    before = state_of(out.parent)
+    refused(out, force=False)
+    with pytest.raises(InputError, match="bad"), results_folder(out, force=True):
+        raise InputError("bad")
+    assert state_of(out.parent) == before
+    write_results(out.with_name("another"))
+    assert [one.name for one in left.iterdir() if one.name != NOTE] == ["notes.txt"]
+    (left / "notes.txt").unlink()
+    write_results(out)
+    assert sorted(one.name for one in out.parent.iterdir()) == ["another", "run"]
+
+
+def test_what_another_user_left_is_not_removed(out, monkeypatch):
+    left = out.with_name(UNFINISHED)
+    shutil.copytree(out, left)
+    monkeypatch.setattr(results.os, "getuid", lambda: 12345)
+    write_results(out)
+    assert left.exists()
+    monkeypatch.undo()
+    write_results(out)
+    assert not left.exists()
 
 
 def test_many_at_once_never_mix(tmp_path):
@@ -294,8 +619,7 @@ def test_many_at_once_never_mix(tmp_path):
 
     def attempt(mark: str) -> None:
         try:
-            with results_folder(out, force=True) as folder:
-                fill(folder, mark)
+            write_results(out, mark)
             ended.append(mark)
         except InputError as error:
             refused.append(str(error))
@@ -307,11 +631,34 @@ def test_many_at_once_never_mix(tmp_path):
         for thread in threads:
             thread.join()
         assert mark_of(out) in ended
-    assert all("another process" in words for words in refused)
+    assert ended
+    assert all(re.search("another process|cannot be written|changed since|exists", words) for words in refused)
     assert [one.name for one in tmp_path.iterdir()] == ["run"]
 
 
-def test_a_folder_without_a_summary_is_a_bug(tmp_path):
-    with pytest.raises(RuntimeError, match=SUMMARY), results_folder(tmp_path / "run"):
+def test_results_without_a_file_are_a_bug(tmp_path):
+    with pytest.raises(RuntimeError, match="without a file"), results_folder(tmp_path / "run"):
         pass
     assert not any(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["../x", "/x", "a/b", "a\\b", "..", ".", "", NOTE, "a\0b"])
+def test_a_name_that_leads_elsewhere_is_a_bug(tmp_path, name):
+    with pytest.raises(ValueError, match="is not the name"), results_folder(tmp_path / "run") as folder:
+        folder / name
+    assert not any(tmp_path.iterdir())
+    assert not owned.is_plain(name)
+
+
+def test_what_cannot_be_encoded_is_escaped_and_line_ends_stay(tmp_path):
+    with results_folder(tmp_path / "run") as folder:
+        folder.write("a.txt", "\udcff\nµ\n")
+    assert (tmp_path / "run" / "a.txt").read_bytes() == b"\\udcff\n\xc2\xb5\n"
+
+
+def test_long_paths_of_windows_are_told_so_that_it_takes_them():
+    long = "x" * 250
+    assert renaming.extended(r"C:\runs") == r"C:\runs"
+    assert renaming.extended(rf"C:\{long}") == rf"\\?\C:\{long}"
+    assert renaming.extended(rf"\\host\share\{long}") == rf"\\?\UNC\host\share\{long}"
+    assert renaming.extended(rf"\\?\C:\{long}") == rf"\\?\C:\{long}"

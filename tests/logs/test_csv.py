@@ -9,11 +9,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bristle.core.content import SIZE_LIMIT
 from bristle.core.errors import InputError
-from bristle.logs.csv import read_csv
-from bristle.logs.table import split_unit
+from bristle.logs import csv
+from bristle.logs.choice import ALL
+from bristle.logs.table import Table, split_unit
 
 HERE = Path("log.csv")
+
+
+def read_csv(data: bytes, source: Path) -> Table:
+    return csv.read(data, source, None, ALL, SIZE_LIMIT)
+
+
 T = np.arange(30) * 0.5
 X = np.linspace(-3.0, 4.0, 30)
 

@@ -60,7 +60,7 @@ def test_each_array_is_a_curve(family):
     assert (found.kind, found.start, found.low, found.high) == ("magnetic", "saturated", -0.1, 0.1)
     assert found.full_scale == pytest.approx(1e-4)
     assert any("1 curves of less than 5 samples were left out" in note for note in found.notes)
-    assert len(found.checksum) == 64
+    assert len(found.origin.checksum) == 64
 
 
 def test_a_column_tells_curves_apart(loops):

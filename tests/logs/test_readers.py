@@ -17,7 +17,7 @@ def test_every_kind_of_file_holds_the_same_columns(any_file, recording):
     table = read_table(any_file)
     for name, values in recording.items():
         np.testing.assert_allclose(table.columns[name], values, rtol=1e-11, atol=1e-15)
-    assert table.checksum == hashlib.sha256(any_file.read_bytes()).hexdigest()
+    assert table.origin.checksum == hashlib.sha256(any_file.read_bytes()).hexdigest()
     assert table.source == any_file
 
 

@@ -55,6 +55,7 @@ def test_the_path_names_a_table_before_the_axis_does(two_groups, recording, axis
     log = read_log(f"{two_groups}::bench/first", chosen)
     np.testing.assert_allclose(log.position.values, recording["q"])
     assert log.source == two_groups
+    assert log.origin.name == "tests.h5::bench/first"
 
 
 def test_a_table_that_is_not_there(two_groups, tmp_path, recording):
@@ -136,7 +137,7 @@ def test_a_file_cut_anywhere_is_refused(tmp_path, recording, kind):
             read_table(part)
 
 
-@pytest.mark.parametrize(("kind", "module"), [("h5", "h5py"), ("parquet", "pyarrow.parquet")])
+@pytest.mark.parametrize(("kind", "module"), [("h5", "h5py"), ("parquet", "pyarrow")])
 def test_a_missing_extra_names_the_line_to_type(tmp_path, recording, monkeypatch, kind, module):
     path = WRITERS[kind](tmp_path / f"log.{kind}", recording)
     monkeypatch.setitem(sys.modules, module, None)

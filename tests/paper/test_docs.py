@@ -17,9 +17,9 @@ PAGE = (ROOT / "docs/theory/the-source-paper.md").read_text(encoding="utf-8").re
 def test_the_experiment_in_the_docs_is_one(tmp_path):
     page = (ROOT / "docs/how-to/contact-experiment.md").read_text(encoding="utf-8")
     text = re.search(r"```toml contact\n(.*?)```", page, re.DOTALL)[1]
-    write_experiments(tmp_path)
-    (tmp_path / "own.toml").write_text(text, encoding="utf-8")
-    found = read_setting(tmp_path / "own.toml")
+    own = write_experiments(tmp_path / "mine")[0].with_name("own.toml")
+    own.write_text(text, encoding="utf-8")
+    found = read_setting(own)
     assert list(found.contacts) == ["LuGre", "virtual rig"]
     assert found.contacts["virtual rig"].values["scatter"] == 0.0
     told = set(re.findall(r"^\| `\[(\w+)", page, re.MULTILINE))

@@ -20,8 +20,8 @@ def written(folder, text, name="fig_01.toml"):
 
 
 def changed(folder, old, new, name="fig_01.toml"):
-    write_experiments(folder)
-    path = folder / name
+    write_experiments(folder / "paper")
+    path = folder / "paper" / name
     text = path.read_text(encoding="utf-8")
     assert old in text
     path.write_text(text.replace(old, new), encoding="utf-8")
@@ -53,7 +53,7 @@ def test_lengths_are_those_of_the_table_and_torques_those_of_the_screw(tmp_path)
 def test_a_bad_file_is_told_with_its_place(old, new, said, tmp_path):
     path = changed(tmp_path, old, new)
     with pytest.raises(InputError, match=said.replace("[", r"\[").replace(".", r"\.")) as caught:
-        reproduce([1], folder=tmp_path)
+        reproduce([1], folder=tmp_path / "paper")
     assert str(path.parent) in str(caught.value)
 
 
@@ -77,7 +77,7 @@ def test_a_bad_file_is_told_with_its_place(old, new, said, tmp_path):
 def test_an_experiment_says_what_it_needs(number, old, new, said, tmp_path):
     changed(tmp_path, old, new, f"fig_{number:02d}.toml")
     with pytest.raises(InputError, match=said):
-        reproduce([number], folder=tmp_path)
+        reproduce([number], folder=tmp_path / "paper")
 
 
 def test_figure_4_needs_an_operator(tmp_path):
@@ -85,13 +85,13 @@ def test_figure_4_needs_an_operator(tmp_path):
     text = path.read_text(encoding="utf-8")
     path.write_text(text[: text.index("[operator")] + text[text.index("[path]") :], encoding="utf-8")
     with pytest.raises(InputError, match=r"operator: is missing"):
-        reproduce([4], folder=tmp_path)
+        reproduce([4], folder=tmp_path / "paper")
 
 
 def test_one_branch_alone_can_be_measured(tmp_path):
     text = changed(tmp_path, "branches = [1, 2, 5, 10, 100]", "branches = [1]", "fig_06.toml").read_text("utf-8")
-    (tmp_path / "fig_06.toml").write_text(text.replace("seeds = 6", "seeds = 1"), encoding="utf-8")
-    one = reproduce([6], folder=tmp_path)[0]
+    (tmp_path / "paper" / "fig_06.toml").write_text(text.replace("seeds = 6", "seeds = 1"), encoding="utf-8")
+    one = reproduce([6], folder=tmp_path / "paper")[0]
     assert one.numbers["branches"] == [1]
     assert not any("; from" in sentence for sentence in one.found)
     one.draw()
@@ -100,7 +100,7 @@ def test_one_branch_alone_can_be_measured(tmp_path):
 
 def test_a_changed_experiment_gives_another_result(tmp_path):
     changed(tmp_path, 'file = "set_a_rig.toml"', 'file = "set_a_rig.toml"\nscatter = 0.0')
-    missing = reproduce([1], folder=tmp_path)[0].numbers["missing_at_return"]
+    missing = reproduce([1], folder=tmp_path / "paper")[0].numbers["missing_at_return"]
     assert abs(missing["virtual rig"]) < 1e-6
 
 
@@ -115,21 +115,24 @@ def test_a_changed_experiment_gives_another_result(tmp_path):
 def test_a_tracking_experiment_that_is_not_one_is_refused(old, new, said, tmp_path):
     changed(tmp_path, old, new, "set_a.toml")
     with pytest.raises(InputError, match=said):
-        reproduce([11], folder=tmp_path)
+        reproduce([11], folder=tmp_path / "paper")
 
 
 def test_a_loop_that_diverges_is_a_no_with_its_name(tmp_path):
     text = changed(tmp_path, "delay = 1", "delay = 9", "set_a.toml").read_text(encoding="utf-8")
-    (tmp_path / "set_a.toml").write_text(text.replace("seeds = 6", "seeds = 1"), encoding="utf-8")
+    (tmp_path / "paper" / "set_a.toml").write_text(text.replace("seeds = 6", "seeds = 1"), encoding="utf-8")
     with pytest.raises(DivergedError, match=r"compare\.none") as caught:
-        reproduce([14], folder=tmp_path)
+        reproduce([14], folder=tmp_path / "paper")
     assert caught.value.exit_code == 1
 
 
 def test_the_files_handed_out_are_complete(tmp_path):
-    write_experiments(tmp_path)
+    write_experiments(tmp_path / "paper")
     for name in ("set_a", "set_b"):
-        assert [one.name for one in read_experiment(tmp_path / f"{name}.toml").variants][:2] == ["none", "paper"]
+        assert [one.name for one in read_experiment(tmp_path / "paper" / f"{name}.toml").variants][:2] == [
+            "none",
+            "paper",
+        ]
 
 
 def test_what_the_paper_has_not_is_refused():
@@ -140,12 +143,14 @@ def test_what_the_paper_has_not_is_refused():
 def test_files_of_ones_own_are_kept(tmp_path):
     names = {one.name for one in write_experiments(tmp_path / "mine")}
     assert names == {one.name for one in EXPERIMENTS.glob("*.toml")}
-    (tmp_path / "mine" / "set_a_rig.toml").write_text("mine")
     with pytest.raises(InputError, match="--force"):
         write_experiments(tmp_path / "mine")
-    assert (tmp_path / "mine" / "set_a_rig.toml").read_text() == "mine"
     write_experiments(tmp_path / "mine", force=True)
-    assert (tmp_path / "mine" / "set_a_rig.toml").read_text() != "mine"
+    (tmp_path / "mine" / "set_a_rig.toml").write_text("mine")
+    for force in (False, True):
+        with pytest.raises(InputError, match=r"changed since: set_a_rig\.toml"):
+            write_experiments(tmp_path / "mine", force=force)
+    assert (tmp_path / "mine" / "set_a_rig.toml").read_text() == "mine"
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="file"):
         write_experiments(tmp_path / "file")

@@ -7,7 +7,8 @@ from dataclasses import replace
 import pytest
 from tests.loop_design.conftest import loop
 from tests.report.pages import Page
-from tests.report.test_pages import COMMON, HOSTILE
+from tests.report.test_names import ALL, assert_harmless
+from tests.report.test_pages import COMMON
 
 from bristle import controllers
 from bristle.core.experiment import Experiment, Feedforward
@@ -34,10 +35,11 @@ def test_the_page_is_whole_and_asks_for_nothing(designed):
 
 
 def test_what_a_person_wrote_is_escaped(designed):
-    variant = replace(designed.variant, name=HOSTILE)
-    hostile = replace(designed, experiment=replace(designed.experiment, name=HOSTILE), variant=variant)
-    hostile = replace(hostile, assessments=tuple(replace(one, name=HOSTILE) for one in designed.assessments))
-    assert "<script>alert" not in design_report(hostile, **COMMON)
+    variant = replace(designed.variant, name=ALL)
+    hostile = replace(designed, experiment=replace(designed.experiment, name=ALL), variant=variant)
+    hostile = replace(hostile, assessments=tuple(replace(one, name=ALL) for one in designed.assessments))
+    hostile = replace(hostile, circles=tuple(replace(one, variant=ALL) for one in designed.circles))
+    assert_harmless(design_report(hostile, **COMMON))
 
 
 def test_variants_that_are_one_loop_share_its_rows(designed):

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import shlex
 from typing import Annotated, cast
 
 import typer
 
 from bristle.cli import check, demo, design, excite, identify, log, models, paper, predict
 from bristle.cli import run as run_command
+from bristle.cli.command_line import command_told
 from bristle.cli.failure import BAD_INPUT, INTERRUPTED
 from bristle.cli.terminal import complain
 
@@ -45,7 +45,7 @@ def run(arguments: list[str]) -> int:
     """Run one command and return its exit code; a mistyped command line is told as one line."""
     command = typer.main.get_command(app)
     try:
-        with command.make_context("bristle", arguments, obj=shlex.join(["bristle", *arguments])) as context:
+        with command.make_context("bristle", arguments, obj=command_told(arguments)) as context:
             return command.invoke(context) or 0
     except typer.Exit as ended:
         return ended.exit_code

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bristle.cli.failure import NO
-from bristle.cli.options import Json
+from bristle.cli.options import AllowCode, Json
 from bristle.cli.terminal import complain, progress, show_table
 
 if TYPE_CHECKING:
@@ -28,6 +28,7 @@ def check(
         str | None, typer.Option(metavar="LOW,HIGH", help="Forces between which drift is looked for.")
     ] = None,
     loop: Annotated[str | None, typer.Option(metavar="X1,X2", help="Where the loop turns that has to close.")] = None,
+    allow_code: AllowCode = False,
     as_json: Json = False,
 ) -> int:
     """Check whether a friction model is fit to be used.
@@ -38,7 +39,7 @@ def check(
     The exit code is 1 if one of them fails.
     """
     if model.suffix == ".toml":
-        return _check_values(model, _pair(force_ripple), _pair(loop), as_json)
+        return _check_values(model, _pair(force_ripple), _pair(loop), as_json, allow_code)
     return _check_code(model, {"--force-ripple": force_ripple, "--loop": loop}, as_json)
 
 
@@ -46,18 +47,25 @@ def _pair(text: str | None) -> tuple[str, ...] | None:
     return None if text is None else tuple(text.split(","))
 
 
-def _check_values(model: Path, force_ripple: Any, loop: Any, as_json: bool) -> int:
+def _check_values(model: Path, force_ripple: Any, loop: Any, as_json: bool, allow_code: bool) -> int:
     from bristle.certificates import check as certificates_of
+    from bristle.core.content import content_of
     from bristle.files.model import read_model
     from bristle.files.operator import holds_operator, read_operator
+    from bristle.files.toml import TOML_LIMIT
 
-    of_operator = holds_operator(model)
-    chosen = read_operator(model).operator if of_operator else read_model(model, related=False).friction
+    file = content_of(model, limit=TOML_LIMIT)
+    of_operator = holds_operator(file)
+    if of_operator:
+        chosen = read_operator(file).operator
+    else:
+        chosen = read_model(file, related=False, allow_code=allow_code).friction
     with progress("checking"):
         found = certificates_of(chosen, force_ripple=force_ripple, loop=loop)
     failed = {name: one for name, one in found.items() if one.passed is False}
     if not failed and not of_operator:
-        read_model(model)  # refuses what breaks a condition that no certificate speaks of, such as F_S >= F_C
+        # Refuses what breaks a condition that no certificate speaks of, such as F_S >= F_C.
+        read_model(file, allow_code=allow_code)
     if as_json:
         _print_json(chosen.name, not failed, {name: vars(one) for name, one in found.items()})
     else:
@@ -71,6 +79,8 @@ def _check_values(model: Path, force_ripple: Any, loop: Any, as_json: bool) -> i
 
 def _check_code(model: Path, options: dict[str, str | None], as_json: bool) -> int:
     from bristle.core import InputError
+    from bristle.core.content import content_of
+    from bristle.files.permission import CODE_LIMIT, allow
     from bristle.files.user_model import load_model_file
     from bristle.testing import check_model
 
@@ -85,7 +95,9 @@ def _check_code(model: Path, options: dict[str, str | None], as_json: bool) -> i
                 "needs a model with parameters", path=name, value=value,
                 mend=f'Write a model file with file = "{model.name}" and its parameters, and check that',
             )  # fmt: skip
-    chosen = load_model_file(model)
+    content = content_of(model, limit=CODE_LIMIT)
+    chosen = load_model_file(content)
+    allow(content)
     with progress("checking"):
         results = check_model(chosen)
     failed = [one for one in results if not one.passed]

@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from bristle.cli.failure import NO
-from bristle.cli.options import Force, Json, Out
+from bristle.cli.options import AllowCode, Force, Json, Out, SizeLimit, bytes_asked
 from bristle.cli.terminal import complain, progress, say, show_table
 
 __all__ = ["EXAMPLE", "design"]
@@ -32,6 +32,8 @@ def design(
         typer.Option(metavar="FREQUENCY", help='Of the gains to propose, such as "30 Hz"; by default the widest.'),
     ] = None,
     out: Out = None,
+    allow_code: AllowCode = False,
+    size_limit: SizeLimit = None,
     force: Force = False,
     as_json: Json = False,
 ) -> int:
@@ -50,13 +52,13 @@ def design(
     from bristle.testing import admit
 
     with results_folder(out, force=force) if out else nullcontext() as folder, progress("designing") as report:
-        described = read_experiment(experiment)
+        described = read_experiment(experiment, allow_code=allow_code, size_limit=bytes_asked(size_limit))
         for friction in {
             one for each in described.variants for one in (each.friction, each.feedforward.friction) if one
         }:
             admit(friction)
         found = designed(described, variant=variant, bandwidth=_in_radians(bandwidth), progress=report)
-        source = provenance(context.obj, experiment=experiment)
+        source = provenance(context.obj, **described.origins)
         summary = design_summary(found, provenance=source)
         if folder:
             from bristle.report.results import write_report

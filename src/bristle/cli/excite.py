@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from bristle.cli.options import Force, Json, Out
+from bristle.cli.options import AllowCode, Force, Json, Out
 from bristle.cli.terminal import complain, progress, say, show_table
 
 if TYPE_CHECKING:
@@ -43,6 +43,7 @@ def excite(
         Path | None,
         typer.Option("--model", metavar="MODEL.toml", help="An earlier model of the axis, to rehearse with."),
     ] = None,
+    allow_code: AllowCode = False,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
@@ -54,45 +55,54 @@ def excite(
     Writes motion.csv, axis.toml, summary.json and report.html into DIR.
     """
     from bristle.core import InputError
+    from bristle.core.content import content_of
     from bristle.excitation import excite as designed
     from bristle.files.provenance import provenance
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
+    from bristle.files.toml import TOML_LIMIT
+    from bristle.files.user_model import origins_of_code
+    from bristle.friction import base_of
     from bristle.report.excitation import excitation_report, excitation_summary
     from bristle.report.results import write_motion_folder
 
+    axis_file = content_of(axis, limit=TOML_LIMIT)
+    model_file = content_of(model, limit=TOML_LIMIT) if model else None
     with results_folder(out, force=force) if out else nullcontext() as folder, progress("designing") as report:
         try:
-            found = designed(axis, duration=duration, travel=travel, purposes=purposes, model=model, progress=report)
+            found = designed(
+                axis_file, duration=duration, travel=travel, purposes=purposes, model=model_file,
+                allow_code=allow_code, progress=report,
+            )  # fmt: skip
         except InputError as error:
             path = OPTIONS.get(error.path, error.path)
             raise InputError(
                 error.message, path=path, value=error.value, allowed=error.allowed, mend=error.mend
             ) from None
-        source = provenance(context.obj, axis=axis, model=model)
-        following = _identify(found, out)
+        code = origins_of_code([base_of(found.prior.friction.component)])
+        source = provenance(context.obj, axis=axis_file, model=model_file, code=code)
+        following = _identify(found, Path(out.name) / "axis.toml" if out else Path("AXIS.toml"))
         files = {"motion": "motion.csv", "axis": "axis.toml"} if out else {}
         summary = excitation_summary(found, files=files, identify=following, provenance=source)
         if folder:
             report(0.85, "writing the report")
             page = excitation_report(found, command=context.obj, identify=following, provenance=source)
-            write_motion_folder(folder, found, axis_file=axis, report=page, summary=summary)
+            write_motion_folder(folder, found, axis_file=axis_file, report=page, summary=summary)
     if as_json:
         sys.stdout.write(json_text(summary))
     else:
-        _show(found, following)
+        _show(found, _identify(found, out / "axis.toml") if out else following)
     if out:
         complain(f"wrote {out}; open {out / 'report.html'} in a browser")
 
 
-def _identify(found: Excitation, out: Path | None) -> str:
+def _identify(found: Excitation, axis: Path) -> str:
     """Return the command that identifies the log of the motion."""
     model = found.rehearsal.identification.best.name if found.rehearsal else found.prior.friction.name
     if any(piece.purpose == "presliding" for piece in found.motion.pieces) and model != "maxwell_slip":
         # Loops inside loops tell whether the contact remembers more than one force.
         model += ",maxwell_slip"
-    axis = str(out / "axis.toml") if out else "AXIS.toml"
-    return shlex.join(["bristle", "identify", "LOG", "--axis", axis, "--model", model, "--out", "results"])
+    return shlex.join(["bristle", "identify", "LOG", "--axis", str(axis), "--model", model, "--out", "results"])
 
 
 def _show(found: Excitation, following: str) -> None:

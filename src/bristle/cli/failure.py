@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 import tempfile
@@ -15,6 +16,8 @@ NO = 1
 BAD_INPUT = 2
 OUR_BUG = 70
 INTERRUPTED = 130
+LONGEST = 500
+NO_OUTPUT = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO, errno.EBADF, errno.EROFS}
 
 
 def report(error: BaseException, *, results: bool = False) -> int:
@@ -27,7 +30,7 @@ def report(error: BaseException, *, results: bool = False) -> int:
     results : bool
         Whether a folder of results was asked for: it is whole before anything is printed.
     """
-    from bristle.core.errors import BristleError
+    from bristle.core.errors import BristleError, told_by
 
     if isinstance(error, KeyboardInterrupt):
         complain(str(error) or "interrupted")
@@ -41,26 +44,31 @@ def report(error: BaseException, *, results: bool = False) -> int:
     if isinstance(error, MemoryError):
         complain("there is not enough memory for this. Take a shorter log or experiment")
         return BAD_INPUT
-    if isinstance(error, OSError) and error.filename is None:
+    if isinstance(error, OSError) and error.filename is None and error.errno in NO_OUTPUT:
         there = ". The folder of results is whole and stays" if results else ""
         complain(f"the standard output cannot be written: {error.strerror}. Make room or write it elsewhere{there}")
         close_output()
         return BAD_INPUT
     own = _place_in_own_file(error)
     if own:
-        complain(f"{own[0]}, line {own[1]}: stops with {type(error).__name__}: {error}. Try: bristle check {own[0]}")
+        said = f"stops with {type(error).__name__}: {told_by(error)[:LONGEST]}".rstrip(": ")
+        complain(f"{own[0]}, line {own[1]}: {said}. Try: bristle check {own[0]}")
         return BAD_INPUT
-    complain(f"this is a fault of bristle, not yours: {type(error).__name__}: {error}. {_saved(error)}")
+    complain(
+        f"this is a fault of bristle, not yours: {type(error).__name__}: {told_by(error)[:LONGEST]}. {_saved(error)}"
+    )
     return OUR_BUG
 
 
 def _place_in_own_file(error: BaseException) -> tuple[str, int] | None:
-    """Return file and line where a model of a person's own raised; None where bristle itself did."""
-    places = list(traceback.walk_tb(error.__traceback__))
-    if not places or not places[-1][0].f_globals.get("__name__", "").startswith("bristle_user_"):
-        return None
-    frame, line = places[-1]
-    return frame.f_code.co_filename, line
+    """Return file and line where a model of a person's own raised, or called what did; None where bristle did."""
+    for frame, line in reversed(list(traceback.walk_tb(error.__traceback__))):
+        module = str(frame.f_globals.get("__name__", ""))
+        if module.startswith("bristle_user_"):
+            return frame.f_code.co_filename, line
+        if module.partition(".")[0] == "bristle":
+            return None
+    return None
 
 
 def close_output() -> None:

@@ -11,12 +11,13 @@ import typer
 
 from bristle.cli.failure import INTERRUPTED
 from bristle.cli.findings import show_identification
-from bristle.cli.options import AxisFiles, Force, Json, Out
+from bristle.cli.options import AxisFiles, Force, Json, Out, SizeLimit, bytes_asked
 from bristle.cli.terminal import complain, progress
 
 if TYPE_CHECKING:
     from bristle.certificates import Certificate
     from bristle.core import Axis
+    from bristle.core.content import Content, Origin
     from bristle.identification import Identification
     from bristle.logs import Log
     from bristle.simulation import Prediction, SimulationResult
@@ -71,6 +72,7 @@ def identify(
     everywhere: Annotated[
         bool | None, typer.Option("--global", help="Look over the whole range of each parameter first.")
     ] = None,
+    size_limit: SizeLimit = None,
     force: Force = False,
     as_json: Json = False,
 ) -> int:
@@ -84,25 +86,29 @@ def identify(
     Writes model.toml, drive_table.csv, summary.json and report.html into DIR. Interrupted (Ctrl-C), it ends with the
     best found until then, marked unfinished, and exit code 130.
     """
+    from bristle.core.content import content_of
     from bristle.files.curves import describes_curves
+    from bristle.files.toml import TOML_LIMIT
 
-    if axis and describes_curves(axis[0]):
+    limit = bytes_asked(size_limit)
+    axes = [content_of(one, limit=TOML_LIMIT) for one in axis or ()]
+    if axes and describes_curves(axes[0]):
         from bristle.cli.operators import identify_operators
 
         named = None if model == DEFAULT else model
-        return identify_operators(log, axis, named, out, force=force, as_json=as_json, command=context.obj)
+        return identify_operators(log, axes, named, out, force=force, as_json=as_json, command=context.obj, limit=limit)
     asked = {"model": _models(model), "cutoff": _hertz(cutoff), "decimation": decimation, "free": free,
              "draws": draws, "method": method, "global_search": everywhere}  # fmt: skip
-    return _identify_friction(log, axis or [], asked, out, force=force, as_json=as_json, command=context.obj)
+    return _identify_friction(log, axes, asked, out, force=force, as_json=as_json, command=context.obj, limit=limit)
 
 
 def _identify_friction(
-    log: list[Path], axis: list[Path], asked: dict[str, Any], out: Path | None, *, force: bool, as_json: bool,
-    command: str,
+    log: list[Path], axis: list[Content], asked: dict[str, Any], out: Path | None, *, force: bool, as_json: bool,
+    command: str, limit: int,
 ) -> int:  # fmt: skip
     from bristle.core import Axis
     from bristle.files.axis import read_axis
-    from bristle.files.provenance import provenance_of_all
+    from bristle.files.provenance import provenance
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
     from bristle.identification import drive_table
@@ -113,12 +119,12 @@ def _identify_friction(
 
     with results_folder(out, force=force) if out else nullcontext() as folder, progress("identifying") as report:
         axes = axes_for([read_axis(one) for one in axis], len(log))
-        recorded = [read_log(one, its) for one, its in zip(log, axes, strict=True)]
+        recorded = [read_log(one, its, size_limit=limit) for one, its in zip(log, axes, strict=True)]
         found = identified(recorded, axis=axes, progress=report, **asked)
         table = drive_table(found.best, 20)
         described = axes[0]
         simulation, prediction = _in_the_loop(found, found.log, described or Axis(), report)
-        source = provenance_of_all(command, log=log, axis=axis)
+        source = provenance(command, log=recorded, axis=axis, code=_code_of(asked["model"]))
         source |= {"unfinished": found.unfinished} if found.unfinished else {}
         certificates = _certificates(found)
         summary = identification_summary(
@@ -154,14 +160,28 @@ def _models(text: str) -> list[Any]:
 
 
 def _own_model(name: str) -> Any:
+    from bristle.core.content import content_of
+    from bristle.files.permission import CODE_LIMIT, allow
     from bristle.files.user_model import load_model_file
     from bristle.friction import with_slots
     from bristle.testing import admit
 
     file, *slots = name.split("+")
-    own = load_model_file(file)
+    content = content_of(file, limit=CODE_LIMIT)
+    own = load_model_file(content)
     admit(own)
+    allow(content)
     return with_slots(own, slots, "--model")
+
+
+def _code_of(models: list[Any]) -> tuple[Origin, ...]:
+    """Return the files of those models that are a user's own."""
+    if all(isinstance(one, str) for one in models):
+        return ()
+    from bristle.files.user_model import origins_of_code
+    from bristle.friction import base_of
+
+    return origins_of_code(base_of(one) for one in models if not isinstance(one, str))
 
 
 def _hertz(text: str | None) -> float | None:

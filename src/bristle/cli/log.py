@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bristle.cli.failure import NO
-from bristle.cli.options import AxisFile, Force, Json, Out
+from bristle.cli.options import AxisFile, Force, Json, Out, SizeLimit, bytes_asked
 from bristle.cli.terminal import complain, say, show_table
 
 if TYPE_CHECKING:
     from bristle.core import Axis
+    from bristle.core.content import Content
+    from bristle.files.results import Results
 
 __all__ = ["EXAMPLE", "log"]
 
@@ -32,6 +34,7 @@ def log(
     ],
     axis: AxisFile = None,
     out: Out = None,
+    size_limit: SizeLimit = None,
     force: Force = False,
     as_json: Json = False,
 ) -> int:
@@ -42,18 +45,24 @@ def log(
 
     Writes summary.json and report.html into DIR; the report needs a log without problems.
     """
+    from bristle.core.content import content_of
     from bristle.files.axis import read_axis
     from bristle.files.provenance import provenance
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
+    from bristle.files.toml import TOML_LIMIT
     from bristle.logs import summarize
+    from bristle.logs.tables import content_of_log
 
-    described = read_axis(axis) if axis else None
+    limit = bytes_asked(size_limit)
+    described = content_of(axis, limit=TOML_LIMIT) if axis else None
+    its = read_axis(described) if described else None
     with results_folder(out, force=force) if out else nullcontext() as folder:
-        summary = summarize(file, described)
+        content = content_of_log(file, limit=limit)
+        summary = summarize(content, its, size_limit=limit)
         if folder:
-            source = provenance(context.obj, log=file, axis=axis)
-            _write(folder, file, described, summary | {"provenance": source}, context.obj)
+            source = provenance(context.obj, log=content, axis=described)
+            _write(folder, content, its, summary | {"provenance": source}, context.obj, limit)
     if out:
         complain(f"wrote {out}" + ("" if summary["problems"] else f"; open {out / 'report.html'} in a browser"))
     if as_json:
@@ -65,21 +74,23 @@ def log(
     return NO if summary["problems"] else 0
 
 
-def _write(folder: Path, file: Path, axis: Axis | None, summary: dict[str, Any], command: str) -> None:
+def _write(
+    folder: Results, file: Content, axis: Axis | None, summary: dict[str, Any], command: str, limit: int
+) -> None:
     """Write the numbers, and the report of a log that can be used."""
     from bristle.files.results import SUMMARY
     from bristle.files.summary import as_json
 
     if summary["problems"]:
-        (folder / SUMMARY).write_text(as_json(summary), encoding="utf-8")
+        folder.write(SUMMARY, as_json(summary))
         return
     from bristle.logs import passages, read_log
     from bristle.report.log import log_report
     from bristle.report.results import write_report
 
-    found = read_log(file, axis)
+    found = read_log(file, axis, size_limit=limit)
     page = log_report(
-        found, passages(found, axis), name=axis.name if axis else file.stem, command=command,
+        found, passages(found, axis), name=axis.name if axis else file.source.stem, command=command,
         provenance=summary["provenance"],
     )  # fmt: skip
     write_report(folder, page, summary)

@@ -40,7 +40,7 @@ def _ended_well(given: list[str]) -> int:
             streams_that_take_all()
             with warnings_as_lines():
                 return _flushed(run(given))
-        except (Exception, KeyboardInterrupt) as error:  # noqa: BLE001  (a fault of ours is told as one message)
+        except BaseException as error:  # noqa: BLE001  (a fault of ours is told as one message)
             from bristle.cli.failure import report
 
             return report(error, results=_asks_for_results(given))

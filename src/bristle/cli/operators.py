@@ -5,16 +5,21 @@ from __future__ import annotations
 import sys
 from contextlib import nullcontext
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from bristle.cli.failure import INTERRUPTED
 from bristle.cli.terminal import complain, progress, say, show_table
+
+if TYPE_CHECKING:
+    from bristle.core.content import Content
 
 __all__ = ["identify_operators", "predict_operator"]
 
 
 def identify_operators(
-    logs: list[Path], axes: list[Path], model: str | None, out: Path | None, *, force: bool, as_json: bool, command: str
-) -> int:
+    logs: list[Path], axes: list[Content], model: str | None, out: Path | None, *, force: bool, as_json: bool,
+    command: str, limit: int,
+) -> int:  # fmt: skip
     """Identify hysteresis operators from recorded curves, write them where `out` says, and return the exit code."""
     from bristle.core import InputError
     from bristle.files.curves import read_curve_columns, read_curves
@@ -31,9 +36,9 @@ def identify_operators(
                          mend="Put all curves into one file, a column telling them apart")  # fmt: skip
     log, axis = logs[0], axes[0]
     with results_folder(out, force=force) if out else nullcontext() as folder, progress("identifying") as report:
-        recorded = read_curves(log, axis)
+        recorded = read_curves(log, axis, size_limit=limit)
         found = identify_operator(recorded, model or tuple(FITTED), progress=report)
-        source = provenance(command, log=log, axis=axis)
+        source = provenance(command, log=recorded, axis=axis)
         source |= {"unfinished": found.unfinished} if found.unfinished else {}
         summary = operator_summary(found, provenance=source)
         if folder:
@@ -59,8 +64,9 @@ def identify_operators(
 
 
 def predict_operator(
-    model: Path, log: Path, axis: Path | None, out: Path | None, *, force: bool, as_json: bool, command: str
-) -> None:
+    model: Content, log: Path, axis: Content | None, out: Path | None, *, force: bool, as_json: bool, command: str,
+    limit: int,
+) -> None:  # fmt: skip
     """Predict recorded curves with an operator."""
     from bristle.core import InputError
     from bristle.core.typography import with_unit
@@ -79,12 +85,12 @@ def predict_operator(
                          mend="Name them under [columns] of an axis file")  # fmt: skip
     with results_folder(out, force=force) if out else nullcontext() as folder, progress("predicting"):
         operator, offset, _ = read_operator(model)
-        recorded = read_curves(log, axis)
+        recorded = read_curves(log, axis, size_limit=limit)
         if recorded.kind != operator.kind:
-            raise InputError("model and curves are of different kinds", path=str(model), value=operator.kind,
+            raise InputError("model and curves are of different kinds", path=str(model.source), value=operator.kind,
                              allowed=recorded.kind)  # fmt: skip
         prediction = predicted(operator, recorded, offset)
-        source = provenance(command, model=model, log=log, axis=axis)
+        source = provenance(command, model=model, log=recorded, axis=axis)
         summary = operator_prediction_summary(prediction, operator, recorded, provenance=source)
         if folder:
             page = operator_prediction_report(

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-__all__ = ["AxisFile", "AxisFiles", "Force", "Json", "Out", "folder_named"]
+__all__ = ["AllowCode", "AxisFile", "AxisFiles", "Force", "Json", "Out", "SizeLimit", "bytes_asked", "folder_named"]
 
 
 def folder_named(text: str | Path) -> Path:
@@ -15,6 +15,13 @@ def folder_named(text: str | Path) -> Path:
     if isinstance(text, str) and not text.strip():
         raise typer.BadParameter("the name of the folder is empty: name a new one, or leave --out away")
     return Path(text)
+
+
+def bytes_asked(text: str | None) -> int:
+    """Return a size that a person typed, in bytes; the usual limit where none was typed."""
+    from bristle.core.content import SIZE_LIMIT, size_of
+
+    return SIZE_LIMIT if text is None else size_of(text, "--size-limit")
 
 
 AxisFile = Annotated[Path | None, typer.Option("--axis", metavar="AXIS.toml", help="The file that describes the axis.")]
@@ -30,3 +37,10 @@ Out = Annotated[
 ]
 Force = Annotated[bool, typer.Option("--force", help="Replace results that are in DIR already.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object and nothing else.")]
+AllowCode = Annotated[
+    bool, typer.Option("--allow-code", help="Run models of your own that a file names. Read their code first.")
+]
+SizeLimit = Annotated[
+    str | None,
+    typer.Option("--size-limit", metavar="SIZE", help="Largest log, such as '2 GB'; 512 MiB by default."),
+]

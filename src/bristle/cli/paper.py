@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from bristle.cli.options import Force, Json, folder_named
+from bristle.cli.options import AllowCode, Force, Json, folder_named
 from bristle.cli.terminal import complain, progress, say, show_table
 
 __all__ = ["EXAMPLE", "paper"]
@@ -36,6 +36,7 @@ def paper(
     out: Annotated[
         Path, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the results into this folder.")
     ] = USUAL_PLACE,
+    allow_code: AllowCode = False,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
@@ -56,9 +57,8 @@ def paper(
 
     # What is not asked for is replaced where nobody keeps it.
     with results_folder(out, force=force or out == USUAL_PLACE) as folder, progress("the paper") as report:
-        found = reproduce(figure or FIGURES, folder=source or EXPERIMENTS, progress=report)
-        files = {one.source.stem: one.source for one in found}
-        made_from = provenance(context.obj, **files)
+        found = reproduce(figure or FIGURES, folder=source or EXPERIMENTS, allow_code=allow_code, progress=report)
+        made_from = provenance(context.obj, **{Path(one.origin.name).stem: one for one in found})
         summary = paper_summary(found, provenance=made_from)
         report(1.0, "writing the report")
         write_report(folder, paper_report(found, command=context.obj, provenance=made_from), summary)

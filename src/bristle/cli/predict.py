@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from bristle.cli.failure import NO
-from bristle.cli.options import AxisFile, Force, Json, Out
+from bristle.cli.options import AllowCode, AxisFile, Force, Json, Out, SizeLimit, bytes_asked
 from bristle.cli.terminal import complain, progress, say
 
 if TYPE_CHECKING:
+    from bristle.core.content import Content
     from bristle.simulation import Prediction
 
 __all__ = ["EXAMPLE", "predict"]
@@ -32,6 +33,8 @@ def predict(
         ),
     ],
     axis: AxisFile = None,
+    allow_code: AllowCode = False,
+    size_limit: SizeLimit = None,
     mode: Annotated[str, typer.Option("--mode", metavar="MODE", help="inverse, closed-loop or open-loop.")] = "inverse",
     out: Out = None,
     force: Force = False,
@@ -43,19 +46,34 @@ def predict(
     controller of the axis file. open-loop: the motion from the measured effort. A model of a hysteresis operator
     predicts recorded curves.
     """
+    from bristle.core.content import content_of
     from bristle.files.operator import holds_operator
+    from bristle.files.toml import TOML_LIMIT
 
-    if holds_operator(model):
+    limit = bytes_asked(size_limit)
+    file = content_of(model, limit=TOML_LIMIT)
+    described = None if axis is None else content_of(axis, limit=TOML_LIMIT)
+    if holds_operator(file):
         from bristle.cli.operators import predict_operator
 
-        predict_operator(model, log, axis, out, force=force, as_json=as_json, command=context.obj)
+        predict_operator(file, log, described, out, force=force, as_json=as_json, command=context.obj, limit=limit)
         return 0
+    return _predict_friction(file, log, described, mode, out, allow_code=allow_code, force=force, as_json=as_json,
+                             command=context.obj, limit=limit)  # fmt: skip
+
+
+def _predict_friction(
+    model: Content, log: Path, axis_file: Content | None, mode: str, out: Path | None, *, allow_code: bool, force: bool,
+    as_json: bool, command: str, limit: int,
+) -> int:  # fmt: skip
     from bristle.core import InputError
     from bristle.files.axis import read_axis
     from bristle.files.model import read_model
     from bristle.files.provenance import provenance
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
+    from bristle.files.user_model import origins_of_code
+    from bristle.friction import base_of
     from bristle.identification import predict as predicted
     from bristle.identification.bands import Bands
     from bristle.logs import read_log
@@ -63,22 +81,25 @@ def predict(
     from bristle.testing import admit
 
     with results_folder(out, force=force) if out else nullcontext() as folder, progress("predicting"):
-        plant, friction, known = read_model(model)
+        plant, friction, known = read_model(model, allow_code=allow_code)
         if plant is None:
-            raise InputError("is missing", path=f"{model}: plant", mend='Write [plant], model = "inertia" and M = ...')
+            raise InputError("is missing", path=f"{model.source}: plant",
+                             mend='Write [plant], model = "inertia" and M = ...')  # fmt: skip
         admit(friction)
-        described = read_axis(axis) if axis else None
-        recorded = read_log(log, described)
+        described = read_axis(axis_file) if axis_file else None
+        recorded = read_log(log, described, size_limit=limit)
         bands = Bands(**known["bands"]) if known["bands"] else None
         prediction = predicted(plant, friction, recorded, described, mode, bands=bands, **known["treatment"])
-        source = provenance(context.obj, model=model, log=log, axis=axis)
+        source = provenance(
+            command, model=model, log=recorded, axis=axis_file, code=origins_of_code([base_of(friction.component)])
+        )
         summary = prediction_summary(prediction, friction=friction, notes=recorded.notes, provenance=source)
         if folder:
             from bristle.report.prediction import prediction_report
             from bristle.report.results import write_report
 
             page = prediction_report(
-                prediction, plant=plant, friction=friction, log=recorded, command=context.obj,
+                prediction, plant=plant, friction=friction, log=recorded, command=command,
                 axis_name=described.name if described else log.stem, provenance=source,
             )  # fmt: skip
             write_report(folder, page, summary)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from bristle.cli.failure import NO
-from bristle.cli.options import Force, Json, Out
+from bristle.cli.options import AllowCode, Force, Json, Out, SizeLimit, bytes_asked
 from bristle.cli.terminal import complain, progress, say, show_table
 
 if TYPE_CHECKING:
@@ -28,6 +28,8 @@ def run(
     context: typer.Context,
     experiment: Annotated[Path, typer.Argument(metavar="EXPERIMENT.toml", help="An experiment file.")],
     out: Out = None,
+    allow_code: AllowCode = False,
+    size_limit: SizeLimit = None,
     force: Force = False,
     log: Annotated[
         bool, typer.Option("--log", help="Write what the drive would record of each variant into DIR, as CSV.")
@@ -57,18 +59,19 @@ def run(
     if log and not out:
         raise InputError("needs a folder to write into", path="--log", mend="Add --out DIR")
     with results_folder(out, force=force) if out else nullcontext() as folder, progress("simulating") as report:
-        described = read_experiment(experiment)
+        described = read_experiment(experiment, allow_code=allow_code, size_limit=bytes_asked(size_limit))
         for friction in {
             one for each in described.variants for one in (each.friction, each.feedforward.friction) if one
         }:
             admit(friction)
         stable, judged = runnable(described)
-        warnings = about_loops(judged)
+        told = {name: sentence(one) for name, one in judged.items() if one.verdict is not Verdict.STABLE}
+        warnings = about_loops(judged, told)
         for warning in warnings:
             complain(warning)
-        refused = {name: sentence(one) for name, one in judged.items() if one.verdict is Verdict.DIVERGES}
+        refused = {name: told[name] for name, one in judged.items() if one.verdict is Verdict.DIVERGES}
         result = replace(simulate(stable, report), refused=refused)
-        source = provenance(context.obj, experiment=experiment)
+        source = provenance(context.obj, **described.origins)
         files = write_logs(folder, result) if folder and log else {}
         summary = simulation_summary(result, files=files, provenance=source, warnings=warnings)
         if folder:
@@ -93,13 +96,12 @@ def run(
     return NO if failed else 0
 
 
-def about_loops(judged: Mapping[str, Assessment]) -> list[str]:
+def about_loops(judged: Mapping[str, Assessment], told: Mapping[str, str]) -> list[str]:
     """Return what is to be said of the loops, those that are unstable or have small margins: once for alike ones."""
-    from bristle.stability import Verdict, remarks, sentence
+    from bristle.stability import remarks
 
     found: dict[str, list[str]] = {}
     for name, one in judged.items():
-        texts = [sentence(one)] if one.verdict is not Verdict.STABLE else []
-        for text in texts or [f"warning: {remark}" for remark in remarks(one)]:
+        for text in [told[name]] if name in told else [f"warning: {remark}" for remark in remarks(one)]:
             found.setdefault(text, []).append(name)
     return [f"{', '.join(names)}: {text}" for text, names in found.items()]

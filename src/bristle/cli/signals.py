@@ -1,18 +1,27 @@
-"""Signals that end a program end it in good order: what was half written is removed, and one line says why."""
+"""Signals that end a program end it in good order: what was half written is removed, and one line says why.
+
+The interpreter sees a signal between two of its own steps, and native code may take long, or for ever, for one. A
+thread watches: what was not seen after a while, that ends the program from there.
+"""
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
+import threading
 import time
 from types import FrameType
 from typing import Any, NoReturn
 
 __all__ = ["SignalledError", "ended_by_signals"]
 
-SENTENCES = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "hung up"}
+SENTENCES = {"SIGINT": "interrupted", "SIGTERM": "terminated", "SIGHUP": "hung up", "SIGBREAK": "interrupted"}
 GRACE = 1.0  # [s]
 AGAIN = 0.01  # [s]
+UNSEEN = 2.0  # [s] after which native code counts as one that does not return
+_MARK = b"\xff"
+WAITS = "interrupted: waiting for a library to return. Press Ctrl-C again to end at once"
 
 
 class SignalledError(KeyboardInterrupt):
@@ -27,7 +36,8 @@ class ended_by_signals:  # noqa: N801  (used as a context)
     """Inside this block the signals that ask a program to end raise `SignalledError`.
 
     Those that are ignored (``nohup``, jobs in the background) stay so. What repeats within a second, as a closing
-    terminal does, is one signal: it must not end the cleaning up.
+    terminal does, is one signal: it must not end the cleaning up. Where native code keeps the interpreter from seeing
+    a signal, the process is ended after two seconds, by Ctrl-C once that was pressed again.
     """
 
     def __init__(self) -> None:
@@ -35,6 +45,7 @@ class ended_by_signals:  # noqa: N801  (used as a context)
         self._first: tuple[int, float] | None = None
         self._waiting: int | None = None
         self._unraisable = sys.unraisablehook
+        self._watch = _Watch()
 
     def __enter__(self) -> ended_by_signals:
         for name in SENTENCES:
@@ -46,9 +57,11 @@ class ended_by_signals:  # noqa: N801  (used as a context)
             except ValueError:  # only the main thread receives signals
                 return self
         self._unraisable, sys.unraisablehook = sys.unraisablehook, self._lost
+        self._watch.begin(set(self._before))
         return self
 
     def __exit__(self, *_: object) -> None:
+        self._watch.end()
         for number, handler in self._before.items():
             signal.signal(number, handler)
         sys.unraisablehook = self._unraisable
@@ -60,6 +73,7 @@ class ended_by_signals:  # noqa: N801  (used as a context)
             self._end(number)
 
     def _raise(self, number: int, frame: FrameType | None) -> None:
+        self._watch.seen.set()
         now = time.monotonic()
         if self._first is not None and now - self._first[1] < GRACE:
             return
@@ -83,6 +97,96 @@ class ended_by_signals:  # noqa: N801  (used as a context)
         _send_again(number)
 
 
+class _Watch:
+    """A thread that is told of each signal when it arrives, and ends the process if nobody else sees it."""
+
+    def __init__(self) -> None:
+        self.seen = threading.Event()
+        self._numbers: set[int] = set()
+        self._told: _Told | None = None
+        self._before = -1
+        self._thread: threading.Thread | None = None
+
+    def begin(self, numbers: set[int]) -> None:
+        """Watch for these signals."""
+        if not numbers:
+            return
+        self._numbers, self._told = numbers, _Told()
+        self._before = signal.set_wakeup_fd(self._told.write_to, warn_on_full_buffer=False)
+        self._thread = threading.Thread(target=self._watch, args=(self._told,), daemon=True)
+        self._thread.start()
+
+    def end(self) -> None:
+        """Watch no more."""
+        if self._told is None or self._thread is None:
+            return
+        signal.set_wakeup_fd(self._before)
+        self._told.end()
+        self._thread.join()
+        self._told.close()
+
+    def _watch(self, told: _Told) -> None:
+        interrupts = 0
+        while number := told.next():
+            if number not in self._numbers:
+                continue
+            if self.seen.wait(UNSEEN):
+                # Signals of a number that arrive together are seen as one: what has arrived by now was seen.
+                self.seen.clear()
+                told.drain()
+                continue
+            interrupts += number == signal.SIGINT
+            if interrupts == 1:
+                _say(WAITS)
+            else:
+                _end_at_once(number)
+
+
+class _Told:
+    """A pipe into which the interpreter writes the number of each signal at once."""
+
+    def __init__(self) -> None:
+        self._read, self.write_to = os.pipe()
+        if os.name != "nt":
+            os.set_blocking(self.write_to, False)
+
+    def next(self) -> int:
+        """Wait for the next number; 0 at the end."""
+        return (os.read(self._read, 1) or b"\0")[0]
+
+    def drain(self) -> None:
+        """Forget the numbers that are there."""
+        os.write(self.write_to, _MARK)
+        while (one := os.read(self._read, 1)) not in (_MARK, b""):
+            if one == b"\0":
+                self.end()
+
+    def end(self) -> None:
+        """Let the reader come to its end."""
+        os.write(self.write_to, b"\0")
+
+    def close(self) -> None:
+        """Let go of it."""
+        os.close(self._read)
+        os.close(self.write_to)
+
+
+def _say(text: str) -> None:
+    """Write to the standard error stream, whatever the rest of the program holds at the moment."""
+    try:
+        os.write(2, f"bristle: {text}\n".encode())
+    except OSError:
+        return
+
+
+def _end_at_once(number: int) -> NoReturn:
+    results = sys.modules.get("bristle.files.results")
+    if results is not None:
+        results.remove_unfinished()
+    _say(SENTENCES[signal.Signals(number).name])
+    os._exit(128 + number)
+
+
 def _imports(frame: FrameType | None) -> bool:
     while frame is not None:
         if frame.f_code.co_filename.startswith("<frozen importlib"):
@@ -92,9 +196,17 @@ def _imports(frame: FrameType | None) -> bool:
 
 
 def _send_again(number: int) -> None:
-    import _thread
-    from threading import Timer
-
-    again = Timer(AGAIN, _thread.interrupt_main, (number,))
+    again = threading.Timer(AGAIN, _interrupt_main, (number,))
     again.daemon = True
     again.start()
+
+
+def _interrupt_main(number: int) -> None:
+    if not callable(signal.getsignal(number)):  # the block has been left
+        return
+    if hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(threading.main_thread().ident or 0, number)  # wakes it up, should it sleep
+    else:
+        import _thread
+
+        _thread.interrupt_main(signal.Signals(number))

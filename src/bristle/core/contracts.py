@@ -18,17 +18,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
 from bristle.core import dispatch
 from bristle.core.errors import InputError
+from bristle.core.lazy import cached_property
 from bristle.core.motion import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion, Reference
 from bristle.core.packing import pack
+from bristle.core.read_only import ReadOnly
 from bristle.core.relation import Redundancy, Relation
 from bristle.core.transmission import Screw
+from bristle.core.travel import component_in, whereabouts
 from bristle.core.typography import typed
 from bristle.core.values import check_relations, check_value, coerced
 from bristle.core.variable import KINDS, Kind, Variable, is_array, is_integer, variables_of
@@ -89,15 +91,33 @@ class Component:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "module", self.module or self.Parameters.__module__)
+        object.__setattr__(self, "example", ReadOnly(self.example))
         functions = {name: getattr(self, name) for name in (*self.functions, *self.optional)}
         dispatch.register(
             self.family, self.Parameters, {name: one for name, one in functions.items() if one is not None}
         )
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        # There is one of each, told by identity: it is found again in another process, never made anew.
+        made_by = self._made_by()
+        if made_by is not None and made_by[0](*made_by[1]) is self:
+            return made_by
+        return component_in, whereabouts(self)
+
+    def __copy__(self) -> Self:
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        return self
+
+    def _made_by(self) -> tuple[Callable[..., Component], tuple[Any, ...]] | None:
+        """Return the factory of this component and its arguments, where one makes it, the same one every time."""
+        return None
+
     @cached_property
-    def variables(self) -> dict[str, Variable]:
+    def variables(self) -> ReadOnly[str, Variable]:
         """Each parameter that a person sets, with its description, in order."""
-        return variables_of(self.Parameters)
+        return ReadOnly(variables_of(self.Parameters))
 
     @property
     def defaults(self) -> dict[str, Any]:
@@ -295,15 +315,19 @@ class Model:
     parameters: Any
     kind: Kind = "translational"
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        # The component comes first: in another process it brings the classes of its parameters.
+        return type(self), (self.component, self.parameters, self.kind)
+
     @property
     def name(self) -> str:
         """Name of the component, with its slots."""
         return self.component.name
 
     @property
-    def values(self) -> dict[str, Any]:
-        """The parameters that a person sets, in SI."""
-        return self.component.values(self.parameters)
+    def values(self) -> ReadOnly[str, Any]:
+        """The parameters that a person sets, in SI: read-only, `with_values` returns a model with other ones."""
+        return ReadOnly(self.component.values(self.parameters))
 
     def with_values(self, **changes: Any) -> Model:
         """Return the model with some parameters changed, validated again."""

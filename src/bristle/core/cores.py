@@ -3,10 +3,19 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor  # noqa: TID251  (the one place that does)
 from contextlib import contextmanager
+from contextvars import copy_context
+from types import SimpleNamespace
+from typing import Any
 
-__all__ = ["core_count", "cores_for_simulations"]
+from bristle.core.locks import SHARING
+
+__all__ = ["Abreast", "core_count", "cores_for_simulations"]
+
+# How many blocks keep linear algebra to one thread, and what the first of them found.
+_blocks = SimpleNamespace(inside=0, found=None)
 
 
 def core_count() -> int:
@@ -15,11 +24,76 @@ def core_count() -> int:
     return len(allowed(0)) if allowed is not None else os.cpu_count() or 1
 
 
+class Abreast(ThreadPoolExecutor):
+    """Threads that work for one caller, as it would itself: what holds in its context holds in them.
+
+    Parameters
+    ----------
+    threads : int, optional
+        How many; as many as there are cores where not given.
+    """
+
+    def __init__(self, threads: int | None = None) -> None:
+        super().__init__(threads or core_count())
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Let a function be called by one of the threads, in a copy of the context of this call."""
+        return super().submit(copy_context().run, fn, *args, **kwargs)
+
+
 @contextmanager
 def cores_for_simulations() -> Iterator[None]:
-    """Keep linear algebra to one thread: all matrices here are small, and a second thread spins on its core."""
+    """Keep linear algebra to one thread: all matrices here are small, and a second thread spins on its core.
+
+    It would also add up in another order. So of blocks that overlap in several threads none ends for the others: the
+    last one gives back what the first one found.
+    """
+    own = _limited()
+    try:
+        yield
+    finally:
+        _give_back(own)
+
+
+def _limited() -> Any:
     import scipy.linalg  # noqa: F401  (it brings a library of its own, which must be there to be told)
     from threadpoolctl import threadpool_limits
 
-    with threadpool_limits(1, user_api="blas"):
-        yield
+    with SHARING:
+        _take_over()
+        own = threadpool_limits(1, user_api="blas")
+        _blocks.inside, _blocks.found = _blocks.inside + 1, _blocks.found or own
+    return own
+
+
+def _give_back(own: Any) -> None:
+    from threadpoolctl import threadpool_info
+
+    with SHARING:
+        _blocks.inside -= 1
+        if any(one.get("threading_layer") == "openmp" for one in threadpool_info()):
+            own.restore_original_limits()  # each thread has a number of its own
+        elif _blocks.inside <= 0:
+            (_blocks.found or own).restore_original_limits()
+        if _blocks.inside <= 0:
+            _leave_blocks()
+            _blocks.found = None
+        _take_over()
+
+
+def _take_over() -> None:
+    """Let any thread say how many there are: some versions heed only the first that ever did."""
+    from threadpoolctl import OpenBLASController
+
+    forget = getattr(OpenBLASController, "clear_controlling_thread", None)
+    if forget is not None:
+        forget(force=True)
+
+
+def _leave_blocks() -> None:
+    _blocks.inside = 0
+
+
+if hasattr(os, "register_at_fork"):
+    # The other threads that are in a block are not there in a fork, and never leave it.
+    os.register_at_fork(after_in_child=_leave_blocks)

@@ -8,8 +8,23 @@ computing is a status in the result (`bristle.core.status`), never an exception.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from itertools import islice
 
-__all__ = ["BristleError", "InputError", "InputWarning", "MissingExtraError", "did_you_mean"]
+__all__ = [
+    "BristleError",
+    "InputError",
+    "InputWarning",
+    "MissingExtraError",
+    "close_names",
+    "did_you_mean",
+    "shortened",
+    "told_by",
+]
+
+# A name in a file may be of any length, a message is to be read.
+PLACE, MESSAGE, ALLOWED = 400, 800, 1200
+# Names longer than this resemble nothing, and among more than this nobody looks: comparing takes time.
+LONGEST_NAME, MOST_NAMES = 80, 10_000
 
 
 class BristleError(Exception):
@@ -55,11 +70,12 @@ class InputError(BristleError, ValueError):
         super().__init__(str(self))
 
     def __str__(self) -> str:
-        text = f"{self.path}: {self.message}" if self.path else self.message
+        message = shortened(self.message, MESSAGE)
+        text = f"{shortened(self.path, PLACE)}: {message}" if self.path else message
         found = [f"found {_short(self.value)}"] if self.value is not None else []
-        found += [f"allowed {self.allowed}"] if self.allowed else []
+        found += [f"allowed {shortened(self.allowed, ALLOWED)}"] if self.allowed else []
         text += f"; {', '.join(found)}" if found else ""
-        return f"{text}. {self.mend}" if self.mend else text
+        return f"{text}. {shortened(self.mend, MESSAGE)}" if self.mend else text
 
     def at(self, prefix: str) -> InputError:
         """Return the same error with `prefix` put before its path."""
@@ -88,13 +104,43 @@ def did_you_mean(name: object, known: Iterable[str]) -> str:
     >>> did_you_mean("F_c", ["F_v", "F_C"])
     "Did you mean 'F_C'?"
     """
+    close = close_names(str(name), known, cutoff=0.6)
+    return f"Did you mean {close[0]!r}?" if close else ""
+
+
+def close_names(name: str, names: Iterable[str], cutoff: float = 0.5) -> list[str]:
+    """Return those of `names` that resemble `name`, the closest first, whatever their case.
+
+    Examples
+    --------
+    >>> close_names("Positon", ["time", "position"])
+    ['position']
+    """
     import difflib
 
-    spelt = {one.casefold(): one for one in known}
-    close = difflib.get_close_matches(str(name).casefold(), spelt, n=1)
-    return f"Did you mean {spelt[close[0]]!r}?" if close else ""
+    if len(name) > LONGEST_NAME:
+        return []
+    spelt = {one.casefold(): one for one in islice(names, MOST_NAMES) if len(one) <= LONGEST_NAME}
+    return [spelt[one] for one in difflib.get_close_matches(name.casefold(), spelt, cutoff=cutoff)]
+
+
+def told_by(error: BaseException) -> str:
+    """Return what an error says, in one line; an error of a person's own code may fail at that, too."""
+    try:
+        return " ".join(str(error).split())
+    except Exception as another:  # noqa: BLE001
+        return f"it cannot say why ({type(another).__name__})"
+
+
+def shortened(text: str, width: int) -> str:
+    """Return text of at most this width; what is left out is marked."""
+    return text if len(text) <= width else f"{text[: width - 3]}..."
 
 
 def _short(value: object, width: int = 60) -> str:
-    text = repr(value)
-    return text if len(text) <= width else f"{text[: width - 3]}..."
+    if isinstance(value, (str, bytes)):
+        value = value[: 2 * width]
+    try:
+        return shortened(repr(value), width)
+    except Exception:  # noqa: BLE001  (what a person handed in may refuse to describe itself)
+        return f"a value of the kind {type(value).__name__}"

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
 from bristle.core.axis import Axis
+from bristle.core.content import Origin
 from bristle.core.contracts import Model
 from bristle.core.variable import Kind
 
@@ -158,9 +160,10 @@ class Variant:
 
 @dataclass(frozen=True)
 class Experiment:
-    """One or more variants side by side."""
+    """One or more variants side by side; `origins` are the files that it was made from, by what they are."""
 
     name: str
     kind: Kind
     variants: tuple[Variant, ...]
     source: Path | None = None
+    origins: Mapping[str, tuple[Origin, ...]] = field(default_factory=dict)

@@ -6,7 +6,7 @@ import math
 import re
 from typing import Any, NamedTuple
 
-__all__ = ["Scale", "number", "scale_of", "typed", "typeset", "typeset_sentence", "with_unit"]
+__all__ = ["Scale", "number", "printable", "scale_of", "typed", "typeset", "typeset_sentence", "with_unit"]
 
 # For each leading symbol the multiples in use: symbol, factor on a number in SI, from which magnitude on.
 _METRE = ((1.0, "{}", 1.0), (1e-3, "m{}", 1e3), (1e-6, "µ{}", 1e6), (1e-9, "n{}", 1e9))
@@ -34,6 +34,20 @@ class Scale(NamedTuple):
     def label(self, word: str) -> str:
         """Return a word with the unit behind it, as it stands at an axis or above a column."""
         return f"{word} [{self.unit}]" if self.unit else word
+
+
+def printable(text: str) -> str:
+    r"""Return text in which everything can be printed; the name of a file or a column may hold anything.
+
+    Examples
+    --------
+    >>> printable("a\udcff\nb")
+    'a\\xff b'
+    """
+    if text.isprintable():
+        return text
+    bytes_told = (f"\\x{ord(one) - 0xDC00:02x}" if "\udc80" <= one <= "\udcff" else one for one in text)
+    return "".join(one if one.isprintable() else " " for one in "".join(bytes_told))
 
 
 def typeset(unit: str) -> str:

@@ -5,11 +5,14 @@ SI of the kind of axis. Four traps of unit libraries are closed here: an angle i
 that 60 Hz is not 60 rad/s; so is a count, so that 40000 counts are not 40000 rad; a torque is not an energy,
 so that 0.04 J is refused where 0.04 N*m is meant; and ``Nm`` is read as newton metre.
 
-Units with a decimal factor are converted here, exactly; the unit library is imported for all others only.
+Units with a decimal factor are converted here, exactly; the unit library is imported for all others only. It
+evaluates what it is given, powers of powers included, so it is only given what the grammar of units allows: names
+with prefixes, ``*``, ``/``, one level of brackets, powers up to 9, in 64 characters.
 """
 
 from __future__ import annotations
 
+import math
 import numbers
 import re
 from collections.abc import Mapping
@@ -21,12 +24,29 @@ from typing import Any
 from bristle.core.errors import InputError
 from bristle.core.variable import KINDS, UNITS, Kind, Variable
 
-__all__ = ["DECIMAL_UNITS", "compatible", "convert", "factor", "is_unit", "kind_of", "quantity", "split"]
+__all__ = [
+    "DECIMAL_UNITS",
+    "LARGEST",
+    "compatible",
+    "convert",
+    "factor",
+    "is_unit",
+    "kind_of",
+    "quantity",
+    "refuse_absurd",
+    "split",
+]
 
 ENERGY_UNITS = frozenset({"joule", "calorie", "electron_volt", "british_thermal_unit", "erg", "watt_hour"})
 
 _EXAMPLE = 'Write a number and a unit, such as "7 um", "40 mN*m", "3000 rpm" or "0.5 ms"'
-_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(.*)", re.DOTALL)
+_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)(.*)", re.DOTALL)
+LONGEST_UNIT, LONGEST_NUMBER = 64, 40
+LARGEST = 1e100
+"""No quantity of an axis is larger: products of a few of them are still numbers."""
+_FACTOR = r"(?:[^\W\d_]\w*|%|1)(?:\^-?(?:[1-9](?:\.5)?|0\.5))?"
+_PRODUCT = rf"{_FACTOR}(?:[*/]{_FACTOR})*"
+_GRAMMAR = re.compile(rf"(?:{_FACTOR}|\({_PRODUCT}\))(?:[*/](?:{_FACTOR}|\({_PRODUCT}\)))*")
 _SPELLINGS = (
     (re.compile("[µμ]"), "u"),  # the micro sign and the Greek letter
     (re.compile("[·⋅×]"), "*"),
@@ -107,7 +127,9 @@ def _definitions(folder: Path) -> Any:
     return [*lines, *OWN_UNITS]
 
 
-def quantity(value: Any, variable: Variable, kind: Kind = "translational", *, path: str = "") -> float:
+def quantity(
+    value: Any, variable: Variable, kind: Kind = "translational", *, path: str = "", infinite: bool = False
+) -> float:
     """Return a value as a number in SI of the kind of axis.
 
     Parameters
@@ -120,6 +142,8 @@ def quantity(value: Any, variable: Variable, kind: Kind = "translational", *, pa
         The kind of axis.
     path : str
         Where the value stands, for the message.
+    infinite : bool
+        Whether infinity is a value, too.
 
     Returns
     -------
@@ -129,7 +153,8 @@ def quantity(value: Any, variable: Variable, kind: Kind = "translational", *, pa
     Raises
     ------
     InputError
-        If the text has no unit where one is needed, or another dimension.
+        If the text has no unit where one is needed, or another dimension; if the value is no number, or so
+        large that it cannot be one of an axis.
 
     Examples
     --------
@@ -139,11 +164,29 @@ def quantity(value: Any, variable: Variable, kind: Kind = "translational", *, pa
     if isinstance(value, bool) or not isinstance(value, (numbers.Real, str)):
         raise InputError(f"must be a number, or text with a unit ({variable.description})", path=path, value=value)
     try:
-        return float(value)
+        number = float(value)
     except OverflowError:
         raise InputError("is too large for a number", path=path, mend=_EXAMPLE) from None
     except ValueError:
-        return convert(str(value), variable.unit(kind), path=path)
+        number = convert(str(value), variable.unit(kind), path=path)
+    if not (infinite and math.isinf(number)):
+        refuse_absurd(number, path, value)
+    return number
+
+
+def refuse_absurd(number: float, path: str, value: Any = None) -> None:
+    """Refuse what is no finite number, and what is so large that no quantity of an axis is it.
+
+    Raises
+    ------
+    InputError
+        With the value as it was given.
+    """
+    if not math.isfinite(number):
+        raise InputError("must be a finite number", path=path, value=number if value is None else value)
+    if abs(number) > LARGEST:
+        raise InputError("is out of any range", path=path, value=number if value is None else value,
+                         allowed=f"up to {LARGEST:g} in SI", mend="Is the unit right?")  # fmt: skip
 
 
 def convert(text: str, unit: str, *, path: str = "") -> float:
@@ -268,7 +311,9 @@ def split(text: str, path: str = "") -> tuple[str, str]:
     >>> split("0.12 Nm / A")
     ('0.12', 'N*m/A')
     """
-    found = _NUMBER.fullmatch(text)
+    if len(text.strip()) > LONGEST_NUMBER + LONGEST_UNIT:
+        raise InputError("is too long for a number with a unit", path=path, value=text, mend=_EXAMPLE)
+    found = _NUMBER.fullmatch(text.strip())
     if not found:
         raise InputError("is not a number with a unit", path=path, value=text, mend=_EXAMPLE)
     number, rest = found.groups()
@@ -278,15 +323,21 @@ def split(text: str, path: str = "") -> tuple[str, str]:
 
 
 def _spelt(unit: str) -> str:
+    unit = unit.strip()
+    if len(unit) > LONGEST_UNIT:
+        return unit
     for pattern, plain in _SPELLINGS:
-        unit = pattern.sub(plain, unit.strip())
+        unit = pattern.sub(plain, unit)
     return unit
 
 
 @lru_cache(maxsize=512)
 def _unit(text: str) -> Any:
+    spelt = _spelt(text)
+    if spelt and (len(spelt) > LONGEST_UNIT or not _GRAMMAR.fullmatch(spelt)):
+        raise InputError("is not a unit", value=text)
     try:
-        return _registry().parse_units("" if text == "1" else text.replace("%", "percent_rated"))
+        return _registry().parse_units("" if spelt == "1" else spelt.replace("%", "percent_rated"))
     except Exception:  # noqa: BLE001  (the library's tokenizer raises what it likes on odd text)
         raise InputError("is not a unit", value=text) from None
 

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 __all__ = ["check_relations", "check_value", "coerced"]
 
+LARGEST_COUNT = 2**53  # beyond, a float tells whole numbers apart no more
+
 
 def check_relations(component: Component, parameters: Any, path: str, *, structural_only: bool = False) -> None:
     """Refuse parameters that break a relation of the component; warn of those that break an advisory one."""
@@ -47,16 +49,19 @@ def coerced(component: Component, name: str, variable: Variable, given: Any, kin
         return variable.code(given, path)
     if component.is_integer(name):
         number = units.quantity(given, variable, kind, path=path)
-        if not number.is_integer():
+        if not number.is_integer() or abs(number) > LARGEST_COUNT:
             raise InputError("must be a whole number", path=path, value=given, allowed=variable.allowed(kind))
         return int(number)
     if component.is_array(name):
         if isinstance(given, (str, bytes)) or not hasattr(given, "__len__"):
             raise InputError("must be a list of numbers", path=path, value=given)
         if isinstance(given, np.ndarray) and given.ndim == 1 and given.dtype.kind == "f":
-            return given.astype(float)
+            numbers = given.astype(float)
+            for odd in numbers[~(np.abs(numbers) <= units.LARGEST)][:1]:
+                units.refuse_absurd(float(odd), path)
+            return numbers
         return np.array([units.quantity(one, variable, kind, path=path) for one in given], dtype=float)
-    return units.quantity(given, variable, kind, path=path)
+    return units.quantity(given, variable, kind, path=path, infinite=True)
 
 
 def check_value(component: Component, name: str, variable: Variable, value: Any, kind: Kind, path: str) -> None:

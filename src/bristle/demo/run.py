@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from bristle.core.content import content_of
 from bristle.demo import axis_simulated
 from bristle.files.log import read_log
 from bristle.files.provenance import provenance
+from bristle.files.results import Results
 from bristle.identification import drive_table, identify, predict
 from bristle.report.identification import identification_report
 from bristle.report.results import write_identification
@@ -44,13 +45,13 @@ class Demonstration:
     summary: Mapping[str, object]
 
 
-def run(folder: Path, *, command: str, progress: Progress | None = None) -> Demonstration:
+def run(folder: Results, *, command: str, progress: Progress | None = None) -> Demonstration:
     """Simulate an axis, identify it, predict an unseen log, and compensate it; write all of it into `folder`.
 
     Parameters
     ----------
-    folder : Path
-        An existing, empty folder.
+    folder : Results
+        A folder of results that is being written.
     command : str
         The command that repeats it.
     progress : callable, optional
@@ -67,7 +68,7 @@ def run(folder: Path, *, command: str, progress: Progress | None = None) -> Demo
             progress(share, text)
 
     at(0.0, "running the simulated axis")
-    shutil.copyfile(axis_simulated.AXIS_FILE, folder / "axis.toml")
+    folder.write("axis.toml", Path(axis_simulated.AXIS_FILE).read_bytes())
     axis_simulated.write_log(folder / "log.csv", FITTED)
     axis_simulated.write_log(folder / "unseen.csv", UNSEEN)
     axis = axis_simulated.axis()
@@ -93,7 +94,7 @@ def run(folder: Path, *, command: str, progress: Progress | None = None) -> Demo
     )
     at(0.9, "writing the report")
     table = drive_table(best, 20)
-    source = provenance(command, log=folder / "log.csv", axis=folder / "axis.toml")
+    source = provenance(command, log=log, axis=content_of(folder / "axis.toml"))
     summary = identification_summary(
         found, table=table, simulation=simulation, prediction=prediction, provenance=source
     ) | {"simulated": True}

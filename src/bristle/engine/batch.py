@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from bristle.core.contracts import Model
-from bristle.core.cores import core_count
+from bristle.core.cores import Abreast, core_count
 from bristle.core.errors import InputError
 from bristle.core.packing import LANES, is_scalar, pack, structure_of
 from bristle.core.status import Status
@@ -91,7 +90,7 @@ def run_batch(
         for first in firsts:
             work(first)
     else:
-        with ThreadPoolExecutor(cores) as pool:
+        with Abreast(cores) as pool:
             list(pool.map(work, firsts))
     return batch.trace(dt)
 

@@ -14,10 +14,12 @@ import itertools
 import os
 import pickle
 import re
+import stat
 import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from contextvars import ContextVar
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -28,29 +30,33 @@ from bristle.core.errors import InputError
 from bristle.core.exponent import in_bits
 from bristle.core.fingerprint import fingerprint
 from bristle.core.kernel import activate, kernel_options
+from bristle.core.locks import COMPILING
 
 __all__ = ["cache_folder", "compiled", "compiled_count", "interpreted", "is_interpreted"]
 
-_interpreted = False
+_interpreted = ContextVar("interpreted", default=False)
 _entries: dict[tuple[str, tuple[Any, ...]], Callable[..., Any]] = {}
 _compiled: list[str] = []
 KEEP_DAYS = 30.0
+_OWN = re.compile(r"-[0-9a-f]{16}\.bin$|\.partial$")
 
 
 def is_interpreted() -> bool:
     """Return whether entries run as plain Python: inside `interpreted`, or with NUMBA_DISABLE_JIT set."""
-    return _interpreted or os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
+    return _interpreted.get() or os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0")
 
 
 @contextlib.contextmanager
 def interpreted() -> Iterator[None]:
-    """Run every entry as plain Python inside this block: the same functions, for study and for tests of parity."""
-    global _interpreted  # noqa: PLW0603
-    before, _interpreted = _interpreted, True
+    """Run every entry as plain Python inside this block: the same functions, for study and for tests of parity.
+
+    It holds for the thread or the task that is in the block, and for what works for it, and for no other.
+    """
+    before = _interpreted.set(True)
     try:
         yield
     finally:
-        _interpreted = before
+        _interpreted.reset(before)
 
 
 def compiled_count() -> int:
@@ -73,7 +79,9 @@ def cache_folder() -> Path | None:
     root = Path(given) if given else Path(platformdirs.user_cache_dir("bristle", appauthor=False))
     folder = root / f"{sys.implementation.cache_tag}-numba-{numba.__version__}"
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        if not _is_own(folder):
+            return None
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError:
@@ -81,12 +89,24 @@ def cache_folder() -> Path | None:
     return folder
 
 
+def _is_own(folder: Path) -> bool:
+    """Return whether nobody else can write there: what lies in the cache is run."""
+    if not hasattr(os, "getuid"):
+        return True
+    found = folder.lstat()
+    if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid():
+        return False
+    if found.st_mode & 0o022:
+        folder.chmod(0o700)
+    return True
+
+
 def _forget_old(folder: Path) -> None:
-    """Remove what nobody has used for a month."""
+    """Remove what nobody has used for a month, of what was written here and nothing else."""
     limit = time.time() - 86400.0 * KEEP_DAYS
     for file in folder.iterdir():
         with contextlib.suppress(OSError):
-            if file.stat().st_mtime < limit:
+            if _OWN.search(file.name) and file.stat().st_mtime < limit:
                 file.unlink()
 
 
@@ -114,9 +134,12 @@ def compiled(
         return make()
     key = (name, parts)
     if key not in _entries:
-        function = make()
-        code = fingerprint(function, *parts, *_MACHINERY)
-        _entries[key] = _compile(name, function, signature, code, parts, interleaved)
+        # Compiling changes what holds for the whole process, numbers and options: one entry at a time.
+        with COMPILING:
+            if key not in _entries:
+                function = make()
+                code = fingerprint(function, *parts, *_MACHINERY)
+                _entries[key] = _compile(name, function, signature, code, parts, interleaved)
     return _entries[key]
 
 

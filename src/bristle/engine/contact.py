@@ -29,12 +29,22 @@ class Contact:
         self.x = 0.0
         self._part = Part(model)
         self._memory = model.component.new_memory(model.parameters)
-        self._entry = compiled(
+        self._entry = self._ready()
+
+    def _ready(self) -> Any:
+        return compiled(
             f"force_along-{self._part.key}",
             lambda: entries.make_force_along(*self._part.structures),
             "aaaaaaafa",
             self._part.functions,
         )
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name != "_entry"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update(state)
+        self._entry = self._ready()
 
     @property
     def state(self) -> np.ndarray:

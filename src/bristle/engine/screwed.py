@@ -22,7 +22,6 @@ which it would turn around ends with it at rest: what its friction takes is what
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
 from typing import Any, NamedTuple
 
 from bristle.core import dispatch
@@ -31,6 +30,7 @@ from bristle.core.dispatch import friction_commit, friction_trial
 from bristle.core.errors import InputError
 from bristle.core.kernel import kernel
 from bristle.core.motion import Motion
+from bristle.core.once import once
 from bristle.engine.efim import Start, evaluate, is_set_valued, solve
 from bristle.friction import viscous
 
@@ -154,13 +154,16 @@ class ScrewedModel(FrictionModel):
     motor: FrictionModel
     table: FrictionModel
 
+    def _made_by(self) -> tuple[Any, tuple[Any, ...]]:
+        return _screwed, (self.motor, self.table)
+
     def initial_state(self, parameters: Screwed) -> State:
         """Return the virgin state, the table at rest at 0."""
         motor, table = self.motor.initial_state(parameters.motor), self.table.initial_state(parameters.table)
         return State(0.0, 0.0, 0.0, motor, table)
 
 
-@cache
+@once
 def _screwed(motor: FrictionModel, table: FrictionModel) -> ScrewedModel:
     return ScrewedModel(
         name=f"{motor.name} | {table.name}",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from types import ModuleType
@@ -12,13 +11,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.core.axis import Axis
+from bristle.core.content import Readable
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.typography import with_unit
 from bristle.core.units import quantity
 from bristle.core.variable import Variable, unit_of
 from bristle.excitation import break_away, damping, presliding, stribeck
-from bristle.excitation.motion import Motion, Piece
+from bristle.excitation.motion import Motion, Piece, length_of
 from bristle.excitation.prior import Prior, prior_of
 from bristle.excitation.rehearsal import Rehearsal, rehearse
 from bristle.excitation.room import Room, room_of
@@ -29,7 +29,9 @@ DURATION, LEAST = 60.0, 2.0  # [s]
 SAMPLES_MOST = 5_000_000
 DRAWS = 100
 SAMPLE_TIME = 1e-3  # where the axis file has none
-LATE = 1.1  # of the duration asked for: beyond, it is said
+LEAVES_FIRST = ("damping", "break-away", "presliding", "stribeck")  # where there is no time for all
+LATE = 1.001  # of the duration asked for, that a motion may take
+ROUNDS = 3  # to come down to the time that a motion may take
 TIME = Variable("time", "duration")
 TRAVEL = Variable("length", "distance within which the motion stays")
 
@@ -81,15 +83,15 @@ class Excitation:
 
 
 def excite(
-    axis: Axis | str | os.PathLike[str], *, duration: float | str | None = None, travel: float | str | None = None,
+    axis: Axis | Readable | dict[str, Any], *, duration: float | str | None = None, travel: float | str | None = None,
     purposes: Sequence[str] | str | None = None, model: Any = None, rehearsed: bool = True,
-    draws: int = DRAWS, progress: Progress | None = None,
+    draws: int = DRAWS, allow_code: bool = False, progress: Progress | None = None,
 ) -> Excitation:  # fmt: skip
     """Return the motion to run on an axis so that its friction can be identified from the log.
 
     Parameters
     ----------
-    axis : Axis or path-like
+    axis : Axis, path-like, bytes, file object or dict
         Its limits, encoder, sample time and pre-sliding distance, or the file that says them.
     duration : float or str, optional
         How long it may take [s], or text such as ``"60 s"``; 60 s by default.
@@ -103,6 +105,8 @@ def excite(
         Whether to run the motion on the prior and identify it from that.
     draws : int
         Simulated logs for the 95 % intervals of that identification; 0 for none.
+    allow_code : bool
+        Whether a model of a person's own that the model file names may run without having been allowed before.
     progress : callable, optional
         Called with the share done and what comes next.
 
@@ -123,17 +127,17 @@ def excite(
     seconds = quantity(DURATION if duration is None else duration, TIME, path="duration")
     if not LEAST <= seconds < math.inf:
         raise InputError("out of range", path="duration", value=duration, allowed=f"at least {LEAST:g} s")
-    prior = prior_of(axis, *_mechanism(model, axis))
+    prior = prior_of(axis, *_mechanism(model, axis, allow_code))
     sample_time = axis.sample_time or SAMPLE_TIME
     if seconds / sample_time > SAMPLES_MOST:
         raise InputError(f"asks for more than {SAMPLES_MOST} samples", path="duration", value=duration,
                          mend="Record it in parts")  # fmt: skip
     room = room_of(axis, prior, sample_time, _travel(travel, axis))
     chosen, notes = _chosen(purposes, room)
-    pieces = _pieces(chosen, room, seconds - Motion.rest)
+    pieces, left_out = _in_time(chosen, room, seconds - Motion.rest, may_drop=purposes is None)
     start = 0.5 * sum(axis.stroke) if axis.stroke else 0.0
     motion = Motion(tuple(pieces), sample_time, axis.kind, start)
-    notes += _told(motion, axis, seconds, prior)
+    notes += left_out + _told(motion, axis, prior)
     _keep(motion, room)
     found = Excitation(motion, axis, room, prior, tuple(notes))
     if not rehearsed:
@@ -145,27 +149,23 @@ def excite(
 
 
 def _axis(axis: Any) -> Axis:
-    if isinstance(axis, (str, os.PathLike)):
-        from bristle.files.axis import read_axis
+    if isinstance(axis, Axis):
+        return axis
+    from bristle.files.axis import read_axis
 
-        return read_axis(axis)
-    if not isinstance(axis, Axis):
-        raise InputError("must be an axis or its file", path="axis", value=axis, mend='Write excite("axis.toml")')
-    return axis
+    return read_axis(axis)
 
 
-def _mechanism(model: Any, axis: Axis) -> tuple[Model | None, Model | None]:
+def _mechanism(model: Any, axis: Axis, allow_code: bool) -> tuple[Model | None, Model | None]:
     if model is None:
         return None, None
-    if isinstance(model, (str, os.PathLike)):
-        from bristle.files.model import read_model
-
-        found = read_model(model)
-        plant, friction = found.plant, found.friction
-    elif isinstance(model, Model):
+    if isinstance(model, Model):
         plant, friction = None, model
     else:
-        raise InputError("must be a friction model or a model file", path="model", value=model)
+        from bristle.files.model import read_model
+
+        found = read_model(model, allow_code=allow_code)
+        plant, friction = found.plant, found.friction
     if friction.kind != axis.kind:
         raise InputError(f"is one of a {friction.kind} axis", path="model", value=friction.name,
                          allowed=f"a model of a {axis.kind} axis")  # fmt: skip
@@ -201,6 +201,45 @@ def _names(purposes: Sequence[str] | str) -> list[str]:
     return names
 
 
+def _in_time(chosen: list[str], room: Room, seconds: float, *, may_drop: bool) -> tuple[list[Piece], list[str]]:
+    """Return pieces that take no longer than they may [s], and what was left out for that.
+
+    Raises
+    ------
+    InputError
+        If what is asked for takes longer.
+    """
+    notes: list[str] = []
+    while True:
+        made = _as_short_as(seconds, chosen, room)
+        takes = length_of(made)
+        if takes <= seconds * LATE:
+            return made, notes
+        if len(chosen) == 1 or not may_drop:
+            raise InputError(
+                f"is too short: a motion for {', '.join(chosen)} takes {takes + Motion.rest:.3g} s on this axis, any "
+                "faster it would not show enough", path="duration", value=f"{seconds + Motion.rest:.3g} s",
+                mend="Give it that time, or ask for less",
+            )  # fmt: skip
+        first = next(name for name in LEAVES_FIRST if name in chosen)
+        notes.append(f"no {first} ({PURPOSES[first].tells}): with it the motion takes {takes + Motion.rest:.3g} s")
+        chosen = [name for name in chosen if name != first]
+
+
+def _as_short_as(seconds: float, chosen: list[str], room: Room) -> list[Piece]:
+    """Return pieces that take no longer than this [s], or those that take the least."""
+    asked = seconds
+    made = _pieces(chosen, room, asked)
+    for _ in range(ROUNDS):
+        takes = length_of(made)
+        if takes <= seconds * LATE:
+            break
+        asked *= seconds / takes
+        again = _pieces(chosen, room, asked)
+        made = min(made, again, key=length_of)
+    return made
+
+
 def _pieces(chosen: Sequence[str], room: Room, seconds: float) -> list[Piece]:
     """Return the pieces of all purposes; what one does not use of its share goes to those after it."""
     left, share_left, found = seconds, sum(PURPOSES[name].share for name in chosen), []
@@ -215,7 +254,7 @@ def _pieces(chosen: Sequence[str], room: Room, seconds: float) -> list[Piece]:
     return sorted(found, key=lambda one: chosen.index(one.purpose))
 
 
-def _told(motion: Motion, axis: Axis, seconds: float, prior: Prior) -> list[str]:
+def _told(motion: Motion, axis: Axis, prior: Prior) -> list[str]:
     notes = []
     if axis.sample_time is None:
         notes.append(
@@ -227,10 +266,6 @@ def _told(motion: Motion, axis: Axis, seconds: float, prior: Prior) -> list[str]
         )
     else:
         notes.append("it begins at position 0: add the position at which your axis stands")
-    if motion.duration > LATE * seconds:
-        notes.append(
-            f"it takes {motion.duration:.3g} s instead of {seconds:.3g} s: any faster, its legs would not show enough"
-        )
     if prior.assumed:
         notes.append(f"assumed for the rehearsal, as nothing says it: {', '.join(prior.assumed)}")
     return notes

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from bristle.core.contracts import Model
+from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind
 
 __all__ = ["Motion", "Piece", "in_time", "length_of"]

@@ -69,7 +69,7 @@ def pieces(room: Room, seconds: float) -> list[Piece]:
         return [conditioning(room, "presliding"), loops, *pairs]
 
     found = in_time(make, seconds, slowest, 1e-3 * slowest, fastest)
-    if found[-1].speed < slowest:
+    if found[-1].speed < slowest <= (room.velocity or math.inf):
         cycles = 2 * max(round(slowest / found[-1].speed), 1)
         found = in_time(make, seconds, slowest, 1e-3 * slowest, fastest)
     return found

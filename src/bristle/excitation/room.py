@@ -13,6 +13,7 @@ from bristle.excitation.prior import Prior, effort_limit
 
 __all__ = ["Room", "room_of"]
 
+LEAST = 1e-9  # m, rad, and their derivatives: no axis moves by less
 MARGIN = 0.9  # of a limit that is used: the loop overshoots
 EFFORT_SHARE = 0.5  # of the largest effort that may accelerate, where no limit of the acceleration is given
 CORNER = 0.1  # of a slow leg, that its corners take: a jump of the velocity would shake the axis
@@ -83,6 +84,13 @@ def room_of(axis: Axis, prior: Prior, sample_time: float, travel: float | None) 
     InputError
         If the axis has less room than is asked for.
     """
+    for what, value in (
+        ("travel", travel), ("limits.velocity", axis.velocity_limit), ("limits.acceleration", axis.acceleration_limit),
+        ("limits.jerk", axis.jerk_limit), ("limits.stroke", axis.stroke and axis.stroke[1] - axis.stroke[0]),
+    ):  # fmt: skip
+        if value is not None and value < LEAST:
+            raise InputError("is too small for a motion", path=what, value=value, allowed=f">= {LEAST:g} in SI",
+                             mend="Is the unit right?")  # fmt: skip
     stroke = axis.stroke[1] - axis.stroke[0] if axis.stroke else None
     if travel is not None and stroke is not None and travel > stroke:
         raise InputError(

@@ -3,6 +3,10 @@
 Every figure is readable in grey: lines differ in lightness and dashes and markers in shape, besides their colour.
 """
 
+from bristle.figures import loading  # noqa: F401  (before all others: with it matplotlib is imported)
+
+# isort: split
+
 from bristle.figures.break_away import break_away
 from bristle.figures.circles import circles
 from bristle.figures.closure import closure

@@ -10,8 +10,12 @@ from matplotlib.figure import Figure
 from bristle.core.variable import Kind
 from bristle.figures import style
 from bristle.figures.labels import effort_scale, position_word, scale_for
+from bristle.figures.legends import LINE, lines
+from bristle.figures.names import label
 
 __all__ = ["break_away"]
+
+COLUMNS, HANDLE = 3, 1.8  # of the legend
 
 
 @style.styled
@@ -34,11 +38,12 @@ def break_away(
     """
     length = scale_for("length", kind, *(x for x, _ in traces.values()))
     force, word = effort_scale(effort or kind, *(f for _, f in traces.values()))
-    figure, ((axes,),) = style.panels(3.4)
+    more = LINE * (lines(["the paper", *map(label, traces)], COLUMNS, HANDLE) - 1)
+    figure, ((axes,),) = style.panels(3.4 + more, top=0.32 + more)
     axes.axvline(said * length.factor, color=style.GREY, linewidth=1.0, linestyle=(0, (1, 2)), label="the paper")
     for (name, (x, f)), look in zip(traces.items(), style.SERIES, strict=False):
         line = {key: value for key, value in look.items() if key != "marker"}
-        axes.plot(x * length.factor, f * force.factor, label=name, **line)
+        axes.plot(x * length.factor, f * force.factor, label=label(name), **line)
         at = reached[name]
         if np.isnan(at):
             continue
@@ -49,5 +54,5 @@ def break_away(
     axes.set_ylim(0.0, None)
     axes.set_xlabel(length.label(position_word(kind)))
     axes.set_ylabel(force.label(f"Friction {word.lower()}"))
-    style.legend(axes, 5, handle=1.8)
+    style.legend(axes, COLUMNS, handle=HANDLE)
     return figure

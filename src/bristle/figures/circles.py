@@ -10,8 +10,10 @@ from matplotlib.figure import Figure
 
 from bristle.core.typography import number
 from bristle.figures import style
+from bristle.figures.drawing import Drawing
 from bristle.figures.envelope import line
 from bristle.figures.labels import scale_for
+from bristle.figures.names import label, shortened_apart
 
 if TYPE_CHECKING:
     from bristle.core.variable import Kind
@@ -21,6 +23,8 @@ __all__ = ["circles"]
 
 HEIGHT = 4.6
 LABELS = 0.25 * np.pi  # where the numbers of the radius stand
+HANDLE = 0.4  # of the legend [inch]
+FULL = 5  # lines of it
 ROOM = 1.0  # from the centre of the picture to the smallest deviation, in spans of the deviation
 
 
@@ -39,7 +43,7 @@ def circles(found: Sequence[Circle], kind: Kind) -> Figure:
     lowest, highest = (scale.factor * pick([pick(one.deviation) for one in found]) for pick in (np.min, np.max))
     low, high = min(float(lowest), 0.0), max(float(highest), 0.0)
     span = max(high - low, 1e-12)
-    figure = Figure(figsize=(style.WIDTH, HEIGHT))
+    figure = Drawing(figsize=(style.WIDTH, HEIGHT))
     round_: Any = figure.add_axes((0.06, 0.09, 0.44, 0.76), projection="polar")
     unrolled = figure.add_axes((0.63, 0.13, 0.355, 0.7))
     turn = np.linspace(0.0, 2.0 * np.pi, 200)
@@ -47,7 +51,7 @@ def circles(found: Sequence[Circle], kind: Kind) -> Figure:
     for look, one in zip(style.SERIES, found, strict=False):
         drawn = {key: look[key] for key in ("color", "linestyle", "linewidth")}
         angle, deviation = line(one.angle, one.deviation)
-        round_.plot(angle, deviation * scale.factor, label=one.variant, **drawn)
+        round_.plot(angle, deviation * scale.factor, label=label(one.variant), **drawn)
         unrolled.plot(np.degrees(angle), deviation * scale.factor, **drawn)
     round_.set_ylim(low - ROOM * span, high + 0.05 * span)
     step = float(f"{0.4 * span:.1g}")
@@ -64,8 +68,9 @@ def circles(found: Sequence[Circle], kind: Kind) -> Figure:
     unrolled.set_xlabel("Angle [°]; an axis reverses at each tick")
     unrolled.set_ylabel(scale.label("Deviation"))
     handles, labels = round_.get_legend_handles_labels()
+    room = style.WIDTH * unrolled.get_position().width - HANDLE
     unrolled.legend(
-        handles, labels, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=1, frameon=False, handlelength=2.2,
-        borderpad=0.1, borderaxespad=0.2,
+        handles, shortened_apart(labels, room), loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=1, frameon=False,
+        handlelength=2.2, borderpad=0.1, borderaxespad=0.2, labelspacing=0.5 if len(labels) < FULL else 0.3,
     )  # fmt: skip
     return figure

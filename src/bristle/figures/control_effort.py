@@ -60,6 +60,6 @@ def control_effort(
         whole.set_ylabel(scale.label(f"Driving {word.lower()}"))
         near.tick_params(labelleft=False)
         style.mark_window(whole, np.array(close))
-        whole.set_title(name)
+        style.title(whole, name)
         near.set_title("close up")
     return figure

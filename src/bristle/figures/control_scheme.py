@@ -12,6 +12,8 @@ from matplotlib.patches import Circle, FancyArrowPatch, FancyBboxPatch
 from bristle.core.typography import number, typeset, with_unit
 from bristle.core.variable import unit_of
 from bristle.figures import style
+from bristle.figures.drawing import Drawing
+from bristle.figures.names import shortened
 
 if TYPE_CHECKING:
     from bristle.core.contracts import Model
@@ -22,6 +24,7 @@ __all__ = ["control_scheme"]
 WIDTH, HEIGHT = 100.0, 62.0
 LINE = 8.0  # points
 SHOWN = 6  # lines in a block
+BOLDER = 1.12  # times as wide
 GREEK = {"lambda": "λ", "phi": "φ"}
 
 
@@ -65,7 +68,7 @@ def control_scheme(variant: Variant) -> Figure:
     variant : Variant
         The loop: every block and every number is read from it.
     """
-    figure = Figure(figsize=(style.WIDTH, style.WIDTH * HEIGHT / WIDTH))
+    figure = Drawing(figsize=(style.WIDTH, style.WIDTH * HEIGHT / WIDTH))
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set_xlim(0.0, WIDTH)
     axes.set_ylim(0.0, HEIGHT)
@@ -169,9 +172,12 @@ def _draw(axes: Axes, block: Block) -> None:
     step = min(2.7, (block.height - 1.5) / (len(lines) + 1.0))
     middle = block.x + 0.5 * block.width
     top = block.y + 0.5 * block.height + 0.5 * step * len(lines)
-    axes.text(middle, top, block.title, fontsize=LINE, fontweight="bold", ha="center", va="center")
+    room = (block.width - 1.0) * style.WIDTH / WIDTH
+    title = shortened(block.title, room / BOLDER, LINE)
+    axes.text(middle, top, title, fontsize=LINE, fontweight="bold", ha="center", va="center")
     for index, line in enumerate(lines):
-        axes.text(middle, top - step * (index + 1), line, fontsize=LINE - 1.0, ha="center", va="center")
+        told = shortened(line, room, LINE - 1.0)
+        axes.text(middle, top - step * (index + 1), told, fontsize=LINE - 1.0, ha="center", va="center")
 
 
 def _arrow(axes: Axes, path: list[tuple[float, float]], label: str = "", *, first: bool = False) -> None:

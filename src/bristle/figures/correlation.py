@@ -9,6 +9,7 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
 from bristle.figures import style
+from bristle.figures.names import shortened_apart
 
 if TYPE_CHECKING:
     from bristle.identification.result import Fit
@@ -18,6 +19,7 @@ __all__ = ["correlation"]
 # Lightness carries the size of a correlation and the number in the cell its sign, so grey loses nothing.
 SHADES = LinearSegmentedColormap.from_list("strength", ["#ffffff", "#cfe0f0", "#5b8fc0", "#0b3c6f"])
 LIGHT_TEXT_ABOVE = 0.6
+LONGEST = 1.6  # inches: a name at an axis
 SLOPE = 0.7  # height of a slanted name over its length, the height of its letters included
 
 
@@ -30,9 +32,10 @@ def correlation(fit: Fit) -> Figure:
     fit : Fit
         A model with the correlation of its estimates.
     """
-    names, matrix = fit.correlation_names, np.asarray(fit.correlation)
+    matrix = np.asarray(fit.correlation)
+    names = shortened_apart(fit.correlation_names, LONGEST, style.AT_AXES)
     count = len(names)
-    room = style.room_for(names)
+    room = min(style.room_for(names), LONGEST)
     left = 0.5 + room
     cell = min(0.62, (style.WIDTH - left - 0.15) / count)
     slanted = room > cell

@@ -49,13 +49,12 @@ def error_distribution(
         axes.stairs(shares[name], edges, fill=True, color="#9db6d0", label="_bars")
         axes.stairs(shares[name], edges, color=style.PREDICTED["color"], linewidth=0.9, label="_outline")
         axes.axvline(mean, color=style.INK, linewidth=1.2, linestyle="--", label="mean")
-        axes.set_title(name)
+        style.title(axes, name)
         axes.set_ylim(0.0, top)
         axes.set_xlabel(length.label("Following error"))
         if place:
             axes.tick_params(labelleft=False)
         else:
             axes.set_ylabel("Share of the samples [%]")
-    handles = row[0].get_legend_handles_labels()
-    figure.legend(*handles, loc="upper left", ncols=2, frameon=False, handlelength=2.2, columnspacing=1.4)
+    style.legend_in_corner(figure, row[0])
     return figure

@@ -9,9 +9,12 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
 from bristle.figures import style
+from bristle.figures.legends import LINE, lines
+from bristle.figures.names import label
 
 __all__ = ["error_over_count"]
 
+FLOOR = "scatter of the rig"
 ASIDE = (0.96, 1.0, 1.04, 0.92, 1.08)  # factors on the counts, so that ranges stand beside each other
 
 
@@ -32,13 +35,14 @@ def error_over_count(
     count_name, error_name : str
         What stands at the axes.
     """
-    figure, ((axes,),) = style.panels(3.3)
+    more = LINE * (lines([*map(label, errors), FLOOR]) - 1)
+    figure, ((axes,),) = style.panels(3.3 + more, top=0.32 + more)
     for (name, found), look, aside in zip(errors.items(), style.SERIES, ASIDE, strict=False):
         known = np.isfinite(found).any(axis=1)
         at, rows = aside * np.asarray(counts)[known], found[known]
-        axes.plot(at, rows.mean(axis=1), label=name, markersize=4.0, **look)
+        axes.plot(at, rows.mean(axis=1), label=label(name), markersize=4.0, **look)
         axes.vlines(at, rows.min(axis=1), rows.max(axis=1), color=look["color"], linewidth=0.8)
-    axes.axhline(floor, color=style.GREY, linewidth=1.0, linestyle=(0, (1, 2)), label="scatter of the rig")
+    axes.axhline(floor, color=style.GREY, linewidth=1.0, linestyle=(0, (1, 2)), label=FLOOR)
     axes.set_xscale("log")
     axes.set_xticks(list(counts), [str(one) for one in counts])
     axes.xaxis.set_minor_formatter(NullFormatter())

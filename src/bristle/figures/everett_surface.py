@@ -63,5 +63,5 @@ def everett_surface(operator: Model, extent: float) -> Figure:
     section.set_xlabel(length.label("α − β"))
     section.set_ylabel(scale.label("E"))
     section.set_title(length.label("(α + β)/2"))
-    style.legend(section, len(SHARES), handle=1.6)
+    style.legend(section, len(SHARES), handle=1.2)
     return figure

@@ -15,6 +15,8 @@ from bristle.figures import style
 from bristle.figures.effort_over_time import window
 from bristle.figures.envelope import line
 from bristle.figures.labels import effort_scale, position_word, scale_for, time_scale
+from bristle.figures.legends import LINE, lines
+from bristle.figures.names import label
 
 if TYPE_CHECKING:
     from bristle.core.experiment import Variant
@@ -40,8 +42,8 @@ class _Loop(NamedTuple):
 
     @property
     def name(self) -> str:
-        """The name for the legend, which hides names that begin with an underscore."""
-        return f"‘{self.variant}’" if self.variant.startswith("_") else self.variant
+        """The name for the legend."""
+        return label(self.variant)
 
     def between(self, begin: float, end: float) -> _Loop:
         """Return the loop between two times [s]."""
@@ -66,9 +68,12 @@ def following_error(result: SimulationResult, focus: Sequence[str] = ()) -> Figu
     near = [loop for loop in loops if loop.variant in focus] or loops
     rows = 4 if len(near) == len(loops) else 5
     undivided = [row for row in range(rows) if row != rows - 3]
+    # More names than a line takes stand at the top, where room can be made for them.
+    told = lines([loop.name for loop in loops])
+    above = LINE * told if told > 1 else 0.0
     figure, grid = style.panels(
-        1.7 * rows, rows=rows, columns=2, heights=(0.6, *(1.2,) * (rows - 2), 1.0), widths=(3.2, 1.0),
-        undivided=undivided, between=0.2,
+        1.7 * rows + above, rows=rows, columns=2, heights=(0.6, *(1.2,) * (rows - 2), 1.0), widths=(3.2, 1.0),
+        undivided=undivided, between=0.2, top=0.32 + above,
     )  # fmt: skip
     motion, *all_, whole, close, effort = (row[0] for row in grid)
     spread = grid[-3][1]
@@ -79,9 +84,9 @@ def following_error(result: SimulationResult, focus: Sequence[str] = ()) -> Figu
     _draw_close_up(close, whole, near, result.experiment.kind)
     _draw_distributions(spread, near, scale)
     spread.set_ylim(whole.get_ylim())
-    style.legend((all_ or [whole])[0])
+    style.legend((all_ or [whole])[0], top=told > 1)
     if all_:
-        whole.set_title(" and ".join(loop.name for loop in near) + " only")
+        style.title(whole, " and ".join(loop.name for loop in near) + " only")
     return figure
 
 

@@ -49,8 +49,7 @@ def marked_path(
         )  # fmt: skip
         _write_letters(axes, x[places], force[places], letters)
         axes.margins(x=0.08)
-    handles = figure.axes[0].get_legend_handles_labels()
-    figure.legend(*handles, loc="upper left", ncols=2, frameon=False, handlelength=2.2, columnspacing=1.4)
+    style.legend_in_corner(figure, figure.axes[0])
     return figure
 
 

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
 from bristle.figures import style
+from bristle.figures.names import shortened_apart
 
 if TYPE_CHECKING:
     from bristle.identification.result import Identification
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["model_comparison"]
 
 APART = 3.0  # times: errors farther apart are shown on a logarithmic scale, or those of good models fall into one
+LONGEST = 2.8  # inches: a name at the axis
 TICKS = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0)
 
 
@@ -30,7 +32,8 @@ def model_comparison(identification: Identification) -> Figure:
         Models fitted to one log, best first.
     """
     fits = identification.fits
-    left = max(0.4 + style.room_for([fit.name for fit in fits]), 1.0)
+    models = shortened_apart([fit.name for fit in fits], LONGEST, style.AT_AXES)
+    left = max(0.4 + min(style.room_for(models), LONGEST), 1.0)
     figure, ((axes,),) = style.panels(0.85 + 0.34 * len(fits), left=left)
     one = "log" if any(fit.held_out is not None and fit.held_out.of == "logs" for fit in fits) else "block"
     names = {"blocks": f"held-out {one}", "mean": f"mean of the {one}s", "fitted": "all of it, fitted"}
@@ -49,7 +52,7 @@ def model_comparison(identification: Identification) -> Figure:
             fit.error_percent, row, linestyle="none", marker="D", fillstyle="none", color=style.INK,
             label=names.pop("fitted", "_"),
         )  # fmt: skip
-    axes.set_yticks(range(len(fits)), [fit.name for fit in fits])
+    axes.set_yticks(range(len(fits)), models)
     axes.set_ylim(len(fits) - 0.5, -0.5)
     scale = _scale(axes)
     axes.tick_params(axis="y", length=0)

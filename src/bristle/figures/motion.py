@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator, StrMethodFormatter
 
 from bristle.figures import style
 from bristle.figures.envelope import line
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["expected", "motion"]
 
 ROW = 1.55  # inches
+TICKS = (1.0, 2.0, 5.0)
 
 
 @style.styled
@@ -73,6 +75,10 @@ def expected(planned: Motion, friction: np.ndarray) -> Figure:
             np.abs(points[:, 0]) * scale.factor, np.abs(points[:, 1]) * force.factor, linestyle="none",
             marker=".", markersize=3.0, color=style.PREDICTED["color"],
         )  # fmt: skip
+        # Plain numbers: the powers of ten that matplotlib writes are mathematics, which a page shows as it stands.
+        row[0].xaxis.set_major_locator(LogLocator(subs=TICKS))
+        row[0].xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        row[0].xaxis.set_minor_locator(NullLocator())
         row[0].set_xlabel(scale.label("Speed"))
         row[0].set_ylabel(force.label(f"Friction {word.lower()}"))
     return figure

@@ -12,6 +12,7 @@ from matplotlib.ticker import FuncFormatter, NullLocator
 from bristle.core.normal import NORMAL_95
 from bristle.core.typography import number, scale_of
 from bristle.figures import style
+from bristle.figures.names import shortened_apart
 
 if TYPE_CHECKING:
     from bristle.identification.result import Estimate, Fit
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 __all__ = ["parameters"]
 
 LINEAR_BELOW = 1.0  # percent
+LONGEST = 1.6  # inches: a name at the axis
 TICKS = (-100.0, -10.0, -1.0, 0.0, 1.0, 10.0, 100.0)
 EDGES = (2.0, 20.0, 200.0)  # percent: an interval wider than the last ends in an arrow
 
@@ -34,9 +36,9 @@ def parameters(fit: Fit) -> Figure:
     """
     estimates = fit.estimates
     height = 0.78 + 0.26 * len(estimates)
-    figure, ((axes,),) = style.panels(
-        height, left=max(0.5 + style.room_for([one.name for one in estimates]), 1.15), right=2.35, top=0.24
-    )
+    names = shortened_apart([one.name for one in estimates], LONGEST, style.AT_AXES)
+    left = max(0.5 + min(style.room_for(names), LONGEST), 1.15)
+    figure, ((axes,),) = style.panels(height, left=left, right=2.35, top=0.24)
     axes.set_xscale("symlog", linthresh=LINEAR_BELOW, linscale=0.8)
     edge = _edge(estimates)
     axes.set_xlim(-edge, edge)
@@ -47,7 +49,7 @@ def parameters(fit: Fit) -> Figure:
             _in_words(estimate), (1.0, row), xycoords=("axes fraction", "data"), xytext=(8, 0),
             textcoords="offset points", va="center", fontsize=8,
         )  # fmt: skip
-    axes.set_yticks(range(len(estimates)), [estimate.name for estimate in estimates])
+    axes.set_yticks(range(len(estimates)), names)
     axes.set_xticks([tick for tick in TICKS if abs(tick) <= edge])
     axes.xaxis.set_minor_locator(NullLocator())
     axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:+g}".replace("-", "−") if x else "0"))

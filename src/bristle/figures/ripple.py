@@ -10,9 +10,13 @@ from matplotlib.figure import Figure
 from bristle.core.variable import Kind
 from bristle.figures import style
 from bristle.figures.labels import effort_scale, position_word, scale_for, time_scale
+from bristle.figures.lettering import width
+from bristle.figures.names import LETTERS
 from bristle.figures.small_multiples import FIRST, LAST
 
 __all__ = ["ripple"]
+
+BETWEEN = 0.45  # inches: panels
 
 
 @style.styled
@@ -43,7 +47,7 @@ def ripple(
     scale, word = effort_scale(effort or kind, driving)
     length = scale_for("length", kind, *(x for x, _ in traces.values()))
     figure, ((above,), below) = style.panels(
-        4.7, rows=2, columns=len(traces), heights=(0.75, 1.0), undivided=(0,), between=0.45, top=0.4
+        4.7, rows=2, columns=len(traces), heights=(0.75, 1.0), undivided=(0,), between=BETWEEN, top=0.4
     )
     span = time_scale(time)
     above.plot(time * span.factor, driving * scale.factor, color=style.INK, linewidth=1.0)
@@ -52,17 +56,19 @@ def ripple(
     level = [f * scale.factor for _, f in traces.values()]
     low, high = min(float(f.min()) for f in level), max(float(f.max()) for f in level)
     room = 0.06 * (high - low)
+    under = length.label(f"{position_word(kind)}, from the first cycle on")
+    if width(under, LETTERS) > style.panel_width(len(traces), BETWEEN):
+        under = length.label(position_word(kind))
     for place, (axes, (name, (x, _)), torque) in enumerate(zip(below, traces.items(), level, strict=True)):
         moved = x * length.factor
         axes.plot(moved[: cycle + 1], torque[: cycle + 1], label="first cycle", **FIRST)
         axes.plot(moved[cycle:], torque[cycle:], label="later cycles", **LAST)
-        axes.set_title(titles[name])
+        style.title(axes, titles[name], name)
         axes.set_ylim(low - room, high + room)
-        axes.set_xlabel(length.label(f"{position_word(kind)}, from the first cycle on"))
+        axes.set_xlabel(under)
         if place:
             axes.tick_params(labelleft=False)
         else:
             axes.set_ylabel(scale.label(f"Friction {word.lower()}"))
-    handles = below[0].get_legend_handles_labels()
-    figure.legend(*handles, loc="upper left", ncols=2, frameon=False, handlelength=2.2, columnspacing=1.4)
+    style.legend_in_corner(figure, below[0])
     return figure

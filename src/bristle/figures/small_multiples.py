@@ -70,7 +70,7 @@ def force_over_position(
     for unused in places[len(traces) :]:
         unused.remove()
     for index, (axes, name) in enumerate(zip(places, traces, strict=False)):
-        axes.set_title(titles[name])
+        style.title(axes, titles[name], name)
         axes.set_ylim(low - room, high + room)
         axes.set_xlabel(length.label(position_word(kind)))
         if index % columns:

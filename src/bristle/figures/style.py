@@ -6,10 +6,15 @@ from collections.abc import Callable, Sequence
 from functools import wraps
 from typing import Any
 
-import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+
+from bristle.figures.drawing import WIDTH, Drawing
+from bristle.figures.legends import legend, legend_in_corner
+from bristle.figures.lettering import width
+from bristle.figures.names import LETTERS, shortened
+from bristle.figures.settings import GREY, INK, own_settings
 
 __all__ = [
     "GREY",
@@ -20,51 +25,17 @@ __all__ = [
     "WIDTH",
     "Look",
     "legend",
+    "legend_in_corner",
     "mark_window",
+    "panel_width",
     "panels",
     "plot_by_side",
     "room_for",
     "styled",
+    "title",
 ]
 
-WIDTH = 7.2  # inches: the text width of an A4 page
-INK, GREY = "#1b2430", "#8d97a3"
-
-RC: Any = {
-    "axes.axisbelow": True,
-    "axes.edgecolor": GREY,
-    "axes.grid": True,
-    "axes.labelcolor": INK,
-    "axes.labelsize": 8.5,
-    "axes.linewidth": 0.7,
-    "axes.spines.right": False,
-    "axes.spines.top": False,
-    "axes.titlelocation": "right",
-    "axes.titlesize": 8.5,
-    "axes.unicode_minus": True,
-    "axes.xmargin": 0.01,
-    "figure.facecolor": "none",
-    "font.family": "sans-serif",
-    # Widest first: where a reader lacks one, the next takes less room, so that nothing begins to overlap.
-    "font.sans-serif": ["DejaVu Sans", "Verdana", "Helvetica", "Arial", "sans-serif"],
-    "font.size": 8.5,
-    "grid.color": "#dfe3e8",
-    "grid.linewidth": 0.6,
-    "legend.fontsize": 8.5,
-    "lines.linewidth": 1.1,
-    "lines.solid_capstyle": "round",
-    "svg.fonttype": "none",
-    "svg.hashsalt": "bristle",
-    "text.color": INK,
-    "text.parse_math": False,
-    "xtick.color": GREY,
-    "xtick.labelcolor": INK,
-    "xtick.labelsize": 8,
-    "ytick.color": GREY,
-    "ytick.labelcolor": INK,
-    "ytick.labelsize": 8,
-}
-
+AT_AXES = 8.0  # points: letters of numbers and names at axes
 Look = dict[str, Any]
 # A wide light line under a narrow dark one stays legible in grey where two colours would not.
 MEASURED: Look = {"color": "#e0a83c", "linewidth": 2.2, "linestyle": "-"}
@@ -83,7 +54,7 @@ def styled(draw: Callable[..., Figure]) -> Callable[..., Figure]:
 
     @wraps(draw)
     def drawn(*args: Any, **kwargs: Any) -> Figure:
-        with matplotlib.rc_context(RC):
+        with own_settings():
             return draw(*args, **kwargs)
 
     return drawn
@@ -120,9 +91,9 @@ def panels(
         Margins, and the room between rows and between columns [inch]: set, not solved for, because solving takes
         longer than drawing.
     """
-    figure = Figure(figsize=(WIDTH, height))
+    figure = Drawing(figsize=(WIDTH, height))
     tall = (height - top - bottom - gap * (rows - 1)) / rows
-    wide = (WIDTH - left - right - between * (columns - 1)) / columns
+    wide = panel_width(columns, between, left, right)
     grid = figure.add_gridspec(
         rows, columns, height_ratios=heights, width_ratios=widths, hspace=gap / tall, wspace=between / wide,
         left=left / WIDTH, right=1 - right / WIDTH, bottom=bottom / height, top=1 - top / height,
@@ -131,18 +102,34 @@ def panels(
     return figure, [[figure.add_subplot(grid[row, share]) for share in shares[row]] for row in range(rows)]
 
 
+def panel_width(columns: int, between: float, left: float = 0.68, right: float = 0.12) -> float:
+    """Return how wide a panel is beside others as wide [inch]."""
+    return (WIDTH - left - right - between * (columns - 1)) / columns
+
+
 def room_for(names: Sequence[str]) -> float:
     """Return how wide the widest of these names is at an axis [inch], letters taken for wide ones."""
-    return 0.085 * max(map(len, names), default=0)
+    return max((max(0.085 * len(name), width(name, AT_AXES)) for name in names), default=0.0)
 
 
-def legend(axes: Axes, columns: int = 4, *, handle: float = 2.2) -> None:
-    """Put the legend above the panel, where it covers no data."""
-    handles, labels = axes.get_legend_handles_labels()
-    axes.legend(
-        handles, labels, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, frameon=False, borderpad=0.1,
-        borderaxespad=0.2, handlelength=handle, columnspacing=1.4,
-    )  # fmt: skip
+def title(axes: Axes, text: str, name: str | None = None, beside: float = 0.0) -> None:
+    """Put a title above the panel, shortened to its width.
+
+    Parameters
+    ----------
+    axes : Axes
+        The panel.
+    text : str
+        The title.
+    name : str, optional
+        What it begins with: that alone is shortened, as a number that is cut would be another number.
+    beside : float
+        Room that something else takes beside it [inch].
+    """
+    name = text if name is None or not text.startswith(name) else name
+    behind = text[len(name) :]
+    room = WIDTH * axes.get_position().width - beside - width(behind, LETTERS)
+    axes.set_title(shortened(name, room) + behind)
 
 
 def mark_window(axes: Axes, shown: np.ndarray) -> None:

@@ -9,13 +9,18 @@ from html import escape
 import matplotlib
 from matplotlib.figure import Figure
 
-from bristle.figures.style import RC
+from bristle.figures.plain import printable
+from bristle.figures.settings import own_settings
 
 __all__ = ["inline_svg"]
 
 _BODY = re.compile(r"<svg\b.*</svg>", re.DOTALL)
 _METADATA = re.compile(r"\s*<metadata>.*?</metadata>", re.DOTALL)
 _OPENING = re.compile(r"<svg\b[^>]*>")
+# What a person wrote stands between the tags; inside of them matplotlib writes an entity for each ">".
+_TAG = re.compile(r"<[^>]*>")
+# Before 3.10 matplotlib calls the clip of a panel that is no rectangle by its place in memory.
+_CURVED_CLIP = re.compile(r'<clipPath id="([^"]*)">\s*<path')
 _VIEW_BOX = re.compile(r'viewBox="([^"]*)"')
 _REFERENCE = re.compile(r'(?:xlink:href="#|url\(#)([^")]+)')
 _GROUP_ID = re.compile(r'<g id="([^"]*)"')
@@ -42,22 +47,28 @@ def inline_svg(figure: Figure, name: str, description: str) -> str:
         The element; the same bytes for the same figure.
     """
     out = io.StringIO()
-    with matplotlib.rc_context(RC):
+    # Text stays text, to be searched, copied and read aloud.
+    with own_settings(), matplotlib.rc_context({"svg.fonttype": "none"}):
         figure.savefig(out, format="svg", metadata=_NO_METADATA)
     text = _BODY.search(out.getvalue())[0]  # type: ignore[index]
     text = _METADATA.sub("", text, count=1)
-    # A hundredth of a point is finer than any printer; text between the tags is left alone.
-    text = _PATH.sub(lambda d: _DECIMALS.sub(r"\1", d[0]), text)
-    text = _with_own_ids(text, name)
+    for number, identifier in enumerate(_CURVED_CLIP.findall(text), 1):
+        text = text.replace(identifier, f"clip-{number}")
+    used = {found for tag in _TAG.findall(text) for found in _REFERENCE.findall(tag)}
+    text = _TAG.sub(lambda tag: _with_own_ids(_rounded(tag[0]), name, used), text)
     box = _VIEW_BOX.search(text)[1]  # type: ignore[index]
-    opening = f'<svg viewBox="{box}" role="img" aria-label="{escape(description)}">'
+    told = escape(printable(" ".join(description.split())))
+    opening = f'<svg viewBox="{box}" role="img" aria-label="{told}">'
     return _OPENING.sub(lambda _: opening, text, count=1)
 
 
-def _with_own_ids(text: str, name: str) -> str:
-    """Return the text with `name` before each identifier that is used, and without those that are not."""
-    used = set(_REFERENCE.findall(text))
-    text = _GROUP_ID.sub(lambda found: found[0] if found[1] in used else "<g", text)
-    text = re.sub(r'\bid="', f'id="{name}-', text)
-    text = text.replace('xlink:href="#', f'href="#{name}-')
-    return text.replace("url(#", f"url(#{name}-")
+def _rounded(tag: str) -> str:
+    """Return a tag with the corners of its path to a hundredth of a point, which is finer than any printer."""
+    return _PATH.sub(lambda d: _DECIMALS.sub(r"\1", d[0]), tag)
+
+
+def _with_own_ids(tag: str, name: str, used: set[str]) -> str:
+    """Return a tag with `name` before its identifiers, and without that of a group that nothing refers to."""
+    tag = _GROUP_ID.sub(lambda found: found[0] if found[1] in used else "<g", tag)
+    tag = re.sub(r'\bid="', f'id="{name}-', tag)
+    return tag.replace('xlink:href="#', f'href="#{name}-').replace("url(#", f"url(#{name}-")

@@ -39,7 +39,7 @@ def tracking(
     figure, grid = style.panels(
         0.4 + 2.0 * len(results), rows=len(results), columns=2, widths=(2.0, 1.0), between=0.55, top=0.4
     )
-    for (whole, near), (name, one) in zip(grid, results.items(), strict=True):
+    for (whole, near), one in zip(grid, results.values(), strict=True):
         inside = (one.time >= close[0]) & (one.time <= close[1])
         for axes, part in ((whole, one.time >= settle), (near, inside)):
             span = time_scale(one.time[part])
@@ -52,8 +52,8 @@ def tracking(
             axes.set_xlabel(span.label("Time"))
             axes.set_ylabel(length.label(position_word(kind)))
         style.mark_window(whole, np.array(close))
-        whole.set_title(name)
         near.set_title("close up")
-    handles = grid[0][0].get_legend_handles_labels()
-    figure.legend(*handles, loc="upper left", ncols=2, frameon=False, handlelength=2.2, columnspacing=1.4)
+    reach = style.legend_in_corner(figure, grid[0][0])
+    for (first, *_), name in zip(grid, results, strict=True):
+        style.title(first, name, beside=reach if first is grid[0][0] else 0.0)
     return figure

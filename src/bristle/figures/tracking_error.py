@@ -48,10 +48,10 @@ def tracking_error(results: Mapping[str, VariantResult], settle: float, kind: Ki
                                     (~forward, style.PREDICTED, "moving backward")):  # fmt: skip
             x, y = line(one.time[judged[name]], np.where(moving, errors[name], np.nan)[judged[name]], columns=960)
             axes.plot(x * span.factor, y * length.factor, label=label, **look)
-        axes.set_title(name)
         axes.set_ylim(low - 0.06 * (high - low), high + 0.06 * (high - low))
         axes.set_xlabel(span.label("Time"))
         axes.set_ylabel(length.label("Following error"))
-    handles = grid[0][0].get_legend_handles_labels()
-    figure.legend(*handles, loc="upper left", ncols=2, frameon=False, handlelength=2.2, columnspacing=1.4)
+    reach = style.legend_in_corner(figure, grid[0][0])
+    for (first, *_), name in zip(grid, results, strict=True):
+        style.title(first, name, beside=reach if first is grid[0][0] else 0.0)
     return figure

@@ -43,7 +43,7 @@ def transition_curves(operators: Mapping[str, Model], extent: float, count: int 
         u, f = ascending
         axes.plot(u * length.factor, f * scale.factor, color=style.INK, linewidth=1.8)
         axes.plot(-extent * length.factor, f[0] * scale.factor, "o", color="#e0a83c", markersize=4.5)
-        axes.set_title(name)
+        style.title(axes, name)
         axes.set_ylim(-limit, limit)
         axes.set_xlabel(length.label(position_word(kind)))
         if place:

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 from bristle.core import units
 from bristle.core.axis import Axis, Column, Injected
+from bristle.core.content import Readable
 from bristle.core.errors import InputError
 from bristle.core.transmission import Transmission
 from bristle.core.variable import Kind, Variable
 from bristle.files.axis_schema import AxisFile, ColumnEntry, EncoderEntry, InjectedEntry
+from bristle.files.components import check_schema
 from bristle.files.controller import controller_of
 from bristle.files.drive import Constant, Drive, Scale
 from bristle.files.schema import validated
@@ -35,13 +35,13 @@ STIFFNESS = Variable("force/length", "stiffness to the ground")
 DAMPING = Variable("force*time/length", "damping to the ground")
 
 
-def read_axis(path: str | os.PathLike[str]) -> Axis:
+def read_axis(path: Readable | dict[str, Any]) -> Axis:
     """Return the axis that a file describes.
 
     Parameters
     ----------
-    path : path-like
-        An axis file, TOML.
+    path : path-like, bytes, file object or dict
+        An axis file, TOML, or the tables that one would hold.
 
     Returns
     -------
@@ -53,8 +53,7 @@ def read_axis(path: str | os.PathLike[str]) -> Axis:
     InputError
         With file, key, value and what is allowed there.
     """
-    source = Path(path)
-    data = read_toml(source)
+    data, source, _ = read_toml(path, path="axis", what="an axis or its file")
     try:
         return axis_from(data)
     except InputError as error:
@@ -69,6 +68,7 @@ def axis_from(data: dict[str, Any]) -> Axis:
     InputError
         With key, value and what is allowed there.
     """
+    check_schema(data)
     file = validated(AxisFile, data)
     drive = _drive_of(file)
     columns = {
@@ -174,7 +174,8 @@ def _injected(entry: InjectedEntry, file: AxisFile, drive: Drive, path: str) -> 
             raise InputError("has a unit, and so has `gain`", path=f"{path}.unit", mend="Keep one of them")
         gain = f"{gain!r} {entry.unit}"
     value = _effort(gain, file, drive, f"{path}.gain")
-    return Injected(entry.column, _finite(value, f"{path}.gain", gain), entry.optional)
+    units.refuse_absurd(value, f"{path}.gain", gain)
+    return Injected(entry.column, value, entry.optional)
 
 
 def _limit(file: AxisFile, drive: Drive) -> float | None:
@@ -195,7 +196,7 @@ def _lag(file: AxisFile) -> float:
     given = file.effort.lag
     if given == "identify":
         return 0.0
-    value = _finite(units.quantity(given, TIME, path="effort.lag"), "effort.lag", given)
+    value = units.quantity(given, TIME, path="effort.lag")
     if value < 0.0:
         raise InputError("must not be negative", path="effort.lag", value=given, allowed='a time, or "identify"')
     return value
@@ -250,7 +251,7 @@ def _offset(file: AxisFile) -> float | str:
     if given == "identify":
         return given
     try:
-        return _finite(units.quantity(given, FORCE, file.kind, path="plant.offset"), "plant.offset", given)
+        return units.quantity(given, FORCE, file.kind, path="plant.offset")
     except InputError as error:
         allowed = f'"identify", or a value in {FORCE.unit(file.kind)}'
         raise InputError(error.message, path=error.path, value=given, allowed=allowed, mend=error.mend) from None
@@ -261,8 +262,7 @@ def _span(file: AxisFile) -> tuple[float, float] | None:
     given = file.log.span
     if given is None:
         return None
-    first, last = (_finite(units.quantity(one, TIME, path=f"log.span[{i}]"), "log.span", one) for i, one in
-                   enumerate(given))  # fmt: skip
+    first, last = (units.quantity(one, TIME, path=f"log.span[{i}]") for i, one in enumerate(given))
     if first >= last:
         raise InputError("must rise", path="log.span", value=given, allowed="[first, last time]")
     return first, last
@@ -272,8 +272,7 @@ def _stroke(file: AxisFile) -> tuple[float, float] | None:
     if file.limits.stroke is None:
         return None
     low, high = (
-        _finite(units.quantity(one, LENGTH, file.kind, path=f"limits.stroke[{i}]"), f"limits.stroke[{i}]", one)
-        for i, one in enumerate(file.limits.stroke)
+        units.quantity(one, LENGTH, file.kind, path=f"limits.stroke[{i}]") for i, one in enumerate(file.limits.stroke)
     )
     if low >= high:
         raise InputError(
@@ -291,10 +290,4 @@ def _positive(given: Any, variable: Variable, kind: Kind, path: str) -> float | 
 def _above_zero(value: float, path: str, given: Any) -> float:
     if not 0 < value < math.inf:
         raise InputError("must be positive and finite", path=path, value=given, allowed="> 0")
-    return value
-
-
-def _finite(value: float, path: str, given: Any) -> float:
-    if not math.isfinite(value):
-        raise InputError("must be finite", path=path, value=given)
     return value

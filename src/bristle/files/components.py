@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import keyword
-import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -72,8 +71,8 @@ def check_schema(data: Mapping[str, Any]) -> None:
     """
     if "schema" not in data:
         raise InputError("is missing", path="schema", mend="Write schema = 1 on the first line")
-    if data["schema"] != 1 or isinstance(data["schema"], bool):
-        mend = "Is the file from a newer bristle?" if isinstance(data["schema"], int) else ""
+    if type(data["schema"]) is not int or data["schema"] != 1:
+        mend = "Is the file from a newer bristle?" if type(data["schema"]) is int else "Write schema = 1"
         raise InputError(
             "is not one that this bristle reads", path="schema", value=data["schema"], allowed="1", mend=mend
         )
@@ -164,7 +163,5 @@ def number_at(given: Any, variable: Variable, kind: Kind, path: str) -> float:
         If it is no number, has the wrong unit, or is out of range.
     """
     value = units.quantity(given, variable, kind, path=path)
-    if not math.isfinite(value):
-        raise InputError("must be finite", path=path, value=given, allowed=variable.allowed(kind))
     variable.validate(value, path, kind)
     return value

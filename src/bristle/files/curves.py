@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import os
-from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
 from bristle.core import units
+from bristle.core.content import SIZE_LIMIT, Readable, size_of
 from bristle.core.errors import InputError
 from bristle.core.variable import Kind, unit_of
+from bristle.files.components import check_schema
 from bristle.files.schema import Strict, validated
 from bristle.files.toml import read_toml
 from bristle.logs.curves import Curves
@@ -67,7 +67,7 @@ class HysteresisFile(Strict):
     curves: CurvesEntry = CurvesEntry()
 
 
-def describes_curves(path: str | os.PathLike[str]) -> bool:
+def describes_curves(path: Readable | dict[str, Any]) -> bool:
     """Return whether an axis file names the input and the output of a hysteresis, not the channels of an axis.
 
     Raises
@@ -75,13 +75,13 @@ def describes_curves(path: str | os.PathLike[str]) -> bool:
     InputError
         If there is no such file, or it is no TOML.
     """
-    data = read_toml(path)
+    data = read_toml(path).data
     columns = data.get("columns")
     named = isinstance(columns, dict) and bool({"input", "output"} & set(columns)) and "position" not in columns
     return named or data.get("kind") == "magnetic"
 
 
-def read_curve_columns(path: str | os.PathLike[str]) -> CurveColumns:
+def read_curve_columns(path: Readable | dict[str, Any]) -> CurveColumns:
     """Return where the curves are, as a file says it.
 
     Raises
@@ -89,14 +89,15 @@ def read_curve_columns(path: str | os.PathLike[str]) -> CurveColumns:
     InputError
         With file, key, value and what is allowed there.
     """
-    source = Path(path)
+    data, source, _ = read_toml(path)
     try:
-        return _columns_from(read_toml(source))
+        return _columns_from(data)
     except InputError as error:
         raise error.at(str(source)) from None
 
 
 def _columns_from(data: dict[str, Any]) -> CurveColumns:
+    check_schema(data)
     file = validated(HysteresisFile, data)
     return CurveColumns(
         input=_signal(file.columns.input, "length", file.kind, "columns.input.unit"),
@@ -116,19 +117,24 @@ def _signal(entry: SignalEntry, quantity: str, kind: Kind, path: str) -> SignalC
     return SignalColumn(entry.column, entry.unit or "", float(entry.sign))
 
 
-def read_curves(path: str | os.PathLike[str], axis: CurveColumns | str | os.PathLike[str]) -> Curves:
+def read_curves(
+    path: Readable, axis: CurveColumns | Readable | dict[str, Any], *, size_limit: int | str = SIZE_LIMIT
+) -> Curves:
     """Return recorded hysteresis: curves of input and output, in SI.
 
     Parameters
     ----------
-    path : path-like
+    path : path-like, bytes or file object
         Any file that a log can be in.
-    axis : CurveColumns or path-like
+    axis : CurveColumns, path-like or dict
         Where the curves are in it, or the file that says so.
+    size_limit : int or str
+        Largest file [byte], or text such as ``"2 GB"``.
 
     Raises
     ------
     InputError
         If the files cannot be used; the message names file, key or column, and the mend.
     """
-    return curves_in(path, axis if isinstance(axis, CurveColumns) else read_curve_columns(axis))
+    columns = axis if isinstance(axis, CurveColumns) else read_curve_columns(axis)
+    return curves_in(path, columns, size_limit=size_of(size_limit))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from bristle.core.content import SIZE_LIMIT, Readable, size_of
 from bristle.core.errors import InputError
 from bristle.core.experiment import Experiment
 from bristle.files.components import check_keys, check_schema, table_at
@@ -19,7 +20,7 @@ __all__ = ["experiment_from", "merged", "read_experiment"]
 KEYS = ("schema", "name", "kind", *SECTIONS, "compare")
 
 
-def read_experiment(path: str | os.PathLike[str]) -> Experiment:
+def read_experiment(path: Readable, *, allow_code: bool = False, size_limit: int | str = SIZE_LIMIT) -> Experiment:
     """Return the experiment that a file describes.
 
     The file as it stands is the variant ``base``. Each table ``[compare.<name>]`` is one more, in which some sections
@@ -30,22 +31,37 @@ def read_experiment(path: str | os.PathLike[str]) -> Experiment:
     ----------
     path : path-like
         An experiment file, TOML. The files that it names are looked for beside it.
+    allow_code : bool
+        Whether models of a person's own, in files that it names, may run without having been allowed before.
+    size_limit : int or str
+        Largest log that it names [byte], or text such as ``"2 GB"``.
 
     Raises
     ------
     InputError
         With file, key, value and what is allowed there.
     """
-    source = Path(path)
-    data = read_toml(source)
+    data, source, content = read_toml(path, path="experiment", what="an experiment file")
+    sources = Sources(source.parent, allow_code, size_of(size_limit))
     try:
-        return experiment_from(data, source)
+        found = experiment_from(data, source, sources)
     except InputError as error:
         raise error.at(str(source)) from None
+    own = {"experiment": (content.origin,)} if content is not None else {}
+    return replace(found, origins=own | sources.origins)
 
 
-def experiment_from(data: dict[str, Any], source: Path) -> Experiment:
-    """Return the experiment that the content of a file describes; `source` is where it was read from.
+def experiment_from(data: dict[str, Any], source: Path, sources: Sources) -> Experiment:
+    """Return the experiment that the content of a file describes.
+
+    Parameters
+    ----------
+    data : dict
+        The content.
+    source : Path
+        Where it was read from.
+    sources : Sources
+        What reads the files that it names.
 
     Raises
     ------
@@ -58,7 +74,6 @@ def experiment_from(data: dict[str, Any], source: Path) -> Experiment:
     if not isinstance(name, str):
         raise InputError("must be text", path="name", value=name)
     base = {key: data[key] for key in ("kind", *SECTIONS) if key in data}
-    sources = Sources(source.parent)
     as_it_stands = variant_from("base", Tables(base), sources)
     variants = []
     for label, override in table_at(data.get("compare", {}), "compare").items():

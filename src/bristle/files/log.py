@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
-import os
+from typing import Any
 
 from bristle.core.axis import Axis
+from bristle.core.content import SIZE_LIMIT, Readable, size_of
 from bristle.logs import read
 from bristle.logs.log import Log
 
 __all__ = ["read_log"]
 
 
-def read_log(path: str | os.PathLike[str], axis: Axis | str | os.PathLike[str] | None = None) -> Log:
+def read_log(
+    path: Readable, axis: Axis | Readable | dict[str, Any] | None = None, *, size_limit: int | str = SIZE_LIMIT
+) -> Log:
     """Return the log in a file, in SI of the axis, on a uniform grid of time.
 
     Parameters
     ----------
-    path : path-like
+    path : path-like, bytes or file object
         CSV and other text, MAT, TDMS, Parquet, HDF5, or NPZ; ``FILE::TABLE`` names a table in it.
-    axis : Axis or path-like, optional
-        The axis, or the file that describes it. Without it columns called as usual are taken, in the units that
-        the log says.
+    axis : Axis, path-like or dict, optional
+        The axis, or the file that describes it, or the tables that one would hold. Without it columns called as usual
+        are taken, in the units that the log says.
+    size_limit : int or str
+        Largest file, and largest content that a file announces [byte], or text such as ``"2 GB"``.
 
     Returns
     -------
@@ -36,4 +41,4 @@ def read_log(path: str | os.PathLike[str], axis: Axis | str | os.PathLike[str] |
         from bristle.files.axis import read_axis
 
         axis = read_axis(axis)
-    return read.read_log(path, axis)
+    return read.read_log(path, axis, size_limit=size_of(size_limit))

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import inspect
 import os
-import shutil
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from bristle.core.content import Content, Readable, content_of
 from bristle.core.contracts import FrictionModel, Model, make_model
 from bristle.core.errors import InputError
 from bristle.core.variable import KINDS, Kind, Variable
@@ -113,7 +113,7 @@ def write_model(
         document.add("uncertainty", uncertainty)
     if bands is not None:
         document.add("bands", bands_table(bands))
-    target.write_text(tomlkit.dumps(document), encoding="utf-8")
+    target.write_bytes(tomlkit.dumps(document).encode("utf-8", "backslashreplace"))
 
 
 def _treatment_table(treatment: Mapping[str, float], kind: Kind) -> Table:
@@ -152,40 +152,62 @@ def _name_of(friction: Model, folder: Path) -> dict[str, Any]:
     inner = base_of(friction.component)
     if MODELS.get(base) is inner:
         return {"model": friction.name}
-    source = Path(inspect.getfile(inner.trial))
-    if not source.is_file():
+    code = _code_of(friction)
+    _put_beside(code, folder)
+    return {"file": code.source.name} | ({"slots": slots} if slots else {})
+
+
+def _code_of(friction: Model) -> Content:
+    """Return the file that a model of a user's own is in: as it was loaded, or else as it is."""
+    from bristle.files.user_model import code_of
+
+    inner = base_of(friction.component)
+    code = code_of(inner)
+    if code is not None and code.source.suffix == ".py":
+        return code
+    try:
+        return content_of(inspect.getfile(inner.trial))
+    except (InputError, TypeError, OSError):
         raise InputError("is in no file, so that a model file cannot name it", path=friction.name,
-                         mend="Put the model into a file of its own and load it from there")  # fmt: skip
-    if source.resolve() != (folder / source.name).resolve():
-        shutil.copyfile(source, folder / source.name)
-    return {"file": source.name} | ({"slots": slots} if slots else {})
+                         mend="Put the model into a file of its own and load it from there") from None  # fmt: skip
 
 
-def read_model(path: str | os.PathLike[str], *, related: bool = True) -> ModelFile:
+def _put_beside(code: Content, folder: Path) -> None:
+    place = folder / code.source.name
+    if os.path.lexists(place):
+        if content_of(place).data != code.data:
+            raise InputError("is there already, with another content", path=str(place),
+                             mend="Write the model file elsewhere, or move that file")  # fmt: skip
+        return
+    place.write_bytes(code.data)
+
+
+def read_model(path: Readable, *, related: bool = True, allow_code: bool = False) -> ModelFile:
     """Return what a model file holds.
 
     Parameters
     ----------
-    path : path-like
+    path : path-like, bytes or file object
         The file.
     related : bool
         False reads a friction model whose values break a condition between them, such as f_p > F_S, to say what is
         wrong with it.
+    allow_code : bool
+        Whether a model of a person's own, in a file that this one names, may run without having been allowed before.
 
     Raises
     ------
     InputError
         With file, key, value and what is allowed there.
     """
-    source = Path(path)
-    data = read_toml(source)
+    data, source, _ = read_toml(path, path="model", what="a friction model or a model file")
     try:
-        return _model_from(data, source.parent, related)
+        return _model_from(data, source.parent, related, allow_code)
     except InputError as error:
         raise error.at(str(source)) from None
 
 
-def _model_from(data: dict[str, Any], folder: Path, related: bool) -> ModelFile:
+def _model_from(data: dict[str, Any], folder: Path, related: bool, allow_code: bool) -> ModelFile:
     check_keys(data, KEYS, "")
     check_schema(data)
     kind = kind_at(data.get("kind", KINDS[0]), "kind")
@@ -193,7 +215,9 @@ def _model_from(data: dict[str, Any], folder: Path, related: bool) -> ModelFile:
         raise InputError(
             "is missing", path="friction", mend='Write [friction] and, below it, model = "coulomb_viscous"'
         )
-    friction = friction_from(data["friction"], kind=kind, folder=folder, path="friction", related=related)
+    friction = friction_from(
+        data["friction"], kind=kind, folder=folder, path="friction", related=related, allow_code=allow_code
+    )
     plant = model_from(data["plant"], PLANTS, kind=kind, path="plant") if "plant" in data else None
     known = set(friction.values) | set(plant.values if plant else ()) | BESIDES
     uncertainty = table_at(data.get("uncertainty", {}), "uncertainty")
@@ -231,7 +255,9 @@ def kind_at(value: Any, path: str) -> Kind:
     return value
 
 
-def friction_from(table: Any, *, kind: Kind, folder: Path, path: str, related: bool = True) -> Model:
+def friction_from(
+    table: Any, *, kind: Kind, folder: Path, path: str, related: bool = True, allow_code: bool = False
+) -> Model:
     """Return the friction model of a table, by name or from a user's own file.
 
     Parameters
@@ -247,6 +273,8 @@ def friction_from(table: Any, *, kind: Kind, folder: Path, path: str, related: b
         Key of the table, for messages.
     related : bool
         Whether the conditions between values are asked for.
+    allow_code : bool
+        Whether a user's own file may run without having been allowed before.
 
     Raises
     ------
@@ -256,7 +284,7 @@ def friction_from(table: Any, *, kind: Kind, folder: Path, path: str, related: b
     given = table_at(table, path)
     if "model" in given and "file" in given:
         raise InputError("has both a model and a file", path=path, mend="Keep one of them")
-    component = _user_model(given, folder, path) if "file" in given else _own_model(given, path)
+    component = _user_model(given, folder, path, allow_code) if "file" in given else _own_model(given, path)
     beside = ("file", "slots") if "file" in given else ("model",)
     values = parameters_in(given, component, path, beside=beside)
     return make_model(component, values, kind=kind, validate=True, related=related, path=path)
@@ -269,7 +297,8 @@ def _own_model(table: Mapping[str, Any], path: str) -> FrictionModel:
     return find(table["model"], f"{path}.model")
 
 
-def _user_model(table: Mapping[str, Any], folder: Path, path: str) -> FrictionModel:
+def _user_model(table: Mapping[str, Any], folder: Path, path: str, allow_code: bool) -> FrictionModel:
+    from bristle.files.permission import code_named
     from bristle.files.user_model import load_model_file
 
     file, slots = table["file"], table.get("slots", [])
@@ -279,4 +308,5 @@ def _user_model(table: Mapping[str, Any], folder: Path, path: str) -> FrictionMo
         )
     if not isinstance(slots, list) or not all(isinstance(slot, str) for slot in slots):
         raise InputError("must be a list of names", path=f"{path}.slots", value=slots)
-    return with_slots(load_model_file(folder / file), slots, f"{path}.slots")
+    code = code_named(file, folder, f"{path}.file", allow_code=allow_code)
+    return with_slots(load_model_file(code), slots, f"{path}.slots")

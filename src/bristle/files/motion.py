@@ -10,7 +10,9 @@ import numpy as np
 
 from bristle.core import units
 from bristle.core.axis import Axis, Column
+from bristle.core.content import Readable
 from bristle.core.variable import unit_of
+from bristle.logs.choice import NONE
 from bristle.logs.readers import read_table
 from bristle.logs.table import split_unit
 
@@ -100,22 +102,21 @@ def write_log(path: str | os.PathLike[str], axis: Axis, signals: Mapping[str, np
     _write(path, log_columns(axis), signals)
 
 
-def axis_of_motion(path: str | os.PathLike[str], axis: Axis | None) -> Axis | None:
+def axis_of_motion(given: Readable, axis: Axis | None) -> Axis | None:
     """Return the axis that a file is read with, in which the position is the motion to follow; None for a log.
 
     A motion has no effort: nothing was recorded.
 
     Parameters
     ----------
-    path : path-like
+    given : path-like, bytes, file object or Content
         The file.
     axis : Axis or None
         Whose units and names of columns it has.
     """
     if axis is None or "effort" not in axis.columns:
         return None
-    table = read_table(path, axis.table)
-    if table.name_of(axis.columns["effort"].name) is not None:
+    if read_table(given, axis.table, choice=NONE).has(axis.columns["effort"].name):
         return None
     columns = {
         name: replace(axis.columns[own], optional=False)

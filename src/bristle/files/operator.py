@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from bristle.core.content import Readable
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.variable import KINDS, Variable
@@ -53,7 +54,7 @@ def write_operator(
         lines += [f"# {variable.unit(operator.kind)}: {variable.description}", f"{key_of(name)} = {_written(value)}"]
     unit = OFFSET.unit(operator.kind)
     lines += ["", "[output]", f"# {unit}: {OFFSET.description}", f"offset = {_written(float(offset))}", ""]
-    Path(path).write_text("\n".join(lines), encoding="utf-8")
+    Path(path).write_bytes("\n".join(lines).encode("utf-8", "backslashreplace"))
 
 
 def _written(value: Any) -> str:
@@ -67,7 +68,7 @@ def _written(value: Any) -> str:
     return f"[{', '.join(map(repr, value))}]" if isinstance(value, list) else repr(value)
 
 
-def holds_operator(path: str | os.PathLike[str]) -> bool:
+def holds_operator(path: Readable) -> bool:
     """Return whether a model file is one of a hysteresis operator.
 
     Raises
@@ -75,10 +76,10 @@ def holds_operator(path: str | os.PathLike[str]) -> bool:
     InputError
         If there is no such file, or it is no TOML.
     """
-    return "operator" in read_toml(path)
+    return "operator" in read_toml(path).data
 
 
-def read_operator(path: str | os.PathLike[str]) -> OperatorFile:
+def read_operator(path: Readable) -> OperatorFile:
     """Return the operator in a model file.
 
     Raises
@@ -86,8 +87,7 @@ def read_operator(path: str | os.PathLike[str]) -> OperatorFile:
     InputError
         With file, key, value and what is allowed there.
     """
-    source = Path(path)
-    data = read_toml(source)
+    data, source, _ = read_toml(path, path="model", what="a model file")
     try:
         return _operator_from(data)
     except InputError as error:

@@ -1,37 +1,45 @@
-"""Where results come from: version, files with their checksums, the command that repeats it."""
+"""Where results come from: version, files with their checksums, the command that repeats it.
+
+Reports are mailed: files are told by name, never by the folders that they lie in.
+"""
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Sequence
 from importlib.metadata import version
-from pathlib import Path
+from typing import Protocol
 
-from bristle.logs.tables import located
+from bristle.core.content import Origin
+from bristle.core.typography import printable
 
-__all__ = ["provenance", "provenance_of_all"]
+__all__ = ["Traced", "provenance"]
 
 
-def provenance(command: str, **files: Path | None) -> dict[str, str]:
+class Traced(Protocol):
+    """What knows the file that it comes from."""
+
+    @property
+    def origin(self) -> Origin:
+        """Name and checksum of the file."""
+        ...
+
+
+def provenance(command: str, **files: Traced | Sequence[Traced | Origin] | None) -> dict[str, str]:
     """Return where results come from.
 
     Parameters
     ----------
     command : str
         The command that repeats it.
-    **files : Path or None
-        The files that went in, by what they are: name and SHA-256 of each are noted.
+    **files : object with an origin, or several
+        What was read, by what it is: name and SHA-256 of each are noted, as of what was read. The second log is
+        ``log_2``.
     """
-    return provenance_of_all(command, **{what: () if path is None else (path,) for what, path in files.items()})
-
-
-def provenance_of_all(command: str, **files: Sequence[Path]) -> dict[str, str]:
-    """Return where results come from, where there may be several files of one kind: the second log is ``log_2``."""
     found = {"bristle": version("bristle")}
-    for kind, paths in files.items():
-        for number, path in enumerate(paths, 1):
+    for kind, given in files.items():
+        several = () if given is None else given if isinstance(given, Sequence) else (given,)
+        for number, one in enumerate(several, 1):
             what = kind if number == 1 else f"{kind}_{number}"
-            file, table = located(path)
-            found[what] = file.name if table is None else f"{file.name}::{table}"
-            found[f"{what}_sha256"] = hashlib.sha256(file.read_bytes()).hexdigest()
+            origin = one if isinstance(one, Origin) else one.origin
+            found |= {what: printable(origin.name), f"{what}_sha256": origin.checksum}
     return found | {"command": command}

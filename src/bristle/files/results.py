@@ -1,44 +1,113 @@
-"""A folder of results appears whole or not at all.
+"""A folder of results appears whole or not at all, and never in place of what a person made.
 
-Everything is written to ``DIR.partial`` beside the folder wanted. Only when all of it is there and synced to
-the disk is it renamed to ``DIR``; results that were there before are moved aside first and removed last. Whatever
-ends the program in between (an error, a full disk, Ctrl-C, a kill) leaves either the old results or the new ones.
-Files of a person's own in a folder of results are never removed: it is not replaced while there are any.
+Everything is written into a folder beside the one wanted, with a name that nobody has, made for this. Only when all of
+it is there and synced to the disk is it renamed; results that were there before change names with it in one step, and
+are removed last. Whatever ends the program in between (an error, a full disk, Ctrl-C, a kill) leaves the old results or
+the new ones. What a killed program left behind is removed by the next one that succeeds there.
+
+Nothing is ever removed but files that bristle wrote and that nobody changed (`bristle.files.owned`).
 """
 
 from __future__ import annotations
 
 import errno
-import json
 import os
 import re
 import secrets
-import shutil
-import tomllib
+import stat
+import threading
+import time
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from importlib.util import find_spec
 from pathlib import Path
+from typing import Literal
 
 from bristle.core.errors import InputError, InputWarning
+from bristle.files.owned import (
+    NOTE,
+    Folder,
+    Note,
+    is_plain,
+    lock,
+    new_note,
+    note_in,
+    remove_own,
+    strangers_in,
+    write_line,
+)
+from bristle.files.renaming import exchange, extended, rename_new
 
-__all__ = ["SUMMARY", "results_folder"]
+__all__ = ["SUMMARY", "Results", "remove_unfinished", "results_folder"]
 
 SUMMARY = "summary.json"
-"""The file that every folder of results holds, and by which it is known as one."""
+"""The file that every folder of results of a command holds."""
 
-WRITTEN = frozenset({SUMMARY, "report.html", "model.toml", "drive_table.csv"})
-WRITTEN_BY_DEMO = frozenset({"axis.toml", "log.csv", "unseen.csv"})
-WRITTEN_BY_EXCITE = frozenset({"axis.toml", "motion.csv"})
-LOG = re.compile(r"log(_[\w.-]+)?\.csv")
 NAMES_SHOWN = 5
-ATTEMPTS = 100
-_WRITING = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS, errno.EIO}
+BEGUN_LONG_AGO = 60.0  # [s]
+_UNFINISHED = re.compile(r"bristle-[0-9a-f]{32}\.(?:partial|replaced)")
+_WRITING = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS, errno.EIO, errno.ENAMETOOLONG}
+PATIENCE = 2.0  # [s]
+_open: set[Results] = set()
+_removing = threading.Lock()
+
+State = Literal["written", "dead", "unknown"]
+
+
+class Results:
+    """A folder while results are written into it: ``folder / "report.html"`` is where a file of it is written.
+
+    A name is noted before its path is given, so that what is bristle's own is known whatever happens.
+
+    Parameters
+    ----------
+    path : Path
+        The folder.
+    note : int
+        Its note, opened and locked.
+    """
+
+    def __init__(self, path: Path, note: int) -> None:
+        self.path = path
+        self._note: int | None = note
+        self._names: list[str] = []
+
+    def __truediv__(self, name: str) -> Path:
+        """Note a file as one of the results, and return where to write it."""
+        if not is_plain(name):
+            raise ValueError(f"{name!r} is not the name of a file")
+        if self._note is not None and name not in self._names:
+            write_line(self._note, {"file": name})
+            self._names.append(name)
+        return self.path / name
+
+    def write(self, name: str, content: str | bytes) -> Path:
+        """Write a file of the results, text in UTF-8 with plain line ends; what cannot be encoded is escaped."""
+        path = self / name
+        path.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8", "backslashreplace"))
+        return path
+
+    def sync(self) -> None:
+        """Note what the files hold, and have all of it on the disk."""
+        if not self._names or self._note is None:
+            raise RuntimeError("results without a file")
+        with Folder(self.path) as folder:
+            for name in self._names:
+                write_line(self._note, {"file": name, "sha256": folder.checksum(name)})
+                with os.fdopen(folder.open(name, os.O_RDWR), "rb") as file:
+                    os.fsync(file.fileno())
+        os.fsync(self._note)
+        _sync_folder(self.path)
+
+    def close(self) -> None:
+        """Let go of the note."""
+        if self._note is not None:
+            os.close(self._note)
+        self._note = None
 
 
 @contextmanager
-def results_folder(out: str | os.PathLike[str], *, force: bool = False) -> Iterator[Path]:
+def results_folder(out: str | os.PathLike[str], *, force: bool = False) -> Iterator[Results]:
     """Give a folder to write results into; leaving the block without an error makes it appear as `out`.
 
     What would prevent that (`out` exists, no place to write) is refused on entry, before any work is done.
@@ -48,11 +117,11 @@ def results_folder(out: str | os.PathLike[str], *, force: bool = False) -> Itera
     out : path
         The folder wanted. Its parent must exist.
     force : bool
-        Whether results that are there already are replaced.
+        Whether results that are there already are replaced; what a person made or changed is not.
 
     Yields
     ------
-    Path
+    Results
         The folder to write into, empty.
 
     Raises
@@ -60,175 +129,226 @@ def results_folder(out: str | os.PathLike[str], *, force: bool = False) -> Itera
     InputError
         If `out` cannot be made, is in use by another process, or the disk does not take what is written.
     """
-    wanted = Path(out).resolve()
-    partial = wanted.with_name(f"{wanted.name}.partial")
-    _check_parent(wanted)
-    owner, is_claimed = None, False
+    wanted = _wanted(out)
+    _restore(wanted)
+    _check_free(wanted, force)
+    results = None
     try:
-        owner, is_claimed = _claim(partial, wanted), True
-        _restore(partial, wanted)
-        _check_free(wanted, force)
-        _empty(partial)
-        yield partial
-        _publish(partial, wanted)
+        results = _begin(wanted)
+        _refuse_two_at_once(results.path, wanted)
+        yield results
+        results.sync()
+        _publish(results, wanted, force)
     except BaseException as error:
-        if is_claimed:
-            shutil.rmtree(partial, ignore_errors=True)
-        elif isinstance(error, KeyboardInterrupt):
-            # It came between making the folder and knowing it as ours; what another process has written into stays.
-            with suppress(OSError):
-                partial.rmdir()
-        if isinstance(error, OSError) and (error.errno in _WRITING or str(error.filename).startswith(str(wanted))):
+        if results is not None:
+            _abandon(results)
+        if isinstance(error, OSError) and (error.errno in _WRITING or _concerns(error, results, wanted)):
             raise _unwritable(wanted, error) from error
         raise
-    finally:
-        if owner is not None:
-            os.close(owner)
+    _clear(wanted.parent)
 
 
-def _check_parent(wanted: Path) -> None:
-    parent = wanted.parent
-    if not parent.is_dir():
-        raise InputError("the folder that is to hold it does not exist", path=str(wanted), mend=f"Make {parent} first")
+def remove_unfinished() -> None:
+    """Remove what is being written in this process: for one that is about to be ended by force, from another thread."""
+    for results in list(_open):
+        _abandon(results)
+    # The thread that writes may be about to do the same.
+    if _removing.acquire(timeout=PATIENCE):
+        _removing.release()
+
+
+def _wanted(out: str | os.PathLike[str]) -> Path:
+    """Return the folder wanted, its parent without links; the folder itself must be none."""
+    text = os.fspath(out)
+    if "\0" in text:
+        raise InputError("holds a NUL character and names no folder", path="--out", value=text,
+                         mend="Name a new folder")  # fmt: skip
+    try:
+        given = Path(text)
+        plain = given.parent.resolve() / given.name if given.name not in ("", "..") else given.resolve()
+        parent = plain.parent
+        if plain.name == "" or plain == parent:
+            raise InputError("is the root of a file system", path=text, mend="Name a new folder in it")
+        if not parent.is_dir():
+            raise InputError("the folder that is to hold it does not exist", path=str(plain),
+                             mend=f"Make {parent} first")  # fmt: skip
+    except (OSError, RuntimeError) as error:
+        raise _unwritable(Path(text), error) from None
     if not os.access(parent, os.W_OK | os.X_OK):
-        raise InputError("no permission to write there", path=str(wanted), mend="Name a folder of your own")
+        raise InputError("no permission to write there", path=str(plain), mend="Name a folder of your own")
+    return Path(extended(str(plain))) if os.name == "nt" else plain
 
 
 def _check_free(wanted: Path, force: bool) -> None:
-    if not wanted.exists():
-        return
-    if not wanted.is_dir():
-        raise InputError("is a file, not a folder", path=str(wanted), mend="Name another folder")
-    if wanted.is_mount():
-        raise InputError("is a mount point and cannot be renamed", path=str(wanted), mend="Name a folder inside it")
-    if any(wanted.iterdir()) and not (wanted / SUMMARY).is_file():
-        raise InputError(
-            f"holds something else than results (no {SUMMARY})", path=str(wanted), mend="Name another folder"
-        )
-    if not force:
-        raise InputError(
-            "exists already",
-            path=str(wanted),
-            mend="Name another folder, or add --force to replace these results",
-        )
-    _keep_own_files(wanted)
-
-
-def _keep_own_files(folder: Path) -> None:
-    """Refuse to replace a folder that holds, besides results, files that a person put there."""
-    ours = WRITTEN | _named_in(folder)
-    own = sorted(one.name for one in folder.iterdir() if one.name not in ours or one.is_dir())
-    if own:
-        more = f" and {len(own) - NAMES_SHOWN} more" if len(own) > NAMES_SHOWN else ""
-        raise InputError(
-            f"holds files besides the results: {', '.join(own[:NAMES_SHOWN])}{more}", path=str(folder),
-            mend="Move them elsewhere, for the whole folder is replaced, or name another folder",
-        )  # fmt: skip
-
-
-def _named_in(folder: Path) -> frozenset[str]:
-    """Return further files that the results say are part of them: a user's model, logs, a motion."""
-    names: frozenset[str] = frozenset()
-    with suppress(OSError, ValueError, LookupError, TypeError):
-        names |= {tomllib.loads((folder / "model.toml").read_text(encoding="utf-8"))["friction"]["file"]}
-    with suppress(OSError, ValueError, LookupError, TypeError):
-        if json.loads((folder / SUMMARY).read_text(encoding="utf-8"))["simulated"]:
-            names |= WRITTEN_BY_DEMO
-    with suppress(OSError, ValueError, LookupError, TypeError, AttributeError):
-        named = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))["files"].values()
-        names |= {name for name in named if name in WRITTEN_BY_EXCITE or LOG.fullmatch(name)}
-    return names
-
-
-def _claim(partial: Path, wanted: Path) -> int | None:
-    """Make the folder to write into and lock it; the lock ends with the process, however that ends."""
-    if find_spec("fcntl") is None:  # without such locks the folder itself is the lock, and a stale one is reported
-        try:
-            partial.mkdir()
-        except FileExistsError:
-            raise _in_use(wanted, f"If no bristle is running, delete {partial}") from None
-        return None
+    """Refuse a folder that is there, but for unchanged results of bristle's own that are to be replaced."""
     try:
-        for _ in range(ATTEMPTS):
-            owner = _locked(partial)
-            if owner is not None:
-                return owner
-    except BlockingIOError:
-        raise _in_use(wanted, "Wait for it to end, or name another folder") from None
-    except OSError as error:
-        raise _unwritable(wanted, error) from error
-    raise _unwritable(wanted, FileExistsError(errno.EEXIST, f"{partial.name} is in the way"))
-
-
-def _locked(partial: Path) -> int | None:
-    """Return the folder, made and locked; None where its former owner renamed or removed it in between."""
-    import fcntl
-
-    try:
-        partial.mkdir(exist_ok=True)
-        owner = os.open(partial, os.O_RDONLY | os.O_DIRECTORY)
-    except (FileNotFoundError, FileExistsError):
-        return None
-    kept = False
-    try:
-        fcntl.flock(owner, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        kept = partial.exists() and os.path.samestat(os.fstat(owner), partial.stat())
+        found = os.lstat(wanted)
     except FileNotFoundError:
-        return None
-    finally:
-        if not kept:
-            os.close(owner)
-    return owner if kept else None
-
-
-def _restore(partial: Path, wanted: Path) -> None:
-    """Set right what a process left that was killed while it replaced results.
-
-    Killed between the two renames, it left the old results aside and the new ones unnamed: the old ones come back.
-    Killed later, it left them to be removed.
-    """
-    aside = [one for one in wanted.parent.iterdir() if re.fullmatch(re.escape(wanted.name) + r"\.old-\w{8}", one.name)]
-    if aside and not wanted.exists() and any(partial.iterdir()):
-        os.rename(aside.pop(), wanted)
-    if wanted.exists():
-        for one in aside:
-            shutil.rmtree(one, ignore_errors=True)
-
-
-def _empty(folder: Path) -> None:
-    for one in folder.iterdir():
-        if one.is_dir() and not one.is_symlink():
-            shutil.rmtree(one)
-        else:
-            one.unlink()
-
-
-def _publish(partial: Path, wanted: Path) -> None:
-    if not (partial / SUMMARY).is_file():
-        raise RuntimeError(f"results without {SUMMARY}")
-    _sync(partial)
-    if wanted.exists():
-        _keep_own_files(wanted)
-    aside = wanted.with_name(f"{wanted.name}.old-{secrets.token_hex(4)}")
+        return
+    except OSError as error:
+        raise _unwritable(wanted, error) from None
+    if stat.S_ISLNK(found.st_mode):
+        raise InputError(f"is a link to {os.readlink(wanted)}", path=str(wanted), mend="Name the folder itself")
+    if not stat.S_ISDIR(found.st_mode):
+        raise InputError("is a file, not a folder", path=str(wanted), mend="Name another folder")
     try:
-        if wanted.exists():
-            os.rename(wanted, aside)
-        os.rename(partial, wanted)
-        _sync_folder(wanted.parent)
+        with Folder(wanted) as folder:
+            _check_own(folder, wanted)
+            if not force:
+                raise InputError("exists already", path=str(wanted),
+                                 mend="Name another folder, or add --force to replace these results")  # fmt: skip
+            if wanted.is_mount():
+                raise InputError("is a mount point and cannot be renamed", path=str(wanted), mend="Name a folder in it")
+            if not found.st_mode & stat.S_IWUSR:
+                raise InputError("is write-protected", path=str(wanted), mend="Name another folder")
+    except OSError as error:
+        raise _unwritable(wanted, error) from None
+
+
+def _check_own(folder: Folder, wanted: Path) -> None:
+    note, there = note_in(folder), folder.names()
+    if note is None:
+        if not there:
+            raise InputError("exists already, and bristle did not make it", path=str(wanted),
+                             mend="Name a new folder, or remove this empty one")  # fmt: skip
+        if SUMMARY in there:
+            raise InputError(
+                f"holds results without the note {NOTE} that tells what is bristle's own there, as those of bristle "
+                "0.1: they are not replaced", path=str(wanted),
+                mend=f"Name another folder, or remove by hand what is no longer needed: {_some(there)}",
+            )  # fmt: skip
+        raise InputError(f"holds something else than results: {_some(there)}", path=str(wanted),
+                         mend="Name another folder")  # fmt: skip
+    foreign, changed = strangers_in(folder, note)
+    for said, names in (("holds files besides the results", foreign), ("holds files that were changed since", changed)):
+        if names:
+            raise InputError(f"{said}: {_some(names)}", path=str(wanted),
+                             mend="Move them elsewhere, for the whole folder is replaced, or name another")  # fmt: skip
+
+
+def _some(names: list[str]) -> str:
+    more = f" and {len(names) - NAMES_SHOWN} more" if len(names) > NAMES_SHOWN else ""
+    return f"{', '.join(names[:NAMES_SHOWN])}{more}"
+
+
+def _begin(wanted: Path) -> Results:
+    """Make the folder to write into, with a name that nobody has, and note that it is bristle's own."""
+    token = secrets.token_hex(16)
+    path = wanted.with_name(f"bristle-{token}.partial")
+    try:
+        os.mkdir(path)
+        results = Results(path, new_note(path, token, wanted.name))
+        _open.add(results)
+    except BaseException as error:
+        _remove_begun(path)
+        if isinstance(error, OSError):
+            raise _unwritable(wanted, error) from error
+        raise
+    return results
+
+
+def _remove_begun(path: Path) -> None:
+    """Remove a folder in which nothing stands but, perhaps, a note."""
+    with suppress(OSError):
+        with Folder(path) as folder:
+            if folder.names() == [NOTE]:
+                folder.remove(NOTE)
+        os.rmdir(path)
+
+
+def _abandon(results: Results) -> None:
+    with _removing:
+        _open.discard(results)
+        gone = remove_own(results.path, half_written=True)
+        results.close()
+    if not gone and os.path.lexists(results.path):
+        warnings.warn(f"{results.path}: holds what bristle did not write, and stays", InputWarning, stacklevel=2)
+
+
+def _unfinished_in(parent: Path) -> Iterator[tuple[Path, Note, State]]:
+    """Yield folders that programs write into, or wrote into as they were killed."""
+    for name in sorted(os.listdir(parent)):
+        if not _UNFINISHED.fullmatch(name):
+            continue
+        with suppress(OSError), Folder(parent / name) as folder:
+            note = note_in(folder)
+            if note is None:
+                if os.lstat(parent / name).st_mtime < time.time() - BEGUN_LONG_AGO:
+                    _remove_begun(parent / name)  # killed before the note was written; nothing else is in it
+                continue
+            yield parent / name, note, _state_of(folder)
+
+
+def _state_of(folder: Folder) -> State:
+    """Return whether a program writes into a folder: it is left alone where that cannot be told, or it is another's."""
+    opened = folder.open(NOTE, os.O_RDWR)
+    try:
+        known = lock(opened)
+        own = not hasattr(os, "getuid") or os.fstat(opened).st_uid == os.getuid()
+    except BlockingIOError:
+        return "written"
     finally:
-        if aside.exists() and not wanted.exists():
-            os.rename(aside, wanted)
-        shutil.rmtree(aside, ignore_errors=True)
-    if aside.exists():
-        warnings.warn(f"{aside}: the results replaced could not be removed", InputWarning, stacklevel=2)
+        os.close(opened)
+    return "dead" if known and own else "unknown"
 
 
-def _sync(folder: Path) -> None:
-    for place, _, names in os.walk(folder, topdown=False):
-        for name in names:
-            with open(os.path.join(place, name), "rb+") as file:
-                os.fsync(file.fileno())
-        _sync_folder(Path(place))
+def _refuse_two_at_once(own: Path, wanted: Path) -> None:
+    """Refuse to write where another program has begun to; of two that begin at once, the earlier one goes on."""
+    writing = {path: (note.began, path.name) for path, note, state in _unfinished_in(wanted.parent)
+               if state == "written" and note.target == wanted.name and path.suffix == ".partial"}  # fmt: skip
+    if own in writing and min(writing.values()) < writing[own]:
+        raise InputError("another process is writing results there", path=str(wanted),
+                         mend="Wait for it to end, or name another folder")  # fmt: skip
+
+
+def _restore(wanted: Path) -> None:
+    """Give results their name back that a program had taken away as it was killed, to put others in their place."""
+    if os.path.lexists(wanted):
+        return
+    for path, note, state in _unfinished_in(wanted.parent):
+        if path.suffix == ".replaced" and state == "dead" and note.target == wanted.name:
+            with suppress(OSError):
+                rename_new(path, wanted)
+
+
+def _publish(results: Results, wanted: Path, force: bool) -> None:
+    """Let the results appear; what a person did there meanwhile is not replaced."""
+    if os.name == "nt":
+        results.close()  # there a folder with an open file in it cannot be renamed
+    _check_free(wanted, force)
+    old = None
+    if os.path.lexists(wanted):
+        old = _replace(results.path, wanted)
+    else:
+        rename_new(results.path, wanted)
+    _open.discard(results)
+    _sync_folder(wanted.parent)
+    results.close()
+    # Another process that succeeds here may be removing the old results, too.
+    if old is not None and not remove_own(old) and os.path.lexists(old):
+        warnings.warn(f"{old}: the results replaced could not be removed", InputWarning, stacklevel=2)
+
+
+def _replace(new: Path, wanted: Path) -> Path:
+    """Put a folder in the place of another one; return where that one is now."""
+    if exchange(new, wanted):
+        return new
+    aside = new.with_suffix(".replaced")
+    rename_new(wanted, aside)
+    try:
+        rename_new(new, wanted)
+    except BaseException:
+        rename_new(aside, wanted)
+        raise
+    return aside
+
+
+def _clear(parent: Path) -> None:
+    """Remove what programs left that were killed: only theirs, only dead ones."""
+    with suppress(OSError):
+        for path, _, state in _unfinished_in(parent):
+            if state == "dead":
+                remove_own(path, half_written=True)
 
 
 def _sync_folder(folder: Path) -> None:
@@ -241,13 +361,14 @@ def _sync_folder(folder: Path) -> None:
         os.close(opened)
 
 
-def _unwritable(wanted: Path, error: OSError) -> InputError:
+def _concerns(error: OSError, results: Results | None, wanted: Path) -> bool:
+    places = (str(wanted), *([str(results.path)] if results is not None else []))
+    return isinstance(error.filename, (str, os.PathLike)) and os.fspath(error.filename).startswith(places)
+
+
+def _unwritable(wanted: Path, error: OSError | RuntimeError) -> InputError:
+    said = (getattr(error, "strerror", None) or str(error)).lower()
     return InputError(
-        f"the results cannot be written: {(error.strerror or str(error)).lower()}",
-        path=str(wanted),
-        mend="Nothing was changed there. Make room, or name a folder elsewhere",
-    )
-
-
-def _in_use(wanted: Path, mend: str) -> InputError:
-    return InputError("another process is writing results there", path=str(wanted), mend=mend)
+        f"the results cannot be written: {said}", path=str(wanted),
+        mend="Nothing was changed there. Close what has its files open, make room, or name a folder elsewhere",
+    )  # fmt: skip

@@ -16,6 +16,7 @@ from bristle.files.controller import in_effort
 __all__ = ["run_from"]
 
 SAMPLES_MAX = 10_000_000
+LONGEST_DELAY = 64.0  # samples: each is a state of the loop, whose poles are looked for with every shorter delay, too
 
 RUN = {
     "duration": Variable("time", "simulated time", min=1e-9),
@@ -25,7 +26,7 @@ RUN = {
     "substeps": Variable("1", "integration steps in a sample", min=1.0, max=10_000.0),
     "current_lag": Variable("time", "time constant of the current control of the drive", min=0.0),
     "seeds": Variable("1", "runs, each with other noise", min=1.0, max=1000.0),
-    "delay": Variable("1", "samples from a measurement to the effort computed from it", min=0.0, max=10_000.0),
+    "delay": Variable("1", "samples from a measurement to the effort computed from it", min=0.0, max=LONGEST_DELAY),
 }
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from bristle.core.axis import Axis
+from bristle.core.content import SIZE_LIMIT, Content, Origin, content_of
 from bristle.core.contracts import Model, make_model
 from bristle.core.errors import InputError
 from bristle.core.variable import Kind
@@ -15,8 +16,12 @@ from bristle.files.axis import read_axis
 from bristle.files.components import check_keys, parameters_in, table_at
 from bristle.files.model import ModelFile, friction_from, read_model
 from bristle.files.motion import axis_of_motion
+from bristle.files.toml import TOML_LIMIT
+from bristle.files.user_model import origins_of_code
+from bristle.friction import base_of
 from bristle.logs import read_log
 from bristle.logs.log import Log
+from bristle.logs.tables import content_of_log
 from bristle.references import recorded
 
 __all__ = ["Sources"]
@@ -24,26 +29,50 @@ __all__ = ["Sources"]
 
 @dataclass
 class Sources:
-    """Axes, identified models and logs that the tables of an experiment refer to by file."""
+    """Axes, identified models, logs and code that the tables of an experiment refer to by file.
+
+    Parameters
+    ----------
+    folder : Path
+        What a relative file starts from.
+    allow_code : bool
+        Whether code may run that was not allowed before.
+    size_limit : int
+        Largest log [byte].
+    """
 
     folder: Path
+    allow_code: bool = False
+    size_limit: int = SIZE_LIMIT
     _read: dict[tuple[Any, ...], Any] = field(default_factory=dict)
+    _origins: dict[str, list[Origin]] = field(default_factory=dict)
+
+    @property
+    def origins(self) -> dict[str, tuple[Origin, ...]]:
+        """The files that were read, by what they are."""
+        return {what: tuple(dict.fromkeys(several)) for what, several in self._origins.items()}
 
     def axis(self, file: Any, path: str) -> Axis:
         """Return the axis in a file."""
-        return self._once(("axis", self._file(file, path)), path, lambda key: read_axis(key[1]))
+        return self._once(("axis", self._file(file, path)), path, read_axis)
 
     def model(self, file: Any, path: str) -> ModelFile:
         """Return the identified model in a file."""
-        return self._once(("model", self._file(file, path)), path, lambda key: read_model(key[1]))
+
+        def read(content: Content) -> ModelFile:
+            found = read_model(content, allow_code=self.allow_code)
+            self._note_code(found.friction)
+            return found
+
+        return self._once(("model", self._file(file, path)), path, read)
 
     def log(self, file: Any, axis: Axis | None, path: str) -> Log:
         """Return the log in a file, or the motion."""
 
-        def read(key: tuple[Any, ...]) -> Log:
-            return read_log(key[1], axis_of_motion(key[1], axis) or axis)
+        def read(content: Content) -> Log:
+            return read_log(content, axis_of_motion(content, axis) or axis, size_limit=self.size_limit)
 
-        return self._once(("log", self._file(file, path), id(axis)), path, read)
+        return self._once(("log", self._file(file, path), id(axis)), path, read, content_of_log)
 
     def friction(self, table: Any, kind: Kind, path: str) -> tuple[Model | None, Model]:
         """Return the plant (where a model file gives one) and the friction model of a table.
@@ -56,16 +85,18 @@ class Sources:
         given = table_at(table, path)
         file = given.get("file")
         if not isinstance(file, str) or not file.endswith(".toml"):
-            return None, friction_from(given, kind=kind, folder=self.folder, path=path)
-        found = self.model(file, f"{path}.file")
-        if found.friction.kind != kind:
+            found = friction_from(given, kind=kind, folder=self.folder, path=path, allow_code=self.allow_code)
+            self._note_code(found)
+            return None, found
+        described = self.model(file, f"{path}.file")
+        if described.friction.kind != kind:
             raise InputError(
-                f"holds a {found.friction.kind} axis, and this one is {kind}", path=f"{path}.file", value=file,
+                f"holds a {described.friction.kind} axis, and this one is {kind}", path=f"{path}.file", value=file,
                 mend="Name the model of an axis of the same kind",
             )  # fmt: skip
-        component = found.friction.component
-        values = found.friction.values | parameters_in(given, component, path, beside=("file",))
-        return found.plant, make_model(component, values, kind=kind, validate=True, path=path)
+        component = described.friction.component
+        values = described.friction.values | parameters_in(given, component, path, beside=("file",))
+        return described.plant, make_model(component, values, kind=kind, validate=True, path=path)
 
     def recorded(self, table: dict[str, Any], axis: Axis | None, path: str) -> Model:
         """Return the reference that a log holds, or a motion in which nothing was recorded."""
@@ -92,10 +123,18 @@ class Sources:
             raise InputError("must be the name of a file", path=path, value=file)
         return self.folder / file
 
-    def _once(self, key: tuple[Any, ...], path: str, read: Callable[[Any], Any]) -> Any:
+    def _once(
+        self, key: tuple[Any, ...], path: str, read: Callable[[Content], Any],
+        opened: Callable[..., Content] = content_of,
+    ) -> Any:  # fmt: skip
         if key not in self._read:
             try:
-                self._read[key] = read(key)
+                content = opened(key[1], limit=self.size_limit if opened is content_of_log else TOML_LIMIT)
+                self._read[key] = read(content)
             except InputError as error:
                 raise error.at(path) from None
+            self._origins.setdefault(key[0], []).append(content.origin)
         return self._read[key]
+
+    def _note_code(self, friction: Model) -> None:
+        self._origins.setdefault("code", []).extend(origins_of_code([base_of(friction.component)]))

@@ -1,49 +1,143 @@
-"""Reading TOML, with errors that say where."""
+"""Reading TOML, with errors that say where, and nothing let in that no file of an axis holds."""
 
 from __future__ import annotations
 
-import os
+import math
+import re
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
+from bristle.core.content import Content, Readable, content_of
 from bristle.core.errors import InputError
+from bristle.core.units import LARGEST
 
-__all__ = ["read_toml"]
+__all__ = ["TOML_LIMIT", "Described", "read_toml"]
+
+TOML_LIMIT = 16 * 2**20
+"""Largest file of settings [byte]; the tables of an operator with a hundred thousand numbers take two million."""
+
+DEEPEST, LONGEST_KEY = 32, 32
+LARGEST_WHOLE = 2**63 - 1  # what TOML promises to hold
+_CONTROLS = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
+_JOINTS = re.compile(r"[\w\-\"'][ \t]*\.(?=[ \t]*[\w\-\"'])")  # dots between the parts of a key, not those of a text
+_KEYS = re.compile(r"[\w\-.\"' \t]+|[^\w\-.\"' \t]+")
 
 
-def read_toml(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """Return the content of a TOML file.
+class Described(NamedTuple):
+    """What a file of settings says, and which file it is; there is none where a dict was given."""
+
+    data: dict[str, Any]
+    source: Path
+    content: Content | None = None
+
+
+def read_toml(given: Readable | dict[str, Any], *, path: str = "file", what: str = "a file") -> Described:
+    """Return what a TOML file says.
+
+    Parameters
+    ----------
+    given : path-like, bytes, file object, Content or dict
+        The file; a dict is what one would say, and is examined alike.
+    path, what : str
+        Argument and what it must be, for the message where nothing that can be read was given.
 
     Raises
     ------
     InputError
-        If there is no such file, or it is no TOML; the message has the line.
+        If there is no such file, or it is no TOML; the message has the line. If it holds what nobody means: a number
+        that is none, or larger than any, control characters, tables nested deeper than any.
     """
-    source = Path(path)
+    if isinstance(given, dict):
+        _refuse_absurdities(given)
+        return Described(given, Path("<dict>"))
+    content = content_of(given, limit=TOML_LIMIT, path=path, what=what)
     try:
-        text = source.read_bytes().decode("utf-8-sig")
-    except FileNotFoundError:
-        raise InputError("there is no such file", path=str(source), mend="Check the path") from None
+        data = _parsed(content)
+        _refuse_absurdities(data)
+    except InputError as error:
+        raise error.at(str(content.source)) from None
+    return Described(data, content.source, content)
+
+
+def _parsed(content: Content) -> dict[str, Any]:
+    try:
+        text = content.data.decode("utf-8-sig").replace("\r\n", "\n")
     except UnicodeDecodeError as error:
-        raise InputError(
-            f"is not a text file in UTF-8 (byte {error.start})", path=str(source), mend="Is it the right file?"
-        ) from None
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", path=str(source)) from None
+        raise InputError(f"is not a text file in UTF-8 (byte {error.start})", mend="Is it the right file?") from None
+    _refuse_long_keys(text)
     try:
-        return tomllib.loads(text.replace("\r\n", "\n"))
+        return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"is not valid TOML: {error}", path=str(source), mend=_mend(text, str(error))) from None
+        raise InputError(f"is not valid TOML: {error}", mend=_mend(text, str(error))) from None
     except RecursionError:
-        raise InputError("is nested too deeply", path=str(source), mend="Is it the right file?") from None
+        raise _too_deep("") from None
+    except Exception as error:  # noqa: BLE001  (what the parser does not foresee, such as a number of 5 000 digits)
+        raise InputError(f"holds what cannot be read as TOML ({error})", mend="Is it the right file?") from None
+
+
+def _refuse_long_keys(text: str) -> None:
+    """Refuse keys of very many parts: the parser takes the square of their number."""
+    before = ""
+    for found in _KEYS.finditer(text):
+        part = found[0]
+        if part[0] in "=]" and before.count(".") > LONGEST_KEY and len(_JOINTS.findall(before)) > LONGEST_KEY:
+            raise _too_deep(before.strip())
+        before = part
+
+
+def _refuse_absurdities(data: dict[str, Any]) -> None:
+    """Refuse what no file of an axis holds.
+
+    Raises
+    ------
+    InputError
+        With the path of the key.
+    """
+    waiting: list[tuple[str, Any, int]] = [("", data, 0)]
+    while waiting:
+        path, value, depth = waiting.pop()
+        if depth > DEEPEST:
+            raise _too_deep(path)
+        if isinstance(value, (dict, list)):
+            waiting += [(*inner, depth + 1) for inner in _inside(path, value)]
+        else:
+            _refuse_value(path, value)
+
+
+def _inside(path: str, value: dict[str, Any] | list[Any]) -> Iterator[tuple[str, Any]]:
+    if isinstance(value, list):
+        yield from ((f"{path}[{index}]", one) for index, one in enumerate(value))
+        return
+    for key, one in value.items():
+        if not isinstance(key, str) or _CONTROLS.search(key):
+            raise InputError("has a key with control characters", path=path, value=key, mend="Write letters")
+        yield (f"{path}.{key}" if path else key), one
+
+
+def _refuse_value(path: str, value: Any) -> None:
+    if isinstance(value, str):
+        if _CONTROLS.search(value):
+            raise InputError("holds control characters", path=path, value=value, mend="Write letters")
+    elif isinstance(value, int) and abs(value) > LARGEST_WHOLE:
+        raise InputError("is too large for a number", path=path, allowed="whole numbers up to 9223372036854775807")
+    elif isinstance(value, float) and math.isnan(value):
+        raise InputError("must be a finite number", path=path, value=value)
+    elif isinstance(value, float) and LARGEST < abs(value) < math.inf:
+        raise InputError("is out of any range", path=path, value=value, allowed=f"up to {LARGEST:g}")
+
+
+def _too_deep(path: str) -> InputError:
+    return InputError("is nested too deeply", path=path[:80], allowed=f"up to {DEEPEST} tables in one another",
+                      mend="Is it the right file?")  # fmt: skip
 
 
 def _mend(text: str, message: str) -> str:
     """Return what to do about the line that the parser names, for the two mistakes that people make most."""
     number = message.partition("at line ")[2].partition(",")[0]
     lines = text.splitlines()
-    line = lines[int(number) - 1].strip() if number.isdigit() and int(number) <= len(lines) else ""
+    line = lines[int(number) - 1].strip()[:200] if number.isdigit() and int(number) <= len(lines) else ""
     value = line.partition("=")[2].strip()
     if value and value[0].isdigit() and not value.endswith(('"', "'")):
         return f'A value with a unit stands in quotation marks: "{value}"'

@@ -3,19 +3,48 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
-import os
 import sys
 import types
+from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+from bristle.core.content import Content, Origin, Readable, content_of
 from bristle.core.contracts import FrictionModel
-from bristle.core.errors import BristleError, InputError
+from bristle.core.errors import BristleError, InputError, told_by
+from bristle.core.locks import LOADING
+from bristle.files.permission import CODE_LIMIT
 
-__all__ = ["load_model_file"]
+__all__ = ["SourceText", "code_of", "load_model_file", "origins_of_code"]
 
 
-def load_model_file(path: str | os.PathLike[str]) -> FrictionModel:
+@dataclass(frozen=True)
+class SourceText:
+    """The text of a file of a user: what goes to another process, where the file may be gone or another one.
+
+    Parameters
+    ----------
+    content : Content
+        The text, and where it was read.
+    """
+
+    content: Content
+
+    def module(self) -> types.ModuleType:
+        """Return what the text defines, executed once in each process.
+
+        Raises
+        ------
+        InputError
+            If it cannot be run.
+        """
+        name = f"bristle_user_{self.content.checksum[:16]}"
+        with LOADING:
+            return sys.modules.get(name) or _executed(name, self.content)
+
+
+def load_model_file(path: Readable) -> FrictionModel:
     """Return the friction model that a Python file defines as ``MODEL``.
 
     The module is named by the hash of its source, so that an edited file is another module: nothing compiled from
@@ -23,7 +52,7 @@ def load_model_file(path: str | os.PathLike[str]) -> FrictionModel:
 
     Parameters
     ----------
-    path : path-like
+    path : path-like, bytes, file object or Content
         A Python file with ``Parameters``, ``State``, ``trial``, ``commit`` and ``MODEL``. It is executed.
 
     Returns
@@ -36,14 +65,9 @@ def load_model_file(path: str | os.PathLike[str]) -> FrictionModel:
     InputError
         If the file cannot be read or run, defines no ``MODEL``, or gives it a name that cannot be asked for.
     """
-    source = Path(path)
-    try:
-        text = source.read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", path=str(source)) from None
-    name = f"bristle_user_{hashlib.sha256(text).hexdigest()[:16]}"
-    module = sys.modules.get(name) or _executed(name, source, text)
-    model = getattr(module, "MODEL", None)
+    content = content_of(path, limit=CODE_LIMIT, what="a file of Python")
+    source = content.source
+    model = getattr(SourceText(content).module(), "MODEL", None)
     if not isinstance(model, FrictionModel):
         raise InputError(
             "defines no friction model" if model is None else "MODEL is not a FrictionModel",
@@ -60,8 +84,21 @@ def load_model_file(path: str | os.PathLike[str]) -> FrictionModel:
     return model
 
 
-def _executed(name: str, source: Path, text: bytes) -> types.ModuleType:
-    if b"\0" in text:
+def code_of(component: Any) -> Content | None:
+    """Return the file that a model was loaded from; None for one that was loaded from none."""
+    source = getattr(sys.modules.get(component.module), "__travels_as__", None)
+    return source.content if isinstance(source, SourceText) else None
+
+
+def origins_of_code(components: Iterable[Any]) -> tuple[Origin, ...]:
+    """Return the files that models were loaded from, each once."""
+    found = [content.origin for one in components if (content := code_of(one)) is not None]
+    return tuple(dict.fromkeys(found))
+
+
+def _executed(name: str, content: Content) -> types.ModuleType:
+    source = content.source
+    if b"\0" in content.data:
         raise InputError(
             "is not Python but binary data", path=str(source), mend="Name a file with a model, my_model.py"
         )
@@ -72,18 +109,39 @@ def _executed(name: str, source: Path, text: bytes) -> types.ModuleType:
         # Compiled from the text at hand: a byte-code cache goes by the second and the size, and may be stale.
         # What it prints is no part of a result, and goes where messages go.
         with contextlib.redirect_stdout(sys.stderr):
-            exec(compile(text, str(source), "exec"), module.__dict__)
-    except SyntaxError as error:
+            exec(compile(content.data, str(source), "exec"), module.__dict__)
+    except BaseException as error:
         del sys.modules[name]
-        raise InputError(f"is not valid Python ({error.msg})", path=f"{source}, line {error.lineno or 1}") from None
-    except (Exception, SystemExit) as error:
-        del sys.modules[name]
-        if isinstance(error, BristleError):
+        if isinstance(error, (BristleError, KeyboardInterrupt)):
             raise
-        raise InputError(
-            f"stops with {type(error).__name__}: {error}".rstrip(": "), path=f"{source}, line {_line_of(error, source)}"
-        ) from None
+        raise _refusal(error, source) from None
+    _let_travel(module, SourceText(content))
     return module
+
+
+def _refusal(error: BaseException, source: Path) -> InputError:
+    if isinstance(error, SyntaxError) and error.filename == str(source):
+        return InputError(f"is not valid Python ({error.msg})", path=f"{source}, line {error.lineno or 1}")
+    if isinstance(error, (ValueError, RecursionError, MemoryError)) and not _line_of(error, source):
+        return InputError(f"is not valid Python ({error})", path=str(source))  # what the compiler gives up on
+    said = f"stops with {type(error).__name__}: {told_by(error)}".rstrip(": ")
+    return InputError(said, path=f"{source}, line {_line_of(error, source)}")
+
+
+def _let_travel(module: types.ModuleType, source: SourceText) -> None:
+    """Let what a module defines travel as its text: by a name alone no other process could import it."""
+
+    def reduced(value: Any) -> tuple[Any, ...]:
+        return _tuple_of, (source, type(value).__name__, tuple(value))
+
+    vars(module)["__travels_as__"] = source
+    for one in list(vars(module).values()):
+        if isinstance(one, type) and issubclass(one, tuple) and one.__module__ == module.__name__:
+            one.__reduce__ = reduced  # type: ignore[method-assign]
+
+
+def _tuple_of(source: SourceText, name: str, values: tuple[Any, ...]) -> Any:
+    return getattr(source.module(), name)(*values)
 
 
 def _line_of(error: BaseException, source: Path) -> int:

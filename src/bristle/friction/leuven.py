@@ -21,10 +21,11 @@ References
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 from bristle.core.contracts import FrictionModel
+from bristle.core.lazy import cached_property
+from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable, variables_of
 from bristle.friction.preisach_lugre import LEUVEN
 from bristle.friction.preisach_lugre import MODEL as COMPOSITE
@@ -38,9 +39,10 @@ class Leuven(FrictionModel):
     """The composite with its transition held."""
 
     @cached_property
-    def variables(self) -> dict[str, Variable]:
+    def variables(self) -> ReadOnly[str, Variable]:
         """Each parameter that a person sets."""
-        return {name: variable for name, variable in variables_of(self.Parameters).items() if name not in HELD}
+        every = variables_of(self.Parameters)
+        return ReadOnly({name: variable for name, variable in every.items() if name not in HELD})
 
     @property
     def defaults(self) -> dict[str, Any]:

@@ -21,14 +21,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cache, cached_property
 from typing import Annotated, Any, NamedTuple
 
 from bristle.core.contracts import FrictionModel, Model, Motion
 from bristle.core.dispatch import friction_trial
 from bristle.core.errors import InputError
 from bristle.core.kernel import kernel
+from bristle.core.lazy import cached_property
 from bristle.core.mathematics import direction, relaxation
+from bristle.core.once import once
+from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable
 
 __all__ = ["is_static", "with_presliding"]
@@ -86,10 +88,13 @@ class PreslidingModel(FrictionModel):
 
     inner: FrictionModel
 
+    def _made_by(self) -> tuple[Any, tuple[Any, ...]]:
+        return presliding, (self.inner,)
+
     @cached_property
-    def variables(self) -> dict[str, Variable]:
+    def variables(self) -> ReadOnly[str, Variable]:
         """Each parameter that a person sets: those of the map, and the distance."""
-        return self.inner.variables | {PRESLIDING: DISTANCE}
+        return ReadOnly(self.inner.variables | {PRESLIDING: DISTANCE})
 
     @property
     def defaults(self) -> dict[str, Any]:
@@ -114,7 +119,7 @@ class PreslidingModel(FrictionModel):
         return self.inner.values(parameters.inner) | {PRESLIDING: parameters.distance}
 
 
-@cache
+@once
 def presliding(model: FrictionModel) -> PreslidingModel:
     """Return the descriptor of a static `model` with pre-sliding."""
     return PreslidingModel(

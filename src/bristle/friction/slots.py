@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cache, cached_property
 from typing import Any, NamedTuple
 
 from bristle.core.contracts import FrictionModel, Model, Relation
@@ -30,7 +29,10 @@ from bristle.core.dispatch import (
 )
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.kernel import kernel
+from bristle.core.lazy import cached_property
 from bristle.core.mathematics import direction
+from bristle.core.once import once
+from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable
 from bristle.friction.variation import VARIATIONS, Place, Varied
 
@@ -120,14 +122,17 @@ class SlottedModel(FrictionModel):
     inner: FrictionModel
     asymmetry: bool
 
+    def _made_by(self) -> tuple[Any, tuple[Any, ...]]:
+        return _slotted, (self.inner, self.asymmetry)
+
     @cached_property
-    def variables(self) -> dict[str, Variable]:
+    def variables(self) -> ReadOnly[str, Variable]:
         """Each parameter that a person sets: those of the model, by direction, and the offset."""
         found: dict[str, Variable] = {}
         for name, variable in self.inner.variables.items():
             for key in self._keys(name):
                 found[key] = replace(variable, description=variable.description + _SIDES.get(key[len(name) :], ""))
-        return found | {"offset": OFFSET}
+        return ReadOnly(found | {"offset": OFFSET})
 
     @property
     def defaults(self) -> dict[str, Any]:
@@ -186,9 +191,13 @@ def unvaried(friction: Model) -> Model:
 _SIDES = {"_pos": ", moving forward", "_neg": ", moving backward"}
 
 
-@cache
 def slotted(model: FrictionModel, *, asymmetry: bool) -> SlottedModel:
     """Return `model` with an offset and, where asked for, parameters of its own for each direction."""
+    return _slotted(model, asymmetry)
+
+
+@once
+def _slotted(model: FrictionModel, asymmetry: bool) -> SlottedModel:
     sided = asymmetry and model.trial_sided is not None
     first = model.start
     return SlottedModel(

@@ -15,12 +15,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import cache, cached_property
 from typing import Annotated, Any, NamedTuple
 
 from bristle.core.contracts import NOMINAL_TEMPERATURE, FrictionModel, Relation
 from bristle.core.dispatch import friction_commit, friction_rate, friction_trial
 from bristle.core.kernel import kernel
+from bristle.core.lazy import cached_property
+from bristle.core.once import once
+from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable, variables_of
 
 __all__ = ["SMALLEST_FACTOR", "VARIATIONS", "Place", "Varied", "VariedModel", "varied"]
@@ -135,11 +137,14 @@ class VariedModel(FrictionModel):
         """The parameters of its slots."""
         return tuple(name for slot in self.slots for name in VARIATIONS[slot])
 
+    def _made_by(self) -> tuple[Any, tuple[Any, ...]]:
+        return _varied, (self.inner, self.slots)
+
     @cached_property
-    def variables(self) -> dict[str, Variable]:
+    def variables(self) -> ReadOnly[str, Variable]:
         """Each parameter that a person sets: those of the model, then those of its slots."""
         known = variables_of(Place)
-        return self.inner.variables | {name: known[name] for name in self.places}
+        return ReadOnly(self.inner.variables | {name: known[name] for name in self.places})
 
     @property
     def defaults(self) -> dict[str, Any]:
@@ -171,7 +176,7 @@ def varied(model: FrictionModel, slots: Iterable[str]) -> FrictionModel:
     return _varied(model, chosen) if chosen else model
 
 
-@cache
+@once
 def _varied(model: FrictionModel, slots: tuple[str, ...]) -> VariedModel:
     return VariedModel(
         name="+".join((model.name, *slots)),

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from bristle.core.cores import core_count
+from bristle.core.cores import Abreast
 
 __all__ = ["STEP", "Differences"]
 
@@ -51,5 +50,5 @@ class Differences:
             there[index] += -step if x[index] + step > self.high[index] else step
             return (self.residual(there) - here) / (there[index] - x[index])
 
-        with ThreadPoolExecutor(core_count()) as pool:
+        with Abreast() as pool:
             return np.stack(list(pool.map(column, range(x.size))), axis=1)

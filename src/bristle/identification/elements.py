@@ -21,13 +21,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Model
 from bristle.core.errors import InputError
+from bristle.core.lazy import cached_property
 from bristle.friction import maxwell_slip
 from bristle.friction.slots import SlottedModel
 from bristle.identification.operators.stops import thresholds_over

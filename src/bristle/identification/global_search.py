@@ -13,12 +13,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.cores import core_count
+from bristle.core.cores import Abreast
 from bristle.identification.interruption import BestSoFar
 from bristle.identification.unknowns import Coordinate
 
@@ -104,7 +103,7 @@ def evolved(
         generation += 1
         report(generation / GENERATIONS)
 
-    pool = ThreadPoolExecutor(core_count())
+    pool = Abreast()
 
     def everywhere(_: object, members: Iterable[np.ndarray]) -> list[float]:
         points = [coordinates(one) for one in members]

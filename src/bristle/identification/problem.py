@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 
 from bristle.core.contracts import Model
+from bristle.core.lazy import cached_property
 from bristle.identification.regression import Regression, mechanical
 from bristle.identification.unknowns import Unknowns
 

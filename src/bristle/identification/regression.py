@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache
 
 import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
+from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind
 from bristle.engine import force_along
 from bristle.identification.starts import place_of, state_at

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from bristle.core.contracts import FrictionModel, Model
+from bristle.core.lazy import cached_property
+from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable
 from bristle.friction.slots import SlottedModel
 
@@ -32,8 +33,12 @@ class ShapedModel(FrictionModel):
     inner: SlottedModel
     shape: tuple[tuple[float, ...], tuple[float, ...]]
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        # There are as many as shapes were tried, and nothing tells them apart but that: made anew, they are as good.
+        return _shaped, (self.inner, self.shape)
+
     @cached_property
-    def variables(self) -> dict[str, Variable]:
+    def variables(self) -> ReadOnly[str, Variable]:
         """Each parameter that a person sets, the stiffness in place of the lists."""
         found: dict[str, Variable] = {}
         for name, variable in self.inner.variables.items():
@@ -41,7 +46,7 @@ class ShapedModel(FrictionModel):
                 found["s"] = STIFFNESS
             elif name not in ARRAYS:
                 found[name] = variable
-        return found
+        return ReadOnly(found)
 
     @property
     def defaults(self) -> dict[str, Any]:
@@ -82,7 +87,10 @@ def shaped(model: SlottedModel, stiffness: np.ndarray, levels: np.ndarray) -> Sh
     stiffness, levels : ndarray, shape (element,)
         Stiffness [N/m or N*m/rad] of each element, and the force [N or N*m] at which it slips.
     """
-    shape = tuple((stiffness / np.sum(stiffness)).tolist()), tuple((levels / np.sum(levels)).tolist())
+    return _shaped(model, (tuple((stiffness / np.sum(stiffness)).tolist()), tuple((levels / np.sum(levels)).tolist())))
+
+
+def _shaped(model: SlottedModel, shape: tuple[tuple[float, ...], tuple[float, ...]]) -> ShapedModel:
     return ShapedModel(
         name=model.name,
         description=model.description,

@@ -18,13 +18,12 @@ spread is that about the prediction itself: where an error of the force adds up,
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from bristle.core.contracts import Model
-from bristle.core.cores import core_count
+from bristle.core.cores import Abreast
 from bristle.core.normal import NORMAL_95
 from bristle.engine import force_along
 from bristle.identification.bands import MEMBERS, SEED, Bands, with_parameters
@@ -94,7 +93,7 @@ def simulated_widths(
 
     members = range(min(bands.count, MEMBERS))
     levels, left = (rng.standard_normal((len(members), int(one[-1]) + 1)) for one in (cycle, block))
-    with ThreadPoolExecutor(core_count()) as pool:
+    with Abreast() as pool:
         square = _mean(np.array(list(pool.map(member, members, levels, left))))
     noise = np.array([[ROUNDING * resolution], [bands.noise]])
     return Widths(*(NORMAL_95 * bands.inflation * np.sqrt(square + noise**2)))

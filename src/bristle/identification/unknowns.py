@@ -11,12 +11,12 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from bristle.core.contracts import FrictionModel, Plant
+from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
 from bristle.identification.regression import Regression
 from bristle.plants.inertia import MODEL as inertia

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import codecs
 import io
-from collections.abc import Sequence
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
+from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
+from bristle.logs.choice import Choice
 from bristle.logs.layout import (
     COMMENT,
     PREAMBLE_LINES,
@@ -22,106 +24,177 @@ from bristle.logs.layout import (
 )
 from bristle.logs.table import Table
 
-__all__ = ["read_csv"]
+__all__ = ["read"]
 
 TAIL_ROWS = 1000
+LONGEST_LINE = 4 * 2**20
+PIECE = 2**20
+NUMBER_BYTES = 8
 
 
-def read_csv(data: bytes, source: Path) -> Table:
+def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: int) -> Table:
     """Return the columns of a text file.
 
     Cells are separated by comma, semicolon, tab or blanks; lines that start with ``#`` and what stands before
     the header are skipped; the header may be missing; a decimal comma is understood unless commas separate.
+
+    Parameters
+    ----------
+    data : bytes
+        Content of the file.
+    source : Path
+        The file.
+    table : str or None
+        Not used: such a file is one table.
+    choice : Choice
+        Which columns are read.
+    limit : int
+        Largest size of the columns read [byte].
 
     Raises
     ------
     InputError
         If a cell is no number, a row has another number of cells, or the file ends within a row.
     """
-    text = _decoded(data, source)
-    lines = text.split("\n", PREAMBLE_LINES + SAMPLE_ROWS)
+    data, encoding = _decodable(data, source)
+    starts = _starts_of_lines(data, PREAMBLE_LINES + SAMPLE_ROWS, source)
+    lines = [data[a : b - 1].decode(encoding) for a, b in zip(starts, [*starts[1:], len(data) + 1], strict=True)]
     layout = layout_of(lines[: PREAMBLE_LINES + SAMPLE_ROWS], source)
-    body = text[sum(len(line) + 1 for line in lines[: layout.first]) :]
-    body, notes = _without_open_end(body, layout, source)
-    values = _numbers(body, layout, source)
-    kept = [index for index, numeric in enumerate(layout.numeric) if numeric]
+    body, notes = _without_open_end(data[starts[layout.first] :], layout, source, encoding)
+    chosen = [i for i, numeric in enumerate(layout.numeric) if numeric and choice(layout.names[i])]
+    values = _numbers(body, layout, source, chosen, limit, encoding)
     left_out = [name for name, numeric in zip(layout.names, layout.numeric, strict=True) if not numeric]
     if left_out:
-        notes.append(f"text was left out: {', '.join(left_out)}")
-    texts = {name: _text_in(name, lines, layout, source) for name in left_out}
-    columns = {layout.names[index]: np.ascontiguousarray(column) for index, column in zip(kept, values.T, strict=True)}
-    units = {layout.names[index]: layout.units[index] for index in kept if layout.units[index]}
-    return Table(columns, units, texts=texts, notes=tuple(notes), format="text")
+        notes.append(f"text was left out: {', '.join(left_out[:20])}" + (" and others" if len(left_out) > 20 else ""))
+    return Table(
+        {layout.names[i]: column for i, column in zip(chosen, values, strict=True)},
+        {layout.names[i]: unit for i, unit in enumerate(layout.units) if unit and layout.numeric[i]},
+        texts=_texts(lines[layout.first], layout, source),
+        notes=(*layout.notes, *notes),
+        format="text",
+        names=tuple(name for name, numeric in zip(layout.names, layout.numeric, strict=True) if numeric),
+    )
 
 
-def _text_in(name: str, lines: Sequence[str], layout: Layout, source: Path) -> InputError:
-    """Return why a column was left out, for those who ask for it."""
-    cell = cells_of(lines[layout.first], layout.delimiter)[layout.names.index(name)]
-    said, mend = why_no_number(cell)
-    return InputError(said, path=f"{source}: line {layout.first + 1}, column {name!r}", value=cell, mend=mend)
+def _texts(row: str, layout: Layout, source: Path) -> dict[str, InputError]:
+    """Return why columns were left out, for those who ask for them."""
+    found = {}
+    for name, numeric, cell in zip(layout.names, layout.numeric, cells_of(row, layout.delimiter), strict=True):
+        if not numeric:
+            said, mend = why_no_number(cell)
+            place = f"{source}: line {layout.first + 1}, column {name!r}"
+            found[name] = InputError(said, path=place, value=cell, mend=mend)
+    return found
 
 
-def _decoded(data: bytes, source: Path) -> str:
+def _decodable(data: bytes, source: Path) -> tuple[bytes, str]:
+    """Return text with one kind of line end, and its encoding, in which each separator is one byte."""
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        encodings = ["utf-16"]
+        try:
+            data = data.decode("utf-16").encode("utf-8", "replace")
+        except UnicodeDecodeError:
+            raise InputError("is truncated: it ends within a character", path=str(source),
+                             mend="Copy or export it again") from None  # fmt: skip
     elif b"\0" in data:
         raise InputError("is neither text nor a log of a known kind", path=str(source), mend="Export it as CSV")
-    else:
-        encodings = ["utf-8-sig", "latin-1"]
-    for encoding in encodings:
-        try:
-            text = data.decode(encoding)
-        except UnicodeDecodeError:
-            continue
-        return text.replace("\r\n", "\n").replace("\r", "\n")
-    raise InputError("is truncated: it ends within a character", path=str(source), mend="Copy or export it again")
+    data = data.removeprefix(codecs.BOM_UTF8)
+    if b"\r" in data:
+        data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    return data, "utf-8" if _is_utf8(data) else "latin-1"
 
 
-def _without_open_end(body: str, layout: Layout, source: Path) -> tuple[str, list[str]]:
+def _is_utf8(data: bytes) -> bool:
+    decoder = codecs.getincrementaldecoder("utf-8")()
+    try:
+        for at in range(0, len(data), PIECE):
+            decoder.decode(data[at : at + PIECE])
+        decoder.decode(b"", final=True)
+    except UnicodeDecodeError:
+        return False
+    return True
+
+
+def _starts_of_lines(data: bytes, most: int, source: Path) -> list[int]:
+    """Return where the first lines begin."""
+    starts, at = [0], 0
+    while len(starts) <= most:
+        end = data.find(b"\n", at)
+        if (end if end >= 0 else len(data)) - at > LONGEST_LINE:
+            raise InputError(f"has a line of more than {LONGEST_LINE} characters", path=f"{source}: line {len(starts)}",
+                             mend="Export one row a sample: is it a log?")  # fmt: skip
+        if end < 0:
+            break
+        at = end + 1
+        starts.append(at)
+    return starts
+
+
+def _without_open_end(body: bytes, layout: Layout, source: Path, encoding: str) -> tuple[bytes, list[str]]:
     """Leave out a last line that no line break ends: its last cell may be cut, and nothing tells."""
-    if body.endswith("\n"):
+    if body.endswith(b"\n"):
         return body, []
-    whole, _, last = body.rpartition("\n")
+    end = body.rfind(b"\n") + 1
+    last = body[end:][:LONGEST_LINE].decode(encoding, "replace")
     cells = cells_of(last, layout.delimiter)
-    before = [cells_of(line, layout.delimiter)[-1] for line in whole.split("\n")[-TAIL_ROWS:] if line.strip()]
+    tail = (one.decode(encoding) for one in _last_lines(body[:end], TAIL_ROWS))
+    before = [cells_of(line, layout.delimiter)[-1] for line in tail if line.strip()]
     cut = len(cells) != len(layout.numeric) or len(cells[-1]) < min(map(len, before), default=0)
     if layout.numeric[-1]:
         cut = cut or not (is_number(cells[-1], layout.decimal_comma) or cells[-1] in before)
     if cut:
         raise InputError(
             "is truncated: it ends within a row",
-            path=f"{source}: line {layout.first + body.count(chr(10)) + 1}",
+            path=f"{source}: line {layout.first + body.count(10) + 1}",
             value=last,
             mend="Copy or export the log again, or delete this row",
         )
-    return f"{whole}\n", ["the file does not end with a line break: its last row may be cut and was left out"]
+    return body[:end], ["the file does not end with a line break: its last row may be cut and was left out"]
 
 
-def _numbers(body: str, layout: Layout, source: Path) -> np.ndarray:
-    plain = body.replace(",", ".") if layout.decimal_comma else body
-    kept = [index for index, numeric in enumerate(layout.numeric) if numeric]
+def _last_lines(body: bytes, most: int) -> Iterator[bytes]:
+    end = len(body) - 1
+    for _ in range(most):
+        if end < 0:
+            return
+        begin = body.rfind(b"\n", 0, end) + 1
+        yield body[begin:end]
+        end = begin - 1
+
+
+def _numbers(
+    body: bytes, layout: Layout, source: Path, chosen: list[int], limit: int, encoding: str
+) -> list[np.ndarray]:
+    """Return the chosen columns."""
+    # A run of blanks does not tell which cell is missing: all are read, so that rows are of one length.
+    numeric = [index for index, it in enumerate(layout.numeric) if it]
+    read = numeric if layout.delimiter is None else chosen
+    refuse_larger(body.count(b"\n") * len(read) * NUMBER_BYTES, limit, source)
+    if not chosen:
+        return []
+    plain = body.replace(b",", b".") if layout.decimal_comma else body
     try:
         values = np.loadtxt(
-            io.StringIO(plain),
+            io.TextIOWrapper(io.BytesIO(plain), encoding=encoding, newline="\n"),
             delimiter=layout.delimiter,
             comments=COMMENT,
-            quotechar='"' if '"' in plain else None,
-            usecols=None if all(layout.numeric) else kept,
+            quotechar='"' if b'"' in plain else None,
+            usecols=None if len(read) == len(layout.numeric) else read,
             ndmin=2,
         )
     except ValueError as error:
-        raise _bad_row(body.split("\n"), layout, source) or InputError(str(error), path=str(source)) from None
+        raise _bad_row(body, layout, source, encoding) or InputError(str(error), path=str(source)) from None
     expected = len(values) * (len(layout.numeric) - 1)
-    if layout.delimiter and body.count(layout.delimiter) != expected:
-        bad = _bad_row(body.split("\n"), layout, source)
+    if layout.delimiter and body.count(layout.delimiter.encode()) != expected:
+        bad = _bad_row(body, layout, source, encoding)
         if bad:
             raise bad
-    return values
+    columns = dict(zip(read, values.T, strict=True))
+    return [np.ascontiguousarray(columns[index]) for index in chosen]
 
 
-def _bad_row(rows: Sequence[str], layout: Layout, source: Path) -> InputError | None:
+def _bad_row(body: bytes, layout: Layout, source: Path, encoding: str) -> InputError | None:
     """Return the error that names the first row and cell that cannot be read."""
-    for index, row in enumerate(rows):
+    for index, row in enumerate(io.TextIOWrapper(io.BytesIO(body), encoding=encoding, newline="\n")):
         cells = cells_of(row.partition(COMMENT)[0], layout.delimiter)
         if not any(cells):
             continue

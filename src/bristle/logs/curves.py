@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from bristle.core.content import NOWHERE, Origin
+from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind
 
 __all__ = ["STARTS", "Curve", "Curves"]
@@ -39,8 +40,8 @@ class Curves:
         Input and output are displacement and force, angle and torque, or field and moment.
     source : Path
         The file.
-    checksum : str
-        SHA-256 of the file, in hexadecimal.
+    origin : Origin
+        Name and SHA-256 of the file, and the table in it.
     notes : tuple of str
         What was left out.
     """
@@ -49,7 +50,7 @@ class Curves:
     start: str = "virgin"
     kind: Kind = "translational"
     source: Path = Path()
-    checksum: str = ""
+    origin: Origin = NOWHERE
     notes: tuple[str, ...] = ()
 
     @cached_property

@@ -9,21 +9,13 @@ import numpy as np
 
 from bristle.core import units
 from bristle.core.axis import Axis, Column
-from bristle.core.errors import InputError
+from bristle.core.errors import InputError, close_names
 from bristle.core.variable import KINDS, Kind, unit_of
+from bristle.logs.choice import USUAL_NAMES
 from bristle.logs.log import CHANNELS, Channel
-from bristle.logs.table import Table, close_matches, split_unit
+from bristle.logs.table import Table, some_of, split_unit
 
 __all__ = ["Gathered", "axis_of", "gather"]
-
-# What a column may be called where no axis file says which channel it is.
-USUAL_NAMES = {
-    "time": ("time", "t"),
-    "position": ("position", "pos", "q", "x"),
-    "velocity": ("velocity", "vel", "v"),
-    "effort": ("effort", "force", "torque"),
-    "reference": ("reference", "position_ref", "setpoint"),
-}
 
 
 @dataclass
@@ -68,7 +60,7 @@ def axis_of(table: Table) -> Axis:
         If no column is called as positions usually are.
     """
     names = {
-        channel: next((name for name in table.columns if name.lower() in usual), None)
+        channel: next((name for name in table.names if name.lower() in usual), None)
         for channel, usual in USUAL_NAMES.items()
     }
     if names["position"] is None:
@@ -78,7 +70,7 @@ def axis_of(table: Table) -> Axis:
         raise InputError(
             "does not say which column is the position",
             path=str(table.source),
-            allowed=", ".join(table.columns),
+            allowed=some_of(table.names, 40),
             mend="Give an axis file that names the columns (--axis AXIS.toml)",
         )
     position = table.units.get(names["position"], "m")
@@ -91,7 +83,7 @@ def _channel(table: Table, column: Column, key: str, kind: Kind, found: Gathered
     name = table.name_of(column.name)
     if name is None:
         if column.optional:
-            close = close_matches(column.name, table.columns)
+            close = close_names(column.name, table.names)
             meant = f"; is it {close[0]!r}? Then name it so in the axis file" if close else ""
             found.notes.append(f"optional column {column.name} is not in this log{meant}")
         else:

@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from bristle.core.errors import InputError, MissingExtraError
+from bristle.core.errors import InputError
+from bristle.logs.choice import Choice
 from bristle.logs.table import Table
-from bristle.logs.tables import Arrays, table_from
+from bristle.logs.tables import Arrays, Stored, table_from
 
-__all__ = ["MAT_73", "read_hdf5"]
+__all__ = ["read"]
 
 MAT_73 = b"MATLAB 7.3"
 UNIT_ATTRIBUTES = ("unit", "units")
+LONGEST_ATTRIBUTE = 200  # [byte]
+MOST_OBJECTS = 100_000
 
 
-def read_hdf5(data: bytes, source: Path, table: str | None = None) -> Table:
+def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: int) -> Table:
     """Return the columns of a group, or of a matrix, of an HDF5 file.
 
     Parameters
@@ -27,50 +31,85 @@ def read_hdf5(data: bytes, source: Path, table: str | None = None) -> Table:
         Content of the file.
     source : Path
         The file.
-    table : str, optional
+    table : str or None
         Name of the group or matrix; where not given, all columns are named ``group/column`` (``structure.field`` in
         a file of MATLAB), unless there is one group only.
+    choice : Choice
+        Which columns are read.
+    limit : int
+        Largest size of the columns read [byte].
 
     Raises
     ------
-    MissingExtraError
-        If the reader of HDF5 files is not installed.
     InputError
-        If the file is truncated or damaged, or holds no such table.
+        If the file is truncated or damaged, holds no such table, or takes its numbers from other files.
     """
-    try:
-        import h5py
-    except ImportError:
-        raise MissingExtraError.of(f"{source}: reading HDF5", "io") from None
-    separator = "." if data.startswith(MAT_73) else "/"
-    values: dict[str, np.ndarray] = {}
-    units: dict[str, str] = {}
-    notes: list[str] = []
-
-    def visit(name: str, one: Any) -> None:
-        if not isinstance(one, h5py.Dataset) or name.startswith("#"):
-            return
-        name = name.replace("/", separator)
-        if one.dtype.kind not in "fiubV" or one.ndim > 2 or not one.size or _is_text(one):
-            notes.append(f"{name} holds no column of numbers and was left out")
-            return
-        values[name] = np.asarray(one[()])
-        if unit := next((text for key in UNIT_ATTRIBUTES if (text := _text(one.attrs.get(key)))), ""):
-            units[name] = unit
+    import h5py
 
     try:
-        with h5py.File(io.BytesIO(data), "r") as content:
-            content.visititems(visit)
-    except Exception as error:  # noqa: BLE001  (a damaged file makes the reader raise anything)
+        content = h5py.File(io.BytesIO(data), "r")
+    except OSError as error:
         raise InputError(
             f"is truncated or damaged, or no HDF5 file ({error})", path=str(source), mend="Copy or save it again"
         ) from None
-    return table_from(Arrays(values, units, separator, tuple(notes)), table, source, "HDF5")
+    separator = "." if data.startswith(MAT_73) else "/"
+    values: dict[str, Stored] = {}
+    units: dict[str, str] = {}
+    notes: list[str] = []
+    with content:
+        for path, one in _data_sets(content, source):
+            name = path.replace("/", separator)
+            found = Stored((0,) if one.shape is None else one.shape, one.dtype, lambda one=one: one[()])
+            if not found.holds_columns or _is_text(one):
+                notes.append(f"{name} holds no column of numbers and was left out")
+                continue
+            values[name] = found
+            if unit := next((text for key in UNIT_ATTRIBUTES if (text := _text(one, key))), ""):
+                units[name] = unit
+        arrays = Arrays(values, units, separator, tuple(notes))
+        return table_from(arrays, table, source, "HDF5", choice=choice, limit=limit)
+
+
+def _data_sets(content: Any, source: Path) -> Iterator[tuple[str, Any]]:
+    """Yield name and data set of all that lies in the file itself; what lies elsewhere is not looked for."""
+    import h5py
+    from h5py import h5o  # pyright: ignore[reportAttributeAccessIssue]
+
+    waiting, seen, count = [("", content)], set(), 0
+    while waiting:
+        before, group = waiting.pop(0)
+        for name in group:
+            count += 1
+            path = f"{before}{name}"
+            link = group.get(name, getlink=True)
+            if isinstance(link, h5py.ExternalLink):
+                raise _elsewhere(f"{path} is a link into another file", source)
+            if name.startswith("#") or not isinstance(link, h5py.HardLink):
+                continue
+            one = group[name]
+            where = h5o.get_info(one.id).addr
+            if where in seen or count > MOST_OBJECTS:
+                continue
+            seen.add(where)
+            if isinstance(one, h5py.Group):
+                waiting.append((f"{path}/", one))
+            elif isinstance(one, h5py.Dataset):
+                if one.is_virtual or one.external:
+                    raise _elsewhere(f"{path} takes its numbers from other files", source)
+                yield path, one
+
+
+def _elsewhere(said: str, source: Path) -> InputError:
+    return InputError(f"{said}, which are not read", path=str(source), mend="Save the log in one file (h5repack)")
 
 
 def _is_text(one: Any) -> bool:
-    return _text(one.attrs.get("MATLAB_class")) in ("char", "cell", "function_handle")
+    return _text(one, "MATLAB_class") in ("char", "cell", "function_handle")
 
 
-def _text(value: Any) -> str:
-    return value.decode() if isinstance(value, bytes) else value if isinstance(value, str) else ""
+def _text(one: Any, key: str) -> str:
+    if key not in one.attrs or one.attrs.get_id(key).get_storage_size() > LONGEST_ATTRIBUTE:
+        return ""
+    value = one.attrs[key]
+    value = value[0] if isinstance(value, np.ndarray) and value.shape == (1,) else value
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else value if isinstance(value, str) else ""

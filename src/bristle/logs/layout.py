@@ -8,8 +8,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from bristle.core import units
 from bristle.core.errors import InputError
+from bristle.logs.names import distinct
 from bristle.logs.table import split_unit
 
 __all__ = ["COMMENT", "Layout", "cells_of", "is_number", "layout_of", "why_no_number"]
@@ -20,6 +23,9 @@ DELIMITERS = ("\t", ";", ",", None)
 # Units that a line below the names may consist of, besides the decimal ones.
 USUAL_UNITS = frozenset({"deg", "deg/s", "rev", "rev/s", "rpm", "1/min", "min", "lbf", "inch"})
 PREAMBLE_LINES, SAMPLE_ROWS = 400, 20
+MOST_COLUMNS = 50_000
+MOST_CELLS = 300_000  # that are looked at to find where the numbers begin
+LONGEST_CELL = 131_072  # what the reader of quoted cells takes
 _CLOCK = re.compile(r"(\d{4}-\d\d-\d\d[T ])?\d{1,2}:\d\d(:\d\d([.,]\d+)?)?")
 _THOUSANDS = re.compile(r"[+-]?\d{1,3}(([.' ]\d{3})+(,\d+)?|([,' ]\d{3})+(\.\d+)?)")
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
@@ -42,6 +48,8 @@ class Layout:
         Which columns hold numbers.
     names, units : tuple of str
         What the header says, one for each column.
+    notes : tuple of str
+        What had to be called otherwise.
     """
 
     delimiter: str | None
@@ -50,13 +58,25 @@ class Layout:
     numeric: tuple[bool, ...]
     names: tuple[str, ...] = ()
     units: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
 
 def cells_of(line: str, delimiter: str | None) -> list[str]:
-    """Return the cells of a line, stripped of blanks and quotes; within quotes nothing separates."""
-    if '"' in line and delimiter is not None:
-        return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])]
-    return [cell.strip().strip('"').strip() for cell in line.split(delimiter)]
+    """Return the cells of a line, stripped of blanks and quotes; within quotes nothing separates.
+
+    Raises
+    ------
+    InputError
+        If a quoted cell is longer than any.
+    """
+    if '"' not in line:
+        return [cell.strip() for cell in line.split(delimiter)]
+    if delimiter is None:
+        return [cell.strip().strip('"').strip() for cell in line.split()]
+    if len(line) > LONGEST_CELL and max(map(len, line.split(delimiter))) > LONGEST_CELL:
+        raise InputError("has a cell that is too long", value=line, allowed=f"up to {LONGEST_CELL} characters",
+                         mend="Is it the right file?")  # fmt: skip
+    return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])]
 
 
 def is_number(cell: str, decimal_comma: bool) -> bool:
@@ -96,8 +116,9 @@ def layout_of(lines: Sequence[str], source: Path) -> Layout:
     """
     best, best_score = None, (0.0, 0)
     for delimiter in DELIMITERS:
+        rows = _rows(lines, delimiter, source)
         for decimal_comma in (False, True) if delimiter != "," else (False,):
-            found = _rows_of_numbers(lines, delimiter, decimal_comma)
+            found = _rows_of_numbers(rows, delimiter, decimal_comma)
             if found is None:
                 continue
             first_row = cells_of(lines[found.first], delimiter)
@@ -112,25 +133,50 @@ def layout_of(lines: Sequence[str], source: Path) -> Layout:
             mend="Export one row a sample, with cells apart by a comma, a semicolon, a tab or blanks",
         )
     _refuse_bad_first_rows(lines, best, source)
-    names, units_ = _header(lines, best)
-    return Layout(best.delimiter, best.decimal_comma, best.first, best.numeric, names, units_)
+    names, units_, notes = _header(lines, best)
+    return Layout(best.delimiter, best.decimal_comma, best.first, best.numeric, names, units_, notes)
 
 
-def _rows_of_numbers(lines: Sequence[str], delimiter: str | None, decimal_comma: bool) -> Layout | None:
+def _rows(lines: Sequence[str], delimiter: str | None, source: Path) -> list[tuple[int, list[str]]]:
+    """Return the lines that have content, with their index, cell by cell."""
+    rows: list[tuple[int, list[str]]] = []
+    count = 0
+    for index, line in enumerate(lines):
+        if not _has_content(line):
+            continue
+        cells = cells_of(line, delimiter)
+        if len(cells) > MOST_COLUMNS:
+            raise InputError(
+                f"has {len(cells)} cells in a row", path=f"{source}: line {index + 1}",
+                allowed=f"up to {MOST_COLUMNS}", mend="Export one row a sample: are rows and columns exchanged?",
+            )  # fmt: skip
+        rows.append((index, cells))
+        count += len(cells)
+        if count > MOST_CELLS:
+            break
+    return rows
+
+
+def _rows_of_numbers(rows: list[tuple[int, list[str]]], delimiter: str | None, decimal_comma: bool) -> Layout | None:
     """Return the layout with the first line from which on rows have numbers in the same columns."""
-    rows = [(index, cells_of(line, delimiter)) for index, line in enumerate(lines) if _has_content(line)]
     # The last line there is may be cut short: the rows themselves are examined when they are read.
     whole = rows[:-1] if len(rows) > 2 else rows
+    known: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+
+    def kinds(row: int) -> tuple[np.ndarray, np.ndarray]:
+        if row not in known:
+            cells = whole[row][1]
+            known[row] = np.array([is_number(cell, decimal_comma) for cell in cells]), np.array([not c for c in cells])
+        return known[row]
+
     for start in range(len(whole) - 1 + (len(rows) > 2)):
-        sample = [cells for _, cells in whole[start : start + SAMPLE_ROWS]]
-        if len({len(cells) for cells in sample}) == 1:
-            columns = list(zip(*sample, strict=True))
-            numeric = [any(is_number(cell, decimal_comma) for cell in column) for column in columns]
-            if any(numeric) and all(
-                not wanted or all(not cell or is_number(cell, decimal_comma) for cell in column)
-                for wanted, column in zip(numeric, columns, strict=True)
-            ):
-                return Layout(delimiter, decimal_comma, rows[start][0], tuple(numeric))
+        end = min(start + SAMPLE_ROWS, len(whole))
+        if len({len(whole[row][1]) for row in range(start, end)}) != 1:
+            continue
+        numbers, blanks = (np.array(several) for several in zip(*map(kinds, range(start, end)), strict=True))
+        numeric: np.ndarray = np.any(numbers, axis=0)
+        if numeric.any() and np.all(numbers | blanks | ~numeric):
+            return Layout(delimiter, decimal_comma, rows[start][0], tuple(bool(it) for it in numeric))
     return None
 
 
@@ -164,26 +210,30 @@ def _refuse_bad_first_rows(lines: Sequence[str], layout: Layout, source: Path) -
         raise InputError(said, path=f"{place}, column {column}", value=cells[odd[0]], mend=mend)
 
 
-def _header(lines: Sequence[str], layout: Layout) -> tuple[tuple[str, ...], tuple[str, ...]]:
+def _header(lines: Sequence[str], layout: Layout) -> tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]:
     """Return names and units from the one or two lines of text right before the numbers."""
     count = len(layout.numeric)
-    above = [_header_cells(line, layout) for line in lines[: layout.first] if line.strip()][-2:]
+    unnamed = [f"column_{index + 1}" for index in range(count)]
+    above = [_header_cells(line, layout) for line in [one for one in lines[: layout.first] if one.strip()][-2:]]
     headers = [cells for cells in above if len(cells) == count and any(cells)]
     headers = [cells for cells in headers if not any(is_number(cell, layout.decimal_comma) for cell in cells)]
     if not headers:
-        return tuple(f"column_{index + 1}" for index in range(count)), ("",) * count
+        return tuple(unnamed), ("",) * count, ()
     if len(headers) == 2 and _are_units(headers[1]):
         names, found = headers[0], [cell.strip("[]()") for cell in headers[1]]
     else:
         names, found = map(list, zip(*(split_unit(cell) for cell in headers[-1]), strict=True))
-    return tuple(_distinct(names)), tuple("" if unit in ("-", "1") else unit for unit in found)
+    names, notes = distinct(name or other for name, other in zip(names, unnamed, strict=True))
+    return tuple(names), tuple("" if unit in ("-", "1") else unit for unit in found), tuple(notes)
 
 
 def _header_cells(line: str, layout: Layout) -> list[str]:
     """Return the cells of a line above the numbers; empty columns at the end may be missing there."""
     line = line.strip(" ").lstrip(COMMENT + "%").strip(" ")
     if layout.delimiter is None:
-        line = re.sub(r"\s+([\[(])", r"\1", line)
+        # A unit stands apart from its name by a blank, too.
+        words = re.split(r"(?<=\s)(?=[\[(])", line)
+        line = "".join([*(word.rstrip() for word in words[:-1]), words[-1]])
     cells = cells_of(line, layout.delimiter)
     lacking = layout.numeric[len(cells) :]
     return cells if any(lacking) else cells + [""] * len(lacking)
@@ -191,14 +241,7 @@ def _header_cells(line: str, layout: Layout) -> list[str]:
 
 def _are_units(cells: Sequence[str]) -> bool:
     plain = [cell.strip("[]()") for cell in cells]
+    if any(len(cell) > units.LONGEST_UNIT for cell in plain):
+        return False
     spelt = [units.split(f"1 {cell}")[1] for cell in plain if cell not in ("", "-")]
     return bool(spelt) and all(unit in units.DECIMAL_UNITS or unit in USUAL_UNITS for unit in spelt)
-
-
-def _distinct(names: Sequence[str]) -> list[str]:
-    distinct: list[str] = []
-    for index, name in enumerate(names):
-        plain = name or f"column_{index + 1}"
-        again = distinct.count(plain) + sum(one.startswith(f"{plain}_") for one in distinct if plain in distinct)
-        distinct.append(f"{plain}_{again + 1}" if plain in distinct else plain)
-    return distinct

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from bristle.core.content import NOWHERE, Origin
 from bristle.core.variable import Kind
 
 __all__ = ["CHANNELS", "Channel", "Log"]
@@ -70,8 +71,8 @@ class Log:
         Stretches without a gap; a derivative or a filter must not reach over their ends.
     source : Path
         The file.
-    checksum : str
-        SHA-256 of the file, in hexadecimal.
+    origin : Origin
+        Name and SHA-256 of the file, and the table in it.
     notes : tuple of str
         What was resampled, left out or assumed.
     kind : {"translational", "rotational"}
@@ -89,7 +90,7 @@ class Log:
     sample_time: float = 1.0
     segments: tuple[slice, ...] = ()
     source: Path = Path()
-    checksum: str = ""
+    origin: Origin = NOWHERE
     notes: tuple[str, ...] = ()
     kind: Kind = "translational"
 

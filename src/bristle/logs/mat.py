@@ -3,71 +3,130 @@
 from __future__ import annotations
 
 import io
+import zlib
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
+from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
+from bristle.logs.choice import Choice
 from bristle.logs.table import Table
 
-__all__ = ["read_mat"]
+__all__ = ["read"]
 
+MAT = b"MATLAB 5.0"
 HEADER_BYTES, TAG_BYTES = 128, 8
+MATRIX, COMPRESSED = 14, 15
+DEEPEST = 64
 
 
-def read_mat(data: bytes, source: Path) -> Table:
+def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: int) -> Table:
     """Return the columns of a MAT file; fields of structures are named ``structure.field``.
+
+    Parameters
+    ----------
+    data : bytes
+        Content of the file.
+    source : Path
+        The file.
+    table : str or None
+        Not used: all variables are one table.
+    choice : Choice
+        Which columns are kept.
+    limit : int
+        Largest size of the variables, unpacked [byte].
 
     Raises
     ------
     InputError
         If the file is truncated or damaged, or holds no column of numbers.
     """
-    if data.startswith(b"MATLAB 5.0"):
-        _refuse_truncated(data, source)
+    if data.startswith(MAT):
+        _examine(data, source, limit)
     import scipy.io
 
     try:
         content = scipy.io.loadmat(io.BytesIO(data), simplify_cells=True)
     except Exception as error:  # noqa: BLE001  (a damaged file makes the reader raise anything)
         raise InputError(
-            f"is truncated or damaged, or no MAT file ({error})",
-            path=str(source),
-            mend="Copy or save it again",
+            f"is truncated or damaged, or no MAT file ({error})", path=str(source), mend="Copy or save it again"
         ) from None
     columns: dict[str, np.ndarray] = {}
     constants: dict[str, float] = {}
+    names: list[str] = []
     notes: list[str] = []
     for name, value in content.items():
         for full, values in _numbers(name, value) if not name.startswith("__") else ():
             if values.size == 1:
                 constants[full] = float(values.reshape(()))
-            elif values.ndim == 1 or 1 in values.shape:
-                columns[full] = values.reshape(-1).astype(float)
-            elif values.ndim == 2:
-                columns |= _columns_of(full, values)
-            else:
+            elif values.ndim > 2 and 1 not in values.shape:
                 notes.append(f"{full} has {values.ndim} dimensions and was left out")
-    if not columns:
+            else:
+                found = _columns_of(full, values)
+                names += found
+                columns |= {one: found[one].astype(float) for one in found if choice(one)}
+    if not names:
         raise InputError("holds no column of numbers", path=str(source), mend="Save the signals as vectors")
-    return Table(columns, constants=constants, notes=tuple(notes), format="MAT")
+    return Table(columns, constants=constants, notes=tuple(notes), format="MAT", names=tuple(names))
 
 
-def _refuse_truncated(data: bytes, source: Path) -> None:
-    """Walk over the elements of the file, each of which says its length: the last must end with the file."""
+def _examine(data: bytes, source: Path, limit: int) -> None:
+    """Walk over the elements, each of which says its length: the last must end with the file, all must fit."""
     order = "little" if data[126:128] == b"IM" else "big"
-    at = HEADER_BYTES
+    at, unpacked = HEADER_BYTES, 0
     while at < len(data):
-        tag = data[at : at + TAG_BYTES]
-        at += TAG_BYTES + int.from_bytes(tag[4:], order)
+        kind, length = _tag(data, at, order)
+        begin, at = at + TAG_BYTES, at + TAG_BYTES + length
+        if at > len(data):
+            break
+        element = data[begin - TAG_BYTES : at]
+        if kind == COMPRESSED:
+            element = _unpacked(data[begin:at], limit - unpacked)
+            unpacked += len(element)
+            refuse_larger(unpacked, limit, source)
+        _refuse_deep(element, order, source)
     if at != len(data) or at == HEADER_BYTES:
         raise InputError(
             f"is truncated: {len(data)} bytes, and its content announces {max(at, HEADER_BYTES + TAG_BYTES)}",
             path=str(source),
             mend="Copy or save it again",
         )
+
+
+def _tag(data: bytes, at: int, order: Literal["little", "big"]) -> tuple[int, int]:
+    """Return what the tag at this byte says: the kind of an element and its length [byte]."""
+    kind, length = (int.from_bytes(data[at + i : at + i + 4], order) for i in (0, 4))
+    # A small element has its length in the upper half of the kind, and its data in place of the length.
+    return (kind & 0xFFFF, 0) if kind >> 16 else (kind, length)
+
+
+def _unpacked(packed: bytes, room: int) -> bytes:
+    """Return what a compressed element unpacks to, and not much more of it than there is room for."""
+    unpack = zlib.decompressobj()
+    try:
+        return unpack.decompress(packed, room + 1)
+    except zlib.error:
+        return b""  # the reader will tell what is wrong with it
+
+
+def _refuse_deep(element: bytes, order: Literal["little", "big"], source: Path) -> None:
+    """Refuse cells in cells in cells: the reader calls itself for each, in native code, until its stack is full."""
+    at, ends = 0, []
+    while at + TAG_BYTES <= len(element):
+        while ends and at >= ends[-1]:
+            ends.pop()
+        kind, length = _tag(element, at, order)
+        at += TAG_BYTES
+        if kind == MATRIX:
+            ends.append(at + length)
+        else:
+            at += -(-length // TAG_BYTES) * TAG_BYTES
+        if len(ends) > DEEPEST:
+            raise InputError("is nested too deeply", path=str(source), allowed=f"up to {DEEPEST} cells in one another",
+                             mend="Save the signals as vectors")  # fmt: skip
 
 
 def _numbers(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
@@ -88,6 +147,8 @@ def _numbers(name: str, value: Any) -> Iterator[tuple[str, np.ndarray]]:
 
 
 def _columns_of(name: str, values: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the columns of a matrix; time runs along its longer side."""
+    """Return the columns of a vector or a matrix; time runs along the longer side of a matrix."""
+    if values.ndim == 1 or 1 in values.shape:
+        return {name: values.reshape(-1)}
     tall = values if values.shape[0] >= values.shape[1] else values.T
-    return {f"{name}[{index}]": np.ascontiguousarray(column, float) for index, column in enumerate(tall.T)}
+    return {f"{name}[{index}]": np.ascontiguousarray(column) for index, column in enumerate(tall.T)}

@@ -3,25 +3,28 @@
 from __future__ import annotations
 
 import io
+import zipfile
+from collections.abc import Callable
 from pathlib import Path
+from typing import IO, Any
 
 import numpy as np
 
+from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
+from bristle.logs.choice import Choice
+from bristle.logs.names import distinct
 from bristle.logs.table import Table
-from bristle.logs.tables import Arrays, table_from
+from bristle.logs.tables import Arrays, Stored, table_from
 
-__all__ = ["ARRAY", "holds_arrays", "read_npz"]
+__all__ = ["read"]
 
 ARRAY = b"\x93NUMPY"
+HEADER = 10_000  # [byte] at most, before the numbers of an array
+MOST_ARRAYS = 100_000
 
 
-def holds_arrays(data: bytes) -> bool:
-    """Return whether an archive is one of arrays: each of its files is named so, the first one at its very start."""
-    return b".npy" in data[26:4096]
-
-
-def read_npz(data: bytes, source: Path, table: str | None = None) -> Table:
+def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: int) -> Table:
     """Return the columns of an array with several of them, or of an archive of single columns.
 
     Parameters
@@ -30,31 +33,67 @@ def read_npz(data: bytes, source: Path, table: str | None = None) -> Table:
         Content of the file.
     source : Path
         The file.
-    table : str, optional
+    table : str or None
         Name of the array whose columns are taken; where not given, all columns are named ``array/column``, unless there
         is one array only. Columns without a name are ``column_1`` and so on.
+    choice : Choice
+        Which columns are read.
+    limit : int
+        Largest size of the columns read [byte].
 
     Raises
     ------
     InputError
-        If the file is truncated or damaged, or holds no such array.
+        If the file is truncated or damaged, holds objects of Python, or holds no such array.
     """
-    values: dict[str, np.ndarray] = {}
-    notes: list[str] = []
     try:
-        found = np.load(io.BytesIO(data), allow_pickle=False)
-        if isinstance(found, np.ndarray):
-            found = {source.stem: found}
-        for name in found:
-            one = np.asarray(found[name])
-            if one.dtype.kind not in "fiubV" or one.ndim > 2 or not one.size:
-                notes.append(f"{name} holds no column of numbers and was left out")
-            else:
-                values[name] = one
-    except Exception as error:  # noqa: BLE001  (a damaged file makes the reader raise anything)
+        if data.startswith(ARRAY):
+            found = {source.stem: _stored(lambda: io.BytesIO(data), len(data), source)}
+            return table_from(_columns_in(found, []), table, source, "NPZ", choice=choice, limit=limit)
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            found, notes = _members(archive, source, limit)
+            return table_from(_columns_in(found, notes), table, source, "NPZ", choice=choice, limit=limit)
+    except (ValueError, EOFError, zipfile.BadZipFile) as error:
+        if isinstance(error, InputError):
+            raise
         raise InputError(
-            f"is truncated or damaged, or holds objects of Python ({error})",
-            path=str(source),
-            mend="Copy it again, or save arrays of numbers",
+            f"is truncated or damaged ({error})", path=str(source), mend="Copy it again, or save arrays of numbers"
         ) from None
-    return table_from(Arrays(values, notes=tuple(notes)), table, source, "NPZ")
+
+
+def _members(archive: zipfile.ZipFile, source: Path, limit: int) -> tuple[dict[str, Stored], list[str]]:
+    members = [one for one in archive.infolist() if one.filename.endswith(".npy")]
+    if len(members) > MOST_ARRAYS:
+        raise InputError("holds too many arrays", path=str(source), value=len(members), allowed=f"up to {MOST_ARRAYS}")
+    names, notes = distinct(one.filename.removesuffix(".npy") for one in members)
+    found = {}
+    for name, member in zip(names, members, strict=True):
+        refuse_larger(member.file_size, limit, f"{source}: {name}")
+        found[name] = _stored(lambda member=member: archive.open(member), member.file_size, source)
+    return found, notes
+
+
+def _columns_in(found: dict[str, Stored], notes: list[str]) -> Arrays:
+    left_out = [name for name, one in found.items() if not one.holds_columns]
+    said = [*notes, *(f"{name} holds no column of numbers and was left out" for name in left_out)]
+    return Arrays({name: one for name, one in found.items() if one.holds_columns}, notes=tuple(said))
+
+
+def _stored(opened: Callable[[], IO[bytes]], size: int, source: Path) -> Stored:
+    """Return what the head of an array says of it; the numbers that it announces must be there."""
+    with opened() as file:
+        version = np.lib.format.read_magic(file)
+        header: Any = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+        shape, _, dtype = header(file, max_header_size=HEADER)
+    if dtype.hasobject:
+        raise InputError("holds objects of Python, which are not read", path=str(source),
+                         mend="Save arrays of numbers")  # fmt: skip
+    found = Stored(tuple(shape), dtype, lambda: _array(opened))
+    if found.size * dtype.itemsize > size:
+        raise ValueError(f"an array announces {found.size} numbers and is shorter")
+    return found
+
+
+def _array(opened: Callable[[], IO[bytes]]) -> np.ndarray:
+    with opened() as file:
+        return np.lib.format.read_array(file, allow_pickle=False)

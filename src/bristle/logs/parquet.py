@@ -8,15 +8,19 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.errors import InputError, MissingExtraError
+from bristle.core.content import refuse_larger
+from bristle.core.errors import InputError
+from bristle.logs.choice import Choice
+from bristle.logs.names import distinct
 from bristle.logs.table import Table
 
-__all__ = ["read_parquet"]
+__all__ = ["read"]
 
 UNIT_KEYS = (b"unit", b"units")
+NUMBER_BYTES = 8
 
 
-def read_parquet(data: bytes, source: Path, table: str | None = None) -> Table:
+def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: int) -> Table:
     """Return the columns of a Parquet file; time stamps become seconds from the first one.
 
     Parameters
@@ -25,45 +29,70 @@ def read_parquet(data: bytes, source: Path, table: str | None = None) -> Table:
         Content of the file.
     source : Path
         The file.
-    table : str, optional
+    table : str or None
         Not used: such a file is one table.
+    choice : Choice
+        Which columns are read.
+    limit : int
+        Largest size of the columns read [byte].
 
     Raises
     ------
-    MissingExtraError
-        If the reader of Parquet files is not installed.
     InputError
         If the file is truncated or damaged, or holds no column of numbers.
     """
+    import pyarrow
+    import pyarrow.parquet
+
     try:
-        import pyarrow.parquet
-    except ImportError:
-        raise MissingExtraError.of(f"{source}: reading Parquet", "io") from None
-    try:
-        content = pyarrow.parquet.read_table(io.BytesIO(data))
-    except Exception as error:  # noqa: BLE001  (a damaged file makes the reader raise anything)
+        file = pyarrow.parquet.ParquetFile(io.BytesIO(data))
+        names, notes = distinct(file.schema_arrow.names)
+        chosen = [name for name in names if choice(name)]
+        # Columns of one name can only be read together.
+        wanted = None if notes else chosen
+        count = len(names if wanted is None else wanted)
+        refuse_larger(file.metadata.num_rows * NUMBER_BYTES * count, limit, source)
+        content = file.read(columns=wanted, use_threads=False)
+    except (pyarrow.ArrowException, OSError) as error:
         raise InputError(
             f"is truncated or damaged ({error})", path=str(source), mend="Copy or export it again"
         ) from None
-    columns, units, notes = {}, {}, []
-    for part in content.schema:
-        values = _numbers(content.column(part.name))
-        if values is None:
-            notes.append(f"column {part.name!r} holds no numbers and was left out")
+    columns, units = {}, {}
+    read = names if wanted is None else content.schema.names
+    for name, part, values in zip(read, content.schema, content.columns, strict=True):
+        numbers = _numbers(values) if choice(name) else None
+        if numbers is None:
+            notes += [f"column {name!r} holds no numbers and was left out"] if choice(name) else []
             continue
-        columns[part.name] = values
-        metadata = part.metadata or {}
-        if unit := next((metadata[key].decode() for key in UNIT_KEYS if key in metadata), ""):
-            units[part.name] = unit
-        elif pyarrow.types.is_timestamp(part.type):
-            units[part.name] = "s"
-    if not columns:
+        columns[name] = numbers
+        if unit := _unit_of(part):
+            units[name] = unit
+    if not columns and choice.names is None:
         raise InputError("holds no column of numbers", path=str(source))
-    return Table(columns, units, notes=tuple(notes), format="Parquet")
+    there = [name for name, part in zip(names, file.schema_arrow, strict=True) if _may_be_numbers(part.type)]
+    return Table(columns, units, notes=tuple(notes), format="Parquet", names=tuple(there))
+
+
+def _may_be_numbers(kind: Any) -> bool:
+    import pyarrow
+
+    return pyarrow.types.is_primitive(kind) or pyarrow.types.is_decimal(kind)
+
+
+def _unit_of(part: Any) -> str:
+    import pyarrow
+
+    metadata = part.metadata or {}
+    said = next((metadata[key].decode("utf-8", "replace") for key in UNIT_KEYS if key in metadata), "")
+    return said or ("s" if pyarrow.types.is_timestamp(part.type) else "")
 
 
 def _numbers(column: Any) -> np.ndarray | None:
     """Return a column as numbers, a missing one as NaN; None where it holds something else."""
+    import pyarrow
+
+    if not _may_be_numbers(column.type):
+        return None
     values = column.to_numpy()
     if values.dtype.kind == "M":
         return (values - values[:1]) / np.timedelta64(1, "s")
@@ -71,8 +100,6 @@ def _numbers(column: Any) -> np.ndarray | None:
         return values / np.timedelta64(1, "s")
     if values.dtype == object:
         # Whole numbers and truth values with gaps arrive as objects.
-        import pyarrow
-
         if not (pyarrow.types.is_integer(column.type) or pyarrow.types.is_boolean(column.type)):
             return None
         return np.array([np.nan if one is None else one for one in values], dtype=float)

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
 
 import numpy as np
 
 from bristle.core.axis import Axis
+from bristle.core.content import SIZE_LIMIT, Readable
 from bristle.core.errors import InputError
 from bristle.logs.checks import problems_of
+from bristle.logs.choice import columns_of
 from bristle.logs.clock import Clock, clock_of
 from bristle.logs.gather import Gathered, axis_of, gather
 from bristle.logs.log import Channel, Log
@@ -22,16 +23,18 @@ from bristle.logs.velocity import doubts_about_velocity
 __all__ = ["assembled", "clock_for", "read_log"]
 
 
-def read_log(path: str | os.PathLike[str], axis: Axis | None = None) -> Log:
+def read_log(given: Readable, axis: Axis | None = None, *, size_limit: int = SIZE_LIMIT) -> Log:
     """Return the log in a file, in SI of the axis, on a uniform grid of time.
 
     Parameters
     ----------
-    path : path-like
+    given : path-like, bytes, file object or Content
         CSV and other text, MAT, TDMS, Parquet, HDF5, or NPZ; ``FILE::TABLE`` names a table in it.
     axis : Axis, optional
         Which columns are which, in what units and signs. Without it columns called as usual (``t``,
         ``position``, ``force``) are taken, in the units that the file says.
+    size_limit : int
+        Largest file, and largest content that a file announces [byte].
 
     Raises
     ------
@@ -39,7 +42,7 @@ def read_log(path: str | os.PathLike[str], axis: Axis | None = None) -> Log:
         If the file is truncated, a column is missing, of the wrong unit, not finite, constant or saturated,
         or time is not even; it names the column and the sample.
     """
-    table = read_table(path, axis and axis.table)
+    table = read_table(given, axis and axis.table, choice=columns_of(axis), size_limit=size_limit)
     if axis is None:
         axis = axis_of(table)
     found = gather(table, axis)
@@ -105,7 +108,7 @@ def assembled(table: Table, axis: Axis, found: Gathered, clock: Clock) -> Log:
         sample_time=clock.sample_time,
         segments=clock.segments,
         source=table.source,
-        checksum=table.checksum,
+        origin=table.origin,
         notes=tuple(notes),
         kind=axis.kind,
     )

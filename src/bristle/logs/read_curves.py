@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import fnmatch
-import os
 from dataclasses import dataclass
 
 import numpy as np
 
 from bristle.core import units
+from bristle.core.content import SIZE_LIMIT, Readable
 from bristle.core.errors import InputError
 from bristle.core.variable import Kind, unit_of
 from bristle.logs.curves import Curve, Curves
@@ -59,22 +59,24 @@ class CurveColumns:
     name: str = "hysteresis"
 
 
-def read_curves(path: str | os.PathLike[str], columns: CurveColumns) -> Curves:
+def read_curves(given: Readable, columns: CurveColumns, *, size_limit: int = SIZE_LIMIT) -> Curves:
     """Return the curves in a file.
 
     Parameters
     ----------
-    path : path-like
+    given : path-like, bytes, file object or Content
         Any file that a log can be in.
     columns : CurveColumns
         Where they are in it.
+    size_limit : int
+        Largest file, and largest content that a file announces [byte].
 
     Raises
     ------
     InputError
         If a table or column is missing, of the wrong unit or not finite, or no curve is long enough.
     """
-    table = read_table(path)
+    table = read_table(given, size_limit=size_limit)
     notes = list(table.notes)
     found = [one for part in _parts(table, columns) for one in _curves(table, part, columns)]
     kept = [one for one in found if one.u.size >= columns.shortest]
@@ -85,7 +87,7 @@ def read_curves(path: str | os.PathLike[str], columns: CurveColumns) -> Curves:
         notes.append(f"{len(found) - len(kept)} curves of less than {columns.shortest} samples were left out")
     if not np.ptp(np.concatenate([one.u for one in kept])) > 0.0:
         raise InputError("is constant", path=f"{table.source}: {columns.input.name}", mend="Which column is the input?")
-    return Curves(tuple(kept), columns.start, columns.kind, table.source, table.checksum, tuple(notes))
+    return Curves(tuple(kept), columns.start, columns.kind, table.source, table.origin, tuple(notes))
 
 
 def _parts(table: Table, columns: CurveColumns) -> list[str]:

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
-import os
 from collections.abc import Callable
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 
-from bristle.core.errors import InputError
-from bristle.logs.table import Table, close_matches
-from bristle.logs.tables import located
+from bristle.core.content import SIZE_LIMIT, Content, Readable
+from bristle.core.errors import InputError, MissingExtraError, shortened
+from bristle.logs.choice import ALL, Choice
+from bristle.logs.names import with_plain_names
+from bristle.logs.table import Table
+from bristle.logs.tables import content_of_log
 
 __all__ = ["read_table"]
 
 HDF5, PARQUET, ARCHIVE = b"\x89HDF", b"PAR1", b"PK\x03\x04"
+ARRAY = b"\x93NUMPY"
+MAT, MAT_73, TDMS = b"MATLAB 5.0", b"MATLAB 7.3", b"TDSm"
 
 # First bytes -> why the file is not read, and what to do.
 REFUSED = {
@@ -24,85 +29,84 @@ REFUSED = {
     b"%PDF": "It is a document: export the log as CSV",
     b"MDF ": "It is a measurement data file (MDF): export the log as CSV",
 }
+# Kinds of files that native libraries read, or that ask for a package: module, what they are called, the package.
+APART = {"hdf5": ("HDF5", "h5py"), "parquet": ("Parquet", "pyarrow"), "tdms": ("TDMS", "nptdms")}
+HOLD_TABLES = ("hdf5", "parquet", "npz")
 
 
-def read_table(path: str | os.PathLike[str], table: str | None = None) -> Table:
+def read_table(
+    given: Readable, table: str | None = None, *, choice: Choice = ALL, size_limit: int = SIZE_LIMIT
+) -> Table:
     """Return the columns of a log, whatever the file is.
 
     Parameters
     ----------
-    path : path-like
+    given : path-like, bytes, file object or Content
         CSV and other text, MAT, TDMS, Parquet, HDF5, or NPZ; ``FILE::TABLE`` names a table in it.
     table : str, optional
         Name of the table, group or array in a file that holds several; where the path names none.
+    choice : Choice
+        Which columns are read; all by default.
+    size_limit : int
+        Largest file, and largest content that a file announces [byte].
 
     Raises
     ------
     InputError
-        If there is no such file, or it is empty, truncated, or of a kind that is not read.
+        If there is no such file, or it is empty, truncated, too large, or of a kind that is not read.
     """
-    source, named = located(path)
-    data = _bytes_of(source)
-    container = _container(data)
-    if container is not None:
-        found = container(data, source, named or table)
-    else:
-        for magic, mend in REFUSED.items():
-            if data.startswith(magic):
-                raise InputError("is not a log that can be read", path=str(source), mend=mend)
-        if named is not None:
-            raise InputError("is no file with several tables", path=str(source), value=named,
-                             mend="Leave out what follows the name of the file")  # fmt: skip
-        found = _reader(data, source)(data, source)
-    return dataclasses.replace(found, source=source, checksum=hashlib.sha256(data).hexdigest())
+    content = content_of_log(given, limit=size_limit)
+    if not content.data[:1024].strip() and not content.data.strip():
+        raise InputError("is empty", path=str(content.source), mend="Record or export the log again")
+    kind = _kind_of(content)
+    if content.part is not None and kind not in HOLD_TABLES:
+        raise InputError("is no file with several tables", path=str(content.source), value=content.part,
+                         mend="Leave out what follows the name of the file")  # fmt: skip
+    found = _read(kind, content, content.part or table, choice, size_limit)
+    return with_plain_names(dataclasses.replace(found, source=content.source, origin=content.origin))
 
 
-def _container(data: bytes) -> Callable[[bytes, Path, str | None], Table] | None:
-    """Return the reader of a file that may hold several tables; None for any other file."""
-    from bristle.logs.hdf5 import MAT_73
+def _read(kind: str, content: Content, table: str | None, choice: Choice, limit: int) -> Table:
+    """Read a file; whatever its reader does not foresee is damage of the file."""
+    if kind in APART:
+        from bristle.logs.apart import Request, read_apart
 
-    if data.startswith((HDF5, MAT_73)):
-        from bristle.logs.hdf5 import read_hdf5
-
-        return read_hdf5
-    if data.startswith(PARQUET):
-        from bristle.logs.parquet import read_parquet
-
-        return read_parquet
-    from bristle.logs.npz import ARRAY, holds_arrays, read_npz
-
-    if data.startswith(ARRAY) or (data.startswith(ARCHIVE) and holds_arrays(data)):
-        return read_npz
-    return None
-
-
-def _reader(data: bytes, source: Path) -> Callable[[bytes, Path], Table]:
-    suffix = source.suffix.lower()
-    if data.startswith(b"TDSm") or suffix == ".tdms":
-        from bristle.logs.tdms import read_tdms
-
-        return read_tdms
-    if data.startswith(b"MATLAB 5.0") or suffix == ".mat":
-        from bristle.logs.mat import read_mat
-
-        return read_mat
-    from bristle.logs.csv import read_csv
-
-    return read_csv
-
-
-def _bytes_of(source: Path) -> bytes:
+        _refuse_without(kind, content.source)
+        return read_apart(content.data, Request(kind, content.source, table, choice, limit))
+    read: Callable[..., Table] = import_module(f"bristle.logs.{kind}").read
     try:
-        data = source.read_bytes()
-    except FileNotFoundError:
-        there = [one.name for one in source.parent.iterdir()] if source.parent.is_dir() else []
-        close = close_matches(source.name, there)
-        mend = f"Did you mean {close[0]!r}?" if close else "Check the path"
-        raise InputError("there is no such file", path=str(source), mend=mend) from None
-    except IsADirectoryError:
-        raise InputError("is a folder, not a log", path=str(source), mend="Name a file in it") from None
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", path=str(source)) from None
-    if not data.strip():
-        raise InputError("is empty", path=str(source), mend="Record or export the log again")
-    return data
+        return read(content.data, content.source, table, choice, limit)
+    except InputError:
+        raise
+    except MemoryError:
+        raise InputError("takes more memory than there is", path=str(content.source), mend="Cut the log") from None
+    except Exception as error:  # noqa: BLE001  (a damaged file makes a reader raise anything)
+        raise InputError(
+            f"is truncated or damaged, or of a kind that is not read ({shortened(str(error), 120)})",
+            path=str(content.source),
+            mend="Copy or save it again",
+        ) from None
+
+
+def _refuse_without(kind: str, source: Path) -> None:
+    said, package = APART[kind]
+    if find_spec(package) is None:
+        raise MissingExtraError.of(f"{source}: reading {said}", "io")
+
+
+def _kind_of(content: Content) -> str:
+    data, suffix = content.data, content.source.suffix.lower()
+    if data.startswith((HDF5, MAT_73)):
+        return "hdf5"
+    if data.startswith(PARQUET):
+        return "parquet"
+    if data.startswith(ARRAY) or (data.startswith(ARCHIVE) and b".npy" in data[26:4096]):
+        return "npz"  # each file of an archive of arrays is named so, the first one at its very start
+    for magic, mend in REFUSED.items():
+        if data.startswith(magic):
+            raise InputError("is not a log that can be read", path=str(content.source), mend=mend)
+    if data.startswith(TDMS) or suffix == ".tdms":
+        return "tdms"
+    if data.startswith(MAT) or suffix == ".mat":
+        return "mat"
+    return "csv"

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import os
 from typing import Any
 
 import numpy as np
 
 from bristle.core.axis import Axis
+from bristle.core.content import SIZE_LIMIT, Readable
 from bristle.core.errors import InputError
+from bristle.core.typography import printable
 from bristle.logs.checks import problems_of, quantisation
 from bristle.logs.gather import axis_of, gather
 from bristle.logs.passages import passages
@@ -19,15 +20,17 @@ from bristle.logs.table import Table
 __all__ = ["summarize"]
 
 
-def summarize(path: str | os.PathLike[str], axis: Axis | None = None) -> dict[str, Any]:
+def summarize(given: Readable, axis: Axis | None = None, *, size_limit: int = SIZE_LIMIT) -> dict[str, Any]:
     """Return what is in a log, as plain data.
 
     Parameters
     ----------
-    path : path-like
+    given : path-like, bytes, file object or Content
         The file.
     axis : Axis, optional
         Which columns are which; without it, columns called as usual are taken.
+    size_limit : int
+        Largest file, and largest content that a file announces [byte].
 
     Returns
     -------
@@ -42,11 +45,11 @@ def summarize(path: str | os.PathLike[str], axis: Axis | None = None) -> dict[st
     InputError
         If the file cannot be read at all.
     """
-    table = read_table(path, axis and axis.table)
+    table = read_table(given, axis and axis.table, size_limit=size_limit)
     summary: dict[str, Any] = {
-        "file": str(table.source),
+        "file": printable(table.origin.name),
         "format": table.format,
-        "checksum": table.checksum,
+        "checksum": table.origin.checksum,
         "columns": [
             {"name": name, "unit": table.units.get(name), **_range(values)} for name, values in table.columns.items()
         ],
@@ -64,7 +67,7 @@ def summarize(path: str | os.PathLike[str], axis: Axis | None = None) -> dict[st
     try:
         summary |= _as_log(table, axis or axis_of(table))
     except InputError as problem:
-        summary["problems"] = [str(problem)]
+        summary["problems"] = [_told(problem, table)]
     if summary["sample_time"]:
         summary["rate"] = 1 / summary["sample_time"]
     return summary
@@ -92,7 +95,13 @@ def _as_log(table: Table, axis: Axis) -> dict[str, Any]:
         log = assembled(table, axis, found, clock)
         part["notes"] = list(log.notes)
         part["passages"] = [one.as_data() for one in passages(log, axis)]
-    return part | {"problems": [str(problem) for problem in problems]}
+    return part | {"problems": [_told(problem, table) for problem in problems]}
+
+
+def _told(problem: InputError, table: Table) -> str:
+    """Return what a problem says, with the name of the file: in which folder it lay is nobody's business."""
+    path = problem.path.replace(str(table.source), table.origin.name, 1)
+    return str(InputError(problem.message, path=path, value=problem.value, allowed=problem.allowed, mend=problem.mend))
 
 
 def _range(values: np.ndarray) -> dict[str, Any]:

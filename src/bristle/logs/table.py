@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-import difflib
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-from bristle.core.errors import InputError
+from bristle.core.content import NOWHERE, Origin
+from bristle.core.errors import InputError, close_names, shortened
 
-__all__ = ["Table", "close_matches", "some_of", "split_unit"]
+__all__ = ["Table", "some_of", "split_unit"]
+
+LONGEST_SHOWN = 60
 
 
 @dataclass(frozen=True)
@@ -37,10 +38,12 @@ class Table:
         Kind of file.
     source : Path
         The file.
-    checksum : str
-        SHA-256 of the file, in hexadecimal.
     tables : tuple of str
         Names of the tables that the columns are from, where there are several and none was chosen.
+    names : tuple of str
+        All columns of numbers, those that were not read among them.
+    origin : Origin
+        Name and checksum of what was read.
     """
 
     columns: Mapping[str, np.ndarray]
@@ -51,15 +54,17 @@ class Table:
     notes: tuple[str, ...] = ()
     format: str = ""
     source: Path = Path()
-    checksum: str = ""
     tables: tuple[str, ...] = ()
+    names: tuple[str, ...] = ()
+    origin: Origin = NOWHERE
 
     def name_of(self, name: str) -> str | None:
         """Return the column called `name`, with or without a unit in brackets; None if there is none."""
-        for wanted in (name, split_unit(name)[0]):
-            if wanted in self.columns:
-                return wanted
-        return None
+        return next((wanted for wanted in (name, split_unit(name)[0]) if wanted in self.columns), None)
+
+    def has(self, name: str) -> bool:
+        """Return whether there is a column called `name`, with or without a unit in brackets, read or not."""
+        return name in self.names or split_unit(name)[0] in self.names
 
     def missing(self, name: str, key: str) -> InputError:
         """Return the error that says which columns there are instead of `name`, asked for under `key`."""
@@ -69,7 +74,7 @@ class Table:
             mend = why.mend or f"Name a column of numbers as the {key} in the axis file"
             said = f"{why.message}, and the column is to be the {key}"
             return InputError(said, path=why.path, value=why.value, mend=mend)
-        close = close_matches(name, self.columns)
+        close = close_names(name, self.names)
         if self.tables:
             return InputError(
                 f"holds {len(self.tables)} tables, and no column {name!r} beside them, which is to be the {key}",
@@ -81,15 +86,9 @@ class Table:
         return InputError(
             f"has no column {name!r}, which is to be the {key}",
             path=str(self.source),
-            allowed=some_of(self.columns, 40),
+            allowed=some_of(self.names, 40),
             mend=constant + (f"Did you mean {close[0]!r}?" if close else f"Name the {key} in the axis file"),
         )
-
-
-def close_matches(name: str, names: Iterable[str]) -> list[str]:
-    """Return those of `names` that resemble `name`, the closest first, whatever their case."""
-    lowered = {one.lower(): one for one in names}
-    return [lowered[one] for one in difflib.get_close_matches(name.lower(), lowered, cutoff=0.5)]
 
 
 def some_of(names: Iterable[str], most: int = 8) -> str:
@@ -102,7 +101,7 @@ def some_of(names: Iterable[str], most: int = 8) -> str:
     """
     listed = list(names)
     left = len(listed) - most
-    return ", ".join(listed[:most]) + (f" and {left} more" if left > 0 else "")
+    return ", ".join(shortened(one, LONGEST_SHOWN) for one in listed[:most]) + (f" and {left} more" if left > 0 else "")
 
 
 def split_unit(header: str) -> tuple[str, str]:
@@ -113,5 +112,12 @@ def split_unit(header: str) -> tuple[str, str]:
     >>> split_unit("position [um]"), split_unit("vir")
     (('position', 'um'), ('vir', ''))
     """
-    found = re.fullmatch(r"(.+?)\s*[\[(]\s*([^\[\]()]*?)\s*[\])]", header) or re.fullmatch(r"(.+?)\s+/\s+(\S+)", header)
-    return (found[1].strip(), found[2]) if found else (header.strip(), "")
+    text = header.strip()
+    if text.endswith(("]", ")")):
+        name, opened, unit = text[:-1].rpartition("[" if text.rfind("[") > text.rfind("(") else "(")
+        if opened and name.strip() and not set(unit) & set("])"):
+            return name.strip(), unit.strip()
+    words = text.rsplit(None, 2)
+    if len(words) == 3 and words[1] == "/":
+        return words[0], words[2]
+    return text, ""

@@ -1,35 +1,72 @@
-"""Files that hold several tables: which of them is the log, and what its columns are called."""
+"""Files that hold several tables: which of them is the log, what its columns are called, and which of them are read."""
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.errors import InputError
-from bristle.logs.table import Table, close_matches, some_of
+from bristle.core.content import SIZE_LIMIT, Content, Readable, content_of, refuse_larger
+from bristle.core.errors import InputError, close_names
+from bristle.logs.choice import ALL, Choice
+from bristle.logs.table import Table, some_of
 
-__all__ = ["Arrays", "located", "table_from"]
+__all__ = ["Arrays", "Stored", "content_of_log", "table_from"]
 
 WITHIN = "::"  # between the name of a file and that of a table in it
+NUMBER_BYTES = 8
 
 
-def located(path: str | os.PathLike[str]) -> tuple[Path, str | None]:
-    """Return the file and the table in it, of ``log.h5`` or ``log.h5::table``.
+def content_of_log(given: Readable, *, limit: int = SIZE_LIMIT) -> Content:
+    """Return what the file of a log holds; ``log.h5::table`` names a table in it.
 
-    Examples
-    --------
-    >>> located("tests.npz::first")[1]
-    'first'
+    Parameters
+    ----------
+    given : path-like, bytes, file object or Content
+        The file.
+    limit : int
+        Largest size [byte].
+
+    Raises
+    ------
+    InputError
+        If it cannot be read.
     """
-    text = os.fspath(path)
+    if not isinstance(given, (str, os.PathLike)) or isinstance(given, Content):
+        return content_of(given, limit=limit, path="log", what="a log")
+    text = os.fspath(given)
     file, _, name = text.rpartition(WITHIN)
-    if not file or not name or Path(text).exists():
-        return Path(text), None
-    return Path(file), name
+    if not file or not name or os.path.lexists(text.partition("\0")[0]):
+        return content_of(text, limit=limit)
+    return replace(content_of(file, limit=limit), part=name)
+
+
+class Stored(NamedTuple):
+    """An array in a file: what the file says of it, and how it is read."""
+
+    shape: tuple[int, ...]
+    dtype: np.dtype
+    read: Callable[[], Any]
+
+    @property
+    def size(self) -> int:
+        """Count of its elements."""
+        return math.prod(self.shape)
+
+    @property
+    def holds_columns(self) -> bool:
+        """Whether it is made of numbers, in one or two dimensions; or of named numbers."""
+        numbers = self.dtype.kind in "fiub" or (self.dtype.kind == "V" and bool(_numeric_fields(self.dtype)))
+        return numbers and len(self.shape) <= 2 and self.size > 0
+
+
+def _numeric_fields(dtype: np.dtype) -> list[str]:
+    return [name for name in dtype.names or () if dtype[name].kind in "fiub" and not dtype[name].shape]
 
 
 @dataclass(frozen=True)
@@ -38,7 +75,7 @@ class Arrays:
 
     Parameters
     ----------
-    values : mapping of str to ndarray
+    values : mapping of str to Stored
         Each array under its full name, groups before it: a column (1-D), a table (2-D, or with named fields), or a
         single number.
     units : mapping of str to str
@@ -49,17 +86,27 @@ class Arrays:
         What the reader left out.
     """
 
-    values: Mapping[str, np.ndarray]
+    values: Mapping[str, Stored]
     units: Mapping[str, str] = field(default_factory=dict)
     separator: str = "/"
     notes: tuple[str, ...] = ()
 
 
-def table_from(arrays: Arrays, wanted: str | None, source: Path, kind: str) -> Table:
+class _Column(NamedTuple):
+    """A column in the arrays of a file: in which one, and which part of it."""
+
+    array: str
+    part: int | str | None = None
+
+
+def table_from(
+    arrays: Arrays, wanted: str | None, source: Path, kind: str, *, choice: Choice = ALL, limit: int = SIZE_LIMIT
+) -> Table:
     """Return the columns of one table of a file, or of all of them, each under its full name.
 
     A group of columns is a table, and so is an array of several columns; those without a name are ``column_1`` and
-    so on. A file that holds one table only is understood whatever that table is called.
+    so on. A file that holds one table only is understood whatever that table is called. Only the columns chosen are
+    read, and only if what the file announces is not too large.
 
     Parameters
     ----------
@@ -71,11 +118,15 @@ def table_from(arrays: Arrays, wanted: str | None, source: Path, kind: str) -> T
         The file.
     kind : str
         Kind of file.
+    choice : Choice
+        Which columns are read.
+    limit : int
+        Largest size of the columns read [byte].
 
     Raises
     ------
     InputError
-        If there is no such table, or no column of numbers.
+        If there is no such table, no column of numbers, or more of them than fit.
     """
     tables, constants = _tables_of(arrays)
     names = list(tables)
@@ -89,33 +140,50 @@ def table_from(arrays: Arrays, wanted: str | None, source: Path, kind: str) -> T
             notes.append(f"there is no table {wanted!r} in this log: {names[0]!r}, its only one, was taken")
     chosen = wanted if wanted in tables else names[0] if len(names) == 1 else None
     if chosen is None:
-        columns = {_full(table, name, arrays): one for table in names for name, one in tables[table].items()}
+        there = {_full(table, name, arrays): one for table in names for name, one in tables[table].items()}
     else:
-        columns = dict(tables[chosen])
+        there = tables[chosen]
         constants = {name.removeprefix(f"{chosen}{arrays.separator}"): one for name, one in constants.items()}
-    units = {name: arrays.units[full] for name in columns if (full := _origin(chosen, name, arrays)) in arrays.units}
+    columns = _read({name: one for name, one in there.items() if choice(name)}, arrays, source, limit)
+    units = {name: arrays.units[full] for name in there if (full := _origin(chosen, name, arrays)) in arrays.units}
     return Table(
-        columns, units, constants, notes=tuple(notes), format=kind, tables=() if chosen is not None else tuple(names)
-    )
+        columns, units, {name: float(np.asarray(one.read()).reshape(())) for name, one in constants.items()},
+        notes=tuple(notes), format=kind, tables=() if chosen is not None else tuple(names), names=tuple(there),
+    )  # fmt: skip
 
 
-def _tables_of(arrays: Arrays) -> tuple[dict[str, dict[str, np.ndarray]], dict[str, float]]:
+def _tables_of(arrays: Arrays) -> tuple[dict[str, dict[str, _Column]], dict[str, Stored]]:
     """Return the columns of each table, and the single numbers of the file."""
-    tables: dict[str, dict[str, np.ndarray]] = {}
-    constants: dict[str, float] = {}
-    for full, values in arrays.values.items():
+    tables: dict[str, dict[str, _Column]] = {}
+    constants: dict[str, Stored] = {}
+    for full, one in arrays.values.items():
         group, _, name = full.rpartition(arrays.separator)
-        if values.dtype.names:
-            fields = {one: values[one].ravel() for one in values.dtype.names}
-            tables[full] = {one: column.astype(float) for one, column in fields.items() if column.dtype.kind in "fiub"}
-        elif values.size == 1:
-            constants[full] = float(values.reshape(()))
-        elif values.ndim == 1 or 1 in values.shape:
-            tables.setdefault(group, {})[name] = values.reshape(-1).astype(float)
+        if one.dtype.names:
+            tables[full] = {field: _Column(full, field) for field in _numeric_fields(one.dtype)}
+        elif one.size == 1:
+            constants[full] = one
+        elif len(one.shape) == 1 or 1 in one.shape:
+            tables.setdefault(group, {})[name] = _Column(full)
         else:
-            tall = values if values.shape[0] >= values.shape[1] else values.T
-            tables[full] = {f"column_{k + 1}": np.ascontiguousarray(one, float) for k, one in enumerate(tall.T)}
+            tables[full] = {f"column_{k + 1}": _Column(full, k) for k in range(min(one.shape))}
     return {name: columns for name, columns in tables.items() if columns}, constants
+
+
+def _read(columns: Mapping[str, _Column], arrays: Arrays, source: Path, limit: int) -> dict[str, np.ndarray]:
+    needed = {one.array: arrays.values[one.array] for one in columns.values()}
+    announced = sum(one.size * max(one.dtype.itemsize, NUMBER_BYTES) for one in needed.values())
+    refuse_larger(announced, limit, source)
+    read = {name: np.asarray(one.read()) for name, one in needed.items()}
+    return {name: _numbers_of(read[one.array], one.part) for name, one in columns.items()}
+
+
+def _numbers_of(values: np.ndarray, part: int | str | None) -> np.ndarray:
+    if isinstance(part, str):
+        return values[part].ravel().astype(float)
+    if part is None:
+        return values.reshape(-1).astype(float)
+    tall = values if values.shape[0] >= values.shape[1] else values.T
+    return np.ascontiguousarray(tall[:, part], float)
 
 
 def _full(table: str, column: str, arrays: Arrays) -> str:
@@ -127,7 +195,7 @@ def _origin(chosen: str | None, column: str, arrays: Arrays) -> str:
 
 
 def _no_such_table(wanted: str, names: list[str], source: Path) -> InputError:
-    close = close_matches(wanted, names)
+    close = close_names(wanted, names)
     elsewhere = "Mend the name behind ::, or `table` under [log] of the axis file"
     return InputError(
         f"holds no table {wanted!r}",

@@ -4,82 +4,132 @@ from __future__ import annotations
 
 import io
 import logging
+import math
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.errors import InputError, MissingExtraError
+from bristle.core.content import refuse_larger
+from bristle.core.errors import InputError
+from bristle.logs.choice import Choice
 from bristle.logs.table import Table
 
-__all__ = ["read_tdms"]
+__all__ = ["read"]
 
 LEAD_IN_BYTES = 28
 BIG_ENDIAN = 1 << 6
 NAME_REMARK = "Error decoding string"  # a name or remark in another alphabet, not damage
 UNIT_PROPERTIES = ("unit_string", "NI_UnitDescription")
+NUMBER_BYTES = 8
 
 
-def read_tdms(data: bytes, source: Path) -> Table:
+def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: int) -> Table:
     """Return the channels of a TDMS file, scaled as the file says.
 
     A channel has its own name where no other has it, else ``group/channel``.
 
+    Parameters
+    ----------
+    data : bytes
+        Content of the file.
+    source : Path
+        The file.
+    table : str or None
+        Not used: channels of all groups are one table.
+    choice : Choice
+        Which channels are read.
+    limit : int
+        Largest size of the channels read [byte].
+
     Raises
     ------
-    MissingExtraError
-        If the reader of TDMS files is not installed.
     InputError
         If the file is truncated or damaged, or holds no channel of numbers.
     """
     _refuse_truncated(data, source)
-    channels = _channels(data, source)
-    count = Counter(channel.name for channel, _ in channels)
-    columns, units, increments, notes = {}, {}, set(), []
-    for channel, numbers in channels:
-        name = channel.name if count[channel.name] == 1 else f"{channel.group_name}/{channel.name}"
-        if numbers.dtype.kind == "M":
-            numbers = (numbers - numbers[:1]) / np.timedelta64(1, "s")
-            units[name] = "s"
-        if numbers.dtype.kind not in "fiub" or not numbers.size:
-            notes.append(f"channel {name!r} holds no numbers and was left out")
-            continue
-        columns[name] = numbers.astype(float)
-        if unit := _unit_of(channel.properties):
-            units[name] = unit
-        if step := channel.properties.get("wf_increment"):
-            increments.add(float(step))
-    if not columns:
+    with _remarks_kept() as remarks:
+        columns, about = _channels(data, source, choice, limit, remarks)
+    if remarks:
+        raise InputError(f"is damaged ({remarks[0][:80]})", path=str(source), mend="Copy or record it again")
+    if not about.names:
         raise InputError("holds no channel of numbers", path=str(source))
-    if len(increments) > 1:
-        notes.append("the channels differ in their sample time, which was ignored")
-    sample_time = increments.pop() if len(increments) == 1 else None
-    return Table(columns, units, sample_time=sample_time, notes=tuple(notes), format="TDMS")
+    if len(about.increments) > 1:
+        about.notes.append("the channels differ in their sample time, which was ignored")
+    sample_time = about.increments.pop() if len(about.increments) == 1 else None
+    return Table(
+        columns, about.units, sample_time=sample_time, notes=tuple(about.notes), format="TDMS", names=tuple(about.names)
+    )
 
 
-def _channels(data: bytes, source: Path) -> list[tuple[Any, np.ndarray]]:
-    """Return every channel of a file with its values, or refuse what its reader would mend by itself."""
+class _About(NamedTuple):
+    """What is told of the channels: their names, units and sample times, and what was left out."""
+
+    names: list[str]
+    units: dict[str, str]
+    increments: set[float]
+    notes: list[str]
+
+
+def _channels(
+    data: bytes, source: Path, choice: Choice, limit: int, remarks: list[str]
+) -> tuple[dict[str, np.ndarray], _About]:
+    """Return the channels of a file; what its reader would mend by itself goes into `remarks`."""
+    import nptdms
+
+    columns, about = {}, _About([], {}, set(), [])
     try:
-        import nptdms
-        from nptdms.log import log_manager
-    except ImportError:
-        raise MissingExtraError.of(f"{source}: reading TDMS", "io") from None
+        with nptdms.TdmsFile.open(io.BytesIO(data)) as content:
+            channels = [channel for group in content.groups() for channel in group.channels()]
+            count = Counter(channel.name for channel in channels)
+            named = {c.name if count[c.name] == 1 else f"{c.group_name}/{c.name}": c for c in channels}
+            refuse_larger(sum(NUMBER_BYTES * len(c) for name, c in named.items() if choice(name)), limit, source)
+            for name, channel in named.items():
+                _read_channel(name, channel, choice(name), columns, about)
+    except InputError:
+        raise
+    except Exception as error:  # noqa: BLE001  (a damaged file makes the reader raise anything)
+        remarks.append(f"{error}")
+    return columns, about
+
+
+def _read_channel(name: str, channel: Any, chosen: bool, columns: dict[str, np.ndarray], about: _About) -> None:
+    kind = getattr(channel.dtype, "kind", "O")
+    if kind not in "fiubM" or not len(channel):
+        about.notes.append(f"channel {name!r} holds no numbers and was left out")
+        return
+    about.names.append(name)
+    step = channel.properties.get("wf_increment")
+    if isinstance(step, (int, float)) and 0.0 < step < math.inf:
+        about.increments.add(float(step))
+    elif step is not None:
+        about.notes.append(f"channel {name!r} has a sample time that is none, which was ignored")
+    if unit := _unit_of(channel.properties):
+        about.units[name] = unit
+    if not chosen:
+        return
+    numbers = np.asarray(channel[:])
+    if numbers.dtype.kind == "M":
+        about.units[name] = "s"
+        numbers = (numbers - numbers[:1]) / np.timedelta64(1, "s")
+    columns[name] = numbers.astype(float)
+
+
+@contextmanager
+def _remarks_kept() -> Iterator[list[str]]:
+    """Keep what the reader prints where a file is damaged, before it reads on."""
+    from nptdms.log import log_manager
+
     remarks: list[str] = []
-    found: list[tuple[Any, np.ndarray]] = []
     console = log_manager.console_handler
     console.addFilter(remark := _remark_in(remarks))
     try:
-        with nptdms.TdmsFile.read(io.BytesIO(data)) as content:
-            found = [(channel, np.asarray(channel[:])) for group in content.groups() for channel in group.channels()]
-    except Exception as error:  # noqa: BLE001  (a damaged file makes the reader raise anything)
-        remarks.append(f"{error}")
+        yield remarks
     finally:
         console.removeFilter(remark)
-    if remarks:
-        raise InputError(f"is damaged ({remarks[0][:80]})", path=str(source), mend="Copy or record it again")
-    return found
 
 
 def _remark_in(remarks: list[str]) -> Callable[[logging.LogRecord], bool]:

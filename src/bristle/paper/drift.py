@@ -30,7 +30,7 @@ def figure_2(setting: Setting) -> Reproduced:
         verdict="holds" if drifts[LUGRE] > RESTS * _width(runs[LUGRE]) else "does not hold",
         found=found,
         draw=lambda: _draw(runs, drifts),
-        source=setting.source,
+        origin=setting.origin,
         numbers={"drift_per_cycle": drifts},
     )
 
@@ -51,7 +51,7 @@ def figure_3(setting: Setting) -> Reproduced:
         verdict="holds" if max(shares.values()) < RESTS else "does not hold",
         found=found,
         draw=lambda: _draw(runs, drifts),
-        source=setting.source,
+        origin=setting.origin,
         numbers={"drift_per_cycle": drifts, "share_of_the_orbit": shares},
     )
 

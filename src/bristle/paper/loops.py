@@ -42,7 +42,7 @@ def figure_5(setting: Setting) -> Reproduced:
              f"the largest, {repeats} times": {"measured": [(one.x, one.torque) for one in again]}},
             "translational", "rotational",
         ),
-        source=setting.source,
+        origin=setting.origin,
         numbers={"largest_loop": [bottom, top], "forward_tips": tops.tolist()},
     )  # fmt: skip
 
@@ -97,7 +97,7 @@ def figure_6(setting: Setting, progress: Callable[[float, str], None] | None = N
                 "reformed Dahl": [(one.x, m) for one, m in zip(loops, modelled, strict=True)]}},
             "translational", "rotational",
         ),
-        source=setting.source,
+        origin=setting.origin,
         numbers={"s": s, "f_p": f_p, "error_of_loops": shares, **numbers(cost, still)},
         tables=(table(cost, still),),
         extras={"economy": (lambda: error_over_count(

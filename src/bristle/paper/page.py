@@ -90,7 +90,7 @@ def paper_summary(found: Sequence[Reproduced], *, provenance: Mapping[str, str])
                 "verdict": one.verdict,
                 "found": one.found,
                 "numbers": one.numbers,
-                "experiment": one.source.name,
+                "experiment": one.origin.name,
             }
             for one in found
         },

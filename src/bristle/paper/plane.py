@@ -41,7 +41,7 @@ def figure_4(setting: Setting) -> Reproduced:
             f"As printed they miss by up to {number(1e3 * wrong, digits=3)} mN·m.",
         ],
         draw=lambda: preisach_stages(operator, path[0], path[1:], arm, "rotational"),
-        source=setting.source,
+        origin=setting.origin,
         numbers={"torque": [one[0] for one in forces], "by_corrected_sums": [one[1] for one in forces],
                  "by_printed_sums": [one[2] for one in forces]},
         tables=(

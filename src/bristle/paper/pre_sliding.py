@@ -79,7 +79,7 @@ def figure_1(setting: Setting) -> Reproduced:
             _traces(walks), {name: [0, *one.turns] for name, one in walks.items()}, "ABCBD",
             {name: f"{name}: {_told(missing[name])}" for name in walks}, "translational", "rotational",
         ),
-        source=setting.source,
+        origin=setting.origin,
         numbers={"missing_at_return": missing},
     )  # fmt: skip
 
@@ -104,7 +104,7 @@ def figure_8(setting: Setting) -> Reproduced:
         verdict="holds" if abs(at - SAID) < 0.15 * SAID else "does not hold",
         found=found,
         draw=lambda: break_away(_traces(walks), reached, SAID, "translational", "rotational"),
-        source=setting.source,
+        origin=setting.origin,
         numbers={"position_at_95_percent": reached, "break_away": held},
     )  # fmt: skip
 
@@ -133,7 +133,7 @@ def figure_9(setting: Setting) -> Reproduced:
         verdict="holds" if worst < REPEATS else "does not hold",
         found=_nest_sentences(missing),
         draw=lambda: _nest(walks, missing),
-        source=setting.source,
+        origin=setting.origin,
         numbers={"missing_at_return": missing},
     )
 
@@ -156,7 +156,7 @@ def figure_10(setting: Setting) -> Reproduced:
                f"ones {percent(branches.corner_error)} of the tip is missing, and the two directions differ by "
                f"{percent(branches.symmetry_error)} of the largest Everett value."],
         draw=lambda: _nest(walks, missing),
-        source=setting.source,
+        origin=setting.origin,
         numbers={"missing_at_return": missing, "corner_error": branches.corner_error,
                  "symmetry_error": branches.symmetry_error},
     )  # fmt: skip

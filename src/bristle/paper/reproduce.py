@@ -31,8 +31,9 @@ BRANCHES, TRACKING = 6.0, 20.0
 
 
 def reproduce(
-    numbers: Iterable[int] = FIGURES, *, folder: Path = EXPERIMENTS, progress: Progress | None = None
-) -> list[Reproduced]:
+    numbers: Iterable[int] = FIGURES, *, folder: Path = EXPERIMENTS, allow_code: bool = False,
+    progress: Progress | None = None,
+) -> list[Reproduced]:  # fmt: skip
     """Reproduce figures of the paper.
 
     Parameters
@@ -41,6 +42,8 @@ def reproduce(
         Which ones.
     folder : Path
         Where the experiments are: those of the package, or a changed copy of them.
+    allow_code : bool
+        Whether models of a person's own that they name may run without having been allowed before.
     progress : callable, optional
         Called with the share done and what comes next.
 
@@ -60,7 +63,7 @@ def reproduce(
             raise InputError("the paper has no such figure", path="--figure", value=number, allowed="1 to 14")
     weights = _weights(wanted)
     done, whole = 0.0, sum(weights)
-    found, tracked = [], Tracked(folder / "set_a.toml")
+    found, tracked = [], Tracked(folder / "set_a.toml", allow_code)
     for number, weight in zip(wanted, weights, strict=True):
         part = _part_of(progress, done / whole, weight / whole, f"figure {number}")
         part(0.0, "")
@@ -68,9 +71,10 @@ def reproduce(
             tracked.listeners[:] = [part]
             found.append(LOOPS[number](tracked))
         elif number == 6:
-            found.append(figure_6(read_setting(folder / "fig_06.toml"), part))
+            found.append(figure_6(read_setting(folder / "fig_06.toml", allow_code=allow_code), part))
         else:
-            found.append(CONTACTS[number](read_setting(folder / f"fig_{number:02d}.toml")))
+            file = folder / f"fig_{number:02d}.toml"
+            found.append(CONTACTS[number](read_setting(file, allow_code=allow_code)))
         done += weight
     return found
 

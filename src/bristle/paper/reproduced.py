@@ -9,6 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
+from bristle.core.content import Origin
 from bristle.core.typography import number
 from bristle.files.toml import read_toml
 
@@ -48,7 +49,7 @@ class Words(NamedTuple):
 
 @cache
 def _all_words() -> dict[str, dict[str, str]]:
-    return read_toml(Path(str(files("bristle.paper") / "words.toml")))
+    return read_toml(Path(str(files("bristle.paper") / "words.toml"))).data
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,7 @@ class Reproduced:
         What came out here, with the numbers.
     draw : callable
         Returns the figure.
-    source : Path
+    origin : Origin
         The experiment.
     numbers : mapping
         What was found, in SI, for the summary.
@@ -79,7 +80,7 @@ class Reproduced:
     verdict: Verdict
     found: list[str]
     draw: Callable[[], Figure]
-    source: Path
+    origin: Origin
     numbers: Mapping[str, Any]
     tables: tuple[Table, ...] = ()
     extras: Mapping[str, tuple[Callable[[], Figure], str, str]] = field(default_factory=dict)

@@ -29,12 +29,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from bristle.core.content import Content, Origin, content_of
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.variable import Kind, Variable
 from bristle.files.components import check_keys, check_schema, model_from, number_at, table_at
 from bristle.files.sources import Sources
-from bristle.files.toml import read_toml
+from bristle.files.toml import TOML_LIMIT, read_toml
 from bristle.hysteresis import OPERATORS
 from bristle.plants import PLANTS
 
@@ -97,6 +98,8 @@ class Setting:
         What it is.
     source : Path
         The file that it was read from.
+    origin : Origin
+        Its name and checksum.
     arm : float
         Travel of the table for a radian of the screw [m/rad]: torque of the screw over force at the table.
     contacts, operators : mapping of str to Model
@@ -109,6 +112,7 @@ class Setting:
 
     name: str
     source: Path
+    origin: Origin
     arm: float
     contacts: Mapping[str, Model]
     operators: Mapping[str, Model]
@@ -173,34 +177,37 @@ class Setting:
         return self.plant
 
 
-def read_setting(path: Path) -> Setting:
+def read_setting(path: Path, *, allow_code: bool = False) -> Setting:
     """Return the experiment on a contact or an operator that a file describes.
 
     Parameters
     ----------
     path : Path
         The file, TOML. Models in files of their own are looked for beside it.
+    allow_code : bool
+        Whether these may run without having been allowed before.
 
     Raises
     ------
     InputError
         With file, key, value and what is allowed there.
     """
-    data = read_toml(path)
+    content = content_of(path, limit=TOML_LIMIT)
+    data, source, _ = read_toml(content)
     try:
-        return _setting_from(data, path)
+        return _setting_from(data, content, Sources(source.parent, allow_code))
     except InputError as error:
         raise error.at(str(path)) from None
 
 
-def _setting_from(data: dict[str, Any], path: Path) -> Setting:
+def _setting_from(data: dict[str, Any], content: Content, sources: Sources) -> Setting:
     check_keys(data, KEYS, "")
     check_schema(data)
-    sources = Sources(path.parent)
     lead = number_at(data.get("lead", 2.0 * math.pi), Variable("length", "lead", min=1e-9), "translational", "lead")
     return Setting(
-        name=str(data.get("name", path.stem)),
-        source=path,
+        name=str(data.get("name", content.source.stem)),
+        source=content.source,
+        origin=content.origin,
         arm=lead / (2.0 * math.pi),
         contacts={
             name: sources.friction(table, KIND, f"contact.{name}")[1]

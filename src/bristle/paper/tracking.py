@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
-from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
+from bristle.core.content import Origin
 from bristle.core.errors import BristleError, InputError
 from bristle.core.experiment import Experiment
+from bristle.core.lazy import cached_property
 from bristle.core.status import Status
 from bristle.core.typography import number
 from bristle.files.experiment import read_experiment
@@ -44,11 +45,14 @@ class Tracked:
     ----------
     source : Path
         The experiment file.
+    allow_code : bool
+        Whether models of a person's own that it names may run without having been allowed before.
     listeners : list of callable
         Called with the share done and the variant that comes next.
     """
 
     source: Path
+    allow_code: bool = False
     listeners: list[Callable[[float, str], None]] = field(default_factory=list)
 
     @cached_property
@@ -60,7 +64,7 @@ class Tracked:
         InputError
             If it lacks one of the variants that the figures compare.
         """
-        found = read_experiment(self.source)
+        found = read_experiment(self.source, allow_code=self.allow_code)
         names = [one.name for one in found.variants]
         for name in NAMES:
             if name not in names:
@@ -68,6 +72,11 @@ class Tracked:
                     "is missing, and the figures of the paper need it", path=f"{self.source}: compare.{name}"
                 )
         return found
+
+    @property
+    def origin(self) -> Origin:
+        """Name and checksum of its file."""
+        return self.experiment.origins["experiment"][0]
 
     @cached_property
     def result(self) -> SimulationResult:
@@ -127,7 +136,7 @@ def figure_7(tracked: Tracked) -> Reproduced:
             f"of {in_micrometres(resolution)}; control is {law}, the compensator {compensator}."
         ],
         draw=lambda: control_scheme(variant),
-        source=tracked.source,
+        origin=tracked.origin,
         numbers={"sample_time": run.sample_time, "delay": run.delay, "resolution": resolution},
     )  # fmt: skip
 
@@ -147,7 +156,7 @@ def figure_11(tracked: Tracked) -> Reproduced:
             f"{in_micrometres(true[AFTER])} peak to peak.",
         ],
         draw=lambda: tracking(tracked.pair, tracked.settle, tracked.turn(0.6, 0.9)),
-        source=tracked.source,
+        origin=tracked.origin,
         numbers={"amplitude": reach, "true_error": true},
     )
 
@@ -173,7 +182,7 @@ def figure_12(tracked: Tracked) -> Reproduced:
             _beyond(tracked),
         ],
         draw=lambda: tracking_error(tracked.pair, tracked.settle),
-        source=tracked.source,
+        origin=tracked.origin,
         numbers={"peak_to_peak": peaks, "forward_over_backward": worse},
         tables=(_by_variant(tracked), _by_direction(tracked)),
     )  # fmt: skip
@@ -227,7 +236,7 @@ def figure_13(tracked: Tracked) -> Reproduced:
             for name, one in both.items()
         ],
         draw=lambda: error_distribution(tracked.pair, tracked.settle, resolution),
-        source=tracked.source,
+        origin=tracked.origin,
         numbers={name: asdict(one) for name, one in both.items()},
     )
 
@@ -250,7 +259,7 @@ def figure_14(tracked: Tracked) -> Reproduced:
         draw=lambda: control_effort(
             tracked.pair, tracked.settle, tracked.turn(0.5 * CHATTER, 0.5 * CHATTER), tracked.arm, "rotational"
         ),
-        source=tracked.source,
+        origin=tracked.origin,
         numbers={"rms": rms, "peak": peak},
     )  # fmt: skip
 

@@ -32,8 +32,8 @@ def log_facts(log: Log, further: Sequence[Log] = ()) -> list[tuple[str, str]]:
     """Return what there is to know of a log, and the names of those that were used beside it."""
     count = log.time.values.size
     facts = [
-        ("File", log.source.name),
-        ("SHA-256", log.checksum),
+        ("File", log.origin.name),
+        ("SHA-256", log.origin.checksum),
         ("Samples", f"{count} in {len(log.segments)} {'stretch' if len(log.segments) == 1 else 'stretches'}"),
         ("Sample time", f"{with_unit(log.sample_time, 's', 4)} ({number(1.0 / log.sample_time)} Hz)"),
         ("Duration", with_unit(count * log.sample_time, "s", 4)),
@@ -47,7 +47,7 @@ def log_facts(log: Log, further: Sequence[Log] = ()) -> list[tuple[str, str]]:
         span = f"{column.cell(low)} to {column.cell(high)} {column.scale.unit}"
         facts.append((name.capitalize(), f"column {channel.column}, {span}"))
     if further:
-        facts.append(("Further logs", ", ".join(one.source.name for one in further)))
+        facts.append(("Further logs", ", ".join(one.origin.name for one in further)))
     return facts
 
 

@@ -1,4 +1,7 @@
-"""A page from a template: everything in one file, everything escaped but the figures drawn here."""
+"""A page from a template: everything in one file, everything escaped but the figures drawn here.
+
+What a person wrote is shown as it is, but for characters that no page may hold: names of files can have any.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +18,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = ["Picture", "picture", "render"]
+
+LONGEST = 40  # letters of a name that takes one line
 
 
 class Picture(NamedTuple):
@@ -60,8 +65,10 @@ def render(template: str, *, provenance: Mapping[str, str], command: str, banner
     **content
         What the template itself asks for.
     """
+    from bristle.figures.plain import printable
+
     page = _environment().get_template(template)
-    return page.render(provenance=provenance, command=command, banner=banner, **content)
+    return printable(page.render(provenance=provenance, command=command, banner=banner, **content))
 
 
 @lru_cache(maxsize=1)
@@ -71,4 +78,7 @@ def _environment() -> jinja2.Environment:
         trim_blocks=True, lstrip_blocks=True,
     )  # fmt: skip
     environment.filters["typeset"] = typeset_sentence
+    # Names that would stretch a table: they are broken anywhere instead.
+    environment.tests["long"] = lambda text: len(text) > LONGEST
+    environment.tests["unbroken"] = lambda text: any(len(word) > LONGEST for word in text.split())
     return environment

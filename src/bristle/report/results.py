@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import re
-import shutil
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bristle.core.axis import Axis
 from bristle.files.model import write_model
 from bristle.files.motion import write_log, write_motion
-from bristle.files.results import SUMMARY
+from bristle.files.results import SUMMARY, Results
 from bristle.files.summary import as_json
+from bristle.files.user_model import code_of
+from bristle.friction import base_of
 from bristle.report.model_tables import as_csv
 
 if TYPE_CHECKING:
+    from bristle.core.content import Content
     from bristle.excitation import Excitation
     from bristle.identification.result import Identification
     from bristle.simulation import SimulationResult
@@ -23,51 +24,58 @@ if TYPE_CHECKING:
 __all__ = ["REPORT", "log_names", "write_identification", "write_logs", "write_motion_folder", "write_report"]
 
 REPORT = "report.html"
+LONGEST = 200  # bytes: file systems take 255
 
 
-def write_report(folder: Path, report: str, summary: Mapping[str, Any]) -> None:
+def write_report(folder: Results, report: str, summary: Mapping[str, Any]) -> None:
     """Write a report and the numbers that it rests on into a folder of results."""
-    (folder / REPORT).write_text(report, encoding="utf-8")
-    (folder / SUMMARY).write_text(as_json(summary), encoding="utf-8")
+    folder.write(REPORT, report)
+    folder.write(SUMMARY, as_json(summary))
 
 
 def write_identification(
-    folder: Path, identification: Identification, *, table: Sequence[tuple[float, float]], report: str,
+    folder: Results, identification: Identification, *, table: Sequence[tuple[float, float]], report: str,
     summary: Mapping[str, Any], provenance: Mapping[str, str],
 ) -> None:  # fmt: skip
     """Write an identification into a folder of results: ``model.toml``, ``drive_table.csv``, report and numbers."""
     best = identification.best
+    if (code := code_of(base_of(best.friction.component))) is not None:
+        folder.write(code.source.name, code.data)
     write_model(
         folder / "model.toml", best.plant, best.friction, estimates=best.estimates, provenance=provenance,
         treatment=identification.treatment, bands=best.resampling.bands if best.resampling else None,
     )  # fmt: skip
     if table:
-        (folder / "drive_table.csv").write_text(as_csv(table, best.friction.kind) + "\n", encoding="utf-8")
+        folder.write("drive_table.csv", as_csv(table, best.friction.kind) + "\n")
     write_report(folder, report, summary)
 
 
 def write_motion_folder(
-    folder: Path, found: Excitation, *, axis_file: Path, report: str, summary: Mapping[str, Any]
+    folder: Results, found: Excitation, *, axis_file: Content, report: str, summary: Mapping[str, Any]
 ) -> None:
     """Write a motion into a folder of results: ``motion.csv``, the axis file that its log is read with, and both."""
     motion = found.motion
     signals = {name: getattr(motion, name) for name in ("time", "position", "velocity", "acceleration")}
     write_motion(folder / summary["files"]["motion"], found.axis, signals)
-    shutil.copyfile(axis_file, folder / summary["files"]["axis"])
+    folder.write(summary["files"]["axis"], axis_file.data)
     write_report(folder, report, summary)
 
 
 def log_names(variants: Sequence[str]) -> dict[str, str]:
-    """Return the name of the log of each variant, by variant: ``log.csv`` of one alone."""
+    """Return the name of the log of each variant, by variant: ``log.csv`` of one alone.
+
+    Where names of variants make no names of files, too long or alike without case, they are numbered.
+    """
     if len(variants) == 1:
         return {variants[0]: "log.csv"}
     told = [re.sub(r"[^\w.-]", "_", name) for name in variants]
-    if len(set(told)) < len(told):
+    # Some systems tell no capital letters from small ones.
+    if len({one.casefold() for one in told}) < len(told) or max(len(one.encode()) for one in told) > LONGEST:
         told = [str(number) for number in range(1, len(told) + 1)]
     return {name: f"log_{one}.csv" for name, one in zip(variants, told, strict=True)}
 
 
-def write_logs(folder: Path, result: SimulationResult) -> dict[str, str]:
+def write_logs(folder: Results, result: SimulationResult) -> dict[str, str]:
     """Write what the drive of each variant would record; return the files by variant.
 
     The position is what the encoder reads, the effort what the controller commands, both at the instant of a sample.

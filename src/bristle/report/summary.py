@@ -57,7 +57,7 @@ def identification_summary(
         "log": {"samples": len(log), "sample_time": log.sample_time, "duration": log.duration, "notes": log.notes},
         "unfinished": identification.unfinished or None,
         "left_out": dict(identification.left_out),
-        "further_logs": [one.source.name for one in identification.further_logs],
+        "further_logs": [one.origin.name for one in identification.further_logs],
         "treatment": identification.treatment,
         "break_aways": [one._asdict() for one in identification.break_aways],
         "provenance": provenance,

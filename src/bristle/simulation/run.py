@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from os import PathLike
 
@@ -11,7 +10,7 @@ import numpy as np
 
 from bristle.controllers.limits import within_drive
 from bristle.core.contracts import Model
-from bristle.core.cores import core_count
+from bristle.core.cores import Abreast
 from bristle.core.errors import InputError
 from bristle.core.experiment import Experiment, Variant
 from bristle.engine import run_closed_loop
@@ -65,7 +64,7 @@ def _runs_of(variant: Variant) -> Iterator[VariantResult]:
     run = partial(_simulate_variant, variant, _desired(variant))
     yield run(0)
     if variant.run.seeds > 1:
-        with ThreadPoolExecutor(core_count()) as pool:
+        with Abreast() as pool:
             yield from pool.map(run, range(1, variant.run.seeds))
 
 

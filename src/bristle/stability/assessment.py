@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
-from functools import cached_property
 
 import numpy as np
 
 from bristle.core.experiment import Variant
+from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind
 from bristle.stability.linear_friction import NO_FRICTION, LinearFriction, slope_in_sliding, stiffness_at_rest
 from bristle.stability.linear_plant import linear_plant

@@ -144,12 +144,13 @@ def _loops(assessment: Assessment) -> list[WorkingPoint]:
 
 
 def _longest_delay(assessment: Assessment) -> int | None:
-    """Return the longest delay, below the present one, with which the loop is stable."""
+    """Return the longest delay, below the present one, up to which the loop is stable."""
     loops = [one.loop for one in _loops(assessment)]
-    for delay in range(loops[0].delay - 1, -1, -1):
-        if not any(replace(loop, delay=delay).is_unstable for loop in loops):
-            return delay
-    return None
+    # From the shortest one on: each sample of delay is one more state, and the poles of many take long.
+    unstable = (delay for delay in range(loops[0].delay)
+                if any(replace(loop, delay=delay).is_unstable for loop in loops))  # fmt: skip
+    longest = next(unstable, loops[0].delay) - 1
+    return longest if longest >= 0 else None
 
 
 def _largest_gain(assessment: Assessment) -> float | None:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from bristle.core.contracts import FrictionModel, Model, Motion, make_model
-from bristle.core.errors import InputError
+from bristle.core.errors import InputError, told_by
 from bristle.core.kernel import kernels
 from bristle.core.status import Status
 from bristle.core.variable import unit_of, variables_of
@@ -104,8 +104,8 @@ def check_model(model: FrictionModel | Model | str, *, checks: Sequence[Demand] 
         )
     try:
         bound = asked if isinstance(asked, Model) else example_of(asked)
-    except (InputError, TypeError) as error:
-        return [Check("example", False, str(error), "Give the descriptor example={...} with typical values")]
+    except Exception as error:  # noqa: BLE001  (a user's descriptor may hold anything)
+        return [Check("example", False, told_by(error), "Give the descriptor example={...} with typical values")]
     for check in CHECKS if checks is None else checks:
         results.append(_run(check, bound))
         if not results[-1].passed and check in FORM:
@@ -119,9 +119,10 @@ def _run(check: Demand, model: Model) -> Check:
         return Check(name, True, **asdict(check(model)))
     except _UnmetError as failure:
         return Check(name, False, advice=failure.advice, **asdict(failure.seen))
-    except Exception as error:  # noqa: BLE001  (a user's code may raise anything: that is the finding)
-        message = str(error).strip().splitlines()[0] if str(error).strip() else ""
-        return Check(name, False, f"stops with {type(error).__name__}: {message}", "Kernels never raise")
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:  # noqa: BLE001  (a user's code may raise anything: that is the finding)
+        return Check(name, False, f"stops with {type(error).__name__}: {told_by(error)}", "Kernels never raise")
 
 
 def example_of(component: FrictionModel) -> Model:

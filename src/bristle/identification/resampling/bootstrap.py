@@ -18,13 +18,12 @@ References
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from bristle.core.cores import core_count
+from bristle.core.cores import Abreast
 from bristle.identification.problem import Problem, Residual
 from bristle.identification.resampling.chi_square import CERTAIN, ChiSquare
 from bristle.identification.resampling.half_cycles import Groups, HalfCycles, level_slope, scatter_seen
@@ -185,7 +184,7 @@ def fitted_to_twins(
     """
     space, free, seen = refit.space, refit.free, twin.disturbance.scatter
     fits, rng = _Fits(twin, refit, slope), np.random.SeedSequence(seed)
-    with ThreadPoolExecutor(core_count()) as pool:
+    with Abreast() as pool:
         # A fit takes part of the scatter into its parameters: what is seen of it is less than there is.
         pilot = _squares(pool.map(fits.one, rng.spawn(PILOT)))
         scatter = seen * seen / pilot.mean**0.5 if pilot.mean > 0.0 else 0.0

@@ -23,11 +23,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
+from bristle.core.lazy import cached_property
 from bristle.identification.problem import Problem
 from bristle.identification.regression import Regression
 from bristle.identification.resampling.levels import scaled

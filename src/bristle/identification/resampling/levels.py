@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from bristle.core.contracts import FrictionModel, Model
+from bristle.core.lazy import cached_property
 from bristle.core.packing import pack
 from bristle.core.variable import Kind
 from bristle.engine import force_in_turns

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
 from bristle.core.contracts import Model
+from bristle.core.lazy import cached_property
 from bristle.identification.output_error import OutputError
 from bristle.identification.outputs import Output, Reading
 from bristle.identification.resampling.half_cycles import NUDGE, Groups, least_way, turns_of

@@ -13,11 +13,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from bristle.core.lazy import cached_property
 from bristle.identification.problem import Problem, Residual
 from bristle.identification.solution import Solution
 from bristle.identification.unknowns import Scales, Unknowns, coordinates_of

@@ -12,13 +12,12 @@ one is not seen. Where the rise is a hundred times that in the linear fit around
 from __future__ import annotations
 
 from collections.abc import Iterable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
-from bristle.core.cores import core_count
+from bristle.core.cores import Abreast
+from bristle.core.lazy import cached_property
 from bristle.identification.problem import Problem
 from bristle.identification.resampling.refit import Refit, Space
 
@@ -82,7 +81,7 @@ def unseen(problem: Problem, space: Space, candidates: frozenset[str]) -> tuple[
     asked = _Followed(problem, space, free).in_doubt(asked)
     while asked:
         around = _Followed(problem, space, free)
-        with ThreadPoolExecutor(core_count()) as pool:
+        with Abreast() as pool:
             rises = dict(zip(asked, pool.map(around.without, asked), strict=True))
         least = min(asked, key=lambda name: rises[name].rise)
         if rises[least].rise >= THRESHOLD:

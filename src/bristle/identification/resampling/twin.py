@@ -15,12 +15,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
+from bristle.core.lazy import cached_property
 from bristle.identification.problem import Problem
 from bristle.identification.regression import Regression, Stretch, low_passed, mechanical
 from bristle.identification.resampling.half_cycles import Groups, HalfCycles

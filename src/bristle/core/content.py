@@ -1,0 +1,271 @@
+"""`Content`: what a file held when it was read. It is read once, whole, and nothing that has no end is begun.
+
+A pipe can be read once only, and a file may change between two reads: so the bytes that are hashed are the bytes
+that are used. What is neither a regular file nor a pipe (a device, a socket, a folder) is refused by name, a pipe that
+says nothing is not waited for, and what is larger than a limit is not taken into memory.
+"""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import os
+import re
+import stat
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from bristle.core.errors import InputError, close_names
+from bristle.core.lazy import cached_property
+
+__all__ = [
+    "NOWHERE",
+    "SIZE_LIMIT",
+    "Content",
+    "Origin",
+    "Readable",
+    "content_of",
+    "refuse_larger",
+    "size_in_words",
+    "size_of",
+]
+
+SIZE_LIMIT = 512 * 2**20
+"""Largest file, and largest content that a file announces, unless another limit is given [byte]."""
+
+SILENCE = 10.0  # [s] without a byte, after which a pipe is given up
+HELD_BACK = 1.0  # [s] without a byte, after which a file is: some of the kernel wait for what is said next
+PIECE = 2**20
+_SIZE = re.compile(r"(\d{1,9}(?:\.\d{1,3})?)\s?([kMGT]?)(i?)B")
+_POWERS = {"": 0, "k": 1, "M": 2, "G": 3, "T": 4}
+_KINDS = (
+    (stat.S_ISDIR, "a folder", "Name a file in it"),
+    (stat.S_ISCHR, "a device", "Name a file: a device has no end"),
+    (stat.S_ISBLK, "a device", "Name a file: a device is no log"),
+    (stat.S_ISSOCK, "a socket", "Write what it says into a file first"),
+)
+
+Readable = Any
+"""What can be read: a path, bytes, an open file, or a `Content` that was read before."""
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where something comes from: the name of a file, without its folder, and the SHA-256 of what was read."""
+
+    name: str
+    checksum: str
+
+
+NOWHERE = Origin("", "")
+"""Of what was not read from a file."""
+
+
+@dataclass(frozen=True, eq=False)
+class Content:
+    """A file as it was read.
+
+    Parameters
+    ----------
+    source : Path
+        The file; a name in angle brackets for what was no file.
+    data : bytes
+        All that it held.
+    part : str or None
+        A table in it that was named with the file.
+    """
+
+    source: Path
+    data: bytes
+    part: str | None = None
+
+    @cached_property
+    def checksum(self) -> str:
+        """SHA-256 of the data, in hexadecimal."""
+        return hashlib.sha256(self.data).hexdigest()
+
+    @property
+    def origin(self) -> Origin:
+        """Name and checksum."""
+        return Origin(self.source.name + (f"::{self.part}" if self.part else ""), self.checksum)
+
+
+def content_of(given: Readable, *, limit: int = SIZE_LIMIT, path: str = "file", what: str = "a file") -> Content:
+    """Return what a file holds, read once.
+
+    Parameters
+    ----------
+    given : path-like, bytes, file object or Content
+        The file; ``-`` is the standard input. A `Content` is returned as it is.
+    limit : int
+        Largest size [byte].
+    path, what : str
+        Argument and what it must be, for the message where nothing that can be read was given.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, it is no regular file and no pipe, it is larger than the limit, or a pipe stays
+        silent.
+    """
+    if isinstance(given, Content):
+        return given
+    if isinstance(given, (bytes, bytearray, memoryview)):
+        return Content(Path("<bytes>"), bytes(refuse_larger(len(given), limit, "<bytes>") and given))
+    if not isinstance(given, (str, os.PathLike)):
+        return _of_object(given, limit, path, what)
+    source = Path(given)
+    if "\0" in os.fspath(source):
+        raise InputError("holds a NUL character and names no file", path=path, value=os.fspath(source))
+    try:
+        return Content(Path("<stdin>") if str(source) == "-" else source, _bytes_of(source, limit))
+    except InputError:
+        raise
+    except OSError as error:
+        raise _refusal(source, error) from None
+
+
+def refuse_larger(size: float, limit: int, place: object) -> bool:
+    """Refuse what is larger than the limit; the size may be one that is only announced [byte].
+
+    Raises
+    ------
+    InputError
+        With both, and the option that raises the limit.
+    """
+    if size > limit:
+        raise InputError(
+            f"holds {size_in_words(size)}, which is more than is read unasked", path=str(place),
+            allowed=f"up to {size_in_words(limit)}",
+            mend=f'Cut the log, or raise the limit: --size-limit "{size_in_words(2 * size)}"'
+            " (size_limit in Python); reading takes several times as much memory",
+        )  # fmt: skip
+    return True
+
+
+def size_of(given: int | str, path: str = "size_limit") -> int:
+    """Return a size in bytes, of a number or of text such as ``"2 GB"``.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+
+    Examples
+    --------
+    >>> size_of("1.5 GB"), size_of("64 MiB")
+    (1500000000, 67108864)
+    """
+    found = _SIZE.fullmatch(given.strip()) if isinstance(given, str) and len(given) < 32 else None
+    if found is not None:
+        number, prefix, binary = found.groups()
+        size = float(number) * (1024 if binary else 1000) ** _POWERS[prefix]
+    elif isinstance(given, int) and not isinstance(given, bool):
+        size = given
+    else:
+        raise InputError("is not a size", path=path, value=given, mend='Write a number and a unit, such as "2 GB"')
+    if not 1 <= size <= 2**62:
+        raise InputError("is out of range", path=path, value=given, allowed="1 B to 4000000 TB")
+    return int(size)
+
+
+def size_in_words(size: float) -> str:
+    """Return a size as people say it.
+
+    Examples
+    --------
+    >>> size_in_words(1.5e9), size_in_words(700)
+    ('1.5 GB', '700 B')
+    """
+    for unit, power in (("TB", 12), ("GB", 9), ("MB", 6), ("kB", 3)):
+        if size >= 10**power:
+            return f"{size / 10**power:.{max(0, 2 - len(str(int(size / 10**power))))}f} {unit}".replace(".0 ", " ")
+    return f"{int(size)} B"
+
+
+def _of_object(given: Any, limit: int, path: str, what: str) -> Content:
+    read = getattr(given, "read", None)
+    if not callable(read):
+        value = "None" if given is None else given
+        raise InputError(f"must be {what}", path=path, value=value, allowed="a path, bytes, or an open file")
+    data: Any = read(limit + 1)
+    data = data.encode() if isinstance(data, str) else bytes(data)
+    refuse_larger(len(data), limit, "<file>")
+    name = getattr(given, "name", None)
+    return Content(Path(name) if isinstance(name, str) and name else Path("<file>"), data)
+
+
+def _bytes_of(source: Path, limit: int) -> bytes:
+    if str(source) == "-":
+        return _within(_pieces(sys.stdin.fileno(), source), limit, "<stdin>")
+    mode = os.stat(source).st_mode
+    for is_kind, kind, mend in _KINDS:
+        if is_kind(mode):
+            raise InputError(f"is {kind}, not a file", path=str(source), mend=mend)
+    # A pipe that nobody writes to must not be waited for, so it is opened without; a regular file does not care.
+    opened = os.open(source, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    try:
+        found = os.fstat(opened)
+        if stat.S_ISREG(found.st_mode):
+            refuse_larger(found.st_size, limit, source)
+        return _within(_pieces(opened, source), limit, str(source))
+    finally:
+        os.close(opened)
+
+
+def _within(pieces: Iterator[bytes], limit: int, place: str) -> bytes:
+    found, size = [], 0
+    for piece in pieces:
+        size += len(piece)
+        refuse_larger(size, limit, place)
+        found.append(piece)
+    return b"".join(found)
+
+
+def _pieces(opened: int, source: Path) -> Iterator[bytes]:
+    last, patience = time.monotonic(), HELD_BACK if stat.S_ISREG(os.fstat(opened).st_mode) else SILENCE
+    while (left := last + patience - time.monotonic()) > 0.0:
+        if not _says_something(opened, left):
+            continue
+        try:
+            piece = os.read(opened, PIECE)
+        except BlockingIOError:  # another reader was faster, or a file of the kernel that waits for its next line
+            time.sleep(0.01)
+            continue
+        if not piece:
+            return
+        yield piece
+        last = time.monotonic()
+    raise InputError(f"has said nothing for {patience:g} s", path=str(source), mend="Does a program write into it?")
+
+
+def _says_something(opened: int, seconds: float) -> bool:
+    """Wait until there is something to read, or the end; what cannot be waited for is read at once."""
+    import select
+
+    if not hasattr(select, "poll"):
+        return True
+    pipe = select.poll()
+    pipe.register(opened, select.POLLIN)
+    return bool(pipe.poll(1000.0 * seconds))
+
+
+def _refusal(source: Path, error: OSError) -> InputError:
+    if isinstance(error, FileNotFoundError):
+        close = close_names(source.name, _names_beside(source), cutoff=0.75)
+        mend = f"Did you mean {close[0]!r}?" if close else "Check the path"
+        return InputError("there is no such file", path=str(source), mend=mend)
+    if error.errno == errno.ENAMETOOLONG:
+        return InputError("is too long for the name of a file", path=str(source))
+    return InputError(f"cannot be read ({(error.strerror or str(error)).lower()})", path=str(source))
+
+
+def _names_beside(source: Path) -> list[str]:
+    try:
+        return os.listdir(source.parent)[:10_000]
+    except OSError:
+        return []

@@ -1,0 +1,40 @@
+"""Locks of the whole process, which are free in every process that is forked from it.
+
+A fork takes over each lock as it stands, but not the threads that would give it back: one that another thread holds at
+that moment would stay closed for good, and what it guards half done. So forking waits until nobody else holds one.
+
+A thread that holds a lock takes only those that come after it here.
+"""
+
+from __future__ import annotations
+
+import logging  # noqa: F401  (its own locks come last of all: what is brought first is taken last by a fork)
+import os
+import threading
+
+__all__ = ["COMPILING", "LOADING", "MAKING", "SHARING"]
+
+LOADING = threading.RLock()  # a file of a user's is run
+MAKING = threading.RLock()  # a component is made by a factory
+COMPILING = threading.RLock()  # an entry is compiled
+SHARING = threading.RLock()  # the threads of linear algebra are set
+
+_ORDER = (LOADING, MAKING, COMPILING, SHARING)
+_taken = threading.local()
+
+
+def _take_all() -> None:
+    _taken.locks = []
+    for lock in _ORDER:
+        lock.acquire()
+        _taken.locks.append(lock)
+
+
+def _give_back() -> None:
+    # Not all of them, where the waiting was interrupted.
+    for lock in reversed(_taken.locks):
+        lock.release()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(before=_take_all, after_in_parent=_give_back, after_in_child=_give_back)

@@ -1,0 +1,82 @@
+"""Code that a file names runs only if this person allowed it: that very content, or everything this once.
+
+A model file may name a model of a person's own, in Python. Whoever reads the model file then runs that Python, and
+files are mailed. So the code must lie beside or below the file that names it, it is told by name and hash, and it runs
+where it is asked for (``allow_code``), or where its hash was allowed before: by naming it on the command line. What
+was allowed is kept in the state folder of the person, never in a file that travels.
+"""
+
+from __future__ import annotations
+
+import time
+import warnings
+from pathlib import Path
+
+from bristle.core.content import Content, content_of
+from bristle.core.errors import InputError, InputWarning
+from bristle.files.state import state_folder
+
+__all__ = ["CODE_LIMIT", "allow", "code_named", "is_allowed"]
+
+CODE_LIMIT = 2**20  # [byte]
+
+
+def code_named(file: str, folder: Path, path: str, *, allow_code: bool) -> Content:
+    """Return the code that a file names, if it may run.
+
+    Parameters
+    ----------
+    file : str
+        What stands there, relative to `folder`.
+    folder : Path
+        Of the file that names it.
+    path : str
+        Key, for messages.
+    allow_code : bool
+        Whether the person asked for it.
+
+    Raises
+    ------
+    InputError
+        If it lies elsewhere, cannot be read, or was not allowed.
+    """
+    place = folder / file
+    try:
+        inside = folder.resolve() in place.resolve().parents
+    except (OSError, ValueError, RuntimeError):
+        inside = True  # reading it will tell what is wrong
+    if not inside:
+        raise InputError("names code elsewhere, which is not run", path=path, value=file,
+                         allowed="a file beside or below the one that names it", mend="Copy it there")  # fmt: skip
+    content = content_of(place, limit=CODE_LIMIT, path=path)
+    told = f"{content.source.name} (SHA-256 {content.checksum})"
+    if not allow_code and not is_allowed(content.checksum):
+        raise InputError(
+            f"names code, which is not run unasked: {told}", path=path,
+            mend=f"Read it. Then add --allow-code (allow_code=True in Python) for this once, or allow this very "
+            f"content from now on: bristle check {place}",
+        )  # fmt: skip
+    warnings.warn(f"{path}: the code in {told} is run", InputWarning, stacklevel=2)
+    return content
+
+
+def is_allowed(checksum: str) -> bool:
+    """Return whether the code with this SHA-256 was allowed before."""
+    try:
+        return (state_folder("allowed-code") / checksum).is_file()
+    except OSError:
+        return False
+
+
+def allow(content: Content) -> None:
+    """Remember that this very code may run; where that cannot be written down, it holds for now only."""
+    if is_allowed(content.checksum):
+        return
+    try:
+        place = state_folder("allowed-code") / content.checksum
+        place.write_text(f"{content.source.name}\n{time.strftime('%Y-%m-%d')}\n", encoding="utf-8", errors="replace")
+    except OSError as error:
+        warnings.warn(
+            f"{content.source.name}: that its code was allowed cannot be remembered ({error.strerror})",
+            InputWarning, stacklevel=2,
+        )  # fmt: skip

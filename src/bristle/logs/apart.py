@@ -1,0 +1,153 @@
+"""Binary files are read in a process of their own.
+
+The libraries that read them are native code. A file with one flipped byte can make them loop, ask for all memory or
+crash, and none of that can be caught: a signal is not even seen before they return. In a process of its own they end at
+a limit of time and memory, and whoever waits for them can be interrupted. What crosses over is a line of text and plain
+numbers, so nothing that a file does there becomes code here.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bristle.core.errors import InputError, shortened
+from bristle.logs.choice import Choice
+from bristle.logs.table import Table
+
+__all__ = ["Request", "read_apart", "serve"]
+
+SECONDS, BYTES_A_SECOND = 6.0, 20e6  # of processor time, before a file counts as one that has no end
+PATIENCE = 4.0  # times that, by the clock, on a machine that is busy
+SPARE_BYTES = 3 * 2**29  # of addresses, beside what is read
+# A plugin of HDF5 is a library that a file can ask for; none is loaded. One thread of linear algebra is enough.
+# Ctrl-C in a terminal goes to whoever waits, who ends it.
+_OWN_GROUP: dict[str, Any] = (
+    {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP} if sys.platform == "win32" else {"start_new_session": True}
+)
+ENVIRONMENT = {"HDF5_PLUGIN_PRELOAD": "::", "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+
+
+class Request(NamedTuple):
+    """What is to be read: a module of `bristle.logs` with a function ``read``, and its arguments beside the data."""
+
+    reader: str
+    source: Path
+    table: str | None
+    choice: Choice
+    limit: int
+
+
+def read_apart(data: bytes, request: Request) -> Table:
+    """Return the table in a binary file, read in a process of its own.
+
+    Raises
+    ------
+    InputError
+        What the reader says, or that it did not come back.
+    """
+    head = {
+        "reader": request.reader,
+        "source": str(request.source),
+        "table": request.table,
+        "names": None if request.choice.names is None else sorted(request.choice.names),
+        "usual": request.choice.usual,
+        "limit": request.limit,
+        "seconds": int(SECONDS + len(data) / BYTES_A_SECOND),
+    }
+    code = "from bristle.logs.apart import serve; serve()"
+    environment = os.environ | ENVIRONMENT | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+    process = subprocess.Popen(
+        [sys.executable, "-P", "-c", code],
+        stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment,
+        **_OWN_GROUP,
+    )  # fmt: skip
+    with process:
+        try:
+            out, said = process.communicate(json.dumps(head).encode() + b"\n" + data, PATIENCE * head["seconds"])
+        except subprocess.TimeoutExpired:
+            process.kill()
+            raise _no_answer("takes too long", request) from None
+        except BaseException:
+            process.kill()
+            raise
+    if process.returncode != 0:
+        raise _no_answer(_how_it_ended(process.returncode, said), request)
+    return _table_in(out)
+
+
+def _how_it_ended(code: int, said: bytes) -> str:
+    if code == -getattr(signal, "SIGXCPU", 0):
+        return "takes too long"
+    last = said.decode("utf-8", "replace").strip().rpartition("\n")[2]
+    return f"the library that reads it ended with signal {-code}" if code < 0 else shortened(last, 120)
+
+
+def _no_answer(said: str, request: Request) -> InputError:
+    return InputError(
+        f"is damaged, or of a kind that is not read ({said})", path=str(request.source), mend="Copy or save it again"
+    )
+
+
+def serve() -> None:
+    """Answer one request: the other side of `read_apart`."""
+    out = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # what a library prints must not come between
+    head = json.loads(sys.stdin.buffer.readline())
+    _limit_to(head["seconds"], head["limit"])
+    data = sys.stdin.buffer.read()
+    from importlib import import_module
+
+    read: Callable[..., Table] = import_module(f"bristle.logs.{head['reader']}").read
+    choice = Choice(None if head["names"] is None else frozenset(head["names"]), head["usual"])
+    try:
+        found = read(data, Path(head["source"]), head["table"], choice, head["limit"])
+    except InputError as error:
+        parts = {name: getattr(error, name) for name in ("message", "path", "allowed", "mend")}
+        value = error.value if isinstance(error.value, (str, int, float)) else None
+        out.write(json.dumps({"refused": parts | {"value": value}}).encode() + b"\n")
+    else:
+        out.write(json.dumps(_told(found)).encode() + b"\n")
+        for values in found.columns.values():
+            out.write(np.ascontiguousarray(values, float).data)
+    out.close()
+
+
+def _limit_to(seconds: int, limit: int) -> None:
+    """Let the system end this process, should it take more; it does so even if nobody waits any more."""
+    try:
+        import resource
+    except ImportError:  # not on this system: whoever waits ends it
+        return
+    most = SPARE_BYTES + 4 * limit
+    for what, soft, hard in (("CPU", seconds, seconds + 1), ("AS", most, most), ("CORE", 0, 0)):
+        # Some systems know a limit and do not take it, or have a smaller one already.
+        with suppress(AttributeError, ValueError, OSError):
+            resource.setrlimit(getattr(resource, f"RLIMIT_{what}"), (soft, hard))
+
+
+def _told(table: Table) -> dict[str, Any]:
+    kept = ("units", "constants", "sample_time", "notes", "format", "tables", "names")
+    sizes = {name: int(values.size) for name, values in table.columns.items()}
+    return {"sizes": sizes} | {name: getattr(table, name) for name in kept}
+
+
+def _table_in(out: bytes) -> Table:
+    line, _, rest = out.partition(b"\n")
+    told = json.loads(line)
+    if "refused" in told:
+        raise InputError(**told["refused"])
+    numbers, at, columns = np.frombuffer(rest, float), 0, {}
+    for name, size in told.pop("sizes").items():
+        columns[name] = numbers[at : at + size].copy()
+        at += size
+    return Table(columns, **told | {name: tuple(told[name]) for name in ("notes", "tables", "names")})

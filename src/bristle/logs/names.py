@@ -1,0 +1,60 @@
+"""Names of columns that can be printed and told apart, and a note where a file has others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from typing import TypeVar
+
+from bristle.core.typography import printable
+from bristle.logs.table import Table
+
+__all__ = ["distinct", "with_plain_names"]
+
+T = TypeVar("T")
+LONGEST_UNIT_SHOWN = 80
+
+
+def distinct(names: Iterable[str]) -> tuple[list[str], list[str]]:
+    """Return names of which none stands twice, and a note for each that did.
+
+    Examples
+    --------
+    >>> distinct(["t", "q", "q"])
+    (['t', 'q', 'q_2'], ["column 3 is called 'q', as one before it: it is taken as 'q_2'"])
+    """
+    given = list(names)
+    taken, notes = set(given), []
+    seen: dict[str, int] = {}
+    for index, name in enumerate(given):
+        seen[name] = seen.get(name, 0) + 1
+        if seen[name] == 1:
+            continue
+        while (other := f"{name}_{seen[name]}") in taken:
+            seen[name] += 1
+        taken.add(other)
+        given[index] = other
+        notes.append(f"column {index + 1} is called {name[:60]!r}, as one before it: it is taken as {other[:64]!r}")
+    return given, notes
+
+
+def with_plain_names(table: Table) -> Table:
+    """Return a table whose names and units can be printed: control characters do things to a terminal."""
+    odd = [name for name in (*table.names, *table.texts) if not name.isprintable()]
+    units = {name: unit for name, unit in table.units.items() if unit.isprintable() and len(unit) <= LONGEST_UNIT_SHOWN}
+    if not odd and len(units) == len(table.units):
+        return table
+    plain, _ = distinct(printable(name).strip() or "column" for name in table.names)
+    called = dict(zip(table.names, plain, strict=True))
+    notes = [f"the name of a column holds characters that cannot be printed: it is taken as {called[name]!r}"
+             for name in odd if name in called]  # fmt: skip
+    notes += [f"column {called[name]!r} has a unit that cannot be read, which was left out"
+              for name in table.units if name not in units]  # fmt: skip
+    return replace(
+        table, columns=_called(table.columns, called), units=_called(units, called), names=tuple(plain),
+        texts={printable(name): why for name, why in table.texts.items()}, notes=(*table.notes, *notes),
+    )  # fmt: skip
+
+
+def _called(values: Mapping[str, T], called: Mapping[str, str]) -> dict[str, T]:
+    return {called[name]: one for name, one in values.items()}

@@ -1,0 +1,182 @@
+"""Attacks that take minutes: ``python -m tests.attack.siege [NAME ...]``; exit code 1 if one got through.
+
+``kills``: processes that are killed, terminated and interrupted at random moments. ``values``: thousands of values in
+places of files where they do not belong. ``flips``: hundreds of files with flipped bytes, of each kind.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import tomllib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from tests.attack.yard import FILES, HOSTILE, assault, build, log_of, places_in, replaced, state_of
+from tests.logs.conftest import WRITERS
+
+from bristle.core.errors import InputError
+from bristle.files.owned import NOTE, Folder, note_in, strangers_in
+from bristle.logs.readers import read_table
+
+SEED, KILLS, VALUES, FLIPS = 10, 200, 2000, 250
+START = "import signal, sys\nsignal.signal(signal.SIGINT, signal.default_int_handler)\n"  # a job of a shell ignores it
+RUN = START + "from bristle.cli.main import main\nsys.exit(main())"
+WORK = {
+    "identify": ["identify", "log.csv", "--axis", "axis.toml", "--model", "lugre", "--out", "results", "--force"],
+    "run": ["run", "experiment.toml", "--out", "results", "--force", "--log"],
+    "paper": ["paper", "--figure", "3", "--out", "results", "--force"],
+    "demo": ["demo", "--out", "results", "--force"],
+}
+
+
+def kills() -> Iterator[str]:
+    """Yield what went wrong when a process was ended at a random moment."""
+    chance = random.Random(SEED)
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        build(folder)
+        mine = state_of(folder)
+        took = {name: begun(arguments, folder)[1] for name, arguments in WORK.items()}
+        for count in range(KILLS):
+            name = chance.choice(list(WORK))
+            number = chance.choice([signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+            process = started(WORK[name], folder)
+            time.sleep(chance.uniform(0.0, 1.1 * took[name]))
+            process.send_signal(number)
+            _, errors = process.communicate(timeout=60)
+            yield from wrongs(f"{count} {name} {number.name}", process.returncode, errors, number, folder, mine)
+        code, _ = begun(WORK["run"], folder)
+        left = [one.name for one in folder.iterdir() if one.name.startswith("bristle-")]
+        if code or left:
+            yield f"afterwards: exit code {code}, left behind {left}"
+        if state_of(folder) != mine:
+            yield "afterwards: files of a person are others"
+
+
+def started(arguments: list[str], folder: Path) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-c", RUN, *arguments],
+        cwd=folder,
+        text=True,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+    )
+
+
+def begun(arguments: list[str], folder: Path) -> tuple[int, float]:
+    began = time.monotonic()
+    process = started(arguments, folder)
+    process.communicate(timeout=600)
+    return process.returncode, time.monotonic() - began
+
+
+def wrongs(
+    what: str, code: int, errors: str, number: signal.Signals, folder: Path, mine: dict[str, tuple[int, str]]
+) -> Iterator[str]:
+    # Before anything is imported the interpreter answers a signal as it does without any program.
+    if code not in (0, -number, 128 + number) and not (code == 1 and "KeyboardInterrupt" in errors):
+        yield f"{what}: exit code {code}, {errors[:200]!r}"
+    if "fault of bristle" in errors:
+        yield f"{what}: {errors[:200]!r}"
+    if not (folder / "results" / NOTE).is_file():
+        yield f"{what}: the results are gone"
+        return
+    with Folder(folder / "results") as results:
+        note = note_in(results)
+        if note is None or strangers_in(results, note) != ([], []) or set(note.files) - set(results.names()):
+            yield f"{what}: the results are not whole"
+    unfinished = [one for one in folder.iterdir() if one.name.startswith("bristle-")]
+    if unfinished and number is not signal.SIGKILL:
+        yield f"{what}: left behind {[one.name for one in unfinished]}"
+    others = {one: held for one, held in state_of(folder).items() if not one.startswith("bristle-")}
+    if others != mine:
+        yield f"{what}: touched {set(others) ^ set(mine)}"
+
+
+def values() -> Iterator[str]:
+    """Yield which hostile value in which place of a file got through."""
+    from tests.attack.test_attack import COMMANDS
+
+    chance = random.Random(SEED)
+    places = {name: list(places_in(tomllib.loads(text))) for name, text in FILES.items() if name.endswith(".toml")}
+    with tempfile.TemporaryDirectory() as place:
+        built = Path(place) / "built"
+        built.mkdir()
+        build(built)
+        for _ in range(VALUES):
+            folder = Path(place) / "yard"
+            shutil.copytree(built, folder)
+            name = chance.choice(list(places))
+            text, told = FILES[name], []
+            for _ in range(chance.randint(1, 2)):
+                path, value = chance.choice(places[name]), chance.choice(HOSTILE)
+                try:
+                    text = replaced(text, path, value)
+                except (LookupError, TypeError):
+                    continue
+                told.append(f"{'.'.join(map(str, path))} = {str(value)[:30]!r}")
+            (folder / name).write_text(text, encoding="utf-8")
+            arguments = chance.choice(COMMANDS[name])
+            try:
+                assault(list(arguments), folder)
+            except AssertionError as error:
+                yield f"{arguments[0]} {name} {told}: {str(error)[:300]}"
+            shutil.rmtree(folder)
+
+
+def flips() -> Iterator[str]:
+    """Yield which flipped file of which kind got through."""
+    chance = random.Random(SEED)
+    with tempfile.TemporaryDirectory() as place:
+        for kind, write in WRITERS.items():
+            data = write(Path(place) / f"log.{kind}", log_of(60 if kind != "tdms" else 1200)).read_bytes()
+            for count in range(FLIPS if kind in ("h5", "parquet", "tdms") else 10 * FLIPS):
+                spoiled = bytearray(data)
+                for _ in range(chance.choice([1, 1, 1, 2, 5, 30])):
+                    spoiled[chance.randrange(len(data) if chance.random() < 0.5 else min(2000, len(data)))] = (
+                        chance.randrange(256)
+                    )
+                began = time.monotonic()
+                try:
+                    read_table(bytes(spoiled))
+                except InputError as error:
+                    said = str(error)
+                    if not said:
+                        yield f"{kind} {count}: says nothing"
+                except Exception as error:  # noqa: BLE001  (that is what is looked for)
+                    yield f"{kind} {count}: {error!r}"
+                if time.monotonic() - began > 10.0:
+                    yield f"{kind} {count}: takes {time.monotonic() - began:.0f} s"
+
+
+SIEGES: dict[str, tuple[Callable[[], Iterator[str]], str]] = {
+    "kills": (kills, f"{KILLS} processes ended at random moments"),
+    "values": (values, f"{VALUES} hostile values in files"),
+    "flips": (flips, f"{FLIPS} flipped files of three kinds, ten times as many of the others"),
+}
+
+
+def main(names: list[str]) -> int:
+    """Run sieges; return 1 if something got through."""
+    os.environ["BRISTLE_STATE_DIR"] = tempfile.mkdtemp()
+    through = 0
+    for name in names or SIEGES:
+        siege, what = SIEGES[name]
+        began, count = time.monotonic(), 0
+        for wrong in siege():
+            count += 1
+            print(f"  {wrong}", flush=True)
+        print(f"{name}: {what}, {count} got through, {time.monotonic() - began:.0f} s", flush=True)
+        through += count
+    return 1 if through else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,186 @@
+"""What can be read is read once, up to a limit; what has no end is not begun."""
+
+import io
+import os
+import pickle
+import socket
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from bristle.core import InputError, content
+from bristle.core.content import Content, content_of, size_in_words, size_of
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="pipes and devices of POSIX")
+
+
+@pytest.fixture
+def impatient(monkeypatch):
+    monkeypatch.setattr(content, "SILENCE", 0.4)
+
+
+def test_what_can_be_read(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_bytes(b"a log")
+    text = io.StringIO("a log")
+    for given in (path, str(path), b"a log", bytearray(b"a log"), memoryview(b"a log"), io.BytesIO(b"a log"), text):
+        assert content_of(given).data == b"a log"
+    with path.open("rb") as opened:
+        found = content_of(opened)
+    assert found.origin == content_of(path).origin
+    assert content_of(found) is found
+    assert pickle.loads(pickle.dumps(found)).origin == found.origin
+
+
+def test_a_content_stays_what_it_was(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_bytes(b"a log")
+    found = content_of(path)
+    path.write_bytes(b"another")
+    assert found.data == b"a log"
+    assert found.checksum != content_of(path).checksum
+
+
+def bound(path):
+    with socket.socket(socket.AF_UNIX) as one:
+        one.bind(str(path))
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda p: None, "no such file"),
+        (lambda p: p.mkdir(), "is a folder"),
+        (lambda p: p.symlink_to(p), "cannot be read"),
+        (lambda p: p.symlink_to("/dev/zero"), "is a device"),
+        (lambda p: p.symlink_to("gone"), "no such file"),
+        (bound, "is a socket"),
+        (lambda p: (p.write_bytes(b""), p.chmod(0)), None),
+    ],
+)
+def test_what_is_no_file_is_refused_by_name(tmp_path, monkeypatch, make, words):
+    monkeypatch.chdir(tmp_path)  # a socket has a short name
+    make(Path("log.csv"))
+    if words is None:
+        if os.getuid():  # the superuser reads all
+            with pytest.raises(InputError, match="cannot be read"):
+                content_of("log.csv")
+        return
+    with pytest.raises(InputError, match=words) as caught:
+        content_of("log.csv")
+    assert caught.value.path == "log.csv"
+
+
+@pytest.mark.parametrize("name", ["/dev/zero", "/dev/random", "/dev/tty0", "/dev/null"])
+def test_a_device_is_refused_at_once(name):
+    if not Path(name).exists():
+        pytest.skip("there is none")
+    with pytest.raises(InputError, match=r"is a device, not a file\. Name a file"):
+        content_of(name)
+
+
+@pytest.mark.parametrize("given", ["a\0b", "x" * 300, "x/" * 3000, ""])
+def test_what_names_no_file(given):
+    with pytest.raises(InputError):
+        content_of(given)
+
+
+@pytest.mark.parametrize("given", [None, 3, 2.5, [1, 2], object(), {"a": 1}])
+def test_what_is_nothing_to_read(given):
+    with pytest.raises(InputError, match="axis: must be an axis or its file"):
+        content_of(given, path="axis", what="an axis or its file")
+
+
+def test_the_limit_is_asked_for_before_and_while_reading(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_bytes(bytes(1001))
+    for given in (path, bytes(1001), io.BytesIO(bytes(1001))):
+        with pytest.raises(InputError, match=r"holds 1 kB, which is more.*allowed up to 1 kB.*--size-limit") as caught:
+            content_of(given, limit=1000)
+        assert size_of(caught.value.mend.split('"')[1]) > 1001
+        assert len(content_of(path, limit=1001).data) == 1001
+    read, write = os.pipe()
+    os.write(write, bytes(2000))
+    with pytest.raises(InputError, match="more than is read"):
+        content_of(f"/dev/fd/{read}", limit=1000)
+    for one in (read, write):
+        os.close(one)
+
+
+def test_of_an_open_file_no_more_is_read_than_the_limit():
+    endless = io.BytesIO(bytes(10_000))
+    with pytest.raises(InputError):
+        content_of(endless, limit=1000)
+    assert endless.tell() == 1001
+
+
+def test_a_pipe_is_read_to_its_end_however_slowly_it_speaks(tmp_path, impatient):
+    path = tmp_path / "pipe"
+    os.mkfifo(path)
+
+    def speak():
+        with path.open("wb", buffering=0) as pipe:
+            for _ in range(4):
+                time.sleep(0.2)
+                pipe.write(b"a bit ")
+
+    speaker = threading.Thread(target=speak)
+    speaker.start()
+    assert content_of(path).data == b"a bit " * 4
+    speaker.join()
+
+
+def test_a_pipe_that_nobody_writes_to_or_that_falls_silent_is_given_up(tmp_path, impatient):
+    path = tmp_path / "pipe"
+    os.mkfifo(path)
+    began = time.monotonic()
+    with pytest.raises(InputError, match="has said nothing for"):
+        content_of(path)
+    keeper = os.open(path, os.O_RDWR)
+    os.write(keeper, b"a bit")
+    with pytest.raises(InputError, match="has said nothing for"):
+        content_of(path)
+    os.close(keeper)
+    assert time.monotonic() - began < 5.0
+
+
+def test_what_a_shell_puts_in_place_of_a_file(tmp_path):
+    (tmp_path / "log").write_bytes(b"a log\n" * 50_000)
+    code = "import sys; from bristle.core.content import content_of; print(content_of(sys.argv[1]).checksum)"
+    for words in ('"$0" -c "$1" <(cat "$2")', 'cat "$2" | "$0" -c "$1" -', 'cat "$2" | "$0" -c "$1" /dev/stdin'):
+        ended = subprocess.run(
+            ["bash", "-c", words, sys.executable, code, str(tmp_path / "log")],
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        assert ended.stdout.strip() == content_of(tmp_path / "log").checksum
+
+
+@pytest.mark.parametrize(
+    ("text", "size"),
+    [("2 GB", 2e9), ("1.5GiB", 1.5 * 2**30), ("700 B", 700), ("64 kB", 64_000), (5, 5), (" 3 MB ", 3e6)],
+)
+def test_sizes(text, size):
+    assert size_of(text) == size
+
+
+@pytest.mark.parametrize(
+    "text", ["", "2", "two GB", "2 Gb", "-1 GB", "0 B", 0, -5, True, None, 1.5, "9" * 5000 + " B", "1e9 B"]
+)
+def test_what_is_no_size(text):
+    with pytest.raises(InputError, match="--size-limit"):
+        size_of(text, "--size-limit")
+
+
+def test_sizes_in_words_are_read_again():
+    for size in (1, 999, 1000, 1_234_567, 5 * 10**8, 2 * 10**9, 7 * 10**13):
+        assert size_of(size_in_words(size)) == pytest.approx(size, rel=0.06)
+
+
+def test_a_content_is_told_by_its_name_without_its_folder(tmp_path):
+    assert Content(tmp_path / "log.h5", b"", "first").origin.name == "log.h5::first"

@@ -1,0 +1,293 @@
+"""Models travel: whole, to the bit, and to the one component that there is in the other process."""
+
+import copy
+import json
+import math
+import pickle
+import sys
+from dataclasses import replace
+from typing import Annotated, NamedTuple
+
+import numpy as np
+import pytest
+from tests.core.elsewhere import in_a_new_process, there_and_back
+from tests.core.same_bits import bits_of
+
+import bristle as br
+from bristle import controllers, friction, hysteresis, plants, references, sensors
+from bristle.core import FrictionModel, InputError, Model, Variable
+from bristle.core.cores import Abreast
+from bristle.core.once import once
+from bristle.core.travel import whereabouts
+from bristle.engine import Contact, run_open_loop
+from bristle.engine.screwed import through_screw
+from bristle.files.user_model import load_model_file
+from bristle.friction import SLOTS, is_static, with_presliding, with_slots
+from bristle.identification.shaped import shaped
+from bristle.testing import example_of
+
+PROTOCOLS = range(2, pickle.HIGHEST_PROTOCOL + 1)
+COMPONENTS = [
+    *friction.MODELS.values(), *hysteresis.OPERATORS.values(), *plants.PLANTS.values(),
+    *controllers.CONTROLLERS.values(), *sensors.SENSORS.values(), *references.REFERENCES.values(),
+]  # fmt: skip
+SLOTTED = [
+    with_slots(model, list(slots))
+    for model in friction.MODELS.values()
+    for slots in ((), *((one,) for one in SLOTS), SLOTS)
+]
+ELEMENTS = example_of(friction.maxwell_slip)
+
+
+def copies_of(thing):
+    """The thing by each way that it can go."""
+    return [*(pickle.loads(pickle.dumps(thing, protocol)) for protocol in PROTOCOLS), copy.deepcopy(thing)]
+
+
+def model_of(component):
+    """A model with the example parameters of a component, and some number for each that it gives none for."""
+    there = {**component.defaults, **component.example}
+    rest = [name for name in component.variables if name not in there]
+    some = {name: [0.1, 0.2, 0.3] if component.is_array(name) else 0.1 for name in rest}
+    return component(validate=False, **component.example, **some)
+
+
+def name_of(component):
+    return f"{component.family} {component.name}"
+
+
+@pytest.mark.parametrize("component", [*COMPONENTS, *SLOTTED], ids=name_of)
+def test_a_component_stays_the_one_that_it_is(component):
+    assert [one for one in (*copies_of(component), copy.copy(component)) if one is not component] == []
+
+
+@pytest.mark.parametrize("component", [*COMPONENTS, *SLOTTED], ids=name_of)
+def test_a_model_arrives_to_the_bit(component):
+    model = model_of(component)
+    for other in copies_of(model):
+        assert other == model
+        assert bits_of(other) == bits_of(model)
+
+
+@pytest.mark.parametrize(
+    "component", [one for one in SLOTTED if is_static(model_of(one))], ids=lambda component: component.name
+)
+def test_so_does_one_with_presliding(component):
+    model = with_presliding(model_of(component), 2e-6)
+    assert model.component is not component
+    for other in copies_of(model):
+        assert bits_of(other) == bits_of(model)
+
+
+def test_so_does_what_the_engine_and_the_search_make_of_models():
+    screw, motor = plants.ball_screw, friction.coulomb(kind="rotational", F_C=0.02)
+    behind = through_screw(screw(kind="rotational", **screw.example), motor, friction.viscous(F_v=3.0))
+    elements = example_of(friction.find("maxwell_slip+asymmetry"))
+    fixed = shaped(elements.component, np.array([3.0, 1.0]), np.array([1.0, 1.0]))
+    for model in (behind, friction.unvaried(model_of(SLOTTED[-1]))):
+        for other in copies_of(model):
+            assert bits_of(other) == bits_of(model)
+    # Shapes are made as the search goes, and none is ever looked for by identity.
+    for other in copies_of(Model(fixed, elements.parameters)):
+        assert bits_of(other.parameters) == bits_of(elements.parameters)
+        assert bits_of(other.values) == bits_of(Model(fixed, elements.parameters).values)
+        assert other.component == fixed
+
+
+def test_numbers_that_no_check_lets_through_arrive_as_they_are():
+    strange = {"F_C": -0.0, "F_S": -3.0, "v_S": -math.inf, "sigma_0": 5e-324, "offset": -0.0}
+    model = friction.find("lugre")(kind="rotational", validate=False, **strange)
+    for other in copies_of(model):
+        assert bits_of(other) == bits_of(model)
+
+
+def test_a_changed_copy_of_a_component_does_not_arrive_as_what_it_was_made_from():
+    other = replace(SLOTTED[0], description="changed")
+    with pytest.raises(pickle.PicklingError, match="stands in no module"):
+        pickle.dumps(other)
+
+
+def test_a_contact_goes_on_from_where_it_was():
+    contact = Contact(ELEMENTS)
+    contact.move(3e-6, 1e-6, 10)
+    contact.move(-1e-6, 1e-6, 10)
+    assert b"numba" not in pickle.dumps(contact)
+    others = copies_of(contact)
+    expected = contact.move(5e-6, 1e-6, 50)
+    for other in others:
+        assert np.array_equal(other.move(5e-6, 1e-6, 50), expected)
+        assert other.x == contact.x
+
+
+# --- another process --------------------------------------------------------------------------------------------
+
+ARRIVALS = """
+import json, pickle, sys
+found = pickle.load(sys.stdin.buffer)
+from bristle import controllers, friction, hysteresis, plants, references, sensors
+known = [
+    *friction.MODELS.values(), *hysteresis.OPERATORS.values(), *plants.PLANTS.values(),
+    *controllers.CONTROLLERS.values(), *sensors.SENSORS.values(), *references.REFERENCES.values(),
+]
+known += [
+    friction.with_slots(model, list(slots)) for model in friction.MODELS.values()
+    for slots in ((), *((one,) for one in friction.SLOTS), friction.SLOTS)
+]
+print(json.dumps([one is other for one, other in zip(found, known, strict=True)]))
+"""
+
+
+def test_each_component_is_found_in_a_process_that_has_imported_nothing():
+    assert all(json.loads(in_a_new_process(ARRIVALS, pickle.dumps([*COMPONENTS, *SLOTTED]))))
+
+
+def test_models_come_back_from_there_to_the_bit():
+    models = [model_of(one) for one in (*COMPONENTS, *SLOTTED)]
+    assert bits_of(there_and_back(models)) == bits_of(models)
+
+
+# --- models of a user's own -------------------------------------------------------------------------------------
+
+USER = """
+from typing import Annotated, NamedTuple
+from bristle.core import FrictionModel, Variable, kernel
+from bristle.core.mathematics import direction
+
+class Parameters(NamedTuple):
+    F_C: Annotated[float, Variable("force", "Coulomb friction force", min=0.0, directional=True)] = 2.0
+
+class State(NamedTuple):
+    way: Annotated[float, Variable("length", "way that it has gone")] = 0.0
+
+class Move(NamedTuple):
+    way: float
+
+@kernel
+def trial(state, memory, motion, dt, p):
+    return {factor} * p.F_C * direction(motion.v) * (1.0 + 1e3 * state.way), Move(state.way + abs(motion.v) * dt)
+
+@kernel
+def commit(state, memory, move, p):
+    return State(move.way)
+
+MODEL = FrictionModel(name="mine", description="mine", Parameters=Parameters, State=State, trial=trial, commit=commit)
+"""
+
+RUN = """
+import json, pickle, sys
+model, trace, x = pickle.load(sys.stdin.buffer)
+import bristle as br
+from bristle.friction import base_of
+own = base_of(model.component)
+again = pickle.loads(pickle.dumps(model)).component is model.component
+force = br.response(model, x, 1e-3)
+print(json.dumps([own.module, sys.modules[own.module].MODEL is own, again, trace.state.way, force.tolist()]))
+"""
+
+
+@pytest.fixture
+def file(tmp_path):
+    found = tmp_path / "mine.py"
+    found.write_text(USER.format(factor=3.0))
+    return found
+
+
+def test_a_model_of_ones_own_travels_with_its_text(file):
+    component = load_model_file(file)
+    model = with_slots(component, ["position", "asymmetry"])
+    model = model(**(example_of(model).values | {"F_C_pos": 2.5, "F_C_neg": 1.5}))
+    trace = run_open_loop(plants.inertia(M=1.0), component(), np.full(20, 1e4), 1e-3)
+    x = 1e-3 * np.sin(np.linspace(0.0, 6.0, 50))
+    for other in copies_of(model):
+        assert bits_of(other) == bits_of(model)
+    file.unlink()
+    module, is_its_model, is_one, way, force = json.loads(in_a_new_process(RUN, pickle.dumps((model, trace, x))))
+    assert module == component.module
+    assert is_its_model
+    assert is_one
+    assert way == trace.state.way > 0.0
+    assert force == br.response(model, x, 1e-3).tolist()
+
+
+def test_a_state_of_it_travels_alone_too(file):
+    state = sys.modules[load_model_file(file).module].State(0.25)
+    file.write_text("edited since")
+    assert bits_of(there_and_back(state)) == bits_of(state)
+    assert bits_of(copy.deepcopy(state)) == bits_of(state)
+
+
+def test_a_file_that_two_threads_load_is_run_once(file):
+    file.write_text("import time\ntime.sleep(0.05)\n" + USER.format(factor=2.0))
+    with Abreast(4) as pool:
+        assert len({id(one) for one in pool.map(load_model_file, [file] * 4)}) == 1
+
+
+class Parameters(NamedTuple):
+    F_C: Annotated[float, Variable("force", "Coulomb friction force", min=0.0)] = 1.0
+
+
+def of_nobody(Parameters=Parameters):
+    return FrictionModel(
+        name="nobodys", description="made inside a function", Parameters=Parameters, State=friction.coulomb.State,
+        trial=friction.coulomb.trial, commit=friction.coulomb.commit,
+    )  # fmt: skip
+
+
+HERE = of_nobody()
+LIKE_LEUVEN = replace(friction.leuven, description="kept in another module than its parameters")
+
+
+@pytest.mark.parametrize("component", [HERE, LIKE_LEUVEN], ids=name_of)
+def test_one_that_stands_in_a_module_is_found_there(component, monkeypatch):
+    # A script or a session that has it under a name of its own is none that another process can import.
+    monkeypatch.setattr(sys.modules["__main__"], "mine", component, raising=False)
+    assert whereabouts(component)[0] == __name__
+    assert [one for one in copies_of(component) if one is not component] == []
+
+
+def test_each_of_bristles_own_is_found_where_it_is_defined():
+    assert {whereabouts(one)[1] for one in COMPONENTS} == {"MODEL"}
+
+
+def test_one_made_inside_a_function_says_what_to_do():
+    class Parameters(NamedTuple):
+        F_C: Annotated[float, Variable("force", "Coulomb friction force", min=0.0)] = 1.0
+
+    component = of_nobody(Parameters)
+    for thing in (component, component(), with_slots(component, [])(F_C=2.0)):
+        with pytest.raises(pickle.PicklingError, match=r"friction nobodys: stands in no module.* Put it into a file"):
+            pickle.dumps(thing)
+    assert copy.deepcopy(component) is copy.copy(component) is component
+    assert copy.deepcopy(component()) == component()
+
+
+def test_one_that_the_other_process_does_not_hold_says_what_to_do():
+    typed = USER.format(factor=3.0) + "import pickle, sys; sys.stdout.buffer.write(pickle.dumps(MODEL()))"
+    sent = in_a_new_process(typed)
+    with pytest.raises(pickle.UnpicklingError, match=r"__main__\.MODEL: is not to be found .* Put it into a file"):
+        pickle.loads(sent)
+
+
+# --- what is told of models -------------------------------------------------------------------------------------
+
+
+def test_a_factory_makes_one_for_all_threads():
+    calls = []
+
+    @once
+    def slow(*arguments):
+        calls.append(arguments)
+        with Abreast(1) as pool:
+            pool.submit(int).result()
+        return object()
+
+    with Abreast(8) as pool:
+        made = list(pool.map(slow, [1, 2] * 8))
+    assert sorted(calls) == [(1,), (2,)]
+    assert len({id(one) for one in made}) == 2
+
+
+def test_errors_arrive_with_all_that_they_say():
+    error = InputError("out of range", path="friction.F_C", value=-1.0, allowed=">= 0 N", mend="Raise it")
+    for other in copies_of(error):
+        assert (str(other), vars(other)) == (str(error), vars(error))

@@ -1,0 +1,107 @@
+"""What is read, described and found travels, too: axes, logs, experiments and every kind of result."""
+
+import copy
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.core.elsewhere import there_and_back
+from tests.core.same_bits import bits_of
+from tests.excitation.axes import STAGE
+from tests.identification.known_logs import slow_log
+from tests.identification.operators.known_curves import TRUTH, recorded, to_and_fro
+from tests.loop_design.conftest import loop
+
+import bristle as br
+from bristle import controllers, friction, hysteresis, plants, sensors
+from bristle.core.experiment import Experiment, Learning, Run
+from bristle.engine import run_adaptive, run_batch, run_closed_loop, run_open_loop
+from bristle.identification.operators import predict_operator
+from bristle.testing import example_of
+
+ROOT = Path(__file__).parents[2]
+PAPER = ROOT / "src" / "bristle" / "paper" / "experiments"
+AXES = [file for file in ROOT.glob("examples/*/axis*.toml") if "magnetic" not in file.read_text()]
+ELEMENTS = example_of(friction.maxwell_slip)
+
+
+def experiment(**changes):
+    """A tenth of a second of a small loop that errs, in two runs."""
+    run = Run(0.1, 1e-3, delay=1, settle=0.02, seeds=2)
+    return Experiment("small", "translational", (loop(run=run, **changes),))
+
+
+def operators():
+    curves = recorded(TRUTH, to_and_fro(np.random.default_rng(11), turns=50, samples=800), np.random.default_rng(1))
+    found = br.identify_operator(curves, cells=12)
+    return curves, found, predict_operator(found.best.operator, curves, found.best.offset)
+
+
+def runs():
+    lugre, plant, effort = example_of(friction.lugre), plants.inertia(M=2.0), 40.0 * np.sin(np.arange(50.0))
+    desired = np.zeros((4, 50))
+    sensor, law = sensors.encoder(resolution=1e-6), controllers.cascade(k_p=80.0, k_v=400.0)
+    return [
+        run_open_loop(plant, lugre, effort, 1e-3),
+        run_adaptive(plant, lugre, effort, 1e-3, tolerance=1e-9),
+        run_batch(plant, [lugre, lugre], effort, 1e-3),
+        run_closed_loop(plant, ELEMENTS, law, sensor, desired, 1e-3),
+    ]
+
+
+def predictions(stage):
+    best, again = stage.identified.best, stage.identified.fits[-1]
+    modes = ("inverse", "open-loop", "closed-loop")
+    return [
+        *(br.predict(best.plant, best.friction, stage.log, stage.axis, mode) for mode in modes),
+        br.predict(again.plant, again.friction, stage.log, stage.axis, "inverse"),
+    ]
+
+
+RESULTS = {
+    "log": lambda stage: stage.log,
+    "simulation": lambda stage: stage.looped,
+    "simulation of several runs": lambda stage: br.simulate(experiment()),
+    "learned": lambda stage: br.simulate(experiment(learning=Learning(2, 1e4, 0.0, 50.0))),
+    "identification": lambda stage: stage.identified,
+    "with intervals": lambda stage: br.identify(stage.log, "stribeck+asymmetry", axis=stage.axis, draws=20),
+    "of elements": lambda stage: br.identify(slow_log(ELEMENTS, duration=6.0), "maxwell_slip", draws=20, blocks=2),
+    "predictions": predictions,
+    "operators": lambda stage: operators(),
+    "certificates": lambda stage: [br.check(one) for one in (example_of(friction.lugre), hysteresis.stop(r=1.0))],
+    "design": lambda stage: br.design(experiment()),
+    "motion to run": lambda stage: br.excite(STAGE, duration="6 s", purposes="presliding", draws=0),
+    "runs": lambda stage: runs(),
+}
+
+
+@pytest.mark.parametrize("result", RESULTS.values(), ids=RESULTS)
+def test_results_travel_to_the_bit(result, stage):
+    found = result(stage)
+    expected = bits_of(found)
+    for protocol in (2, pickle.HIGHEST_PROTOCOL):
+        assert bits_of(pickle.loads(pickle.dumps(found, protocol))) == expected
+    assert bits_of(copy.deepcopy(found)) == expected
+    assert bits_of(there_and_back(found)) == expected
+
+
+def test_what_files_describe_travels(stage):
+    experiments = [file for pattern in ("set_[ab].toml", "past_*", "low*", "faster*") for file in PAPER.glob(pattern)]
+    models = [*PAPER.glob("*_rig.toml"), *PAPER.glob("*_identified.toml")]
+    held = [
+        *(br.read_experiment(file) for file in experiments), *(br.read_model(file) for file in models),
+        *(br.read_axis(file) for file in AXES), stage.axis,
+    ]  # fmt: skip
+    assert len(held) > 12
+    assert bits_of(there_and_back(held)) == bits_of(held)
+    assert bits_of(copy.deepcopy(held)) == bits_of(held)
+
+
+def test_one_bit_is_told():
+    result = br.simulate(experiment()).variants["fed"]
+    other = copy.deepcopy(result)
+    assert bits_of(other) == bits_of(result)
+    other.position[3] = np.nextafter(other.position[3], 1.0)
+    assert bits_of(other) != bits_of(result)
+    assert bits_of(friction.coulomb(F_C=0.0)) != bits_of(friction.coulomb(F_C=-0.0))

@@ -1,0 +1,169 @@
+"""Threads: what one of them asks for holds for it and for what works for it, and for no other."""
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from threading import Barrier, Thread
+
+import numpy as np
+import pytest
+from tests.core.same_bits import bits_of
+from tests.loop_design.conftest import loop
+
+import bristle as br
+from bristle.core.cores import Abreast
+from bristle.core.experiment import Experiment, Run
+from bristle.engine import compilation, interpreted, is_interpreted
+from bristle.identification.differences import Differences
+from bristle.identification.global_search import Side, evolved
+from bristle.identification.interruption import BestSoFar
+
+
+def in_threads(*works):
+    threads = [Thread(target=work) for work in works]
+    for one in threads:
+        one.start()
+    for one in threads:
+        one.join()
+
+
+def test_blocks_that_overlap_leave_nothing_behind():
+    inside, left = Barrier(2, timeout=30.0), Barrier(2, timeout=30.0)
+    seen = []
+
+    def first():
+        with interpreted():
+            inside.wait()
+            seen.append(is_interpreted())
+        left.wait()
+        seen.append(is_interpreted())
+
+    def second():
+        with interpreted():
+            inside.wait()
+            left.wait()
+            seen.append(is_interpreted())
+        seen.append(is_interpreted())
+
+    in_threads(first, second)
+    assert sorted(seen) == [False, False, True, True]
+    assert not is_interpreted()
+
+
+def test_a_block_is_none_of_the_business_of_other_threads():
+    seen = []
+    with interpreted():
+        in_threads(lambda: seen.append(is_interpreted()))
+        assert is_interpreted()
+    assert seen == [False]
+
+
+def test_an_inner_block_ends_before_the_outer_one_and_both_with_an_error():
+    seen = []
+
+    def fail():
+        with interpreted():
+            with interpreted():
+                pass
+            seen.append(is_interpreted())
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        fail()
+    assert (*seen, is_interpreted()) == (True, False)
+
+
+def test_threads_that_work_for_a_block_are_in_it():
+    with Abreast(2) as pool:
+        with interpreted():
+            inside = pool.map(lambda _: is_interpreted(), range(20))
+        outside = pool.map(lambda _: is_interpreted(), range(20))
+        assert all(inside)
+        assert not any(outside)
+
+
+@pytest.fixture
+def no_compiler(monkeypatch):
+    """Fail where anything is compiled, or taken as it was."""
+
+    def compiled(name, *_):
+        raise AssertionError(f"{name} is compiled")
+
+    monkeypatch.setattr(compilation, "_entries", {})
+    monkeypatch.setattr(compilation, "_compile", compiled)
+
+
+def test_runs_that_go_abreast_are_interpreted_where_their_caller_is(no_compiler):
+    variant = loop(run=Run(0.02, 1e-3, settle=0.0))
+    several = Experiment("small", "translational", (replace(variant, run=replace(variant.run, seeds=3)),))
+    with interpreted():
+        assert br.simulate(several).variants["fed"].runs == 3
+
+
+def test_so_are_searches(no_compiler):
+    def cost(x):
+        assert is_interpreted()
+        return float(np.sum(x * x))
+
+    with interpreted():
+        slopes = Differences(lambda x: np.full(3, cost(x)), np.full(2, 10.0)).jacobian(np.array([1.0, 2.0]))
+        evolved(cost, [Side(-1.0, 1.0, False)] * 2, np.ones(2), BestSoFar(), lambda share: None)
+    assert slopes[0] == pytest.approx([2.0, 4.0], rel=1e-4)
+
+
+COMPILING = """
+import json, sys
+from threading import Barrier, Thread
+import numpy as np
+from numba.core.bytecode import FunctionIdentity
+import bristle as br
+from bristle.engine import compilation
+from bristle.testing import example_of
+
+models = [example_of(br.friction.MODELS[name]) for name in ("coulomb", "viscous", "coulomb", "viscous")]
+together, before = Barrier(len(models)), FunctionIdentity._unique_ids
+
+def work(model):
+    together.wait()
+    br.response(model, np.zeros(3), 1e-3)
+
+def numbers():
+    found = {}
+    for (name, _), entry in compilation._entries.items():
+        (product,) = entry.overloads.values()
+        found[name] = product.fndesc.uid
+    return found
+
+if sys.argv[1] == "abreast":
+    threads = [Thread(target=work, args=(model,)) for model in models]
+    for one in threads: one.start()
+    for one in threads: one.join()
+else:
+    for model in models:
+        br.response(model, np.zeros(3), 1e-3)
+print(json.dumps([compilation.compiled_count(), numbers(), FunctionIdentity._unique_ids is before]))
+"""
+
+
+def test_entries_that_threads_ask_for_at_once_are_those_that_one_asks_for_in_turn():
+    environment = os.environ | {"BRISTLE_CACHE_DIR": ""}
+    environment.pop("NUMBA_DISABLE_JIT", None)
+    found = []
+    for way in ("in turn", "abreast"):
+        done = subprocess.run(
+            [sys.executable, "-c", COMPILING, way], env=environment, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, done.stderr
+        found.append(json.loads(done.stdout))
+    assert found[0] == found[1]
+    count, numbers, as_before = found[0]
+    assert (count, len(numbers), as_before) == (2, 2, True)
+
+
+def test_a_model_gives_the_bits_of_one_thread_in_several():
+    several = Experiment("small", "translational", (loop(run=Run(0.05, 1e-3, settle=0.0, seeds=4)),))
+    found = []
+    in_threads(*[lambda: found.append(bits_of(br.simulate(several)))] * 4)
+    assert found == [bits_of(br.simulate(several))] * 4

@@ -1,0 +1,147 @@
+"""Every figure, drawn from made-up results in no time, with names as a person might choose them."""
+
+from types import SimpleNamespace as Some
+
+import numpy as np
+from tests.loop_design.conftest import loop
+from tests.stability.laws import rig
+
+from bristle import figures, hysteresis
+from bristle.core import Status
+from bristle.identification.result import Estimate
+from bristle.logs.passage import Passage
+from bristle.stability import assess
+
+PLAIN = ("as_recorded", "compensated")
+T = 5e-3 * np.arange(801)
+X = 2e-2 * np.sin(3.0 * T)
+V = np.gradient(X, T)
+F = 8.0 * np.tanh(V / 2e-3) + 30.0 * V + 0.3 * np.sin(40.0 * T)
+
+
+def fit(names, name):
+    """A fit whose parameters and model have these names."""
+    estimates = [Estimate(one, "N", "a parameter", 8.0 + k, 0.1 * 10.0**k) for k, one in enumerate(names)]
+    traces = Some(
+        time=T, velocity=V, acceleration=np.gradient(V, T), measured=F, predicted=0.97 * F, friction=F,
+        residual=0.03 * F,
+    )  # fmt: skip
+    return Some(
+        name=name, plant=Some(kind="translational"), traces=traces, estimates=estimates,
+        correlation_names=names, correlation=np.linspace(-1.0, 1.0, len(names) ** 2).reshape(len(names), -1),
+        held_out=Some(of="time blocks", block_errors_percent=(2.0, 3.0), mean_percent=2.5), error_percent=2.2,
+        position_error_percent=None,
+    )  # fmt: skip
+
+
+def simulated(names, moved=1.0):
+    """Variants of a loop; how much of its reference it follows."""
+    return {
+        name: Some(
+            time=T, reference=X, measured=moved * (X - 1e-5 * (k + 1) * np.tanh(V / 1e-3)), effort=F,
+            status=Status.OK,
+        )
+        for k, name in enumerate(names)
+    }  # fmt: skip
+
+
+def looped(names):
+    """The result of an experiment with these variants."""
+    run = Some(settle=0.5, sample_time=float(T[1]))
+    experiment = Some(kind="translational", variants=[Some(name=name, run=run) for name in names])
+    return Some(experiment=experiment, variants=simulated(names))
+
+
+def log():
+    """A log with a loop in it, and what it contains."""
+    channels = {name: Some(values=values) for name, values in (("time", T), ("position", X), ("effort", F))}
+    found = [Passage("loops", slice(0, 500), 0.0, 2.5, 8), Passage("moves", slice(500, 801), 2.5, 4.0)]
+    return Some(kind="translational", **channels), found
+
+
+def motion():
+    """A motion with small loops and steady slides."""
+    pieces = [Some(purpose="presliding", duration=2.0), Some(purpose="stribeck", duration=2.0)]
+    velocity = np.where(T < 2.0, V, np.where(T < 3.0, 2e-2, -5e-3))
+    return Some(
+        time=T, position=X, velocity=velocity, start=0.0, kind="translational", pieces=pieces, begins=(0.0, 2.0)
+    )  # fmt: skip
+
+
+def circles(names):
+    angle = np.linspace(0.0, 2.0 * np.pi, 400)
+    return [Some(variant=one, angle=angle, deviation=1e-6 * (k + np.cos(4.0 * angle))) for k, one in enumerate(names)]
+
+
+def budget():
+    entries = [
+        Some(cause=one, alone=Some(peak_to_peak=1e-6), without=Some(peak_to_peak=3e-6))
+        for one in ("friction", "noise of the encoder")
+    ]
+    return Some(entries=entries, everything=Some(peak_to_peak=4e-6))
+
+
+def gallery(names=PLAIN, many=None):
+    """Return what draws each figure, by name; `many` names, among them the others, where a figure has room for them."""
+    many = tuple(many or names)
+    one, other, *_ = names
+    traces = {name: (1e-3 * X, F + k) for k, name in enumerate(many)}
+    shares = dict.fromkeys(many, -0.3)
+    exact = hysteresis.preisach(kernel="reformed_dahl_exact", s=1.25e7, f_p=150.0)
+    best, planned = fit(many, one), motion()
+    fits = Some(fits=[fit(many, name) for name in many])
+    loops, recorded = [traces[one], (2e-3 * X, F)], log()
+    few, turns = {name: traces[name] for name in names}, {name: [0, 100, 300] for name in names}
+    told = {name: f"{name}: 0.5 µm" for name in names}
+    errors = {name: np.array([[9.0, 8.0], [5.0, 4.0]]) + k for k, name in enumerate(names)}
+    variant = loop(one)
+    return {
+        "break_away": lambda: figures.break_away(few, dict.fromkeys(names, 1e-5), 7e-6),
+        "circles": lambda: figures.circles(circles(names), "translational"),
+        "closure": lambda: figures.closure(traces, shares),
+        "control_effort": lambda: figures.control_effort(simulated(names), 0.5, (1.0, 2.0)),
+        "control_scheme": lambda: figures.control_scheme(variant),
+        "correlation": lambda: figures.correlation(best),
+        "drift": lambda: figures.drift(traces, dict.fromkeys(many, 3e-7)),
+        "drive_table": lambda: figures.drive_table([(-0.1, -9.0), (0.1, 9.0)], [(-0.1, -9.0), (0.1, 9.0)]),
+        "effort_over_time": lambda: figures.effort_over_time(best),
+        "error_budget": lambda: figures.error_budget(budget(), "translational"),
+        "error_distribution": lambda: figures.error_distribution(simulated(names, 0.0), 0.5, 0.0),
+        "error_over_count": lambda: figures.error_over_count([2, 4], errors, 1.0, "Loops", "Error [%]"),
+        "everett_surface": lambda: figures.everett_surface(exact, 5e-5),
+        "expected": lambda: figures.expected(planned, F),
+        "following_error": lambda: figures.following_error(looped(many)),
+        "following_error_focus": lambda: figures.following_error(looped((*many, "wild")), many),
+        "friction_over_velocity": lambda: figures.friction_over_velocity(best, [(-0.1, -9.0), (0.1, 9.0)]),
+        "loop_family": lambda: figures.loop_family({one: {one: loops, other: loops}, other: {one: loops}}),
+        "margins": lambda: figures.margins(assess(rig(1))),
+        "marked_path": lambda: figures.marked_path(few, turns, "abc", told),
+        "minor_loops": lambda: figures.minor_loops(traces),
+        "model_comparison": lambda: figures.model_comparison(fits),
+        "motion": lambda: figures.motion(planned),
+        "parameters": lambda: figures.parameters(best),
+        "passages": lambda: figures.passages(*recorded),
+        "prediction": lambda: figures.prediction(predicted()),
+        "preisach_plane": lambda: figures.preisach_plane(exact, [4e-5, -3e-5, 1e-5]),
+        "preisach_stages": lambda: figures.preisach_stages(exact, -6e-5, [4e-5, -3e-5, 2e-5, -1e-5]),
+        "recorded_curves": lambda: figures.recorded_curves([(X, F)], [0.97 * F], "translational"),
+        "residuals": lambda: figures.residuals(best),
+        "ripple": lambda: figures.ripple(T, F, few, 200, told),
+        "tracking": lambda: figures.tracking(simulated(names), 0.5, (1.0, 2.0)),
+        "tracking_error": lambda: figures.tracking_error(simulated(names), 0.5),
+        "transition_curves": lambda: figures.transition_curves(dict.fromkeys(names, exact), 5e-5),
+    }  # fmt: skip
+
+
+def predicted():
+    return Some(
+        time=T, effort=F, effort_predicted=0.97 * F, half_width=np.full(T.size, 0.2), position=X,
+        position_predicted=0.99 * X, position_half_width=None,
+    )  # fmt: skip
+
+
+def drawn(names=PLAIN, many=None):
+    """Return every figure as SVG, by name."""
+    return {
+        name: figures.inline_svg(draw(), name.replace("_", "-"), name) for name, draw in gallery(names, many).items()
+    }

@@ -1,0 +1,111 @@
+"""What people set matplotlib to: each would change a figure or end the program if anybody listened."""
+
+SETTINGS = """
+text.usetex: True
+text.parse_math: True
+text.hinting: native
+text.antialiased: False
+text.color: red
+font.family: serif
+font.serif: NoSuchFont
+font.sans-serif: NoSuchFont
+font.size: 23
+font.weight: bold
+font.style: italic
+mathtext.fontset: cm
+mathtext.default: bf
+axes.prop_cycle: cycler(color=['r', 'c', 'm'])
+axes.formatter.limits: 0, 0
+axes.formatter.use_mathtext: True
+axes.formatter.useoffset: False
+axes.formatter.offset_threshold: 1
+axes.formatter.min_exponent: 3
+axes.unicode_minus: False
+axes.grid.which: both
+axes.grid.axis: x
+axes.autolimit_mode: round_numbers
+axes.ymargin: 0.4
+axes.titlepad: 40
+axes.titleweight: bold
+axes.titlecolor: green
+axes.labelpad: 30
+axes.labelweight: bold
+axes.facecolor: yellow
+axes.spines.left: False
+grid.linestyle: --
+grid.alpha: 0.3
+axes3d.grid: False
+polaraxes.grid: False
+xtick.direction: in
+xtick.minor.visible: True
+xtick.top: True
+xtick.major.size: 20
+xtick.major.pad: 20
+ytick.right: True
+ytick.minor.visible: True
+ytick.alignment: top
+lines.linestyle: --
+lines.marker: x
+lines.markersize: 20
+lines.markeredgewidth: 4
+lines.dashed_pattern: 1, 1
+lines.scale_dashes: False
+lines.dash_capstyle: round
+lines.antialiased: False
+markers.fillstyle: none
+patch.linewidth: 5
+patch.edgecolor: red
+patch.force_edgecolor: True
+hatch.color: red
+hatch.linewidth: 4
+contour.negative_linestyle: solid
+contour.linewidth: 5
+contour.corner_mask: False
+legend.fancybox: False
+legend.fontsize: 30
+legend.title_fontsize: 30
+legend.loc: center
+legend.frameon: True
+legend.numpoints: 3
+legend.markerscale: 3
+legend.shadow: True
+legend.handletextpad: 4
+legend.labelspacing: 3
+legend.handleheight: 4
+legend.labelcolor: red
+image.cmap: jet
+image.lut: 7
+image.composite_image: False
+path.simplify: False
+path.snap: False
+path.sketch: 1, 100, 2
+agg.path.chunksize: 100
+figure.dpi: 37
+figure.figsize: 3, 2
+figure.facecolor: black
+figure.edgecolor: red
+figure.frameon: False
+figure.autolayout: True
+figure.subplot.left: 0.4
+figure.titlesize: 40
+savefig.dpi: 11
+savefig.facecolor: red
+savefig.format: pdf
+savefig.bbox: tight
+savefig.pad_inches: 2
+savefig.transparent: True
+savefig.orientation: landscape
+svg.fonttype: path
+svg.image_inline: False
+svg.hashsalt: somebody
+date.autoformatter.year: %y
+date.converter: concise
+timezone: Asia/Tokyo
+interactive: True
+toolbar: None
+backend: NoSuchBackend
+no.such.key: 1
+a line without a colon
+font.size: thirty
+font.size: 31
+"""

@@ -1,0 +1,131 @@
+"""Names as people choose them: every figure takes them, shows them as they are, and has room for them."""
+
+import re
+from xml.etree import ElementTree
+
+import pytest
+from tests.figures.gallery import gallery
+from tests.figures.hostile_names import LONG, NAMES
+from tests.figures.test_figures import assert_legible
+
+from bristle import figures
+from bristle.figures import style
+from bristle.figures.lettering import width
+from bristle.figures.names import shortened, shortened_apart
+from bristle.figures.plain import one_line, printable
+
+# Figures in which no name stands that a person chose.
+NAMELESS = {
+    "control_scheme", "drive_table", "effort_over_time", "error_budget", "everett_surface", "expected",
+    "friction_over_velocity", "margins", "motion", "passages", "prediction", "preisach_plane", "preisach_stages",
+    "recorded_curves", "residuals",
+}  # fmt: skip
+# Every way in which a name gets into a figure: axes of two kinds, legends of three, titles with and without a number.
+WAYS = ("circles", "closure", "correlation", "following_error", "loop_family", "model_comparison", "tracking")
+FORBIDDEN = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
+
+
+def letters(svg):
+    return "".join(ElementTree.fromstring(svg).itertext())
+
+
+def test_the_gallery_holds_every_figure():
+    assert {name for name in figures.__all__ if name not in ("inline_svg", "has_completed")} <= set(gallery())
+
+
+def named(names, many=None):
+    """The figures in which names stand."""
+    return {name: draw for name, draw in gallery(names, many).items() if name not in NAMELESS}
+
+
+@pytest.mark.parametrize(
+    ("names", "only"),
+    [(NAMES[:2], None), (NAMES[2:7], WAYS), (NAMES[7:12], WAYS), (NAMES[12:], WAYS)],
+    ids=["marks", "empty", "foreign", "odd"],
+)
+def test_every_figure_takes_every_name(names, only):
+    draws = named(names)
+    for name in only or draws:
+        svg = figures.inline_svg(draws[name](), "a", names[0])
+        tree = ElementTree.fromstring(svg)
+        assert {one.tag for one in tree.iter()} <= {
+            "svg", "defs", "style", "g", "path", "text", "use", "clipPath", "rect", "pattern",
+        }, name  # fmt: skip
+        assert FORBIDDEN.search(svg) is None, name
+        used = set(re.findall(r'<[^>]*(?:href="#|url\(#)([^")]+)', svg))
+        assert used <= {one.get("id") for one in tree.iter()}, name
+
+
+def test_a_name_stands_in_its_figure_as_it_was_written():
+    short = ('<b d="1.23456"', "_$x_1^2$ 5%")
+    for name, draw in named(short).items():
+        text = letters(figures.inline_svg(draw(), "a", ""))
+        assert all(one in text for one in short), name
+
+
+@pytest.mark.parametrize(
+    ("names", "many"),
+    [
+        ((f"{LONG}_1", f"{LONG}_2"), None),
+        (("<b>&amp;", "short", f"{LONG}_2"), ["<b>&amp;", "short", f"{LONG}_2", "_c", "W" * 50]),
+    ],
+    ids=["long", "mixed"],
+)
+def test_names_of_any_length_lie_neither_on_another_nor_outside(names, many):
+    for draw in named(names, many).values():
+        assert_legible(draw())
+
+
+def test_a_long_name_is_cut_where_one_can_see_it_and_a_number_behind_it_is_not():
+    draws = gallery([f"{LONG}_{k}" for k in range(5)])
+    for name, behind in (("closure", "−30.0 %"), ("ripple", "0.5 µm"), ("marked_path", "0.5 µm")):
+        titles = [one for one in (axes.get_title(loc="right") for axes in draws[name]().axes) if one]
+        assert len(titles) == 5
+        for number, title in enumerate(titles):
+            assert re.fullmatch(rf"a.*….*{number}: {re.escape(behind)}", title)
+
+
+@pytest.mark.parametrize("name", [LONG, "שם " * 40, "轴的名称" * 30, "W" * 200, "x" * 100_000])
+@pytest.mark.parametrize("room", [0.3, 1.0, 3.0])
+def test_a_name_is_as_long_as_there_is_room(name, room):
+    text = shortened(name, room)
+    assert "…" in text
+    assert width(text, 8.5) <= room < width(text, 8.5) + 0.35
+
+
+def test_names_that_would_read_alike_are_told_apart():
+    names = [f"{LONG}{k}{LONG}" for k in range(3)] + ["short", "short"]
+    found = shortened_apart(names, 1.5)
+    assert len(set(found)) == 4
+    assert [one[-4:] for one in found[1:3]] == [" (2)", " (3)"]
+    assert max(width(one, 8.5) for one in found) <= 1.5
+
+
+def test_what_a_page_must_not_hold_is_marked():
+    assert printable("a\x00\x1f\ud800\ufffe\U0010ffff\u202eb\tc\n") == "a" + 6 * "�" + "b\tc\n"
+    assert one_line(" a\n\x0b\u2028 b ") == "a b"
+
+
+def test_a_number_behind_a_name_that_is_read_from_the_right_stays_behind_it():
+    mark = "\u200e"
+    assert one_line("שלום") == f"שלום{mark}"
+    assert one_line("שלום 12") == f"שלום{mark} 12"
+    assert one_line(f"שלום{mark}: 3") == f"שלום{mark}: 3"
+
+
+@style.styled
+def labelled(text):
+    figure, ((axes,),) = style.panels(2.0)
+    axes.set_xlabel(text)
+    return figure
+
+
+def test_a_text_that_no_figure_has_made_fit_is_made_fit_when_it_is_drawn():
+    svg = figures.inline_svg(labelled("a\x00b\ud800c"), "a", "\x01")
+    assert FORBIDDEN.search(svg) is None
+    assert "a�b�c" in letters(svg)
+
+
+def test_many_loops_have_a_legend_above_all_panels():
+    names = [f"variant number {k}" for k in range(11)]
+    assert_legible(gallery(names[:2], names)["following_error"]())

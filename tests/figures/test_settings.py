@@ -1,0 +1,220 @@
+"""Whatever matplotlib is set to, the figures are the same; whatever is drawn, matplotlib is set to what it was."""
+
+import hashlib
+import io
+import json
+import logging
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import matplotlib
+import pytest
+from matplotlib import font_manager
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.patheffects import withStroke
+from tests.figures.gallery import drawn, gallery
+from tests.figures.hostile_settings import SETTINGS
+
+from bristle import figures
+from bristle.core.cores import Abreast
+
+ROOT = Path(__file__).parents[2]
+# Between them: names at axes, a legend, a title, numbers in every form, hatches, marks, a figure without panels.
+SOME = ("circles", "control_scheme", "error_budget", "margins", "model_comparison", "parameters", "residuals")
+DRAW = f"""
+import hashlib, json, sys
+from tests.figures.gallery import gallery
+from bristle.figures import inline_svg
+found, draws = {{}}, gallery()
+for name in {SOME}:
+    svg = inline_svg(draws[name](), name.replace("_", "-"), name)
+    found[name] = hashlib.sha256(svg.encode()).hexdigest()
+"""
+
+
+@pytest.fixture(scope="module")
+def plain():
+    """Every figure as it is drawn where nobody has set anything."""
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        return drawn()
+
+
+@pytest.fixture
+def hostile(monkeypatch):
+    """Matplotlib set to everything that would show."""
+    with matplotlib.rc_context():
+        for line in SETTINGS.splitlines():
+            key, _, value = map(str.strip, line.partition(":"))
+            if key in matplotlib.rcParams and key != "backend" and value != "thirty":
+                matplotlib.rcParams[key] = value
+        matplotlib.rcParams["path.effects"] = [withStroke(linewidth=9)]
+        yield dict(matplotlib.rcParams.copy())
+
+
+def test_no_setting_changes_a_figure_and_no_figure_changes_a_setting(hostile, plain):
+    assert [name for name, svg in drawn().items() if svg != plain[name]] == []
+    assert dict(matplotlib.rcParams.copy()) == hostile
+
+
+def saved(name, **how):
+    out = io.BytesIO()
+    gallery()[name]().savefig(out, **how)
+    return out.getvalue()
+
+
+@pytest.mark.parametrize("how", [{"format": "svg", "metadata": {"Date": None}}, {}], ids=["svg", "png"])
+def test_a_figure_that_its_user_saves_is_the_same_too(how, hostile):
+    found = saved("expected", **how)
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        assert saved("expected", **how) == found
+
+
+def shown(name):
+    """A figure as a window or a notebook shows it."""
+    canvas = FigureCanvasAgg(gallery()[name]())
+    canvas.draw()
+    return bytes(canvas.buffer_rgba())
+
+
+def test_a_figure_on_a_canvas_of_its_user_is_the_same_too(hostile):
+    found = shown("expected")
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        assert shown("expected") == found
+
+
+@pytest.mark.parametrize("name", ["everett_surface", "control_scheme", "following_error"])
+def test_no_font_changes_a_figure(name, plain, monkeypatch):
+    manager = font_manager.fontManager
+    other_font = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "cmtt10.ttf"
+    others = [
+        font_manager.FontEntry(str(other_font), name="DejaVu Sans", style=style, weight=weight, size="scalable")
+        for style in ("normal", "italic", "oblique") for weight in (400, 700)
+    ]  # fmt: skip
+    monkeypatch.setattr(manager, "ttflist", others + manager.ttflist)
+    manager.addfont(other_font)  # what was found before is forgotten
+    try:
+        assert other_font.name in str(manager.findfont("DejaVu Sans"))
+        assert figures.inline_svg(gallery()[name](), name.replace("_", "-"), name) == plain[name]
+    finally:
+        monkeypatch.undo()
+        manager.addfont(other_font)
+        manager.ttflist.pop()
+
+
+def test_threads_that_draw_at_once_leave_all_as_it_was(hostile, plain):
+    names = SOME * 2
+    with Abreast(4) as pool:
+        draws = gallery()
+        found = pool.map(lambda name: figures.inline_svg(draws[name](), name.replace("_", "-"), name), names)
+        assert [name for name, svg in zip(names, found, strict=True) if svg != plain[name]] == []
+    assert dict(matplotlib.rcParams.copy()) == hostile
+
+
+def run(code, folder, **environment):
+    """Run Python in a folder; return what it printed, and what it remarked."""
+    variables = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path])} | environment
+    ended = subprocess.run(
+        [sys.executable, "-c", code], cwd=folder, env=variables, capture_output=True, text=True, check=False
+    )
+    assert ended.returncode == 0, ended.stderr
+    return ended.stdout, ended.stderr
+
+
+@pytest.mark.parametrize(
+    ("file", "environment"),
+    [
+        pytest.param(SETTINGS.encode(), {}, id="settings"),
+        pytest.param(b"font.family: caf\xe9\n", {}, id="undecodable"),
+        pytest.param(b"text.usetex = True\n<html>\n::\n\x00\n", {"MPLBACKEND": "module://no.such"}, id="no settings"),
+        pytest.param(None, {"MPLBACKEND": "nonsense", "MATPLOTLIBRC": "no/such/file"}, id="backend"),
+        pytest.param(b"axes.formatter.use_locale: True\n", {"LC_ALL": "xx_YY.nonsense"}, id="locale"),
+        pytest.param(None, {"MPLCONFIGDIR": os.devnull, "MATPLOTLIBRC": os.curdir}, id="folders"),
+    ],
+)
+def test_no_file_or_variable_of_settings_changes_a_figure_or_is_remarked_upon(file, environment, tmp_path, plain):
+    if file is not None:
+        (tmp_path / "matplotlibrc").write_bytes(file)
+    after = "import matplotlib, os; print(os.environ.get('MPLBACKEND'), hasattr(matplotlib, 'open'))"
+    told, remarks = run(f"{DRAW}\nprint(json.dumps(found))\n{after}", tmp_path, **environment)
+    assert remarks == ""
+    found, left = told.splitlines()
+    assert left == f"{environment.get('MPLBACKEND')} False"
+    assert json.loads(found) == {name: hashlib.sha256(plain[name].encode()).hexdigest() for name in SOME}
+
+
+def test_figures_of_the_user_follow_the_users_file_though_bristle_was_first(tmp_path):
+    (tmp_path / "matplotlibrc").write_text("font.size: 31\nlines.linewidth: 7\nbackend: pdf\n")
+    told, _ = run(
+        "import bristle.figures, logging, matplotlib, os\n"
+        "rc = matplotlib.rcParams\n"
+        "level = logging.getLogger('matplotlib').level\n"
+        "print(rc['font.size'], rc['lines.linewidth'], rc['backend'], os.environ['MPLBACKEND'], level)",
+        tmp_path, MPLBACKEND="svg",
+    )  # fmt: skip
+    assert told.split() == ["31.0", "7.0", "svg", "svg", str(logging.NOTSET)]
+
+
+def test_a_session_that_was_there_before_stays_as_it_was(tmp_path):
+    told, _ = run(
+        "import logging, matplotlib\n"
+        "import matplotlib.pyplot as plt\n"
+        "plt.rcParams.update({'text.usetex': True, 'font.size': 31, 'svg.fonttype': 'path'})\n"
+        "logging.getLogger('matplotlib').setLevel(15)\n"
+        "figure, canvas = plt.figure(), plt.gcf().canvas\n"
+        "before = dict(matplotlib.rcParams.copy())\n"
+        f"{DRAW}\n"
+        "gallery()['margins']().savefig('saved.svg')\n"
+        "assert dict(matplotlib.rcParams.copy()) == before\n"
+        "assert plt.get_backend() == 'template'\n"
+        "assert plt.gcf() is figure and figure.canvas is canvas and plt.get_fignums() == [1]\n"
+        "print(logging.getLogger('matplotlib').level)\n",
+        tmp_path, MPLBACKEND="template",
+    )  # fmt: skip
+    assert told.split() == ["15"]
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+def test_a_process_that_is_forked_while_a_thread_draws_can_draw_and_has_the_users_settings(tmp_path):
+    told, _ = run(
+        "import os, signal, threading, warnings, matplotlib\n"
+        "from bristle.figures.settings import own_settings\n"
+        f"{DRAW}\n"
+        "warnings.simplefilter('ignore')\n"
+        "matplotlib.rcParams['font.size'] = 31\n"
+        "begun, end = threading.Event(), threading.Event()\n"
+        "def work():\n"
+        "    with own_settings():\n"
+        "        begun.set(); end.wait(0.3)\n"
+        "thread = threading.Thread(target=work); thread.start(); begun.wait()\n"
+        "child = os.fork()\n"
+        "if not child:\n"
+        "    signal.alarm(20)\n"
+        "    size = matplotlib.rcParams['font.size']\n"
+        "    inline_svg(gallery()['margins'](), 'a', '')\n"
+        "    os._exit(int(size))\n"
+        "thread.join()\n"
+        "print(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), matplotlib.rcParams['font.size'])",
+        tmp_path,
+    )  # fmt: skip
+    assert told.split() == ["31", "31.0"]
+
+
+def test_a_command_writes_the_same_report_and_says_nothing_of_the_settings(tmp_path):
+    written = []
+    for name, settings in (("hostile", SETTINGS.encode()), ("broken", SETTINGS.encode("utf-16"))):
+        folder = tmp_path / name
+        folder.mkdir()
+        (folder / "log.csv").write_text(
+            "time [s],position [mm],force [N]\n"
+            + "".join(f"{0.01 * k:g},{10 * (k % 60):d},{(k % 60) - 30:d}\n" for k in range(600))
+        )
+        (folder / "matplotlibrc").write_bytes(settings)
+        command = "import sys; from bristle.cli.main import main; sys.exit(main(['log', 'log.csv', '--out', 'out']))"
+        written.append((*run(command, folder), (folder / "out" / "report.html").read_bytes()))
+    assert written[0] == written[1]
+    assert written[0][1] == "bristle: wrote out; open out/report.html in a browser\n"

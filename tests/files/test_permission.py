@@ -1,0 +1,150 @@
+"""Code that a file names runs only if this person allowed it."""
+
+import hashlib
+import os
+import warnings
+from pathlib import Path
+
+import pytest
+
+from bristle.core import InputError
+from bristle.core.content import content_of
+from bristle.core.errors import InputWarning
+from bristle.files import load_model_file, read_model
+from bristle.files.permission import allow, is_allowed
+from bristle.files.state import state_folder
+
+MODEL = "schema = 1\n[friction]\nfile = '{file}'\nF_0 = 1.0\n"
+
+
+@pytest.fixture
+def treacherous(own_model) -> Path:
+    """A model that leaves a trace when it is run."""
+    trace = own_model.with_name("ran")
+    own_model.write_text(own_model.read_text() + f"\nimport pathlib; pathlib.Path({str(trace)!r}).touch()\n")
+    return own_model
+
+
+def named(folder: Path, file: str) -> Path:
+    path = folder / "model.toml"
+    path.write_text(MODEL.format(file=file))
+    return path
+
+
+def test_code_does_not_run_unasked_and_is_told_by_name_and_hash(tmp_path, treacherous):
+    checksum = hashlib.sha256(treacherous.read_bytes()).hexdigest()
+    with pytest.raises(InputError, match=rf"own\.py \(SHA-256 {checksum}\).*--allow-code.*bristle check"):
+        read_model(named(tmp_path, "own.py"))
+    assert not (tmp_path / "ran").exists()
+    with pytest.warns(InputWarning, match=rf"own\.py \(SHA-256 {checksum}\) is run"):
+        read_model(named(tmp_path, "own.py"), allow_code=True)
+    assert (tmp_path / "ran").exists()
+    assert not is_allowed(checksum)  # asked for once is allowed once
+
+
+def test_what_was_allowed_is_that_very_content_for_this_person_only(tmp_path, treacherous, monkeypatch):
+    allow(content_of(treacherous))
+    with pytest.warns(InputWarning, match="is run"):
+        read_model(named(tmp_path, "own.py"))
+    treacherous.write_text(treacherous.read_text() + "# one more letter\n")
+    with pytest.raises(InputError, match="not run unasked"):
+        read_model(named(tmp_path, "own.py"))
+    allow(content_of(treacherous))
+    monkeypatch.setenv("BRISTLE_STATE_DIR", str(tmp_path / "another person"))
+    with pytest.raises(InputError, match="not run unasked"):
+        read_model(named(tmp_path, "own.py"))
+
+
+def test_a_file_cannot_allow_its_own_code(tmp_path, treacherous):
+    for line in ("allow_code = true", "allow-code = true", f"code_sha256 = '{content_of(treacherous).checksum}'"):
+        path = named(tmp_path, "own.py")
+        for text in (f"{line}\n{path.read_text()}", f"{path.read_text()}{line}\n"):
+            path.write_text(text)
+            with pytest.raises(InputError):
+                read_model(path)
+    assert not (tmp_path / "ran").exists()
+
+
+def elsewhere(folder: Path, own: Path) -> str:
+    return os.path.relpath(own, folder)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        elsewhere,
+        lambda folder, own: str(own),
+        lambda folder, own: str((folder / "link.py").symlink_to(own) or "link.py"),
+        lambda folder, own: str((folder / "deep").symlink_to(own.parent) or "deep/own.py"),
+        lambda folder, own: f"x/../../{own.name}",
+    ],
+)
+def test_code_elsewhere_is_not_run_even_where_it_is_allowed(tmp_path, treacherous, name):
+    folder = tmp_path / "mailed"
+    (folder / "x").mkdir(parents=True)
+    allow(content_of(treacherous))
+    with pytest.raises(InputError, match="names code elsewhere"):
+        read_model(named(folder, name(folder, treacherous)), allow_code=True)
+    assert not (tmp_path / "ran").exists()
+
+
+def test_code_below_is_beside(tmp_path, treacherous):
+    (tmp_path / "models").mkdir()
+    treacherous.rename(tmp_path / "models" / "own.py")
+    with pytest.warns(InputWarning, match="is run"):
+        assert read_model(named(tmp_path, "models/own.py"), allow_code=True).friction.name == "own"
+
+
+@pytest.mark.parametrize("file", ["gone.py", "folder.py", "a\0.py", "x" * 300 + ".py", "loop.py", "pipe.py"])
+def test_what_is_no_code_is_told(tmp_path, file):
+    (tmp_path / "folder.py").mkdir()
+    (tmp_path / "loop.py").symlink_to("loop.py")
+    if hasattr(os, "mkfifo"):
+        os.mkfifo(tmp_path / "pipe.py")
+    text = MODEL.format(file=file).replace("\0", "\\u0000").replace("'", '"')
+    (tmp_path / "model.toml").write_text(text)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("bristle.core.content.SILENCE", 0.1)
+        with pytest.raises(InputError):
+            read_model(tmp_path / "model.toml", allow_code=True)
+
+
+def test_a_file_named_in_python_is_asked_for(treacherous):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        load_model_file(treacherous)
+    assert not is_allowed(content_of(treacherous).checksum)  # only a command line remembers
+
+
+def test_where_nothing_can_be_remembered_it_is_told(tmp_path, treacherous, monkeypatch):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("BRISTLE_STATE_DIR", str(tmp_path / "file"))
+    assert not is_allowed(content_of(treacherous).checksum)
+    with pytest.warns(InputWarning, match="cannot be remembered"):
+        allow(content_of(treacherous))
+
+
+@pytest.mark.skipif(os.name != "posix", reason="modes of POSIX")
+def test_nobody_else_looks_into_what_is_remembered():
+    assert state_folder("allowed-code").stat().st_mode & 0o077 == 0
+
+
+RAISED = [
+    "raise SystemExit", "raise SystemExit('now')", "raise BaseException('odd')", "raise GeneratorExit",
+    "import sys; sys.exit(0)",
+    "class Odd(BaseException):\n    def __str__(self):\n        raise RuntimeError\nraise Odd", "def f(): f()\nf()",
+    "raise InputError", "import no_such_module", "(" * 500 + ")" * 500, "x = " + "-" * 100_000 + "1", "x = '''",
+    "raise ExceptionGroup('several', [ValueError('one')])", "assert False", "1 / 0", "del __builtins__\nopen",
+    "\ufeff\ufeff",
+    "MODEL = 3", "MODEL = None", "from bristle.core import FrictionModel\nMODEL = FrictionModel(name='a')",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("code", RAISED, ids=range(len(RAISED)))
+def test_code_may_raise_anything_and_is_one_message(tmp_path, code):
+    path = tmp_path / "own.py"
+    path.write_text(code)
+    with pytest.raises(InputError) as caught:
+        load_model_file(path)
+    assert str(caught.value).startswith(str(path))
+    assert len(str(caught.value).splitlines()) == 1

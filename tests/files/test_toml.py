@@ -1,0 +1,87 @@
+"""The edge at which files of settings come in: what no file of an axis holds is refused there, with its place."""
+
+import io
+import time
+
+import pytest
+
+from bristle.core import InputError
+from bristle.core.content import content_of
+from bristle.files import read_axis, read_experiment, read_model
+from bristle.files.toml import TOML_LIMIT, read_toml
+
+HOSTILE = {
+    "a whole number of 5 000 digits": ("x = " + "9" * 5000, "cannot be read"),
+    "a whole number beyond 64 bits": ("a = [1, {b = 9223372036854775808}]", r"a\[1\]\.b: is too large"),
+    "a number beyond all quantities": ("a.b = 1e101", r"a\.b: is out of any range"),
+    "no number": ("a = nan", "a: must be a finite number"),
+    "arrays in arrays": ("a = " + "[" * 50 + "]" * 50, "nested too deeply"),
+    "arrays without end": ("a = " + "[" * 100_000, "nested too deeply|cannot be read|not valid TOML"),
+    "tables in tables": ("a = " + "{b = " * 40 + "1" + "}" * 40, "nested too deeply"),
+    "a key of many parts": ("a." * 200_000 + "b = 1", "nested too deeply"),
+    "a table of many parts": ("[" + "a." * 100_000 + "b]", "nested too deeply"),
+    "a key of many parts inside": ("x = {" + "a . " * 100_000 + "b = 1}", "nested too deeply"),
+    "a quoted key of many parts": ('"a".' * 100_000 + "b = 1", "nested too deeply"),
+    "a control character": ('a = "x\\u001b[31m"', "a: holds control characters"),
+    "a control character in a key": ('"a\\u0000" = 1', "key with control characters"),
+    "no text": (b"\xff\xfe\x00", "not a text file in UTF-8"),
+    "no TOML": ("a = = 1", r"not valid TOML.*line 1"),
+    "a value twice": ("a = 1\na = 2", "not valid TOML"),
+    "a unit without quotation marks": ("a = 3 mm", 'quotation marks: "3 mm"'),
+    "too much": (b"#" * (TOML_LIMIT + 1), "more than is read"),
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_what_no_file_of_an_axis_holds_is_refused_at_once_with_its_place(tmp_path, name):
+    text, words = HOSTILE[name]
+    path = tmp_path / "axis.toml"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    began = time.monotonic()
+    with pytest.raises(InputError, match=words) as caught:
+        read_toml(path)
+    assert time.monotonic() - began < 3.0
+    assert str(caught.value).startswith(str(path))
+    assert len(str(caught.value)) < 1000
+
+
+def test_what_files_do_hold_is_read(tmp_path):
+    text = 'v_d = inf\nnote = """two\nlines\t."""\nx = 1e100\nn = 9223372036854775807\ndate = 2026-01-01\n'
+    text += "a.b.c = [[1.5], []]\n"
+    text += "dots = ['" + "." * 80 + "']\nrow = [" + "0.125, " * 500 + "]\n"
+    found = read_toml(text.encode())
+    assert found.data["n"] == 2**63 - 1
+    assert found.data["a"] == {"b": {"c": [[1.5], []]}}
+    assert read_toml(found.data).data == found.data
+    assert read_toml(io.BytesIO(b"\xef\xbb\xbfa = 1\r\nb = 2\r\n")).data == {"a": 1, "b": 2}
+
+
+@pytest.mark.parametrize("data", [{"a": float("nan")}, {"a": [10**40]}, {"a\0": 1}, {3: 1}, {"a": {"b": "\x07"}}])
+def test_a_dict_is_examined_as_a_file_is(data):
+    with pytest.raises(InputError):
+        read_toml(data)
+
+
+AXIS = {"schema": 1, "kind": "rotational", "columns": {"position": {"column": "q", "unit": "deg"}}}
+
+
+def test_an_axis_is_read_from_what_a_file_would_say(tmp_path):
+    text = b"schema = 1\nkind = 'rotational'\ncolumns.position = { column = 'q', unit = 'deg' }\n"
+    (tmp_path / "axis.toml").write_bytes(text)
+    expected = read_axis(tmp_path / "axis.toml")
+    for given in (AXIS, text, io.BytesIO(text), content_of(text), str(tmp_path / "axis.toml")):
+        assert read_axis(given) == expected
+    assert AXIS == {"schema": 1, "kind": "rotational", "columns": {"position": {"column": "q", "unit": "deg"}}}
+
+
+@pytest.mark.parametrize("read", [read_axis, read_model, read_experiment])
+@pytest.mark.parametrize("given", [None, 3, [1], ()])
+def test_what_is_no_file_is_told_by_the_name_of_the_argument(read, given):
+    with pytest.raises(InputError, match=r"^(axis|model|experiment): must be an? "):
+        read(given)
+
+
+@pytest.mark.parametrize("schema", [True, 1.0, "1", 0, [1]])
+def test_only_one_is_one(schema):
+    with pytest.raises(InputError, match="schema: is not one that this bristle reads"):
+        read_axis(AXIS | {"schema": schema})
