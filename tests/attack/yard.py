@@ -24,7 +24,8 @@ from bristle.paper import EXPERIMENTS
 
 __all__ = ["FILES", "HOSTILE", "assault", "build", "places_in", "replaced", "state_of"]
 
-MOST_SECONDS, MOST_BYTES = 10.0, 2e9
+# Of the processor, so that a machine that does other work besides fails no test; a wait is bounded on its own.
+MOST_SECONDS, MOST_WAIT, MOST_BYTES = 10.0, 60.0, 2e9
 
 FULL_AXIS = (
     AXIS.replace('limit = "300 N"', 'limit = "300 N"\nheld = true\nlag = "0 ms"')
@@ -160,12 +161,14 @@ def assault(arguments: list[str], folder: Path, chatter: str = "") -> tuple[int,
         Exit code, standard output, standard error.
     """
     before, out, errors = state_of(folder), io.StringIO(), io.StringIO()
-    began = time.monotonic()
+    began, spent = time.monotonic(), time.process_time()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(errors), contextlib.chdir(folder):
         code = main(arguments)
-    took, said, told = time.monotonic() - began, errors.getvalue().replace(chatter, ""), out.getvalue()
+    took, spent = time.monotonic() - began, time.process_time() - spent
+    said, told = errors.getvalue().replace(chatter, ""), out.getvalue()
     assert code in (0, 1, 2), (code, said)
-    assert took < MOST_SECONDS, took
+    assert spent < MOST_SECONDS, spent
+    assert took < MOST_WAIT, took
     assert most_memory() < MOST_BYTES
     assert "fault of bristle" not in said
     assert "Traceback" not in said + told

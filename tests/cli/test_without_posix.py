@@ -17,7 +17,7 @@ from bristle.files.results import results_folder
 
 ROOT = Path(__file__).parents[2]
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="this is the other half")
-PRELUDE = f"import sys; sys.path.insert(0, {str(ROOT)!r}); import tests.cli.without_posix\n"
+PRELUDE = f"import sys; sys.path.insert(0, {str(ROOT)!r}); from tests.cli.without_posix import take_away; take_away()\n"
 MAIN = PRELUDE + "from bristle.cli.main import main; sys.exit(main(sys.argv[1:]))"
 
 
