@@ -71,7 +71,7 @@ RESULTS = {
     "operators": lambda stage: operators(),
     "certificates": lambda stage: [br.check(one) for one in (example_of(friction.lugre), hysteresis.stop(r=1.0))],
     "design": lambda stage: br.design(experiment()),
-    "motion to run": lambda stage: br.excite(STAGE, duration="6 s", purposes="presliding", draws=0),
+    "motion to run": lambda stage: br.excite(STAGE, duration="15 s", purposes="presliding", draws=0),
     "runs": lambda stage: runs(),
 }
 

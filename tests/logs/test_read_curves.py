@@ -105,10 +105,11 @@ def test_what_does_not_fit_is_refused(family, was, now, said):
 
 
 def test_samples_that_are_no_numbers_are_refused(loops):
-    text = (loops / "loops.csv").read_text().replace("0,-7,", "0,nan,")
-    (loops / "loops.csv").write_text(text)
-    with pytest.raises(InputError):
-        read_curves(loops / "loops.csv", loops / "axis.toml")
+    text = (loops / "loops.csv").read_text()
+    for value, said in (("nan", "not a finite number"), ("1e200", "no measurement"), ("1e308", "no measurement")):
+        (loops / "loops.csv").write_text(text.replace("0,-7,", f"0,{value},"))
+        with pytest.raises(InputError, match=said):
+            read_curves(loops / "loops.csv", loops / "axis.toml")
 
 
 def test_a_signal_that_stands_still_is_no_input(loops):

@@ -69,6 +69,23 @@ def test_far_outside_is_what_no_number_of_samples_explains():
     assert far_outside(np.where(TIME < 5.99, 0.0, 1.0)).size == 0
 
 
+@pytest.mark.parametrize(("column", "said"), [("q", "is constant"), ("u", "is constant")])
+def test_what_is_finer_than_any_axis_is_at_rest(tmp_path, recording, axis, column, said):
+    recording[column] *= 1e-60
+    path = tmp_path / "log.csv"
+    np.savetxt(path, np.column_stack(list(recording.values())), delimiter=",", header="t,q,r,u", comments="")
+    with pytest.raises(InputError, match=said):
+        read_log(path, axis)
+
+
+def test_a_whole_channel_larger_than_any_axis_is_no_measurement(tmp_path, recording, axis):
+    recording["u"] *= 1e40
+    path = tmp_path / "log.csv"
+    np.savetxt(path, np.column_stack(list(recording.values())), delimiter=",", header="t,q,r,u", comments="")
+    with pytest.raises(InputError, match="no measurement"):
+        read_log(path, axis)
+
+
 @pytest.mark.parametrize(
     ("column", "value", "said"),
     [("q", 9.0, "q': jumps by .* m and returns after 1 sample at sample 600"), ("u", 1e308, "u': has 1e.308 N at sam")],

@@ -45,6 +45,16 @@ def test_a_model_that_cannot_run_is_refused_with_its_file(tmp_path, new, said):
         admit(edited(tmp_path, RATIO, new))
 
 
+def test_the_text_that_was_read_is_tried_whatever_has_become_of_its_file(tmp_path):
+    text = EXAMPLE.read_text(encoding="utf-8") + "# one of many copies\n"
+    file = tmp_path / "own.py"
+    for later in ("", "raise ValueError('another text')\n", None):
+        file.write_text(text, encoding="utf-8")
+        model = load_model_file(file)
+        file.unlink() if later is None else file.write_text(later, encoding="utf-8")
+        admit(model)
+
+
 def test_an_example_of_something_else_is_refused(tmp_path):
     model = edited(tmp_path, '"v_q": 0.4', '"v_Q": 0.4')
     with pytest.raises(InputError, match=r"own\.py: .*v_Q"):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import importlib.util
+import linecache
 import sys
 import types
 from collections.abc import Iterable
@@ -41,7 +43,9 @@ class SourceText:
         """
         name = f"bristle_user_{self.content.checksum[:16]}"
         with LOADING:
-            return sys.modules.get(name) or _executed(name, self.content)
+            module = sys.modules.get(name) or _executed(name, self.content)
+            _show_source(module, self.content.data)
+            return module
 
 
 def load_model_file(path: Readable) -> FrictionModel:
@@ -117,6 +121,13 @@ def _executed(name: str, content: Content) -> types.ModuleType:
         raise _refusal(error, source) from None
     _let_travel(module, SourceText(content))
     return module
+
+
+def _show_source(module: types.ModuleType, text: bytes) -> None:
+    """Let `inspect` find the text that was executed, whatever has become of the file that it was read from."""
+    where = str(module.__file__)
+    lines = importlib.util.decode_source(text).splitlines(keepends=True)
+    linecache.cache[where] = (len(text), None, lines, where)
 
 
 def _refusal(error: BaseException, source: Path) -> InputError:

@@ -15,7 +15,7 @@ from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.logs.gather import Gathered
 from bristle.logs.log import Channel
-from bristle.logs.spikes import far_outside, spikes
+from bristle.logs.spikes import SMALLEST, far_outside, spikes
 
 __all__ = ["FEWEST_SAMPLES", "longest_run", "problems_of", "quantisation"]
 
@@ -49,7 +49,7 @@ def problems_of(found: Gathered, axis: Axis, source: str) -> Iterator[InputError
     if not usable:
         return
     for name, channel in found.channels.items():
-        if name not in ("time", "load", "temperature") and np.ptp(channel.values) == 0:
+        if name not in ("time", "load", "temperature") and np.ptp(channel.values) < SMALLEST:
             yield InputError(
                 f"is constant ({channel.values[0]:.6g} {channel.unit}), which tells nothing as the {name}",
                 path=f"{source}: column {channel.column!r}",

@@ -13,6 +13,7 @@ from bristle.core.errors import InputError
 from bristle.core.variable import Kind, unit_of
 from bristle.logs.curves import Curve, Curves
 from bristle.logs.readers import read_table
+from bristle.logs.spikes import LARGEST, SMALLEST
 from bristle.logs.table import Table
 
 __all__ = ["CurveColumns", "SignalColumn", "read_curves"]
@@ -85,7 +86,7 @@ def read_curves(given: Readable, columns: CurveColumns, *, size_limit: int = SIZ
                          value=f"{len(found)} curves", allowed=f"at least {columns.shortest} samples")  # fmt: skip
     if len(kept) < len(found):
         notes.append(f"{len(found) - len(kept)} curves of less than {columns.shortest} samples were left out")
-    if not np.ptp(np.concatenate([one.u for one in kept])) > 0.0:
+    if np.ptp(np.concatenate([one.u for one in kept])) < SMALLEST:
         raise InputError("is constant", path=f"{table.source}: {columns.input.name}", mend="Which column is the input?")
     return Curves(tuple(kept), columns.start, columns.kind, table.source, table.origin, tuple(notes))
 
@@ -121,11 +122,13 @@ def _signal(table: Table, part: str, column: SignalColumn, key: str, quantity: s
     place = f"{table.source}: column {part}{column.name}"
     unit = column.unit or table.units.get(table.name_of(part + column.name) or "", "")
     scale = units.factor(unit, unit_of(quantity, kind), path=place) if unit else 1.0
-    bad = np.flatnonzero(~np.isfinite(values))
+    values = column.sign * scale * values
+    bad = np.flatnonzero(~(np.abs(values) <= LARGEST))
     if bad.size:
-        raise InputError("is not a finite number", path=f"{place}[{bad[0]}]", value=float(values[bad[0]]),
+        is_what = "is no measurement" if np.isfinite(values[bad[0]]) else "is not a finite number"
+        raise InputError(is_what, path=f"{place}[{bad[0]}]", value=float(values[bad[0]]),
                          mend="Cut the curve before that sample, or repair it")  # fmt: skip
-    return column.sign * scale * values
+    return values
 
 
 def _column(table: Table, part: str, name: str, key: str) -> np.ndarray:

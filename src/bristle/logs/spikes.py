@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-__all__ = ["HUGE", "Spike", "far_outside", "spikes"]
+__all__ = ["LARGEST", "SMALLEST", "Spike", "far_outside", "spikes"]
 
 LONGEST = 5  # samples
 AROUND = 10  # samples on each side that tell what the motion allows
@@ -14,7 +14,9 @@ STEP_FACTOR = 3.0  # over the largest step nearby
 BEND_FACTOR = 10.0  # over the largest change of step nearby
 USUAL_BEND_FACTOR = 20.0  # over the change of step that one sample in twenty exceeds
 QUANTA = 10.0  # resolution steps
-HUGE = 1e150  # squares of what is larger are no numbers
+# No axis is larger or finer in any unit, and what is in between can be multiplied a few times over: native solvers
+# of least squares write beyond their memory, or never return, on what overflows in them.
+LARGEST, SMALLEST = 1e30, 1e-30
 FAR = 1e6  # over the range that holds 98 % of the samples
 
 
@@ -78,7 +80,7 @@ def _stands_out(values: np.ndarray, start: int, length: int) -> bool:
 
 
 def far_outside(values: np.ndarray) -> np.ndarray:
-    """Return the samples that are no measurement: beyond what can be squared, or far off for a few samples.
+    """Return the samples that are no measurement: larger than `LARGEST`, or far off for a few samples.
 
     Parameters
     ----------
@@ -90,7 +92,7 @@ def far_outside(values: np.ndarray) -> np.ndarray:
     ndarray of int
         Indices; empty where every sample is plausible.
     """
-    huge = np.flatnonzero(np.abs(values) > HUGE)
+    huge = np.flatnonzero(np.abs(values) > LARGEST)
     if huge.size:
         return huge
     low, middle, high = np.quantile(values, (0.01, 0.5, 0.99))
