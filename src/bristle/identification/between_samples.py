@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from bristle.core.least_squares import unbounded
+
 __all__ = ["closes", "finer", "period_of"]
 
 EQUAL = 1e-9  # of the largest value: a difference of two periods that is none
@@ -77,7 +79,7 @@ def closes(signal: np.ndarray) -> bool:
         return False
     rows = np.lib.stride_tricks.sliding_window_view(signal - signal.mean(), ORDER + 1)
     learnt = rows[:: max(rows.shape[0] // LEARNT, 1)]
-    weights = np.linalg.lstsq(learnt[:, :-1], learnt[:, -1], rcond=1e-12)[0]
+    weights = unbounded(learnt[:, :-1], learnt[:, -1], rcond=1e-12)
     seam = np.concatenate([signal[-ORDER:], signal[:ORDER]]) - signal.mean()
     across = np.lib.stride_tricks.sliding_window_view(seam, ORDER + 1)
     inside, there = (float(np.max(np.abs(one[:, -1] - one[:, :-1] @ weights))) for one in (rows, across))

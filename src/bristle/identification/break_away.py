@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bristle.core.contracts import Model
+from bristle.core.least_squares import unbounded
 from bristle.core.normal import NORMAL_95
 from bristle.identification.regression import Regression, mechanical
 from bristle.logs.legs import Leg
@@ -148,7 +149,7 @@ def _estimates(
     if len({one.side for one in seen}) > 1:
         columns.append(np.array([one.side for one in seen]))
     regressor, target = np.stack(columns, axis=1), np.log(values)
-    weights = np.linalg.lstsq(regressor, target, rcond=None)[0]
+    weights = unbounded(regressor, target)
     spare = len(seen) - len(columns)
     found: list[tuple[float, tuple[float, float] | None]] = []
     for group in groups:

@@ -28,6 +28,7 @@ import numpy as np
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Model
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
+from bristle.core.least_squares import unbounded
 from bristle.friction import maxwell_slip
 from bristle.friction.slots import SlottedModel
 from bristle.identification.operators.stops import thresholds_over
@@ -346,7 +347,7 @@ class Elements:
         weights = self._multiplied(found)
         columns |= {name: self._varying[place + 1] @ weights for place, name in enumerate(self._factors)}
         whole = np.stack([columns[name] for name in self.unknowns.free], axis=1)
-        return whole - shape @ np.linalg.lstsq(shape, whole, rcond=None)[0] if shape.size else whole
+        return whole - shape @ unbounded(shape, whole) if shape.size else whole
 
 
 def _is_positive(name: str) -> bool:

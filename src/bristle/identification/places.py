@@ -8,6 +8,7 @@ import numpy as np
 
 from bristle.core.contracts import FrictionModel
 from bristle.core.errors import InputError
+from bristle.core.least_squares import unbounded
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
 from bristle.identification.problem import Problem
@@ -96,4 +97,4 @@ def _explained(x: np.ndarray, residual: np.ndarray, frequency: float) -> float:
     phase = 2.0 * np.pi * frequency * x
     waves = np.stack([np.cos(phase), np.sin(phase), np.ones_like(x)], axis=1)
     gram, right = waves.T @ waves, waves.T @ residual
-    return float(right @ np.linalg.lstsq(gram, right, rcond=None)[0])
+    return float(right @ unbounded(gram, right))

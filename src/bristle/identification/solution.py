@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bristle.core.least_squares import bounded, unbounded
 from bristle.identification.problem import Problem
 
 __all__ = ["Solution", "solve_linear"]
@@ -58,17 +59,13 @@ def solve_linear(problem: Problem, rows: np.ndarray | slice = slice(None)) -> So
     variables = problem.unknowns.variables
     low = np.array([variables[name].min for name in names])
     high = np.array([variables[name].max for name in names])
-    values = np.linalg.lstsq(columns / scale, target, rcond=None)[0] / scale
+    values = unbounded(columns / scale, target) / scale
     at_edge = {}
     if np.any(values < low) or np.any(values > high):
-        from scipy.optimize import lsq_linear
-
-        found = lsq_linear(columns / scale, target, (low * scale, high * scale), method="bvls")
-        values = np.clip(found.x / scale, low, high)
+        found, active = bounded(columns / scale, target, low * scale, high * scale)
+        values = np.clip(found / scale, low, high)
         at_edge = {
-            name: "smallest" if mask < 0 else "largest"
-            for name, mask in zip(names, found.active_mask, strict=True)
-            if mask
+            name: "smallest" if mask < 0 else "largest" for name, mask in zip(names, active, strict=True) if mask
         }
     found_values = dict(zip(names, values.tolist(), strict=True))
     return Solution(found_values, at_edge, columns, np.eye(len(names)))

@@ -11,6 +11,7 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel
 from bristle.core.errors import InputError
+from bristle.core.least_squares import unbounded
 from bristle.friction import base_of, find, gms, maxwell_slip
 from bristle.friction.slots import SlottedModel
 from bristle.identification.asked import Known, refuse_reversed_effort, unknowns_of
@@ -264,5 +265,5 @@ def _unbounded(regression: Regression, known: Known) -> dict[str, float]:
     """Return the parameters of Coulomb and viscous friction without their bounds."""
     unknowns = unknowns_of(find("coulomb_viscous"), known, regression)
     problem = Problem(regression, unknowns)
-    free = np.linalg.lstsq(problem.columns, regression.effort - problem.held_effort, rcond=None)[0]
+    free = unbounded(problem.columns, regression.effort - problem.held_effort)
     return unknowns.complete(dict(zip(unknowns.free, free.tolist(), strict=True)))

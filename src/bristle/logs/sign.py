@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from bristle.core.least_squares import unbounded
 from bristle.logs.log import Log
 
 __all__ = ["REVERSED", "dissipated_share", "sign_of_effort"]
@@ -55,6 +56,6 @@ def dissipated_share(log: Log) -> float:
         return 0.0
     v, a, u = map(np.concatenate, (velocity, acceleration, effort))
     regressors = np.column_stack([a, np.ones_like(a)])
-    rest = u - regressors @ np.linalg.lstsq(regressors, u, rcond=None)[0]
+    rest = u - regressors @ unbounded(regressors, u)
     whole = float(np.abs(rest) @ np.abs(v))
     return float(rest @ v) / whole if whole > 0 else 0.0

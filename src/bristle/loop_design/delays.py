@@ -12,6 +12,7 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.experiment import Variant
+from bristle.core.least_squares import unbounded
 from bristle.stability.linear_system import LARGE, linear_law
 
 __all__ = ["Delays", "delays_of", "velocity_delay"]
@@ -53,6 +54,6 @@ def velocity_delay(controller: Model, dt: float) -> float:
     omega = np.geomspace(LOW, HIGH, POINTS) * np.pi / dt
     response = -law.response(np.exp(1j * omega * dt))
     # e^{-sT} is 1 - sT there, so that k_d T stands beside the square of the frequency in the real part.
-    _, lagging = np.linalg.lstsq(np.stack((np.ones(POINTS), omega**2), axis=1), np.real(response), rcond=None)[0]
-    _, k_d = np.linalg.lstsq(np.stack((-1.0 / omega, omega), axis=1), np.imag(response), rcond=None)[0]
+    _, lagging = unbounded(np.stack((np.ones(POINTS), omega**2), axis=1), np.real(response))
+    _, k_d = unbounded(np.stack((-1.0 / omega, omega), axis=1), np.imag(response))
     return float(lagging / k_d) if k_d > 0.0 else 0.0

@@ -23,6 +23,7 @@ import numpy as np
 
 from bristle import hysteresis
 from bristle.core.contracts import Model
+from bristle.core.least_squares import non_negative
 from bristle.engine import response
 from bristle.paper.measurement import Record, measured
 from bristle.paper.setting import Setting
@@ -177,8 +178,6 @@ def fitted_stops(record: Record, arm: float) -> Fitted:
     arm : float
         Travel of the table for a radian of the screw [m/rad].
     """
-    from scipy.optimize import nnls
-
     x, force = _decimated(record.x), _decimated(record.torque) / arm
     reach = float(np.ptp(x))
     thresholds = reach * np.append(np.geomspace(5e-3, 0.5, STOPS - 1), 10.0)  # the last one never slips: a spring
@@ -186,7 +185,7 @@ def fitted_stops(record: Record, arm: float) -> Fitted:
     # What the constant leaves over has the same sign both ways, so that weights stay non-negative.
     design = np.column_stack([*columns, np.ones(x.size), -np.ones(x.size)])
     size = np.linalg.norm(design, axis=0)
-    weights = nnls(design / size, force)[0] / size
+    weights = non_negative(design / size, force) / size
     operator = hysteresis.prandtl_ishlinskii(thresholds=thresholds, weights=weights[:-2], spring=0.0)
     return Fitted(operator, arm * float(weights[-2] - weights[-1]), arm)
 

@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bristle.core.least_squares import non_negative
+
 __all__ = ["NormalEquations", "Weighted"]
 
 RIDGE = 1e-13  # of the mean square of a column: keeps columns that are alike apart in rounding
@@ -71,8 +73,6 @@ class NormalEquations:
         signs : ndarray of +1, 0 and -1, optional
             Sign of each weight; all positive where not given.
         """
-        from scipy.optimize import nnls
-
         signs = np.ones(self.scale.size) if signs is None else signs
         seen = np.flatnonzero(self.scale)
         # A weight of any sign is the difference of two.
@@ -82,7 +82,7 @@ class NormalEquations:
         gram = self.gram[np.ix_(seen, seen)] * np.outer(side, side)
         root = np.linalg.cholesky(gram + RIDGE * max(seen.size, 1) * np.eye(seen.size))
         target = np.linalg.solve(root, side * self.right[seen])
-        unit = nnls(root.T, target, maxiter=30 * max(seen.size, 1))[0]
+        unit = non_negative(root.T, target, rounds=30 * max(seen.size, 1))
         weights = np.bincount(seen, side * unit / self.scale[seen], minlength=self.scale.size)
         left = self.square - 2.0 * float(unit @ (side * self.right[seen])) + float(unit @ gram @ unit)
         rms = float(np.sqrt(max(left, 0.0) / self.rows))

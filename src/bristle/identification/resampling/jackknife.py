@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from bristle.core.least_squares import unbounded
 from bristle.identification.resampling.half_cycles import Groups
 from bristle.identification.resampling.refit import Space
 
@@ -45,9 +46,7 @@ def jackknife_std(space: Space, cycles: Groups, residual: np.ndarray) -> dict[st
     parts = np.stack([columns[rows].T @ columns[rows] for rows in cycles.parts])
     pulls = cycles.summed(columns * residual[:, None])
     whole = np.sum(parts, axis=0)
-    moved = np.stack(
-        [-np.linalg.lstsq(whole - part, pull, rcond=1e-12)[0] for part, pull in zip(parts, pulls, strict=True)]
-    )
+    moved = np.stack([-unbounded(whole - part, pull, rcond=1e-12) for part, pull in zip(parts, pulls, strict=True)])
     told = moved @ (space.derivative[:, inner] / scale).T
     count = len(moved)
     std = np.sqrt((count - 1) / count * np.sum((told - told.mean(axis=0)) ** 2, axis=0))

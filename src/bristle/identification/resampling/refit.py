@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from bristle.core.lazy import cached_property
+from bristle.core.least_squares import bounded, non_negative
 from bristle.identification.problem import Problem, Residual
 from bristle.identification.solution import Solution
 from bristle.identification.unknowns import Scales, Unknowns, coordinates_of
@@ -194,15 +195,13 @@ class Refit:
 
 def _bounded(r: np.ndarray, target: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Return the least-squares solution within bounds, of which each is finite on one side at most or on both."""
-    from scipy.optimize import lsq_linear, nnls
-
     floored = np.isfinite(low)
     if np.any(np.isfinite(high)):
-        found = lsq_linear(r, target, (np.minimum(low, -1e-300), np.maximum(high, 1e-300)), method="bvls").x
+        found, _ = bounded(r, target, np.minimum(low, -1e-300), np.maximum(high, 1e-300))
         return np.clip(found, low, high)
     # Above a floor only: non-negative least squares, in which what has no floor is a difference.
     base = np.where(floored, low, 0.0)
-    found = nnls(np.hstack([r, -r[:, ~floored]]), target - r @ base)[0]
+    found = non_negative(np.hstack([r, -r[:, ~floored]]), target - r @ base)
     whole = base + found[: low.size]
     whole[~floored] -= found[low.size :]
     return whole

@@ -18,6 +18,7 @@ import numpy as np
 
 from bristle.core.cores import Abreast
 from bristle.core.lazy import cached_property
+from bristle.core.least_squares import unbounded
 from bristle.identification.problem import Problem
 from bristle.identification.resampling.refit import Refit, Space
 
@@ -145,7 +146,7 @@ class _Followed:
         """Return the rise of the error, over its variance, of a linear fit in which a parameter is another one."""
         index = self.space.names.index(name)
         own, others = self._triangle[:, index], np.delete(self._triangle, index, axis=1)
-        alone = own - others @ np.linalg.lstsq(others, own, rcond=None)[0]
+        alone = own - others @ unbounded(others, own)
         way = self._moved(name, change)[index] - self.space.phi[index]
         return float(alone @ alone) * way**2 / self._variance if self._variance > 0.0 else np.inf
 

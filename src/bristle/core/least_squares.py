@@ -1,0 +1,105 @@
+r"""Linear least squares, :math:`\min_x |A x - b|`, free, within bounds, and without negative parts.
+
+The only place where linear solvers are called: they are native code, which on numbers that are not finite, or whose
+squares are not, writes beyond its memory or never returns. What is out of reach is scaled by a power of two, which
+changes no digit; what is within reach is left as it is.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from bristle.core.errors import InputError
+
+__all__ = ["bounded", "non_negative", "unbounded"]
+
+REACH = 1e100  # largest number, and the inverse of the smallest, that is left as it is
+
+
+def unbounded(A: np.ndarray, b: np.ndarray, *, rcond: float | None = None) -> np.ndarray:
+    """Return the least-squares solution, the shortest where there are several.
+
+    Parameters
+    ----------
+    A : ndarray, shape (row, column)
+        Regressors.
+    b : ndarray, shape (row,) or (row, target)
+        What they are to add up to.
+    rcond : float, optional
+        Singular values below this share of the largest count as zero; by default that of rounding.
+
+    Raises
+    ------
+    InputError
+        If a number is not finite.
+    """
+    A, b, unit = _in_reach(A, b)
+    return np.linalg.lstsq(A, b, rcond=rcond)[0] * unit
+
+
+def bounded(A: np.ndarray, b: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the least-squares solution between bounds, and -1, 0 or 1 for each part that is at a bound or is not.
+
+    Parameters
+    ----------
+    A : ndarray, shape (row, column)
+        Regressors.
+    b : ndarray, shape (row,)
+        What they are to add up to.
+    low, high : ndarray, shape (column,)
+        Bounds; infinite where there is none.
+
+    Raises
+    ------
+    InputError
+        If a number is not finite.
+    """
+    from scipy.optimize import lsq_linear
+
+    A, b, unit = _in_reach(A, b)
+    found = lsq_linear(A, b, (low / unit, high / unit), method="bvls")
+    return found.x * unit, found.active_mask
+
+
+def non_negative(A: np.ndarray, b: np.ndarray, *, rounds: int | None = None) -> np.ndarray:
+    """Return the least-squares solution of which no part is negative.
+
+    Parameters
+    ----------
+    A : ndarray, shape (row, column)
+        Regressors.
+    b : ndarray, shape (row,)
+        What they are to add up to.
+    rounds : int, optional
+        Most rounds of the active-set method; three for each column by default.
+
+    Raises
+    ------
+    InputError
+        If a number is not finite.
+    """
+    from scipy.optimize import nnls
+
+    A, b, unit = _in_reach(A, b)
+    return nnls(A, b, maxiter=rounds)[0] * unit
+
+
+def _in_reach(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    """Return what a solver can square, and what its solution is multiplied by."""
+    shift, other = _exponent(A), _exponent(b)
+    if shift == other == 0:
+        return A, b, 1.0
+    return np.ldexp(A, -shift), np.ldexp(b, -other), math.ldexp(1.0, max(min(other - shift, 1000), -1000))
+
+
+def _exponent(values: np.ndarray) -> int:
+    """Return the power of two to take out of an array; none where it is within reach."""
+    largest = float(np.max(np.abs(values), initial=0.0))
+    if not math.isfinite(largest):
+        raise InputError(
+            "leaves the range of numbers", path="the fit",
+            mend="Look for units, factors and values that are far off in the log, the axis file and the model",
+        )  # fmt: skip
+    return 0 if largest == 0.0 or 1.0 / REACH < largest < REACH else math.frexp(largest)[1]

@@ -1,0 +1,70 @@
+"""Solvers get finite numbers that they can square; what they find does not depend on the scale."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import bristle
+from bristle.core import InputError
+from bristle.core.least_squares import bounded, non_negative, unbounded
+
+SOURCE = Path(bristle.__file__).parent
+CHANCE = np.random.default_rng(3)
+A = CHANCE.standard_normal((30, 4))
+TRUTH = np.array([2.0, -1.0, 0.5, 3.0])
+LOW, HIGH = np.full(4, -np.inf), np.array([1.0, 1.0, 1.0, np.inf])
+SOLVERS = {
+    "unbounded": (unbounded, TRUTH),
+    "bounded": (lambda A, b: bounded(A, b, LOW, HIGH)[0], None),
+    "non-negative": (non_negative, None),
+}
+
+
+@pytest.mark.parametrize("name", SOLVERS)
+@pytest.mark.parametrize(("of_columns", "of_target"), [(2.0**900, 1.0), (1.0, 2.0**900), (2.0**-900, 2.0**-900)])
+def test_no_scale_costs_a_digit(name, of_columns, of_target):
+    solve, expected = SOLVERS[name]
+    reference = solve(A, A @ TRUTH)
+    if expected is not None:
+        np.testing.assert_allclose(reference, expected, rtol=1e-12)
+    if name == "bounded":  # the bounds go with the solution
+
+        def solve(A, b):
+            return bounded(A, b, LOW * (of_target / of_columns), HIGH * (of_target / of_columns))[0]
+
+    found = solve(A * of_columns, (A @ TRUTH) * of_target)
+    np.testing.assert_allclose(found * of_columns / of_target, reference, rtol=1e-12)
+
+
+def test_what_is_at_a_bound_is_told():
+    found, active = bounded(A, A @ TRUTH, LOW, HIGH)
+    assert active[0] == 1
+    assert found[0] == 1.0
+    assert active[3] == 0
+    assert np.all(found <= HIGH)
+
+
+def test_no_part_is_negative_and_the_rest_fits_best():
+    found = non_negative(A, A @ TRUTH)
+    assert np.all(found >= 0.0)
+    assert found[1] == 0.0
+    np.testing.assert_allclose(found[[0, 2, 3]], unbounded(A[:, [0, 2, 3]], A @ TRUTH), rtol=1e-10)
+
+
+@pytest.mark.parametrize("name", SOLVERS)
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_what_is_not_finite_never_reaches_a_solver(name, bad):
+    solve, _ = SOLVERS[name]
+    for spoiled in (A, TRUTH @ A.T):
+        one = spoiled.copy()
+        one[(3,) * one.ndim] = bad
+        with pytest.raises(InputError, match="leaves the range of numbers"):
+            solve(*((one, A @ TRUTH) if one.ndim == 2 else (A, one)))
+
+
+def test_solvers_are_called_nowhere_else():
+    calls = re.compile(r"\b(lstsq|nnls|lsq_linear)\(")
+    found = {file.name for file in SOURCE.rglob("*.py") if calls.search(file.read_text(encoding="utf-8"))}
+    assert found == {"least_squares.py"}
