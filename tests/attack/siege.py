@@ -47,17 +47,26 @@ def kills() -> Iterator[str]:
         for count in range(KILLS):
             name = chance.choice(list(WORK))
             number = chance.choice([signal.SIGKILL, signal.SIGTERM, signal.SIGINT])
+            before = unfinished_in(folder)
             process = started(WORK[name], folder)
             time.sleep(chance.uniform(0.0, 1.1 * took[name]))
             process.send_signal(number)
             _, errors = process.communicate(timeout=60)
-            yield from wrongs(f"{count} {name} {number.name}", process.returncode, errors, number, folder, mine)
+            what = f"{count} {name} {number.name}"
+            yield from wrongs(what, process.returncode, errors, number, folder, mine)
+            # What a killed process left is cleared by the next one that comes to its results, not by one ended earlier.
+            if number is not signal.SIGKILL and unfinished_in(folder) - before:
+                yield f"{what}: left behind {unfinished_in(folder) - before}"
         code, _ = begun(WORK["run"], folder)
-        left = [one.name for one in folder.iterdir() if one.name.startswith("bristle-")]
+        left = unfinished_in(folder)
         if code or left:
             yield f"afterwards: exit code {code}, left behind {left}"
         if state_of(folder) != mine:
             yield "afterwards: files of a person are others"
+
+
+def unfinished_in(folder: Path) -> set[str]:
+    return {one.name for one in folder.iterdir() if one.name.startswith("bristle-")}
 
 
 def started(arguments: list[str], folder: Path) -> subprocess.Popen[str]:
@@ -92,9 +101,6 @@ def wrongs(
         note = note_in(results)
         if note is None or strangers_in(results, note) != ([], []) or set(note.files) - set(results.names()):
             yield f"{what}: the results are not whole"
-    unfinished = [one for one in folder.iterdir() if one.name.startswith("bristle-")]
-    if unfinished and number is not signal.SIGKILL:
-        yield f"{what}: left behind {[one.name for one in unfinished]}"
     others = {one: held for one, held in state_of(folder).items() if not one.startswith("bristle-")}
     if others != mine:
         yield f"{what}: touched {set(others) ^ set(mine)}"
