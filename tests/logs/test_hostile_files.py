@@ -217,7 +217,7 @@ def test_a_reader_that_loops_crashes_or_takes_all_memory_is_a_damaged_file(monke
     began = time.monotonic()
     with pytest.raises(InputError, match=words) as caught:
         read_table(path)
-    assert time.monotonic() - began < 9.0
+    assert time.monotonic() - began < 45.0  # the longest of them sleeps for sixty
     assert caught.value.path == str(path)
 
 
@@ -236,10 +236,10 @@ def test_a_reader_that_loops_survives_nobody(monkeypatch, tmp_path, number):
         time.sleep(0.02)
     reader = int((tmp_path / "pid").read_text())
     process.send_signal(number)
-    process.communicate(timeout=10)
+    process.communicate(timeout=60)
     assert process.returncode == (-9 if number == signal.SIGKILL else 128 + number)
     # Whoever is killed cannot end the reader; its own limit does.
-    until = time.monotonic() + (30.0 if number == signal.SIGKILL else 5.0)
+    until = time.monotonic() + (30.0 if number == signal.SIGKILL else 20.0)
     while time.monotonic() < until and is_running(reader):
         time.sleep(0.1)
     assert not is_running(reader)
