@@ -1,5 +1,6 @@
 """The command as a whole: help, exit codes, what goes where, any terminal."""
 
+import errno
 import importlib
 import io
 import os
@@ -105,7 +106,7 @@ def test_other_ends_have_codes_of_their_own(bristle, monkeypatch, error, code):
     def ends(*_, **__):
         raise error
 
-    monkeypatch.setattr(failure, "close_output", lambda: None)
+    monkeypatch.setattr(failure, "let_go", lambda stream: None)
     monkeypatch.setattr("bristle.friction.find", ends)
     monkeypatch.setattr("bristle.cli.models._families", ends)
     ended = bristle("models")
@@ -285,9 +286,28 @@ def test_an_output_that_takes_nothing_does_not_take_the_results_away(place):
     assert (place / "run" / "summary.json").is_file()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "code"), [(["models"], 0), (["models", "--json"], 0), (["nonsense"], 2), (["log", "log.csv"], 0)]
-)
+ENDS = [(["models"], 0), (["models", "--json"], 0), (["nonsense"], 2), (["log", "log.csv"], 0)]
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
+@pytest.mark.parametrize(("arguments", "code"), ENDS)
+def test_messages_that_nobody_takes_change_no_exit_code(place, arguments, code):
+    with open("/dev/full", "w") as full:
+        process = [sys.executable, "-c", INTERRUPTIBLE, *arguments]
+        assert subprocess.run(process, stdout=subprocess.DEVNULL, stderr=full, check=False).returncode == code
+
+
+@pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")
+def test_a_limit_of_open_files_is_no_fault_of_bristle(monkeypatch, capsys):
+    def ends(*_, **__):
+        raise OSError(errno.EMFILE, "Too many open files", "log.csv")
+
+    monkeypatch.setattr("bristle.cli.models._families", ends)
+    assert main(["models"]) == 2
+    assert "no more files can be opened" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("arguments", "code"), ENDS)
 def test_a_closed_output_changes_no_exit_code(place, arguments, code):
     shell = ["bash", "-c", '"$0" -c "$1" "${@:2}" >&- 2>&-', sys.executable, INTERRUPTIBLE, *arguments]
     assert subprocess.run(shell, check=False).returncode == code

@@ -190,7 +190,11 @@ def test_a_content_is_told_by_its_name_without_its_folder(tmp_path):
 
 def test_the_limits_are_those_of_the_documentation():
     page = (Path(__file__).parents[2] / "docs" / "how-to" / "safe-in-any-hands.md").read_text(encoding="utf-8")
-    for limit, what in ((SIZE_LIMIT, "a log, and"), (TOML_LIMIT, "a file of settings"), (CODE_LIMIT, "a model of your")):
+    for limit, what in (
+        (SIZE_LIMIT, "a log, and"),
+        (TOML_LIMIT, "a file of settings"),
+        (CODE_LIMIT, "a model of your"),
+    ):
         (line,) = (one for one in page.splitlines() if one.startswith(f"| {what}"))
         assert size_of(line.split("|")[2].strip()) == limit
 

@@ -119,7 +119,13 @@ def run(code, folder, **environment):
     """Run Python in a folder; return what it printed, and what it remarked."""
     variables = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path])} | environment
     ended = subprocess.run(
-        [sys.executable, "-c", code], cwd=folder, env=variables, capture_output=True, text=True, check=False
+        [sys.executable, "-c", code],
+        cwd=folder,
+        env=variables,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=100,
     )
     assert ended.returncode == 0, ended.stderr
     return ended.stdout, ended.stderr
@@ -145,6 +151,19 @@ def test_no_file_or_variable_of_settings_changes_a_figure_or_is_remarked_upon(fi
     found, left = told.splitlines()
     assert left == f"{environment.get('MPLBACKEND')} False"
     assert json.loads(found) == {name: hashlib.sha256(plain[name].encode()).hexdigest() for name in SOME}
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes with names of POSIX")
+@pytest.mark.parametrize(
+    ("name", "environment"),
+    [("matplotlibrc", {}), ("mine", {"MATPLOTLIBRC": "mine"}), ("m/matplotlibrc", {"MPLCONFIGDIR": "m"})],
+)
+def test_a_pipe_in_place_of_a_file_of_settings_is_not_waited_for(name, environment, tmp_path, plain):
+    (tmp_path / "m").mkdir()
+    os.mkfifo(tmp_path / name)
+    told, remarks = run(f"{DRAW}\nprint(json.dumps(found))", tmp_path, **environment)
+    assert remarks == ""
+    assert json.loads(told) == {name: hashlib.sha256(plain[name].encode()).hexdigest() for name in SOME}
 
 
 def test_figures_of_the_user_follow_the_users_file_though_bristle_was_first(tmp_path):

@@ -1,10 +1,11 @@
 """A folder that is held open stays that folder, whatever its path leads to by now; links in it are not followed."""
 
+import json
 import os
 
 import pytest
 
-from bristle.files.owned import Folder
+from bristle.files.owned import NOTE, Folder, note_in, remove_own
 
 pytestmark = pytest.mark.skipif(os.unlink not in os.supports_dir_fd, reason="this system cannot hold folders open")
 
@@ -50,3 +51,35 @@ def test_a_link_is_neither_a_file_nor_opened_nor_a_folder(tmp_path):
     (tmp_path / "way").symlink_to(tmp_path / "results")
     with pytest.raises(OSError), Folder(tmp_path / "way"):
         pass
+
+
+def test_without_a_note_nothing_is_bristles_own(tmp_path):
+    (tmp_path / "thesis").mkdir()
+    assert remove_own(tmp_path / "thesis", half_written=True) is False
+    assert (tmp_path / "thesis").is_dir()
+
+
+HEAD = {"bristle": "0.1.0", "folder": "00", "target": "run", "began": "1"}
+
+
+def note_of(folder, head, *lines):
+    (folder / NOTE).write_text("".join(json.dumps(one) + "\n" for one in (head, *lines)))
+    with Folder(folder) as held:
+        return note_in(held)
+
+
+@pytest.mark.parametrize("key", HEAD)
+def test_a_note_that_lacks_what_bristle_writes_is_none(tmp_path, key):
+    assert note_of(tmp_path, HEAD) is not None
+    assert note_of(tmp_path, {name: value for name, value in HEAD.items() if name != key}) is None
+    if key != "bristle":
+        assert note_of(tmp_path, HEAD | {key: 1}) is None
+        assert note_of(tmp_path, HEAD | {key: [HEAD[key]]}) is None
+
+
+@pytest.mark.parametrize(
+    "line", [{"file": 1}, {"file": "a", "sha256": 1}, {"file": "../a"}, {"file": NOTE}, {"sha256": ""}]
+)
+def test_a_note_with_a_line_that_bristle_does_not_write_is_none(tmp_path, line):
+    assert note_of(tmp_path, HEAD, {"file": "a", "sha256": "00"}) is not None
+    assert note_of(tmp_path, HEAD, {"file": "a"}, line) is None

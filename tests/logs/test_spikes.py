@@ -40,20 +40,19 @@ def stick_slip():
     return run_open_loop(inertia(M=1.0), friction, 9.5 * np.sin(6.0 * TIME), 1e-3, steps=4).position
 
 
+MOTIONS = {
+    "smooth": MOTION,
+    "stick-slip": stick_slip(),
+    "stick-slip, slow": stick_slip()[::10],
+    "hard turns": np.abs((TIME * 0.4) % 2.0 - 1.0),
+    "noise": MOTION + np.random.default_rng(3).normal(0.0, 1e-4, TIME.size),
+    "flicker": np.where(np.random.default_rng(4).random(TIME.size) < 0.01, 1e-6, 0.0),
+    "one move": np.concatenate([np.zeros(9000), np.linspace(0.0, 1e-3, 30), np.full(900, 1e-3)]),
+}
+
+
 @pytest.mark.parametrize("step", [0.0, 1e-6, 5e-5])
-@pytest.mark.parametrize(
-    "values",
-    [
-        MOTION,
-        stick_slip(),
-        stick_slip()[::10],
-        np.abs((TIME * 0.4) % 2.0 - 1.0),
-        MOTION + np.random.default_rng(3).normal(0.0, 1e-4, TIME.size),
-        np.where(np.random.default_rng(4).random(TIME.size) < 0.01, 1e-6, 0.0),
-        np.concatenate([np.zeros(9000), np.linspace(0.0, 1e-3, 30), np.full(900, 1e-3)]),
-    ],
-    ids=["smooth", "stick-slip", "stick-slip, slow", "hard turns", "noise", "flicker", "one move"],
-)
+@pytest.mark.parametrize("values", MOTIONS.values(), ids=MOTIONS)
 def test_what_an_axis_does_is_no_lost_reading(values, step):
     recorded = np.round(values / step) * step if step else values
     assert found_in(recorded) == []

@@ -7,10 +7,11 @@ import os
 import sys
 import tempfile
 import traceback
+from typing import TextIO
 
 from bristle.cli.terminal import complain
 
-__all__ = ["BAD_INPUT", "INTERRUPTED", "NO", "OUR_BUG", "close_output", "report"]
+__all__ = ["BAD_INPUT", "INTERRUPTED", "NO", "OUR_BUG", "let_go", "report"]
 
 NO = 1
 BAD_INPUT = 2
@@ -18,6 +19,8 @@ OUR_BUG = 70
 INTERRUPTED = 130
 LONGEST = 500
 NO_OUTPUT = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO, errno.EBADF, errno.EROFS}
+
+NO_MORE_FILES = {errno.EMFILE, errno.ENFILE}
 
 
 def report(error: BaseException, *, results: bool = False) -> int:
@@ -39,15 +42,18 @@ def report(error: BaseException, *, results: bool = False) -> int:
         complain(str(error))
         return error.exit_code
     if isinstance(error, BrokenPipeError):
-        close_output()
+        let_go(sys.stdout)
         return 0
     if isinstance(error, MemoryError):
         complain("there is not enough memory for this. Take a shorter log or experiment")
         return BAD_INPUT
+    if isinstance(error, OSError) and error.errno in NO_MORE_FILES:
+        complain("no more files can be opened: the limit of this process or of the system is reached (ulimit -n)")
+        return BAD_INPUT
     if isinstance(error, OSError) and error.filename is None and error.errno in NO_OUTPUT:
         there = ". The folder of results is whole and stays" if results else ""
         complain(f"the standard output cannot be written: {error.strerror}. Make room or write it elsewhere{there}")
-        close_output()
+        let_go(sys.stdout)
         return BAD_INPUT
     own = _place_in_own_file(error)
     if own:
@@ -71,10 +77,10 @@ def _place_in_own_file(error: BaseException) -> tuple[str, int] | None:
     return None
 
 
-def close_output() -> None:
-    """Leave nothing for the interpreter to write at its end, where it would fail again."""
+def let_go(stream: TextIO) -> None:
+    """Leave nothing in a stream for the interpreter to write at its end, where it would fail again."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, sys.stdout.fileno())
+    os.dup2(nowhere, stream.fileno())
     os.close(nowhere)
 
 

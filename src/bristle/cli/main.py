@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import gc
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 from bristle.cli.signals import ended_by_signals
 
@@ -31,7 +33,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _ended_well(given: list[str]) -> int:
     """Run a command line; return the exit code, whatever happens."""
-    with ended_by_signals() as signals:
+    with ended_by_signals() as signals, errors_let_go():
         try:
             from bristle.cli.application import run
             from bristle.cli.terminal import streams_that_take_all, warnings_as_lines
@@ -46,6 +48,20 @@ def _ended_well(given: list[str]) -> int:
             return report(error, results=_asks_for_results(given))
 
 
+@contextmanager
+def errors_let_go() -> Iterator[None]:
+    """Leave nothing for the standard error stream that cannot be written: the interpreter would fail on it later."""
+    try:
+        yield
+    finally:
+        try:
+            sys.stderr.flush()
+        except OSError:
+            from bristle.cli.failure import let_go
+
+            let_go(sys.stderr)
+
+
 def _asks_for_results(arguments: list[str]) -> bool:
     return arguments[:1] in (["demo"], ["paper"]) or any(one.partition("=")[0] == "--out" for one in arguments)
 
@@ -55,7 +71,7 @@ def _flushed(code: int) -> int:
     try:
         sys.stdout.flush()
     except BrokenPipeError:
-        from bristle.cli.failure import close_output
+        from bristle.cli.failure import let_go
 
-        close_output()
+        let_go(sys.stdout)
     return code

@@ -51,8 +51,8 @@ def one_line(text: str) -> str:
 
 
 def complain(text: str) -> None:
-    """Write one readable line to the standard error stream, where anybody still reads it."""
-    with suppress(BrokenPipeError):
+    """Write one readable line to the standard error stream, where anybody still reads it and there is room."""
+    with suppress(OSError):
         print(f"bristle: {one_line(text)}", file=sys.stderr)
 
 

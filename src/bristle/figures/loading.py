@@ -27,6 +27,8 @@ NAME = "matplotlib"
 def _load() -> None:
     """Import matplotlib, with its user's settings if it can be, for figures of theirs; without remarks on them."""
     with _silent():
+        if _settings_may_block():
+            _load_without_settings()
         try:
             import_module(NAME)
         except ImportError:
@@ -36,6 +38,14 @@ def _load() -> None:
             _load_without_settings()
         # On folders, fonts and what it is built upon it remarks once it looks for them.
         import_module(f"{NAME}.backends.backend_svg")
+
+
+def _settings_may_block() -> bool:
+    """Return whether a file of settings would be opened that is none: a pipe without a writer is waited for."""
+    asked, own = os.environ.get("MATPLOTLIBRC", ""), os.environ.get("MPLCONFIGDIR", "")
+    places = [Path(), Path(asked), Path(own), Path("~/.config/matplotlib"), Path("~/.matplotlib")]
+    found = [Path(asked), *(place.expanduser() / "matplotlibrc" for place in places)]
+    return any(one.exists() and not one.is_file() and not one.is_dir() for one in found)
 
 
 @contextmanager

@@ -47,6 +47,7 @@ def gather(table: Table, axis: Axis) -> Gathered:
         found.problems.append(
             InputError("no column is named as the position", path=f"axis {axis.name}", mend="Name it in [columns]")
         )
+    _tell_of_shared_columns(found)
     _refuse_unequal_lengths(table, found)
     return found
 
@@ -117,6 +118,15 @@ def _factor(table: Table, name: str, column: Column, found: Gathered) -> float:
             mend=f"If the log is right, write unit = {said!r} in the axis file, or leave the unit out there",
         )  # fmt: skip
     return there
+
+
+def _tell_of_shared_columns(found: Gathered) -> None:
+    used: dict[str, list[str]] = {}
+    for name, channel in found.named():
+        used.setdefault(channel.column, []).append(name.partition(".")[0])
+    for column, names in used.items():
+        if len(names) > 1:
+            found.notes.append(f"column {column} is used twice, as {' and as '.join(names)}: is that meant?")
 
 
 def _refuse_unequal_lengths(table: Table, found: Gathered) -> None:

@@ -13,6 +13,7 @@ from bristle.logs.checks import problems_of
 from bristle.logs.choice import columns_of
 from bristle.logs.clock import Clock, clock_of
 from bristle.logs.gather import Gathered, axis_of, gather
+from bristle.logs.jumps import doubts_about_jumps
 from bristle.logs.log import Channel, Log
 from bristle.logs.readers import read_table
 from bristle.logs.sign import sign_of_effort
@@ -113,5 +114,7 @@ def assembled(table: Table, axis: Axis, found: Gathered, clock: Clock) -> Log:
         kind=axis.kind,
     )
     reversed_effort = sign_of_effort(log)
-    doubts = [*doubts_about_velocity(log, axis), *([reversed_effort] if reversed_effort else [])]
+    doubts = [
+        *doubts_about_jumps(log), *doubts_about_velocity(log, axis), *([reversed_effort] if reversed_effort else []),
+    ]  # fmt: skip
     return replace(log, notes=(*log.notes, *doubts))
