@@ -45,6 +45,14 @@ def test_what_no_file_of_an_axis_holds_is_refused_at_once_with_its_place(tmp_pat
     assert len(str(caught.value)) < 1000
 
 
+def test_no_line_is_quoted_of_what_is_no_file_of_settings(tmp_path):
+    for name in ("secret", "passwd.txt", "axis.toml"):
+        (tmp_path / name).write_text("password = hunter2\n")
+        with pytest.raises(InputError, match="not valid TOML") as caught:
+            read_toml(tmp_path / name)
+        assert ("hunter2" in str(caught.value)) is (name == "axis.toml")
+
+
 def test_as_deep_as_it_may_be_and_no_deeper():
     assert read_toml(b"a = " + b"[" * 32 + b"]" * 32)
     assert read_toml(b"a." * 31 + b"b = 1")

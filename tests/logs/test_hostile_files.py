@@ -306,11 +306,15 @@ def test_odd_types_are_left_out_and_told(tmp_path):
         file["empty"] = h5py.Empty(float)
         file["t"].attrs["unit"] = np.zeros(100)
         file["t"].attrs["units"] = "s"
+        file["q"] = np.arange(50.0)
+        file["q"].attrs["unit"] = [b"km", b"mm"]
 
     table = read_table(h5(tmp_path / "log.h5", make))
-    assert list(table.columns) == ["t"]
+    assert sorted(table.columns) == ["q", "t"]
     assert table.units == {"t": "s"}
-    assert {note.split()[0] for note in table.notes} == {"opaque", "complex", "pairs", "empty"}
+    assert "the unit of q is no text and was left out" in table.notes
+    left_out = {note.split()[0] for note in table.notes if "holds no column" in note}
+    assert left_out == {"opaque", "complex", "pairs", "empty"}
 
 
 def test_a_sample_time_that_is_text_is_ignored_and_told(tmp_path):

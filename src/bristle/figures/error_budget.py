@@ -48,7 +48,7 @@ def error_budget(budget: Budget, kind: Kind) -> Figure:
     axes.axvline(whole * scale.factor, color=style.INK, linewidth=1.0, linestyle="--", label="all causes")
     axes.set_yticks(rows, [one.cause for one in entries])
     axes.set_ylim(len(entries) - 0.4, -0.6)
-    axes.set_xlim(0.0, 1.06 * axes.dataLim.x1)
+    axes.set_xlim(0.0, 1.06 * (axes.dataLim.x1 or 1.0))
     axes.grid(axis="y", visible=False)
     axes.tick_params(axis="y", length=0)
     axes.set_xlabel(scale.label("Following error, peak to peak"))

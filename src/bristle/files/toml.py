@@ -70,7 +70,7 @@ def _parsed(content: Content) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"is not valid TOML: {error}", mend=_mend(text, str(error))) from None
+        raise InputError(f"is not valid TOML: {error}", mend=_mend(_shown(content), str(error))) from None
     except RecursionError:
         raise _too_deep("") from None
     except Exception as error:  # noqa: BLE001  (what the parser does not foresee, such as a number of 5 000 digits)
@@ -131,6 +131,12 @@ def _refuse_value(path: str, value: Any) -> None:
 def _too_deep(path: str) -> InputError:
     return InputError("is nested too deeply", path=path[:80], allowed=f"up to {DEEPEST} tables in one another",
                       mend="Is it the right file?")  # fmt: skip
+
+
+def _shown(content: Content) -> str:
+    """Return what a message may quote: nothing of a file that is none of settings, which another one may have named."""
+    is_settings = content.source.suffix.lower() == ".toml" or content.source.name.startswith("<")
+    return content.data.decode("utf-8-sig") if is_settings else ""
 
 
 def _mend(text: str, message: str) -> str:

@@ -66,7 +66,7 @@ def read_apart(data: bytes, request: Request) -> Table:
     }
     code = "from bristle.logs.apart import serve; serve()"
     environment = os.environ | ENVIRONMENT | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
-    process = subprocess.Popen(
+    process: subprocess.Popen[bytes] = subprocess.Popen(
         [sys.executable, "-P", "-c", code],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment,
         **_OWN_GROUP,

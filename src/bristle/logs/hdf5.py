@@ -66,6 +66,8 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
             values[name] = found
             if unit := next((text for key in UNIT_ATTRIBUTES if (text := _text(one, key))), ""):
                 units[name] = unit
+            elif any(key in one.attrs for key in UNIT_ATTRIBUTES):
+                notes.append(f"the unit of {name} is no text and was left out")
         arrays = Arrays(values, units, separator, tuple(notes))
         return table_from(arrays, table, source, "HDF5", choice=choice, limit=limit)
 
