@@ -58,9 +58,7 @@ def parts() -> dict[str, Any]:
 
 @cache
 def variant() -> Variant:
-    return Variant(
-        name="base", **parts(), feedforward=Feedforward(mass=MASS), run=Run(duration=0.05, sample_time=1e-3)
-    )
+    return Variant(name="base", **parts(), feedforward=Feedforward(mass=MASS), run=Run(duration=0.05, sample_time=1e-3))
 
 
 @cache
@@ -159,8 +157,8 @@ def calls() -> dict[str, Call]:
         "find": Call(friction.find, {"name": "lugre+asymmetry"}),
         "with_presliding": Call(friction.with_presliding, {"friction": p["friction"], "distance": 1e-6}),
         "is_static": Call(friction.is_static, {"friction": p["friction"]}),
-        "base_of": Call(friction.base_of, {"model": friction.lugre}),
-        "unvaried": Call(friction.unvaried, {"model": p["friction"]}),
+        "base_of": Call(friction.base_of, {"component": friction.lugre}),
+        "unvaried": Call(friction.unvaried, {"friction": p["friction"]}),
         "slotted": Call(friction.slotted, {"model": friction.lugre, "asymmetry": True}),
         "with_slots": Call(friction.with_slots, {"model": friction.lugre, "slots": ["asymmetry"]}),
         "substeps_for": Call(br.simulation.substeps_for, {"sample_time": 1e-3}),
@@ -209,11 +207,20 @@ def calls() -> dict[str, Call]:
             "notes": (), "kind": "translational"}),
         "Curves": Call(Curves, {"curves": curves().curves, "start": "virgin", "kind": "translational", "notes": ()}),
     }  # fmt: skip
-    for one in (*friction.MODELS.values(), *hysteresis.OPERATORS.values(), *plants.PLANTS.values(),
-                *controllers.CONTROLLERS.values(), *sensors.SENSORS.values(), *references.REFERENCES.values()):
+    for one in (
+        *friction.MODELS.values(),
+        *hysteresis.OPERATORS.values(),
+        *plants.PLANTS.values(),
+        *controllers.CONTROLLERS.values(),
+        *sensors.SENSORS.values(),
+        *references.REFERENCES.values(),
+    ):
         found[f"{one.family}.{one.name}"] = Call(one, {**_example(one), "kind": None, "validate": True})
     return found
 
 
 def _example(component: Any) -> dict[str, Any]:
-    return {**component.defaults, **component.example}
+    usual = {
+        name: one.choices[0] if one.choices else max(one.nominal, one.min) for name, one in component.variables.items()
+    }
+    return {**usual, **component.defaults, **component.example}

@@ -7,7 +7,19 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from bristle.core.edge import (
-    FLAG, KIND, TEXT, Converter, among, amount, guarded, instance, known, many, model, optional, whole,
+    FLAG,
+    KIND,
+    TEXT,
+    Converter,
+    among,
+    amount,
+    guarded,
+    instance,
+    known,
+    many,
+    model,
+    optional,
+    whole,
 )  # fmt: skip
 from bristle.core.variable import Kind, Variable
 

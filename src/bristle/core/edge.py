@@ -30,13 +30,16 @@ import numpy as np
 
 from bristle.core.contracts import Component, Model
 from bristle.core.errors import InputError, did_you_mean
-from bristle.core.units import LARGEST, quantity
+from bristle.core.units import quantity
 from bristle.core.values import looked_at
 from bristle.core.variable import KINDS, Kind, Variable
 
 __all__ = [
+    "CURVE",
     "FLAG",
+    "FUNCTION",
     "KIND",
+    "NAMES",
     "PROGRESS",
     "TEXT",
     "Amount",
@@ -47,6 +50,7 @@ __all__ = [
     "component",
     "guarded",
     "instance",
+    "is_finite",
     "known",
     "many",
     "model",
@@ -129,8 +133,9 @@ def amount(variable: Variable, *, exclusive: bool = False, endless: bool = False
         number = _number(given, variable, path, kind, endless)
         if not variable.min <= number <= variable.max or (exclusive and number == variable.min):
             allowed = variable.allowed(kind or KINDS[0])
-            raise InputError("out of range", path=path, value=given,
-                             allowed=allowed.replace(">=", ">") if exclusive else allowed)  # fmt: skip
+            if exclusive and variable.min == 0.0:
+                raise InputError("must be positive", path=path, value=given, allowed=allowed.replace(">=", ">"))
+            raise InputError("out of range", path=path, value=given, allowed=allowed)
         return number
 
     return taken
@@ -163,18 +168,25 @@ def _number(given: Any, variable: Variable, path: str, kind: Kind | None, endles
 
 def whole(least: int, most: int = 2**53, *, none: bool = False) -> Converter:
     """Return what takes a whole number from `least` to `most`, and with `none` also 0, which stands for none."""
-    allowed = f"{'0, or ' if none else ''}{least} to {most}" if most < 2**53 else f"{'0, or ' if none else '>= '}{least}"
+    allowed = (
+        f"{'0, or ' if none else ''}{least} to {most}" if most < 2**53 else f"{'0, or ' if none else '>= '}{least}"
+    )
     allowed += " and more" if none and most >= 2**53 else ""
 
     def taken(given: Any, path: str, kind: Kind | None) -> int:
-        number = given.item() if isinstance(given, np.ndarray) and given.ndim == 0 else given
-        if isinstance(number, bool) or not isinstance(number, numbers.Real) or number != number // 1:
+        number: Any = given.item() if isinstance(given, np.ndarray) and given.ndim == 0 else given
+        if not _is_whole(number):
             raise InputError("must be a whole number", path=path, value=_shown(given), allowed=allowed)
         if not (least <= number <= most or (none and number == 0)):
             raise InputError("out of range", path=path, value=given, allowed=allowed)
         return int(number)
 
     return taken
+
+
+def _is_whole(number: Any) -> bool:
+    is_number = isinstance(number, numbers.Real) and not isinstance(number, bool)
+    return is_number and math.isfinite(number) and number == number // 1
 
 
 def among(*names: str) -> Converter:
@@ -190,7 +202,9 @@ def among(*names: str) -> Converter:
     return taken
 
 
-def instance(cls: type | tuple[type, ...], what: str, mend: str = "", read: Callable[[Any], Any] | None = None) -> Converter:
+def instance(
+    cls: type | tuple[type, ...], what: str, mend: str = "", read: Callable[[Any], Any] | None = None
+) -> Converter:
     """Return what takes an instance of a class, or what `read` makes one of: a path, as a rule."""
 
     def taken(given: Any, path: str, kind: Kind | None) -> Any:
@@ -204,20 +218,27 @@ def instance(cls: type | tuple[type, ...], what: str, mend: str = "", read: Call
 
 def model(*families: str) -> Converter:
     """Return what takes a model with parameters, of one of these families."""
-    wanted = " or ".join(f"a {one} {'operator' if one == 'hysteresis' else 'model'}" for one in families)
+    wanted = " or ".join(_called(one) for one in families)
 
     def taken(given: Any, path: str, kind: Kind | None) -> Model:
         if not isinstance(given, Model):
             named = isinstance(given, Component)
-            raise InputError(f"must be {wanted} with parameters", path=path, value=given.name if named else _shown(given),
-                             mend=_call_of(given) if named else "Give one such as friction.coulomb(F_C=2.0)")  # fmt: skip
+            raise InputError(
+                f"must be a model with parameters, a {wanted}", path=path,
+                value=given.name if named else _shown(given),
+                mend=_call_of(given) if named else "Give one such as friction.coulomb(F_C=2.0)",
+            )  # fmt: skip
         family = getattr(given.component, "family", None)
         if family not in families:
-            raise InputError(f"must be {wanted}, and is one of {family}", path=path, value=given.name,
+            raise InputError(f"must be a {wanted}, and is a {_called(family)}", path=path, value=given.name,
                              mend="Are the arguments in their order?")  # fmt: skip
         return given
 
     return taken
+
+
+def _called(family: Any) -> str:
+    return f"{family} {'operator' if family == 'hysteresis' else 'model'}"
 
 
 def _call_of(given: Component) -> str:
@@ -229,8 +250,8 @@ def component(family: str) -> Converter:
 
     def taken(given: Any, path: str, kind: Kind | None) -> Component:
         if not isinstance(given, Component) or given.family != family:
-            raise InputError(f"must be a {family} model without parameters", path=path, value=_shown(given),
-                             mend="Give model.component of one with parameters" if isinstance(given, Model) else "")  # fmt: skip
+            mend = "Give model.component of one with parameters" if isinstance(given, Model) else ""
+            raise InputError(f"must be a {family} model without parameters", path=path, value=_shown(given), mend=mend)
         return given
 
     return taken
@@ -255,12 +276,19 @@ def array(*, ndim: int = 1, least: int = 0, single: bool = False) -> Converter:
             raise InputError(f"must be a {ndim}-D array of numbers", path=path, value=_shown(found))
         if found.ndim and found.shape[-1] < least:
             raise InputError("is too short", path=path, value=_shown(found), allowed=f"at least {least} numbers")
-        if found.size and not np.max(np.abs(found)) <= LARGEST:
-            raise InputError("is not finite throughout", path=path, allowed=f"numbers up to {LARGEST:g}",
-                             mend="Remove NaN and infinity first")  # fmt: skip
+        if not is_finite(found):
+            raise InputError("is not finite throughout", path=path, mend="Remove NaN and infinity first")
         return found
 
     return taken
+
+
+def is_finite(numbers: np.ndarray) -> bool:
+    """Return whether all numbers are finite."""
+    # A sum is finite only if every term is, and costs a fraction of a test of each; one that overflows decides nothing.
+    with np.errstate(over="ignore", invalid="ignore"):
+        total = np.sum(numbers)
+    return bool(np.isfinite(total)) or bool(np.all(np.isfinite(numbers)))
 
 
 def vector(values: Any, name: str = "signal") -> np.ndarray:
@@ -291,6 +319,7 @@ def many(converter: Converter, *, least: int = 0, most: float = math.inf, single
     """Return what takes a tuple or list of what a converter takes, and with `single` one alone, as a tuple of it."""
 
     def taken(given: Any, path: str, kind: Kind | None) -> tuple[Any, ...]:
+        given = given.tolist() if isinstance(given, np.ndarray) and given.ndim == 1 else given
         if not isinstance(given, (tuple, list)):
             if not single:
                 raise InputError("must be a list or a tuple", path=path, value=_shown(given))
@@ -335,6 +364,27 @@ def _text(given: Any, path: str, kind: Kind | None) -> str:
     return given
 
 
+def _names(given: Any, path: str, kind: Kind | None) -> tuple[str, ...]:
+    if isinstance(given, str):
+        return tuple(one.strip() for one in given.split(",") if one.strip())
+    return many(TEXT)(given, path, kind)
+
+
+def _function(given: Any, path: str, kind: Kind | None) -> Any:
+    if not callable(given):
+        raise InputError("must be a function", path=path, value=_shown(given))
+    return given
+
+
+def _curve(given: Any, path: str, kind: Kind | None) -> tuple[np.ndarray, np.ndarray]:
+    if not isinstance(given, (tuple, list)) or len(given) != 2:
+        raise InputError("must be the input and the output of a curve", path=path, value=_shown(given))
+    u, f = (array(least=1)(one, path, kind) for one in given)
+    if u.shape != f.shape:
+        raise InputError(f"has {u.size} inputs and {f.size} outputs", path=path)
+    return u, f
+
+
 def _progress(given: Any, path: str, kind: Kind | None) -> Any:
     if given is not None and not callable(given):
         raise InputError("must be a function of the share done and a text", path=path, value=given)
@@ -343,5 +393,9 @@ def _progress(given: Any, path: str, kind: Kind | None) -> Any:
 
 FLAG: Converter = _flag
 TEXT: Converter = _text
+CURVE: Converter = _curve
+NAMES: Converter = _names
+"""Names, in a list or separated by commas."""
+FUNCTION: Converter = _function
 PROGRESS: Converter = _progress
 KIND: Converter = among(*KINDS)

@@ -136,12 +136,12 @@ def told_by(error: BaseException) -> str:
 
 
 def in_one_line(text: str) -> str:
-    """Return text in one line in which every character can be printed: names in files may hold any.
+    r"""Return text in one line in which every character can be printed: names in files may hold any.
 
     Examples
     --------
-    >>> in_one_line("two\\nlines, and \\x1b[31m")
-    'two lines, and \\\\x1b[31m'
+    >>> in_one_line("two\nlines, and \x1b[31m")
+    'two lines, and \\x1b[31m'
     """
     if text.isprintable():
         return text

@@ -14,7 +14,17 @@ from bristle.core.axis import Axis
 from bristle.core.content import Origin
 from bristle.core.contracts import Model
 from bristle.core.edge import (
-    KIND, TEXT, among, amount, array, guarded, instance, many, model, of_variables, optional,
+    KIND,
+    TEXT,
+    among,
+    amount,
+    array,
+    guarded,
+    instance,
+    many,
+    model,
+    of_variables,
+    optional,
 )  # fmt: skip
 from bristle.core.errors import InputError
 from bristle.core.variable import Kind, Variable

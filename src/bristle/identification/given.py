@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import math
 import numbers
-import os
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
+from bristle.core.edge import instance, optional
 from bristle.core.errors import InputError
 from bristle.core.units import quantity
+from bristle.core.values import looked_at
 from bristle.core.variable import Kind, Variable
+from bristle.files.given import AXIS
 from bristle.logs.log import Log
 
 __all__ = [
+    "CUTOFF",
     "axes_for",
     "checked_model",
     "log_and_axis",
@@ -37,18 +41,11 @@ def log_and_axis(log: Any, axis: Any) -> tuple[Log, Axis | None]:
     InputError
         If one is neither, or its file cannot be used.
     """
-    from bristle.files.axis import read_axis
     from bristle.files.log import read_log
 
-    if isinstance(axis, (str, os.PathLike)):
-        axis = read_axis(axis)
-    if axis is not None and not isinstance(axis, Axis):
-        raise InputError("must be an axis or its file", path="axis", value=axis, mend='Write axis="axis.toml"')
-    if isinstance(log, (str, os.PathLike)):
-        log = read_log(log, axis)
-    if not isinstance(log, Log):
-        raise InputError("must be a log or its file", path="log", value=log, mend='Write read_log("axis.csv", axis)')
-    return log, axis
+    axis = looked_at(optional(AXIS), axis, "axis", None)
+    what = instance(Log, "a log or its file", 'Write read_log("axis.csv", axis)', partial(read_log, axis=axis))
+    return looked_at(what, log, "log", None), axis
 
 
 def axes_for(axes: Sequence[Any], count: int) -> list[Any]:

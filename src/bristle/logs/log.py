@@ -64,9 +64,9 @@ def channel(name: str) -> Converter:
 
 @guarded(
     **{name: optional(channel(name)) for name in CHANNELS} | {name: channel(name) for name in ("time", "position")},
-    injected=many(channel("effort"), single=True), sample_time=amount(Variable("time", "time between samples", min=0.0)),
-    segments=many(instance(slice, "a slice")), source=instance(Path, "a path", read=Path),
-    origin=instance(Origin, "an Origin"), notes=many(TEXT), kind=KIND,
+    injected=many(channel("effort"), single=True),
+    sample_time=amount(Variable("time", "time between samples", min=0.0)), segments=many(instance(slice, "a slice")),
+    source=instance(Path, "a path", read=Path),    origin=instance(Origin, "an Origin"), notes=many(TEXT), kind=KIND,
 )  # fmt: skip
 @dataclass(frozen=True, eq=False)
 class Log:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from bristle.core.edge import array, guarded
 from bristle.core.experiment import Experiment
 from bristle.core.status import Status
 
@@ -34,7 +35,8 @@ class Statistics:
     max: float
 
 
-def statistics_of(signal: np.ndarray) -> Statistics:
+@guarded(signal=array())
+def statistics_of(signal: Any) -> Statistics:
     """Return peak-to-peak, mean, standard deviation, root mean square, minimum and maximum of a signal."""
     if signal.size == 0:
         return Statistics(*[float("nan")] * 6)
