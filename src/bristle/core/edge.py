@@ -257,8 +257,8 @@ def component(family: str) -> Converter:
     return taken
 
 
-def array(*, ndim: int = 1, least: int = 0, single: bool = False) -> Converter:
-    """Return what takes an array of finite numbers, of so many dimensions.
+def array(*, ndim: int = 1, least: int = 0, single: bool = False, finite: bool = True) -> Converter:
+    """Return what takes an array of numbers, of so many dimensions.
 
     Parameters
     ----------
@@ -268,6 +268,8 @@ def array(*, ndim: int = 1, least: int = 0, single: bool = False) -> Converter:
         Fewest numbers along the last of them.
     single : bool
         Whether fewer dimensions will do: one number for all.
+    finite : bool
+        Whether all of them must be finite.
     """
 
     def taken(given: Any, path: str, kind: Kind | None) -> np.ndarray:
@@ -276,7 +278,7 @@ def array(*, ndim: int = 1, least: int = 0, single: bool = False) -> Converter:
             raise InputError(f"must be a {ndim}-D array of numbers", path=path, value=_shown(found))
         if found.ndim and found.shape[-1] < least:
             raise InputError("is too short", path=path, value=_shown(found), allowed=f"at least {least} numbers")
-        if not is_finite(found):
+        if finite and not is_finite(found):
             raise InputError("is not finite throughout", path=path, mend="Remove NaN and infinity first")
         return found
 

@@ -17,8 +17,8 @@ from bristle.core.status import Status
 from bristle.engine import lanes
 from bristle.engine.compilation import compiled, is_interpreted
 from bristle.engine.entries import OUT_SIZE
-from bristle.engine.loop import HOLDS, INTEGRATOR, burst_entry, held
-from bristle.engine.part import FRICTION, PERIOD, STEPS, Part
+from bristle.engine.loop import HOLDS, INTEGRATOR, SAMPLE_TIME, burst_entry, held
+from bristle.engine.part import FRICTION, STEPS, Part
 from bristle.engine.screwed import refuse_screw
 
 __all__ = ["BatchTrace", "run_batch"]
@@ -44,7 +44,7 @@ class BatchTrace:
 
 @guarded(
     plant=many(model("plant"), least=1, single=True), friction=many(FRICTION, least=1, single=True),
-    effort=array(ndim=2, least=1, single=True), dt=PERIOD, steps=STEPS, hold=among(*HOLDS), integrator=INTEGRATOR,
+    effort=array(ndim=2, least=1, single=True), dt=SAMPLE_TIME, steps=STEPS, hold=among(*HOLDS), integrator=INTEGRATOR,
     x=array(single=True), v=array(single=True), threads=optional(whole(1, 1024)),
 )  # fmt: skip
 def run_batch(

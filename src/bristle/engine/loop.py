@@ -16,15 +16,17 @@ from bristle.core.status import Status
 from bristle.core.variable import Variable
 from bristle.engine import entries
 from bristle.engine.compilation import SIGNATURES, compiled
-from bristle.engine.part import FRICTION, PERIOD, PLACE, SPEED, STATE, STEPS, Part, check_run, memory_of
+from bristle.engine.part import FRICTION, PLACE, SPEED, STATE, STEPS, Part, check_run, memory_of
 from bristle.engine.screwed import TABLE, through_screw
 
 __all__ = ["Compensator", "LoopTrace", "Trace", "run_closed_loop", "run_open_loop"]
 
 HOLDS = ("zero", "linear")
 SIDES = ("load", "motor")
+# A mechanism that is driven once a day is a wrong unit, and steps of the length that it needs would take for ever.
+SAMPLE_TIME = amount(Variable("time", "sample time", min=0.0, max=1e5), exclusive=True)
 MECHANISM = {
-    "plant": model("plant"), "friction": FRICTION, "dt": PERIOD, "x": PLACE, "v": SPEED, "state": STATE,
+    "plant": model("plant"), "friction": FRICTION, "dt": SAMPLE_TIME, "x": PLACE, "v": SPEED, "state": STATE,
     "memory": optional(array()),
 }  # fmt: skip
 DRIVEN = {"effort": array(least=1), "hold": among(*HOLDS)}

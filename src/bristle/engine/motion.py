@@ -204,7 +204,7 @@ def settled(model: Model, v: Amount) -> tuple[Any, np.ndarray]:
     if v != 0.0:
         # Growing steps, from a picometre to a metre, settle a contact of any stiffness.
         for distance in np.geomspace(1e-12, 1.0, 80):
-            _follow(part, memory, np.array([v]), np.zeros(1), distance / abs(v))
+            finite(_follow(part, memory, np.array([v]), np.zeros(1), distance / abs(v)), model)
     return unpacker(part.structures[1])(part.state), memory
 
 
@@ -220,7 +220,7 @@ def conditioned(model: Model, amplitude: Amount) -> tuple[Any, np.ndarray]:
     if amplitude > 0.0:
         turn = np.arange(SWEEP_CYCLES * SWEEP_STEPS + 1) / SWEEP_STEPS
         path = amplitude * (1.0 - turn / SWEEP_CYCLES) * np.sin(2.0 * np.pi * turn)
-        _follow(part, memory, np.diff(path) / SLOW, path[1:], SLOW)
+        finite(_follow(part, memory, np.diff(path) / SLOW, path[1:], SLOW), model)
     return unpacker(part.structures[1])(part.state), memory
 
 

@@ -180,7 +180,7 @@ def check_run(count: int, **signals: np.ndarray) -> None:
             raise InputError("has the wrong length", path=name, value=np.shape(signal), allowed=f"shape ({count},)")
 
 
-def finite(output: np.ndarray, model: Model) -> np.ndarray:
+def finite(output: np.ndarray, model: Model, path: str = "model") -> np.ndarray:
     """Return what a model put out along a motion that is known to be finite.
 
     Raises
@@ -190,6 +190,6 @@ def finite(output: np.ndarray, model: Model) -> np.ndarray:
     """
     if not is_finite(output):
         place = int(np.argwhere(~np.isfinite(output))[0][-1])
-        raise InputError(f"{model.name} gives no finite number at sample {place} of a finite motion", path="model",
+        raise InputError(f"{model.name} gives no finite number at sample {place} of a finite motion", path=path,
                          mend="Look at its parameters; of a model of your own at its trial, too")  # fmt: skip
     return output

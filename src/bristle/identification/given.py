@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
-import numbers
 from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
-from bristle.core.edge import instance, optional
+from bristle.core.edge import instance, optional, whole
 from bristle.core.errors import InputError
 from bristle.core.units import quantity
 from bristle.core.values import looked_at
@@ -24,10 +22,8 @@ __all__ = [
     "checked_model",
     "log_and_axis",
     "logs_and_axes",
-    "none_or_more",
     "number_or_text",
     "treatment_of",
-    "whole_number",
 ]
 
 CUTOFF = Variable("frequency", "cut-off of the zero-phase filter")
@@ -99,37 +95,8 @@ def treatment_of(cutoff: Any, decimation: Any, kind: Kind) -> tuple[float | None
     InputError
         If one is no number, or has the wrong unit.
     """
-    rows = None if decimation is None else whole_number(decimation, "decimation", "1 to 10000")
+    rows = optional(whole(1, 10_000))(decimation, "decimation", kind)
     return number_or_text(cutoff, CUTOFF, kind, "cutoff"), rows
-
-
-def whole_number(value: Any, path: str, allowed: str) -> int:
-    """Return a whole number.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
-    number = float(value) if isinstance(value, numbers.Real) and not isinstance(value, bool) else math.nan
-    if not number.is_integer():
-        raise InputError("must be a whole number", path=path, value=value, allowed=allowed)
-    return int(number)
-
-
-def none_or_more(value: Any, path: str, fewest: int) -> int:
-    """Return a whole number that is 0, for none, or at least `fewest`.
-
-    Raises
-    ------
-    InputError
-        If it is neither.
-    """
-    allowed = f"0, or {fewest} and more"
-    count = whole_number(value, path, allowed)
-    if count != 0 and count < fewest:
-        raise InputError("out of range", path=path, value=value, allowed=allowed)
-    return count
 
 
 def checked_model(model: Any, family: str, path: str) -> Model:

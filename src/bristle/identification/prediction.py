@@ -19,6 +19,7 @@ from bristle.core.status import Status
 from bristle.core.typography import number, with_unit
 from bristle.core.variable import Variable, unit_of
 from bristle.engine import Trace, run_open_loop
+from bristle.engine.part import finite
 from bristle.files.given import AXIS, LOG
 from bristle.friction import is_static, with_presliding
 from bristle.identification.bands import Bands, half_width
@@ -164,7 +165,7 @@ def _within_reach(
 
 
 def _inverse(plant: Model, friction: Model, log: Log, regression: Regression) -> Prediction:
-    predicted = regression.rows_of(regression.explained(plant, friction))
+    predicted = finite(regression.rows_of(regression.explained(plant, friction)), friction, "friction")
     return Prediction(
         mode="inverse",
         time=regression.time,
@@ -304,4 +305,4 @@ def unexplained_force(
         residual[: regression.dropped] = residual[residual.size - regression.dropped :] = 0.0
         first = int(np.searchsorted(log.time.values, one.time[0]))
         force[first : first + residual.size] = residual
-    return force
+    return finite(force, friction, "friction")

@@ -11,21 +11,17 @@ import numpy as np
 
 from bristle.core.axis import CHANNELS
 from bristle.core.content import NOWHERE, Origin
-from bristle.core.edge import KIND, TEXT, Converter, amount, array, guarded, instance, many, optional, vector
+from bristle.core.edge import KIND, TEXT, Converter, amount, array, guarded, instance, many, optional
 from bristle.core.errors import InputError
 from bristle.core.variable import KINDS, Kind, Variable, unit_of
 
 __all__ = ["CHANNELS", "Channel", "Log"]
 
 
-def _column(given: Any, path: str, kind: Kind | None) -> np.ndarray:
-    values = vector(given, path)
-    if values.ndim != 1:
-        raise InputError("must be a 1-D array of numbers", path=path, value=given)
-    return values
+COLUMN = array(finite=False)  # what a file holds is looked at, and its place told, before it becomes a log
 
 
-@guarded(values=_column, unit=TEXT, column=TEXT)
+@guarded(values=COLUMN, unit=TEXT, column=TEXT)
 @dataclass(frozen=True, eq=False)
 class Channel:
     """One recorded signal.
@@ -55,7 +51,7 @@ def channel(name: str) -> Converter:
 
     def taken(given: Any, path: str, kind: Kind | None) -> Channel:
         unit = unit_of(CHANNELS[name], kind or KINDS[0])
-        found = given if isinstance(given, Channel) else Channel(_column(given, path, kind), unit, name)
+        found = given if isinstance(given, Channel) else Channel(COLUMN(given, path, kind), unit, name)
         array()(found.values, path, kind)
         return found
 

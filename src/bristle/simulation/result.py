@@ -35,7 +35,7 @@ class Statistics:
     max: float
 
 
-@guarded(signal=array())
+@guarded(signal=array(finite=False))  # of a loop that diverged the last numbers are none
 def statistics_of(signal: Any) -> Statistics:
     """Return peak-to-peak, mean, standard deviation, root mean square, minimum and maximum of a signal."""
     if signal.size == 0:
