@@ -15,6 +15,7 @@ from bristle.core import Axis, Column, Experiment, Feedforward, Injected, Run, V
 from bristle.core.experiment import Learning
 from bristle.logs.curves import Curve, Curves
 from bristle.logs.log import Channel, Log
+from bristle.logs.read_curves import CurveColumns, SignalColumn
 
 MASS = 12.0
 
@@ -118,12 +119,14 @@ def calls() -> dict[str, Call]:
             "recorded": curves(), "model": "prandtl_ishlinskii", "stops": 5, "cells": 4, "folds": 0, "progress": None,
         }),
         "read_log": Call(br.read_log, {"path": b"time [s],position [m]\n" + b"".join(
-            b"%.3f,%.4f\n" % (1e-3 * i, 1e-4 * i) for i in range(50)), "axis": None, "size_limit": 10**6}),
+            b"%.3f,%.4f\n" % (1e-3 * i, 1e-4 * i) for i in range(200)), "axis": None, "size_limit": 10**6}),
         "read_axis": Call(br.read_axis, {"path": {
             "schema": 1, "kind": "translational", "columns": {"position": {"column": "q", "unit": "m"}}}}),
         "read_experiment": Call(br.read_experiment, {"path": None}),
         "read_model": Call(br.read_model, {"path": None}),
-        "read_curves": Call(br.read_curves, {"path": None, "axis": None, "size_limit": 10}),
+        "read_curves": Call(br.read_curves, {
+            "path": b"u [m],f [N]\n0,0\n1,1\n2,1\n1,0\n", "axis": CurveColumns(SignalColumn("u"), SignalColumn("f")),
+            "size_limit": 10**6}),
         "run_open_loop": Call(engine.run_open_loop, driven | run | {"table": None, "state": None, "memory": None}),
         "run_adaptive": Call(engine.run_adaptive, driven | where | {
             "tolerance": 1e-6, "hold": "zero", "method": "auto", "max_step": 1.0, "verify": False, "state": None,
@@ -170,7 +173,8 @@ def calls() -> dict[str, Call]:
         "compensation_experiment": Call(br.simulation.compensation_experiment, mechanism | {
             "compensator": p["friction"], "controller": p["controller"], "reference": X, "sample_time": 1e-3,
             "resolution": 0.0, "effort_limit": 100.0, "disturbance": None, "name": "axis"}),
-        "drive_table": Call(identification.drive_table, {"fit": None, "entries": 20}),
+        "drive_table": Call(identification.drive_table, {
+            "fit": br.identify(recorded(), draws=0, blocks=0).best, "entries": 20}),
         "unexplained_force": Call(identification.unexplained_force, {
             **mechanism, "log": recorded(), "axis": None}),
         "sign_of_effort": Call(logs.sign_of_effort, {"log": recorded()}),
@@ -220,7 +224,9 @@ def calls() -> dict[str, Call]:
 
 
 def _example(component: Any) -> dict[str, Any]:
-    usual = {
-        name: one.choices[0] if one.choices else max(one.nominal, one.min) for name, one in component.variables.items()
+    variables = component.variables.items()
+    usual: dict[str, Any] = {
+        name: one.choices[0] if one.choices else max(one.nominal, one.min) for name, one in variables
     }
+    usual |= {name: [1.0, 1.0, 1.0] for name in usual if component.is_array(name)}
     return {**usual, **component.defaults, **component.example}

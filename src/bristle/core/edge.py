@@ -28,10 +28,11 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from bristle.core.arrays import CURVE, array, is_finite, vector
 from bristle.core.contracts import Component, Model
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.units import quantity
-from bristle.core.values import looked_at
+from bristle.core.values import Converter, looked_at, shown
 from bristle.core.variable import KINDS, Kind, Variable
 
 __all__ = [
@@ -63,7 +64,6 @@ __all__ = [
 Amount = Any
 """A number in SI, or text with a unit."""
 
-Converter = Callable[[Any, str, "Kind | None"], Any]
 T = TypeVar("T", bound=Callable[..., Any])
 
 
@@ -76,9 +76,9 @@ def guarded(**arguments: Converter) -> Callable[[T], T]:
         The converter of each argument that has one; what is left out of a call is not asked.
     """
 
-    def guard(target: T) -> T:
+    def guard(target: Any) -> Any:
         if isinstance(target, type):
-            target.__init__ = _in_front(target.__init__, arguments)  # type: ignore[misc]
+            target.__init__ = _in_front(target.__init__, arguments)
             return target
         return _in_front(target, arguments)
 
@@ -176,7 +176,7 @@ def whole(least: int, most: int = 2**53, *, none: bool = False) -> Converter:
     def taken(given: Any, path: str, kind: Kind | None) -> int:
         number: Any = given.item() if isinstance(given, np.ndarray) and given.ndim == 0 else given
         if not _is_whole(number):
-            raise InputError("must be a whole number", path=path, value=_shown(given), allowed=allowed)
+            raise InputError("must be a whole number", path=path, value=shown(given), allowed=allowed)
         if not (least <= number <= most or (none and number == 0)):
             raise InputError("out of range", path=path, value=given, allowed=allowed)
         return int(number)
@@ -185,8 +185,9 @@ def whole(least: int, most: int = 2**53, *, none: bool = False) -> Converter:
 
 
 def _is_whole(number: Any) -> bool:
-    is_number = isinstance(number, numbers.Real) and not isinstance(number, bool)
-    return is_number and math.isfinite(number) and number == number // 1
+    if isinstance(number, numbers.Integral):
+        return not isinstance(number, bool)
+    return isinstance(number, numbers.Real) and math.isfinite(number) and number == number // 1
 
 
 def among(*names: str) -> Converter:
@@ -195,7 +196,7 @@ def among(*names: str) -> Converter:
     def taken(given: Any, path: str, kind: Kind | None) -> str:
         if not isinstance(given, str) or given not in names:
             mend = did_you_mean(given, names) if isinstance(given, str) else ""
-            raise InputError("is none of the choices", path=path, value=_shown(given), allowed=", ".join(names),
+            raise InputError("is none of the choices", path=path, value=shown(given), allowed=", ".join(names),
                              mend=mend)  # fmt: skip
         return given
 
@@ -210,7 +211,7 @@ def instance(
     def taken(given: Any, path: str, kind: Kind | None) -> Any:
         found = read(given) if read is not None and not isinstance(given, cls) else given
         if not isinstance(found, cls):
-            raise InputError(f"must be {what}", path=path, value=_shown(given), mend=mend)
+            raise InputError(f"must be {what}", path=path, value=shown(given), mend=mend)
         return found
 
     return taken
@@ -225,7 +226,7 @@ def model(*families: str) -> Converter:
             named = isinstance(given, Component)
             raise InputError(
                 f"must be a model with parameters, a {wanted}", path=path,
-                value=given.name if named else _shown(given),
+                value=given.name if named else shown(given),
                 mend=_call_of(given) if named else "Give one such as friction.coulomb(F_C=2.0)",
             )  # fmt: skip
         family = getattr(given.component, "family", None)
@@ -251,65 +252,10 @@ def component(family: str) -> Converter:
     def taken(given: Any, path: str, kind: Kind | None) -> Component:
         if not isinstance(given, Component) or given.family != family:
             mend = "Give model.component of one with parameters" if isinstance(given, Model) else ""
-            raise InputError(f"must be a {family} model without parameters", path=path, value=_shown(given), mend=mend)
+            raise InputError(f"must be a {family} model without parameters", path=path, value=shown(given), mend=mend)
         return given
 
     return taken
-
-
-def array(*, ndim: int = 1, least: int = 0, single: bool = False, finite: bool = True) -> Converter:
-    """Return what takes an array of numbers, of so many dimensions.
-
-    Parameters
-    ----------
-    ndim : int
-        Dimensions.
-    least : int
-        Fewest numbers along the last of them.
-    single : bool
-        Whether fewer dimensions will do: one number for all.
-    finite : bool
-        Whether all of them must be finite.
-    """
-
-    def taken(given: Any, path: str, kind: Kind | None) -> np.ndarray:
-        found = vector(given, path)
-        if not (found.ndim == ndim or (single and found.ndim < ndim)):
-            raise InputError(f"must be a {ndim}-D array of numbers", path=path, value=_shown(found))
-        if found.ndim and found.shape[-1] < least:
-            raise InputError("is too short", path=path, value=_shown(found), allowed=f"at least {least} numbers")
-        if finite and not is_finite(found):
-            raise InputError("is not finite throughout", path=path, mend="Remove NaN and infinity first")
-        return found
-
-    return taken
-
-
-def is_finite(numbers: np.ndarray) -> bool:
-    """Return whether all numbers are finite."""
-    # A sum is finite only if every term is, and costs a fraction of a test of each; one that overflows decides nothing.
-    with np.errstate(over="ignore", invalid="ignore"):
-        total = np.sum(numbers)
-    return bool(np.isfinite(total)) or bool(np.all(np.isfinite(numbers)))
-
-
-def vector(values: Any, name: str = "signal") -> np.ndarray:
-    """Return values as compiled entries take them: contiguous, writable, of floating point.
-
-    Raises
-    ------
-    InputError
-        If they are no real numbers, or some of them are masked; it tells `name`.
-    """
-    if np.ma.is_masked(values):
-        raise InputError("has masked values", path=name, mend="Fill them, or leave those samples out")
-    try:
-        numeric = np.asarray(values).dtype.kind in "fiub"
-    except ValueError:  # rows of different lengths
-        numeric = False
-    if not numeric:
-        raise InputError("must hold real numbers in SI", path=name, value=_shown(values))
-    return np.require(values, dtype=float, requirements=("C", "W"))
 
 
 def optional(converter: Converter) -> Converter:
@@ -319,16 +265,14 @@ def optional(converter: Converter) -> Converter:
 
 def many(converter: Converter, *, least: int = 0, most: float = math.inf, single: bool = False) -> Converter:
     """Return what takes a tuple or list of what a converter takes, and with `single` one alone, as a tuple of it."""
+    what = "two values" if least == most == 2 else "a list or a tuple" + (f" of at least {least}" if least else "")
 
     def taken(given: Any, path: str, kind: Kind | None) -> tuple[Any, ...]:
         given = given.tolist() if isinstance(given, np.ndarray) and given.ndim == 1 else given
-        if not isinstance(given, (tuple, list)):
-            if not single:
-                raise InputError("must be a list or a tuple", path=path, value=_shown(given))
+        if single and not isinstance(given, (tuple, list)):
             return (converter(given, path, kind),)
-        if not least <= len(given) <= most:
-            allowed = f"{least}" if most == least else f"at least {least}"
-            raise InputError(f"has {len(given)} values", path=path, value=given, allowed=allowed)
+        if not isinstance(given, (tuple, list)) or not least <= len(given) <= most:
+            raise InputError(f"must be {what}", path=path, value=shown(given))
         return tuple(looked_at(converter, one, f"{path}[{index}]", kind) for index, one in enumerate(given))
 
     return taken
@@ -340,29 +284,24 @@ def known(names: Iterable[str], converter: Converter) -> Converter:
 
     def taken(given: Any, path: str, kind: Kind | None) -> dict[str, Any]:
         if not isinstance(given, Mapping):
-            raise InputError("must be a dictionary", path=path, value=_shown(given), allowed=", ".join(allowed))
+            raise InputError("must be a dictionary", path=path, value=shown(given), allowed=", ".join(allowed))
         for name in given:
             if name not in allowed:
-                raise InputError("has an unknown name", path=path, value=_shown(name), allowed=", ".join(allowed))
+                raise InputError("has an unknown name", path=path, value=shown(name), allowed=", ".join(allowed))
         return {name: looked_at(converter, one, f"{path}.{name}", kind) for name, one in given.items()}
 
     return taken
 
 
-def _shown(given: Any) -> Any:
-    """Return what a message shows of a value: of None its name, since it stands for nothing to show elsewhere."""
-    return "None" if given is None else given
-
-
 def _flag(given: Any, path: str, kind: Kind | None) -> bool:
     if not isinstance(given, (bool, np.bool_)):
-        raise InputError("must be True or False", path=path, value=_shown(given))
+        raise InputError("must be True or False", path=path, value=shown(given))
     return bool(given)
 
 
 def _text(given: Any, path: str, kind: Kind | None) -> str:
     if not isinstance(given, str):
-        raise InputError("must be text", path=path, value=_shown(given))
+        raise InputError("must be text", path=path, value=shown(given))
     return given
 
 
@@ -374,17 +313,8 @@ def _names(given: Any, path: str, kind: Kind | None) -> tuple[str, ...]:
 
 def _function(given: Any, path: str, kind: Kind | None) -> Any:
     if not callable(given):
-        raise InputError("must be a function", path=path, value=_shown(given))
+        raise InputError("must be a function", path=path, value=shown(given))
     return given
-
-
-def _curve(given: Any, path: str, kind: Kind | None) -> tuple[np.ndarray, np.ndarray]:
-    if not isinstance(given, (tuple, list)) or len(given) != 2:
-        raise InputError("must be the input and the output of a curve", path=path, value=_shown(given))
-    u, f = (array(least=1)(one, path, kind) for one in given)
-    if u.shape != f.shape:
-        raise InputError(f"has {u.size} inputs and {f.size} outputs", path=path)
-    return u, f
 
 
 def _progress(given: Any, path: str, kind: Kind | None) -> Any:
@@ -395,7 +325,6 @@ def _progress(given: Any, path: str, kind: Kind | None) -> Any:
 
 FLAG: Converter = _flag
 TEXT: Converter = _text
-CURVE: Converter = _curve
 NAMES: Converter = _names
 """Names, in a list or separated by commas."""
 FUNCTION: Converter = _function

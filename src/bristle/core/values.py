@@ -16,12 +16,15 @@ from bristle.core.variable import Kind, Variable
 if TYPE_CHECKING:
     from bristle.core.contracts import Component
 
-__all__ = ["check_relations", "check_value", "coerced", "looked_at"]
+__all__ = ["Converter", "check_relations", "check_value", "coerced", "looked_at", "shown"]
+
+Converter = Callable[[Any, str, Any], Any]
+"""What takes a value, the name of its argument and the kind of axis where it is known, and returns what it is."""
 
 LARGEST_COUNT = 2**53  # beyond, a float tells whole numbers apart no more
 
 
-def looked_at(convert: Callable[[Any, str, Any], Any], given: Any, path: str, kind: Kind | None) -> Any:
+def looked_at(convert: Converter, given: Any, path: str, kind: Kind | None) -> Any:
     """Return what a converter makes of a value, whatever the value does while it is looked at.
 
     Raises
@@ -36,6 +39,11 @@ def looked_at(convert: Callable[[Any, str, Any], Any], given: Any, path: str, ki
     except Exception as error:  # noqa: BLE001
         reason = f"cannot be read ({type(error).__name__}: {told_by(error)})"
         raise InputError(reason, path=path, value=given) from None
+
+
+def shown(given: Any) -> Any:
+    """Return what a message shows of a value: of None its name, since it stands for nothing to show elsewhere."""
+    return "None" if given is None else given
 
 
 def check_relations(component: Component, parameters: Any, path: str, *, structural_only: bool = False) -> None:

@@ -26,6 +26,7 @@ __all__ = [
     "force_along",
     "force_from",
     "force_in_turns",
+    "in_turns",
     "presliding_distance",
     "response",
     "settled",
@@ -125,7 +126,7 @@ def each_from(
     return force
 
 
-@guarded(**MOTION, parameters=array(ndim=2), x=array(), starts=array(least=1))
+@guarded(**MOTION, parameters=array(ndim=2, finite=False), x=array(), starts=array())
 def force_in_turns(
     model: Model, parameters: Any, v: Any, dt: Amount, x: Any, starts: Any, *,
     load: Any = NOMINAL_LOAD, temperature: Any = NOMINAL_TEMPERATURE,
@@ -160,20 +161,29 @@ def force_in_turns(
     InputError
         If there is not one start for each turn.
     """
-    part, memory = Part(model), memory_of(model, None)
-    if starts[0] != 0 or starts[-1] > v.size or np.any(np.diff(starts) < 0) or np.any(starts != starts.astype(int)):
-        raise InputError("must name the first step of each turn, from 0", path="starts", value=starts)
-    if parameters.shape != (starts.size, part.parameters.size):
+    turns = starts.astype(int)
+    if not len(parameters) == turns.size > 0 or turns[0] != 0 or turns[-1] > v.size or np.any(np.diff(turns) < 0):
+        raise InputError("must name the first step of each turn of parameters, from 0", path="starts", value=starts)
+    return finite(in_turns(model, parameters, v, dt, x, turns.tolist(), load=load, temperature=temperature), model)
+
+
+def in_turns(
+    model: Model, parameters: np.ndarray, v: np.ndarray, dt: float, x: np.ndarray, starts: Sequence[int], *,
+    load: Any = NOMINAL_LOAD, temperature: Any = NOMINAL_TEMPERATURE,
+) -> np.ndarray:  # fmt: skip
+    """Return what `force_in_turns` does, finite or not."""
+    part, memory, v, x = Part(model), memory_of(model, None), vector(v, "v"), vector(x, "x")
+    if parameters.shape[1] != part.parameters.size:
         raise InputError("has the wrong shape", path="parameters", value=parameters.shape,
-                         allowed=f"shape ({starts.size}, {part.parameters.size})")  # fmt: skip
+                         allowed=f"{part.parameters.size} numbers in a row")  # fmt: skip
     around = _around(v.size, load, temperature)
     check_run(v.size, x=x, load=around[0], temperature=around[1])
     force = np.empty(v.size)
-    for row, (first, last) in zip(parameters, pairwise([*starts.astype(int).tolist(), v.size]), strict=True):
+    for row, (first, last) in zip(parameters, pairwise([*starts, v.size]), strict=True):
         part.parameters = np.ascontiguousarray(row)
         turn = slice(first, last)
         force[turn] = _follow(part, memory, v[turn], x[turn], dt, *(one[turn] for one in around))
-    return finite(force, model)
+    return force
 
 
 def _around(count: int, load: Any, temperature: Any) -> list[np.ndarray]:

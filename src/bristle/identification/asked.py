@@ -181,7 +181,7 @@ def known_of(axis: Axis | None, mass: float | str | None, offset: float | str | 
     plant = PLANTS[axis.plant] if axis is not None else inertia
     pitch = axis.pitch if axis is not None else None
     chosen = offset if offset is not None else (axis.offset if axis is not None else "identify")
-    if chosen == "identify":
+    if isinstance(chosen, str) and chosen == "identify":
         return Known(None, values, plant, pitch)
     value = quantity(chosen, OFFSET, kind, path="offset")
     if not math.isfinite(value):

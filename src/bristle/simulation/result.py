@@ -41,14 +41,15 @@ def statistics_of(signal: Any) -> Statistics:
     if signal.size == 0:
         return Statistics(*[float("nan")] * 6)
     low, high = float(signal.min()), float(signal.max())
-    return Statistics(
-        peak_to_peak=high - low,
-        mean=float(signal.mean()),
-        std=float(signal.std()),
-        rms=float(np.sqrt(np.mean(signal * signal))),
-        min=low,
-        max=high,
-    )
+    with np.errstate(over="ignore", invalid="ignore"):
+        return Statistics(
+            peak_to_peak=high - low,
+            mean=float(signal.mean()),
+            std=float(signal.std()),
+            rms=float(np.sqrt(np.mean(signal * signal))),
+            min=low,
+            max=high,
+        )
 
 
 def relative_error_percent(signal: np.ndarray, predicted: np.ndarray) -> float:
