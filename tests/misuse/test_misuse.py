@@ -290,6 +290,22 @@ def test_messages_are_one_line_whatever_they_tell():
     assert "shape (30, 30)" in str(InputError("is wrong", value=np.ones((30, 30))))
 
 
+class Counted:
+    """It counts how often it is shown."""
+
+    shown = 0
+
+    def __repr__(self) -> str:
+        Counted.shown += 1
+        return "one"
+
+
+def test_of_a_list_without_end_only_the_first_are_shown():
+    text = str(InputError("is wrong", value=[Counted()] * 10**4))
+    assert text.endswith("...]")
+    assert Counted.shown < 100
+
+
 def test_two_variants_of_one_name_are_refused_since_one_would_be_lost():
     with pytest.raises(InputError, match="variants: has two of one name; found 'base'"):
         Experiment("two", "translational", (variant(), variant()))
@@ -313,6 +329,7 @@ def entry_points() -> dict[str, Callable[[Any], Any]]:
         "force_from": lambda bad: engine.force_from(bad, [bad.component.State()], [1.0], 0.1, [0.1]),
         "force_in_turns": lambda bad: engine.force_in_turns(bad, [list(bad.parameters)], [1.0], 0.1, [0.1], [0]),
         "settled": lambda bad: engine.settled(bad, 1.0),
+        "conditioned": lambda bad: engine.conditioned(bad.with_values(v_most=0.0), 1.0),
         "check": br.check,
         "feedforward": lambda bad: simulated(feedforward=Feedforward(friction=bad)),
         "predict": lambda bad: br.predict(plant, bad, log, axis=Axis()),
