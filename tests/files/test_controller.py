@@ -12,7 +12,7 @@ from bristle.files.controller import controller_of
 
 def axis(base: str, scale: float, kind="translational", **gains):
     column = Column("u", base, base, scale)
-    return Axis(kind=kind, columns={"effort": column}, controller={"model": "cascade", "k_p": 160.18, **gains})
+    return {"model": "cascade", "k_p": 160.18, **gains}, Axis(kind=kind, columns={"effort": column})
 
 
 @pytest.mark.parametrize(
@@ -28,11 +28,11 @@ def axis(base: str, scale: float, kind="translational", **gains):
     ],
 )
 def test_gains_of_the_drive_become_si(found, k_v, limit):
-    law = controller_of(found)
+    law = controller_of(*found)
     assert law.values["k_v"] == pytest.approx(k_v, rel=1e-12)
     assert law.values["limit"] == pytest.approx(limit, rel=1e-12)
     assert law.values["k_p"] == 160.18
-    assert law.kind == found.kind
+    assert law.kind == found[1].kind
 
 
 SCREW = """
@@ -61,9 +61,9 @@ def test_a_gain_for_an_angle_needs_a_position_that_is_one():
 
 
 def test_an_axis_without_a_controller_has_none():
-    assert controller_of(Axis()) is None
+    assert controller_of(None, Axis()) is None
 
 
 def test_a_unit_of_neither_is_refused():
     with pytest.raises(InputError, match=r"controller\.k_v.*N\*s/m"):
-        controller_of(axis("V", 35.0, k_v="200 A*s/m"))
+        controller_of(*axis("V", 35.0, k_v="200 A*s/m"))

@@ -12,15 +12,19 @@ from bristle.certificates.operator import as_friction
 from bristle.certificates.passive import passive
 from bristle.certificates.quasi_static import holding_of
 from bristle.certificates.well_posed import well_posed
-from bristle.core.contracts import FrictionModel, HysteresisOperator, Model
-from bristle.core.errors import InputError
+from bristle.core.contracts import HysteresisOperator, Model
+from bristle.core.edge import guarded, many, optional
+from bristle.core.edge import model as of_family
 from bristle.core.units import quantity
 from bristle.core.variable import Variable
 from bristle.friction import unvaried
 
 __all__ = ["check"]
 
+PAIR = optional(many(lambda given, path, kind: given, least=2, most=2))  # in units that the model tells
 
+
+@guarded(model=of_family("friction", "hysteresis"), force_ripple=PAIR, loop=PAIR)
 def check(model: Model, *, force_ripple: Any = None, loop: Any = None) -> dict[str, Certificate]:
     """Return whether a friction model is fit to be used: one certificate for each question.
 
@@ -54,12 +58,6 @@ def check(model: Model, *, force_ripple: Any = None, loop: Any = None) -> dict[s
     >>> found["drift"].value, found["closure"].applies
     (0.0, False)
     """
-    if not isinstance(model, Model) or not isinstance(model.component, (FrictionModel, HysteresisOperator)):
-        raise InputError(
-            "is neither a friction model nor a hysteresis operator with parameters", path="model",
-            value=getattr(model, "name", model),
-            mend="Give one such as friction.coulomb(F_C=2.0); a model of your own is called with its parameters too",
-        )  # fmt: skip
     force, length = Variable("force", "force of the ripple"), Variable("length", "where the loop turns")
     if isinstance(model.component, HysteresisOperator):
         force, length = (Variable(one, one) for one in (model.component.output, model.component.input))
@@ -81,7 +79,5 @@ def check(model: Model, *, force_ripple: Any = None, loop: Any = None) -> dict[s
 def _pair(model: Model, given: Any, variable: Variable, path: str) -> tuple[float, float] | None:
     if given is None:
         return None
-    if isinstance(given, str) or not hasattr(given, "__len__") or len(given) != 2:
-        raise InputError("must be two values", path=path, value=given, allowed=f"two in {variable.unit(model.kind)}")
     first, second = (quantity(one, variable, model.kind, path=f"{path}[{i}]") for i, one in enumerate(given))
     return first, second

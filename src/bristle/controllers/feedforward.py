@@ -9,8 +9,8 @@ the offset are for directions that differ in a way that the model does not.
 import math
 from typing import Annotated, NamedTuple
 
+from bristle.core.experiment import FEEDFORWARD
 from bristle.core.kernel import kernel
-from bristle.core.variable import Variable
 
 __all__ = ["Shape", "shaped"]
 
@@ -18,13 +18,11 @@ __all__ = ["Shape", "shaped"]
 class Shape(NamedTuple):
     """How a friction force is fed forward."""
 
-    gain: Annotated[float, Variable("1", "factor on the friction")] = 1.0
-    offset: Annotated[float, Variable("force", "constant that is added to it")] = 0.0
-    asymmetry: Annotated[
-        float, Variable("1", "share by which positive friction is raised and negative lowered", min=-1.0, max=1.0)
-    ] = 0.0
-    limit: Annotated[float, Variable("force", "largest friction fed forward", min=0.0)] = math.inf
-    rate_limit: Annotated[float, Variable("force/time", "fastest change of it", min=0.0)] = math.inf
+    gain: Annotated[float, FEEDFORWARD["gain"]] = 1.0
+    offset: Annotated[float, FEEDFORWARD["offset"]] = 0.0
+    asymmetry: Annotated[float, FEEDFORWARD["asymmetry"]] = 0.0
+    limit: Annotated[float, FEEDFORWARD["limit"]] = math.inf
+    rate_limit: Annotated[float, FEEDFORWARD["rate_limit"]] = math.inf
 
 
 @kernel

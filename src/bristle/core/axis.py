@@ -6,11 +6,55 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from bristle.core.variable import Kind
+from bristle.core.edge import (
+    FLAG,
+    KIND,
+    TEXT,
+    Converter,
+    among,
+    amount,
+    guarded,
+    instance,
+    known,
+    many,
+    model,
+    optional,
+    whole,
+)  # fmt: skip
+from bristle.core.variable import Kind, Variable
 
-__all__ = ["Axis", "Column", "Injected"]
+__all__ = ["CHANNELS", "Axis", "Column", "Injected"]
 
 
+CHANNELS = {
+    "time": "time",
+    "position": "length",
+    "velocity": "length/time",
+    "effort": "force",
+    "reference": "length",
+    "load": "1",
+    "temperature": "temperature",
+}
+"""Channel of a log -> generalised quantity."""
+
+_NUMBER = amount(Variable("1", "factor"))
+
+
+def _positive(quantity: str, meaning: str) -> Converter:
+    return optional(amount(Variable(quantity, meaning, min=0.0), exclusive=True))
+
+
+def _pair(quantity: str, meaning: str, *, endless: bool = False) -> Converter:
+    return optional(many(amount(Variable(quantity, meaning), endless=endless), least=2, most=2))
+
+
+def _offset(given: Any, path: str, kind: Kind | None) -> float | str:
+    if isinstance(given, str) and given == "identify":
+        return given
+    return amount(Variable("force", 'constant part of the friction force, or "identify"'))(given, path, kind)
+
+
+@guarded(name=TEXT, unit=TEXT, base=TEXT, scale=_NUMBER, optional=FLAG, shift=_NUMBER)
 @dataclass(frozen=True)
 class Column:
     """One column of a log and how its numbers become SI of the axis.
@@ -39,6 +83,7 @@ class Column:
     shift: float = 0.0
 
 
+@guarded(column=TEXT, gain=_NUMBER, optional=FLAG)
 @dataclass(frozen=True)
 class Injected:
     """A known input added to the controller's output: `column` times `gain` is an effort in SI."""
@@ -48,6 +93,26 @@ class Injected:
     optional: bool = False
 
 
+@guarded(
+    name=TEXT, kind=KIND, columns=known(CHANNELS, instance(Column, "a Column")),
+    injected=many(instance(Injected, "an Injected"), single=True), table=optional(TEXT),
+    sample_time=_positive("time", "sample time"), delay=amount(Variable("time", "delay of the effort")),
+    seeks_delay=FLAG, mass=_positive("mass", "moving mass or inertia"), plant=among("inertia", "oscillator"),
+    stiffness=optional(amount(Variable("force/length", "stiffness to the ground", min=0.0))),
+    damping=optional(amount(Variable("force*time/length", "damping to the ground", min=0.0))),
+    offset=_offset, resolution=_positive("length", "step of the encoder"),
+    effort_limit=_positive("force", "largest effort"), held=optional(FLAG),
+    hold=optional(among("zero", "linear", "band_limited")), lag=amount(Variable("time", "lag of the drive", min=0.0)),
+    seeks_lag=FLAG, periodic=optional(FLAG), at_rest=FLAG, in_cycle=FLAG,
+    span=_pair("time", "from when to when", endless=True),
+    velocity_limit=_positive("length/time", "largest velocity"),
+    acceleration_limit=_positive("length/time^2", "largest acceleration"),
+    jerk_limit=_positive("length/time^3", "largest jerk"), stroke=_pair("length", "where the stroke ends"),
+    controller=optional(model("controller")), pitch=_positive("length", "movement for a turn"),
+    presliding=_positive("length", "pre-sliding distance"), cutoff=_positive("frequency", "cut-off"),
+    decimation=optional(whole(1, 10_000)), keeps_rests=FLAG, method=among("inverse_dynamics", "output_error"),
+    loop=optional(among("open", "closed")), global_search=FLAG,
+)  # fmt: skip
 @dataclass(frozen=True)
 class Axis:
     """A motion axis, in SI of its kind.

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bristle.core.errors import InputError, close_names
+from bristle.core.errors import InputError, close_names, told_by
 from bristle.core.lazy import cached_property
 
 __all__ = [
@@ -188,12 +188,17 @@ def size_in_words(size: float) -> str:
 
 
 def _of_object(given: Any, limit: int, path: str, what: str) -> Content:
-    read = getattr(given, "read", None)
-    if not callable(read):
-        value = "None" if given is None else given
-        raise InputError(f"must be {what}", path=path, value=value, allowed="a path, bytes, or an open file")
-    data: Any = read(limit + 1)
-    data = data.encode() if isinstance(data, str) else bytes(data)
+    try:
+        read = getattr(given, "read", None)
+        if not callable(read):
+            value = "None" if given is None else given
+            raise InputError(f"must be {what}", path=path, value=value, allowed="a path, bytes, or an open file")
+        data: Any = read(limit + 1)
+        data = data.encode() if isinstance(data, str) else bytes(data)
+    except InputError:
+        raise
+    except Exception as error:  # noqa: BLE001  (an open file may be any object with a `read`)
+        raise InputError(f"cannot be read ({told_by(error)})", path=path, value=given) from None
     refuse_larger(len(data), limit, "<file>")
     name = getattr(given, "name", None)
     return Content(Path(name) if isinstance(name, str) and name else Path("<file>"), data)

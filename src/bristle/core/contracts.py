@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -32,7 +33,7 @@ from bristle.core.relation import Redundancy, Relation
 from bristle.core.transmission import Screw
 from bristle.core.travel import component_in, whereabouts
 from bristle.core.typography import typed
-from bristle.core.values import check_relations, check_value, coerced
+from bristle.core.values import check_relations, check_value, coerced, looked_at
 from bristle.core.variable import KINDS, Kind, Variable, is_array, is_integer, variables_of
 
 __all__ = [
@@ -365,6 +366,11 @@ def make_model(
     for name in values:
         if name not in variables:
             raise InputError(f"{component.name} has no such parameter", path=where + name, allowed=", ".join(variables))
+    kinds = (*KINDS, "magnetic") if component.family == "hysteresis" else KINDS
+    if not isinstance(validate, bool):
+        raise InputError("must be True or False", path=f"{where}validate", value=validate)
+    if kind is not None and not (isinstance(kind, str) and kind in kinds):
+        raise InputError("unknown kind of axis", path=f"{where}kind", value=kind, allowed=" or ".join(kinds))
     missing = [name for name in variables if name not in values and name not in component.defaults]
     if missing:
         raise InputError(
@@ -373,14 +379,12 @@ def make_model(
             mend=f"Give {missing[0]}, {variables[missing[0]].description} "
             f"[{variables[missing[0]].unit(kind or 'translational')}]",
         )
-    kinds = (*KINDS, "magnetic") if component.family == "hysteresis" else KINDS
-    if kind is not None and kind not in kinds:
-        raise InputError("unknown kind of axis", path=f"{where}kind", value=kind, allowed=" or ".join(kinds))
     chosen: Kind = kind or units.kind_of(values, variables)
     numbers: dict[str, Any] = {}
     for name, variable in variables.items():
         given = values.get(name, component.defaults.get(name))
-        numbers[name] = coerced(component, name, variable, given, chosen, f"{where}{name}")
+        convert = partial(coerced, component, name, variable)
+        numbers[name] = looked_at(convert, given, f"{where}{name}", chosen)
         if validate:
             check_value(component, name, variable, numbers[name], chosen, f"{where}{name}")
     parameters = component.assemble(numbers)

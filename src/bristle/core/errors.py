@@ -7,6 +7,7 @@ computing is a status in the result (`bristle.core.status`), never an exception.
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Iterable
 from itertools import islice
 
@@ -17,6 +18,7 @@ __all__ = [
     "MissingExtraError",
     "close_names",
     "did_you_mean",
+    "in_one_line",
     "shortened",
     "told_by",
 ]
@@ -25,6 +27,7 @@ __all__ = [
 PLACE, MESSAGE, ALLOWED = 400, 800, 1200
 # Names longer than this resemble nothing, and among more than this nobody looks: comparing takes time.
 LONGEST_NAME, MOST_NAMES = 80, 10_000
+MOST_SHOWN = 20  # of the values of a list
 
 
 class BristleError(Exception):
@@ -75,7 +78,7 @@ class InputError(BristleError, ValueError):
         found = [f"found {_short(self.value)}"] if self.value is not None else []
         found += [f"allowed {shortened(self.allowed, ALLOWED)}"] if self.allowed else []
         text += f"; {', '.join(found)}" if found else ""
-        return f"{text}. {shortened(self.mend, MESSAGE)}" if self.mend else text
+        return in_one_line(f"{text}. {shortened(self.mend, MESSAGE)}" if self.mend else text)
 
     def at(self, prefix: str) -> InputError:
         """Return the same error with `prefix` put before its path."""
@@ -132,6 +135,20 @@ def told_by(error: BaseException) -> str:
         return f"it cannot say why ({type(another).__name__})"
 
 
+def in_one_line(text: str) -> str:
+    r"""Return text in one line in which every character can be printed: names in files may hold any.
+
+    Examples
+    --------
+    >>> in_one_line("two\nlines, and \x1b[31m")
+    'two lines, and \\x1b[31m'
+    """
+    if text.isprintable():
+        return text
+    line = " ".join(text.splitlines())
+    return "".join(one if one.isprintable() else one.encode("unicode_escape").decode() for one in line)
+
+
 def shortened(text: str, width: int) -> str:
     """Return text of at most this width; what is left out is marked."""
     return text if len(text) <= width else f"{text[: width - 3]}..."
@@ -141,6 +158,9 @@ def _short(value: object, width: int = 60) -> str:
     if isinstance(value, (str, bytes)):
         value = value[: 2 * width]
     try:
-        return shortened(repr(value), width)
+        many = isinstance(value, (list, tuple, dict, set, frozenset)) and len(value) > MOST_SHOWN
+        text = reprlib.repr(value) if many else repr(value)
+        shape = getattr(value, "shape", ()) if len(text) > width or "\n" in text else ()
+        return f"an array of shape {shape}" if shape else shortened(text, width)
     except Exception:  # noqa: BLE001  (what a person handed in may refuse to describe itself)
         return f"a value of the kind {type(value).__name__}"

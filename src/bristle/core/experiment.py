@@ -13,14 +13,73 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.content import Origin
 from bristle.core.contracts import Model
-from bristle.core.variable import Kind
+from bristle.core.edge import (
+    KIND,
+    TEXT,
+    among,
+    amount,
+    array,
+    guarded,
+    instance,
+    many,
+    model,
+    of_variables,
+    optional,
+)  # fmt: skip
+from bristle.core.errors import InputError
+from bristle.core.variable import Kind, Variable
 
-__all__ = ["Experiment", "Feedforward", "Run", "Variant", "substeps_for"]
+__all__ = [
+    "ALONG",
+    "FEEDFORWARD",
+    "LEARNING",
+    "RUN",
+    "SAMPLES_MAX",
+    "SIDES",
+    "Experiment",
+    "Feedforward",
+    "Learning",
+    "Run",
+    "Variant",
+    "substeps_for",
+]
+
+SAMPLES_MAX = 10_000_000
+LONGEST_DELAY = 64.0  # samples: each is a state of the loop, whose poles are looked for with every shorter delay, too
+SIDES = ("load", "motor")
+ALONG = ("desired", "measured")
+
+RUN = {
+    "duration": Variable("time", "simulated time", min=1e-9),
+    "sample_time": Variable("time", "sample time of the controller", min=1e-9),
+    "settle": Variable("time", "time at the start that the statistics leave out", min=0.0),
+    "effort_limit": Variable("force", "largest effort of the drive", min=0.0),
+    "substeps": Variable("1", "integration steps in a sample", min=1.0, max=10_000.0),
+    "current_lag": Variable("time", "time constant of the current control of the drive", min=0.0),
+    "seeds": Variable("1", "runs, each with other noise", min=1.0, max=1000.0),
+    "delay": Variable("1", "samples from a measurement to the effort computed from it", min=0.0, max=LONGEST_DELAY),
+}
+FEEDFORWARD = {
+    "mass": Variable("mass", "mass or inertia times the desired acceleration", min=0.0),
+    "gain": Variable("1", "factor on the friction"),
+    "offset": Variable("force", "constant that is added to it"),
+    "asymmetry": Variable("1", "share by which positive friction is raised and negative lowered", min=-1.0, max=1.0),
+    "limit": Variable("force", "largest friction fed forward", min=0.0),
+    "rate_limit": Variable("force/time", "fastest change of it", min=0.0),
+    "conditioning": Variable("length", "amplitude of the decaying sweep before the first sample", min=0.0),
+}
+LEARNING = {
+    "trials": Variable("1", "trials, of which the last is reported", min=1.0, max=1000.0),
+    "k_e": Variable("force/length", "effort learned from the following error", min=0.0),
+    "k_d": Variable("force*time/length", "effort learned from its derivative", min=0.0),
+    "cutoff": Variable("frequency", "cut-off of the zero-phase low-pass on what is learned", min=1e-3),
+}
 
 LONGEST_STEP = 2.5e-4  # of the integration [s]
 FEWEST_STEPS = 4  # in a sample
 
 
+@guarded(sample_time=amount(RUN["sample_time"]))
 def substeps_for(sample_time: float) -> int:
     """Return how many steps of the integration make up a sample: at least four, none longer than 0.25 ms.
 
@@ -38,6 +97,7 @@ def substeps_for(sample_time: float) -> int:
     return max(FEWEST_STEPS, math.ceil(sample_time / LONGEST_STEP - 1e-6))
 
 
+@guarded(**of_variables(RUN, whole_ones=("substeps", "delay", "seeds"), none=("substeps",), endless=("effort_limit",)))
 @dataclass(frozen=True)
 class Run:
     """How long and how finely to simulate.
@@ -75,8 +135,15 @@ class Run:
     def __post_init__(self) -> None:
         if self.substeps == 0:
             object.__setattr__(self, "substeps", substeps_for(self.sample_time))
+        if self.duration / self.sample_time > SAMPLES_MAX:
+            raise InputError(f"asks for {self.duration / self.sample_time:.3g} samples", path="duration",
+                             value=self.duration, allowed=f"up to {SAMPLES_MAX} samples")  # fmt: skip
 
 
+@guarded(
+    **of_variables(FEEDFORWARD, endless=("limit", "rate_limit")), friction=optional(model("friction")),
+    along=among(*ALONG),
+)  # fmt: skip
 @dataclass(frozen=True)
 class Feedforward:
     """What is fed forward: inertia along the desired trajectory, and friction.
@@ -111,6 +178,7 @@ class Feedforward:
     along: Literal["desired", "measured"] = "desired"
 
 
+@guarded(**of_variables(LEARNING, whole_ones=("trials",)))
 @dataclass(frozen=True)
 class Learning:
     """How a motion that is repeated is learned.
@@ -133,6 +201,12 @@ class Learning:
     cutoff: float
 
 
+@guarded(
+    name=TEXT, plant=model("plant"), friction=model("friction"), controller=model("controller"), sensor=model("sensor"),
+    reference=model("reference"), feedforward=instance(Feedforward, "a Feedforward"), run=instance(Run, "a Run"),
+    disturbance=optional(array()), learning=optional(instance(Learning, "a Learning")),
+    table=optional(model("friction")), sensor_at=among(*SIDES), axis=optional(instance(Axis, "an Axis")),
+)  # fmt: skip
 @dataclass(frozen=True)
 class Variant:
     """One loop: the mechanism, what controls it, what it is asked to follow.
@@ -158,6 +232,10 @@ class Variant:
     axis: Axis | None = None
 
 
+@guarded(
+    name=TEXT, kind=KIND, variants=many(instance(Variant, "a Variant"), least=1, single=True),
+    source=optional(instance(Path, "a path", read=Path)), origins=instance(Mapping, "a mapping"),
+)  # fmt: skip
 @dataclass(frozen=True)
 class Experiment:
     """One or more variants side by side; `origins` are the files that it was made from, by what they are."""
@@ -167,3 +245,9 @@ class Experiment:
     variants: tuple[Variant, ...]
     source: Path | None = None
     origins: Mapping[str, tuple[Origin, ...]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        names = [one.name for one in self.variants]
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice is not None:
+            raise InputError("has two of one name", path="variants", value=twice, mend="Give each a name of its own")

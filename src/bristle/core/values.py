@@ -4,20 +4,46 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bristle.core.errors import InputError, InputWarning
+from bristle.core.errors import BristleError, InputError, InputWarning, told_by
 from bristle.core.typography import typed
 from bristle.core.variable import Kind, Variable
 
 if TYPE_CHECKING:
     from bristle.core.contracts import Component
 
-__all__ = ["check_relations", "check_value", "coerced"]
+__all__ = ["Converter", "check_relations", "check_value", "coerced", "looked_at", "shown"]
+
+Converter = Callable[[Any, str, Any], Any]
+"""What takes a value, the name of its argument and the kind of axis where it is known, and returns what it is."""
 
 LARGEST_COUNT = 2**53  # beyond, a float tells whole numbers apart no more
+
+
+def looked_at(convert: Converter, given: Any, path: str, kind: Kind | None) -> Any:
+    """Return what a converter makes of a value, whatever the value does while it is looked at.
+
+    Raises
+    ------
+    InputError
+        If it cannot be used, or raises: what a person hands in may be an object of any kind.
+    """
+    try:
+        return convert(given, path, kind)
+    except BristleError:
+        raise
+    except Exception as error:  # noqa: BLE001
+        reason = f"cannot be read ({type(error).__name__}: {told_by(error)})"
+        raise InputError(reason, path=path, value=given) from None
+
+
+def shown(given: Any) -> Any:
+    """Return what a message shows of a value: of None its name, since it stands for nothing to show elsewhere."""
+    return "None" if given is None else given
 
 
 def check_relations(component: Component, parameters: Any, path: str, *, structural_only: bool = False) -> None:
@@ -35,7 +61,7 @@ def check_relations(component: Component, parameters: Any, path: str, *, structu
             raise InputError(f"needs {relation.condition}, but {found}", path=path, mend=relation.mend)
 
 
-def coerced(component: Component, name: str, variable: Variable, given: Any, kind: Kind, path: str) -> Any:
+def coerced(component: Component, name: str, variable: Variable, given: Any, path: str, kind: Kind) -> Any:
     """Return a given value as kernels receive it: a number in SI, a 1-D array, or the place of a choice.
 
     Raises

@@ -8,16 +8,18 @@ from typing import Any
 import numpy as np
 
 from bristle.core.contracts import Model
+from bristle.core.edge import FLAG, Amount, among, amount, guarded
 from bristle.core.errors import InputError
 from bristle.core.motion import Motion
 from bristle.core.packing import pack, structure_of, unpacker
 from bristle.core.status import Status
+from bristle.core.variable import Variable
 from bristle.engine import rodas5p
 from bristle.engine.compilation import SIGNATURES, compiled
 from bristle.engine.entries import OUT_SIZE
-from bristle.engine.loop import Trace, burst_entry, held
+from bristle.engine.loop import DRIVEN, MECHANISM, Trace, burst_entry, held
 from bristle.engine.motion import presliding_distance
-from bristle.engine.part import Part, vector
+from bristle.engine.part import Part, memory_of
 from bristle.engine.pieces import Layout, make_rates, make_turn, never_turn
 from bristle.engine.rosenbrock import STAGES, make_search, make_step, rosenbrock
 from bristle.engine.screwed import refuse_screw
@@ -46,9 +48,14 @@ class AdaptiveTrace(Trace):
     rejected: int
 
 
+@guarded(
+    **MECHANISM, **DRIVEN, tolerance=amount(Variable("length", "error wanted", min=0.0), exclusive=True),
+    method=among(*METHODS), verify=FLAG,
+    max_step=amount(Variable("time", "longest step", min=0.0), exclusive=True, endless=True),
+)  # fmt: skip
 def run_adaptive(
-    plant: Model, friction: Model, effort: Any, dt: float, *, tolerance: float, hold: str = "linear",
-    method: str = "auto", max_step: float = np.inf, verify: bool = False, x: float = 0.0, v: float = 0.0,
+    plant: Model, friction: Model, effort: Any, dt: Amount, *, tolerance: Amount, hold: str = "linear",
+    method: str = "auto", max_step: Amount = np.inf, verify: bool = False, x: Amount = 0.0, v: Amount = 0.0,
     state: Any = None, memory: Any = None,
 ) -> AdaptiveTrace:  # fmt: skip
     """Drive a plant with friction by a recorded effort, with steps of the length that the tolerance asks for.
@@ -95,8 +102,6 @@ def run_adaptive(
     >>> run_adaptive(plant, friction.coulomb(F_C=1.0), [0.0] * 8, 1.0, tolerance=1e-6).position.round(3)
     array([0.   , 0.   , 0.   , 0.   , 0.   , 0.   , 0.03 , 0.178])
     """
-    if not (np.isfinite(tolerance) and tolerance > 0.0):
-        raise InputError("must be positive", path="tolerance", value=tolerance, allowed="> 0")
 
     def run(wanted: float) -> AdaptiveTrace:
         return _run(plant, friction, effort, dt, wanted, hold, method, max_step, x, v, state, memory)
@@ -118,11 +123,10 @@ def _run(
 ) -> AdaptiveTrace:  # fmt: skip
     """Return one run, its local errors bounded for this tolerance."""
     refuse_screw(plant, "run_adaptive")
-    u = vector(effort)
+    u = effort
     body, contact = Part(plant), Part(friction)
     body.state[0], body.state[1] = x, v
-    if state is not None:
-        contact.state = pack(state)
+    contact.begin(state)
     times = dt * np.arange(u.size + 1)
     duration = float(times[-1])
     chosen = _method(plant, friction, method)
@@ -139,8 +143,7 @@ def _run(
     knots[-1] = duration * (1.0 + 1e-12)
     record = _Record(times)
     inputs = (knots, starts, ends, settings)
-    fresh = contact.component.new_memory(friction.parameters)
-    used = fresh if memory is None else np.array(memory, dtype=float)
+    used = memory_of(friction, memory)
     if chosen == "rosenbrock":
         reached = _by_rosenbrock(body, contact, used, inputs, record)
     else:

@@ -10,14 +10,15 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.cores import Abreast, core_count
+from bristle.core.edge import Amount, among, array, guarded, many, model, optional, whole
 from bristle.core.errors import InputError
 from bristle.core.packing import LANES, is_scalar, pack, structure_of
 from bristle.core.status import Status
 from bristle.engine import lanes
 from bristle.engine.compilation import compiled, is_interpreted
 from bristle.engine.entries import OUT_SIZE
-from bristle.engine.loop import burst_entry, held
-from bristle.engine.part import Part, vector
+from bristle.engine.loop import HOLDS, INTEGRATOR, SAMPLE_TIME, burst_entry, held
+from bristle.engine.part import FRICTION, STEPS, Part
 from bristle.engine.screwed import refuse_screw
 
 __all__ = ["BatchTrace", "run_batch"]
@@ -41,8 +42,13 @@ class BatchTrace:
     status: tuple[Status, ...]
 
 
+@guarded(
+    plant=many(model("plant"), least=1, single=True), friction=many(FRICTION, least=1, single=True),
+    effort=array(ndim=2, least=1, single=True), dt=SAMPLE_TIME, steps=STEPS, hold=among(*HOLDS), integrator=INTEGRATOR,
+    x=array(single=True), v=array(single=True), threads=optional(whole(1, 1024)),
+)  # fmt: skip
 def run_batch(
-    plant: Model | Sequence[Model], friction: Model | Sequence[Model], effort: Any, dt: float, *, steps: int = 1,
+    plant: Model | Sequence[Model], friction: Model | Sequence[Model], effort: Any, dt: Amount, *, steps: int = 1,
     hold: str = "zero", integrator: str = "efim", x: Any = 0.0, v: Any = 0.0, threads: int | None = None,
 ) -> BatchTrace:  # fmt: skip
     """Drive many mechanisms by recorded efforts, each as `run_open_loop` would, to the bit.
@@ -80,10 +86,8 @@ def run_batch(
     batch = _Batch(plant, friction, effort, x, v)
     if integrator == "efim":
         work = batch.one_by_one(dt, steps, hold)
-    elif integrator == "semi_implicit":
-        work = batch.in_lanes(dt, steps, hold)
     else:
-        raise InputError("no such integrator", path="integrator", value=integrator, allowed="efim, semi_implicit")
+        work = batch.in_lanes(dt, steps, hold)
     firsts = range(0, batch.count, LANES)
     cores = threads or core_count()
     if cores == 1 or len(firsts) == 1 or is_interpreted():
@@ -99,8 +103,7 @@ class _Batch:
     """The mechanisms of a batch as vectors in a row, and their records."""
 
     def __init__(self, plant: Any, friction: Any, effort: Any, x: Any, v: Any) -> None:
-        efforts = np.atleast_2d(np.asarray(effort, dtype=float))
-        plants, frictions = _models(plant), _models(friction)
+        efforts, plants, frictions = np.atleast_2d(effort), plant, friction
         refuse_screw(plants[0], "run_batch")
         numbers = {
             "plants": len(plants), "friction models": len(frictions), "efforts": len(efforts),
@@ -122,7 +125,7 @@ class _Batch:
         fresh = self.friction.component.new_memory(self.friction.model.parameters)
         self.memory = np.tile(fresh, (self.count, 1))
         # All trajectories of one sample lie side by side: what a block reads at a time.
-        self.effort = vector(efforts.T)
+        self.effort = np.ascontiguousarray(efforts.T)
         shape = (efforts.shape[1], self.count)
         self.position, self.velocity, self.force = (np.full(shape, np.nan) for _ in range(3))
         self.out = np.zeros((self.count, OUT_SIZE))
@@ -184,10 +187,6 @@ class _Batch:
         return BatchTrace(
             dt * np.arange(len(self.position)), self.position.T, self.velocity.T, self.force.T, status
         )  # fmt: skip
-
-
-def _models(given: Model | Sequence[Model]) -> Sequence[Model]:
-    return [given] if isinstance(given, Model) else list(given)
 
 
 def _parameters(models: Sequence[Model], count: int, path: str) -> tuple[Part, np.ndarray]:

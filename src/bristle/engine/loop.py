@@ -9,18 +9,28 @@ import numpy as np
 
 from bristle.controllers.feedforward import Shape
 from bristle.core.contracts import Model
+from bristle.core.edge import Amount, among, amount, array, guarded, instance, model, optional, whole
 from bristle.core.errors import InputError
 from bristle.core.packing import pack
 from bristle.core.status import Status
+from bristle.core.variable import Variable
 from bristle.engine import entries
 from bristle.engine.compilation import SIGNATURES, compiled
-from bristle.engine.part import Part, check_run, memory_of, vector
+from bristle.engine.part import FRICTION, PLACE, SPEED, STATE, STEPS, Part, check_run, memory_of
 from bristle.engine.screwed import TABLE, through_screw
 
 __all__ = ["Compensator", "LoopTrace", "Trace", "run_closed_loop", "run_open_loop"]
 
 HOLDS = ("zero", "linear")
 SIDES = ("load", "motor")
+# A mechanism that is driven once a day is a wrong unit, and steps of the length that it needs would take for ever.
+SAMPLE_TIME = amount(Variable("time", "sample time", min=0.0, max=1e5), exclusive=True)
+MECHANISM = {
+    "plant": model("plant"), "friction": FRICTION, "dt": SAMPLE_TIME, "x": PLACE, "v": SPEED, "state": STATE,
+    "memory": optional(array()),
+}  # fmt: skip
+DRIVEN = {"effort": array(least=1), "hold": among(*HOLDS)}
+FORCE = Variable("force", "effort")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,9 +86,8 @@ class _Mechanism:
         if plant.component.State._fields[:2] != ("x", "v"):
             raise TypeError(f"the state of plant {plant.name} must begin with x and v")
         self.plant.state[0], self.plant.state[1] = x, v
-        if state is not None:
-            self.friction.state = pack(state)
-        elif has_screw:
+        self.friction.begin(state)
+        if state is None and has_screw:
             self.friction.state[TABLE] = x, v
         self.load = self.friction.state[TABLE] if has_screw else self.plant.state
         self.memory = memory_of(friction, memory)
@@ -110,12 +119,11 @@ class _Mechanism:
 
 
 BURSTS = {"efim": entries.make_burst, "semi_implicit": entries.make_semi_implicit_burst}
+INTEGRATOR = among(*BURSTS)
 
 
 def burst_entry(plant: Part, friction: Part, integrator: str) -> Any:
     """Return the entry that advances this mechanism by this integrator."""
-    if integrator not in BURSTS:
-        raise InputError("no such integrator", path="integrator", value=integrator, allowed=", ".join(BURSTS))
     return compiled(
         f"burst-{integrator}-{plant.key}-{friction.key}",
         lambda: BURSTS[integrator](*plant.structures, *friction.structures),
@@ -126,14 +134,13 @@ def burst_entry(plant: Part, friction: Part, integrator: str) -> Any:
 
 def held(effort: np.ndarray, hold: str) -> np.ndarray:
     """Return the effort [N or N*m] that each sample runs to until the next, samples along the first dimension."""
-    if hold not in HOLDS:
-        raise InputError("no such hold", path="hold", value=hold, allowed=" or ".join(HOLDS))
-    return effort if hold == "zero" else vector(np.concatenate((effort[1:], effort[-1:])))
+    return effort if hold == "zero" else np.ascontiguousarray(np.concatenate((effort[1:], effort[-1:])))
 
 
+@guarded(**MECHANISM, **DRIVEN, steps=STEPS, integrator=INTEGRATOR, table=optional(FRICTION))
 def run_open_loop(
-    plant: Model, friction: Model, effort: Any, dt: float, *, steps: int = 1, hold: str = "zero",
-    table: Model | None = None, integrator: str = "efim", x: float = 0.0, v: float = 0.0, state: Any = None,
+    plant: Model, friction: Model, effort: Any, dt: Amount, *, steps: int = 1, hold: str = "zero",
+    table: Model | None = None, integrator: str = "efim", x: Amount = 0.0, v: Amount = 0.0, state: Any = None,
     memory: Any = None,
 ) -> Trace:  # fmt: skip
     """Drive a plant with friction by a recorded effort.
@@ -146,7 +153,7 @@ def run_open_loop(
         Friction of the table of a `ball_screw`, in N and m; `friction` is then that of the motor.
     effort : array_like, shape (sample,)
         Effort [N or N*m] at each sample.
-    dt : float
+    dt : float or str
         Time between samples [s].
     steps : int
         Integration steps between two samples.
@@ -154,7 +161,7 @@ def run_open_loop(
         Between samples the effort is held (a drive) or runs straight to the next one (a smooth record).
     integrator : {"efim", "semi_implicit"}
         The implicit step, of order 2, which sticks; or the semi-implicit one, of order 1 and for small steps.
-    x, v : float
+    x, v : float or str
         Position [m or rad] and velocity [m/s or rad/s] at the first sample.
     state, memory
         Of the friction model at the first sample; virgin where not given.
@@ -164,9 +171,7 @@ def run_open_loop(
     Trace
         Position, velocity, effort and friction at each sample.
     """
-    u = vector(effort)
-    check_run(dt, steps, effort=u, x=x, v=v)
-    u_end = held(u, hold)
+    u, u_end = effort, held(effort, hold)
     mechanism = _Mechanism(plant, friction, table, x, v, state, memory, integrator)
     history = np.zeros(entries.ROWS * u.size)
     driver = compiled("open_loop", lambda: entries.open_loop, "Baaaaaaaafiaa")
@@ -176,11 +181,19 @@ def run_open_loop(
     return Trace(**mechanism.signals(rows, done, dt))
 
 
+@guarded(
+    **MECHANISM, controller=model("controller"), sensor=model("sensor"), reference=array(ndim=2, least=1),
+    table=optional(FRICTION), sensor_at=among(*SIDES), steps=STEPS,
+    compensator=optional(instance(Compensator, "a Compensator")), injected=optional(array()),
+    disturbance=optional(array()), limit=amount(FORCE, endless=True), delay=whole(0, 10**6),
+    lag=amount(Variable("time", "lag of the drive", min=0.0)), effort_before=amount(FORCE),
+    acceleration=amount(Variable("length/time^2", "acceleration")),
+)  # fmt: skip
 def run_closed_loop(
-    plant: Model, friction: Model, controller: Model, sensor: Model, reference: np.ndarray, dt: float, *,
+    plant: Model, friction: Model, controller: Model, sensor: Model, reference: Any, dt: Amount, *,
     table: Model | None = None, sensor_at: str = "load", steps: int = 1, compensator: Compensator | None = None,
-    injected: Any = None, disturbance: Any = None, limit: float = np.inf, delay: int = 0, lag: float = 0.0,
-    effort_before: float = 0.0, x: float = 0.0, v: float = 0.0, acceleration: float = 0.0, state: Any = None,
+    injected: Any = None, disturbance: Any = None, limit: Amount = np.inf, delay: int = 0, lag: Amount = 0.0,
+    effort_before: Amount = 0.0, x: Amount = 0.0, v: Amount = 0.0, acceleration: Amount = 0.0, state: Any = None,
     memory: Any = None,
 ) -> LoopTrace:  # fmt: skip
     """Run a sampled control loop on a plant with friction.
@@ -189,9 +202,9 @@ def run_closed_loop(
     ----------
     plant, friction, controller, sensor : Model
         The loop.
-    reference : ndarray, shape (4, sample)
+    reference : array_like, shape (4, sample)
         Position, velocity, acceleration and feedforward effort at each sample.
-    dt : float
+    dt : float or str
         Sample time [s].
     table : Model, optional
         Friction of the table of a `ball_screw`, in N and m; `friction` is then that of the motor.
@@ -205,17 +218,17 @@ def run_closed_loop(
         Known effort added to the output of the controller [N or N*m].
     disturbance : array_like, shape (sample,), optional
         Force on the plant against its effort that no sensor sees [N or N*m].
-    limit : float
+    limit : float or str
         Largest effort of the drive [N or N*m].
     delay : int
         Samples from a measurement to the effort computed from it.
-    lag : float
+    lag : float or str
         Time constant with which the effort of the drive follows its command [s].
-    effort_before : float
+    effort_before : float or str
         Effort that acts until the first computed one arrives [N or N*m].
-    x, v : float
+    x, v : float or str
         Position [m or rad] and velocity [m/s or rad/s] at the first sample.
-    acceleration : float
+    acceleration : float or str
         Acceleration at the first sample, for the memory of the controller [m/s^2 or rad/s^2].
     state, memory
         Of the friction model at the first sample; virgin where not given.
@@ -225,22 +238,19 @@ def run_closed_loop(
     LoopTrace
         What happened at each sample; cut short, with a status, where the loop left the finite numbers.
     """
-    if reference.ndim != 2 or reference.shape[0] != 4:
+    if reference.shape[0] != 4:
         raise InputError(
             "must hold position, velocity, acceleration and feedforward", path="reference", value=reference.shape,
             allowed="shape (4, sample)",
         )  # fmt: skip
     count = reference.shape[1]
-    check_run(dt, steps, count=count, delay=delay, reference=reference.ravel(), x=x, v=v)
-    if sensor_at not in SIDES:
-        raise InputError("no such side", path="sensor_at", value=sensor_at, allowed=" or ".join(SIDES))
     mechanism = _Mechanism(plant, friction, table, x, v, state, memory)
     control, sense = Part(controller), Part(sensor)
     started, _ = _sensed(sensor, x, dt)
     control.state = pack(controller.component.start(started, v, acceleration, dt, controller.parameters))
-    extra = np.zeros(count) if injected is None else vector(injected)
-    unseen = np.zeros(count) if disturbance is None else vector(disturbance)
-    check_run(dt, steps, count=count, injected=extra, disturbance=unseen)
+    extra = np.zeros(count) if injected is None else injected
+    unseen = np.zeros(count) if disturbance is None else disturbance
+    check_run(count, injected=extra, disturbance=unseen)
     mechanism.out[entries.DRIVE_LAG], mechanism.out[entries.DRIVE_EFFORT] = lag, effort_before
     history = np.zeros(entries.ROWS * count)
     driver = compiled("closed_loop", lambda: entries.closed_loop, "CaaFaaaaSaaBaaaaaaaaaafiffiaa")
@@ -250,7 +260,7 @@ def run_closed_loop(
             *_compensation(compensator, started),
             _entry("sense", sense, "S", entries.make_sense), sense.parameters, sense.state,
             mechanism.entry, *mechanism.vectors, mechanism.load if sensor_at == "load" else mechanism.plant.state,
-            vector(reference).ravel(), extra, unseen,
+            reference.ravel(), extra, unseen,
             float(limit), int(delay), float(effort_before), float(dt), int(steps), history, mechanism.out,
         )
     )  # fmt: skip
@@ -265,8 +275,7 @@ def _compensation(compensator: Compensator | None, measured: float) -> tuple[Any
         entry = compiled("compensate_nothing", lambda: entries.compensate_nothing, SIGNATURES["F"])
         return entry, nothing, nothing, nothing, nothing
     part = Part(compensator.friction)
-    if compensator.state is not None:
-        part.state = pack(compensator.state)
+    part.begin(compensator.state)
     entry = _entry("compensate", part, "F", entries.make_compensate)
     memory = memory_of(compensator.friction, compensator.memory)
     return entry, part.parameters, part.state, memory, np.array((*compensator.shape, measured, 0.0))

@@ -10,16 +10,27 @@ from typing import Any
 import numpy as np
 
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Model
+from bristle.core.edge import Amount, amount, array, guarded, many, model, optional, vector
 from bristle.core.errors import InputError
-from bristle.core.packing import pack, unpacker
-from bristle.core.units import quantity
+from bristle.core.packing import unpacker
 from bristle.core.variable import Variable
 from bristle.engine import entries
 from bristle.engine.compilation import compiled
-from bristle.engine.part import Part, check_run, memory_of, vector, warn_of_lost
+from bristle.engine.part import FRICTION, PERIOD, SPEED, STATE, Part, check_run, finite, memory_of, warn_of_lost
 from bristle.engine.path import after, output_along
 
-__all__ = ["conditioned", "force_along", "force_from", "force_in_turns", "presliding_distance", "response", "settled"]
+__all__ = [
+    "along",
+    "conditioned",
+    "each_from",
+    "force_along",
+    "force_from",
+    "force_in_turns",
+    "in_turns",
+    "presliding_distance",
+    "response",
+    "settled",
+]
 
 
 # From a picometre to a metre, and each step takes so long [s] that viscous parts do not show.
@@ -29,9 +40,14 @@ SWEEP_CYCLES, SWEEP_STEPS = 12, 40  # of conditioning
 CREEP = np.diff(FARTHER) / SLOW
 
 
+AROUND = array(single=True)
+MOTION = {"model": FRICTION, "v": array(), "dt": PERIOD, "load": AROUND, "temperature": AROUND}
+
+
+@guarded(**MOTION, x=optional(array()), state=STATE, memory=optional(array()))
 def force_along(
-    model: Model, v: Any, dt: float, x: Any = None, *, load: Any = NOMINAL_LOAD, temperature: Any = NOMINAL_TEMPERATURE,
-    state: Any = None, memory: np.ndarray | None = None,
+    model: Model, v: Any, dt: Amount, x: Any = None, *, load: Any = NOMINAL_LOAD,
+    temperature: Any = NOMINAL_TEMPERATURE, state: Any = None, memory: np.ndarray | None = None,
 ) -> np.ndarray:  # fmt: skip
     """Return the friction force along a prescribed velocity.
 
@@ -57,18 +73,24 @@ def force_along(
     ndarray, shape (step,)
         Mean friction force of each step [N or N*m], positive when it opposes ``v > 0``.
     """
-    part = Part(model)
-    velocity = vector(v, "v")
-    position = np.cumsum(velocity) * dt if x is None else vector(x, "x")
-    around = _around(velocity.size, load, temperature)
-    if state is not None:
-        part.state = pack(state)
-    check_run(dt, count=velocity.size, v=velocity, x=position, load=around[0], temperature=around[1])
-    return _follow(part, memory_of(model, memory), velocity, position, dt, *around)
+    return finite(along(model, v, dt, x, load=load, temperature=temperature, state=state, memory=memory), model)
 
 
+def along(
+    model: Model, v: np.ndarray, dt: float, x: np.ndarray | None = None, *, load: Any = NOMINAL_LOAD,
+    temperature: Any = NOMINAL_TEMPERATURE, state: Any = None, memory: np.ndarray | None = None,
+) -> np.ndarray:  # fmt: skip
+    """Return what `force_along` does, finite or not: a search tries parameters for which a law overflows."""
+    part, v, around = Part(model), vector(v, "v"), _around(v.size, load, temperature)
+    x = np.cumsum(v) * dt if x is None else vector(x, "x")
+    part.begin(state)
+    check_run(v.size, x=x, load=around[0], temperature=around[1])
+    return _follow(part, memory_of(model, memory), v, x, dt, *around)
+
+
+@guarded(**MOTION, states=many(STATE), x=array())
 def force_from(
-    model: Model, states: Sequence[Any], v: Any, dt: float, x: Any, *, load: Any = NOMINAL_LOAD,
+    model: Model, states: Sequence[Any], v: Any, dt: Amount, x: Any, *, load: Any = NOMINAL_LOAD,
     temperature: Any = NOMINAL_TEMPERATURE,
 ) -> np.ndarray:  # fmt: skip
     """Return the friction force along one prescribed velocity from each of several states, shape (state, step).
@@ -86,19 +108,27 @@ def force_from(
     load, temperature : float or array_like, shape (step,)
         Normal load over its nominal value, and temperature [K].
     """
-    part, velocity, position = Part(model), vector(v, "v"), vector(x, "x")
-    around = _around(velocity.size, load, temperature)
-    check_run(dt, count=velocity.size, v=velocity, x=position, load=around[0], temperature=around[1])
-    force, entry, virgin = np.empty((len(states), velocity.size)), _entry(part), memory_of(model, None)
+    return finite(each_from(model, states, v, dt, x, load=load, temperature=temperature), model)
+
+
+def each_from(
+    model: Model, states: Sequence[Any], v: np.ndarray, dt: float, x: np.ndarray, *, load: Any = NOMINAL_LOAD,
+    temperature: Any = NOMINAL_TEMPERATURE,
+) -> np.ndarray:  # fmt: skip
+    """Return what `force_from` does, finite or not."""
+    part, v, x, around = Part(model), vector(v, "v"), vector(x, "x"), _around(v.size, load, temperature)
+    check_run(v.size, x=x, load=around[0], temperature=around[1])
+    force, entry, virgin = np.empty((len(states), v.size)), _entry(part), memory_of(model, None)
     for row, state in zip(force, states, strict=True):
-        part.state = pack(state)
-        entry(part.parameters, part.state, virgin.copy(), velocity, position, *around, float(dt), row)
+        part.begin(state)
+        entry(part.parameters, part.state, virgin.copy(), v, x, *around, float(dt), row)
         warn_of_lost(part)
     return force
 
 
+@guarded(**MOTION, parameters=array(ndim=2, finite=False), x=array(), starts=array())
 def force_in_turns(
-    model: Model, parameters: np.ndarray, v: Any, dt: float, x: Any, starts: Sequence[int], *,
+    model: Model, parameters: Any, v: Any, dt: Amount, x: Any, starts: Any, *,
     load: Any = NOMINAL_LOAD, temperature: Any = NOMINAL_TEMPERATURE,
 ) -> np.ndarray:  # fmt: skip
     """Return the friction force along a prescribed velocity, where parameters change on the way.
@@ -131,29 +161,38 @@ def force_in_turns(
     InputError
         If there is not one start for each turn.
     """
-    velocity, position = vector(v, "v"), vector(x, "x")
-    if len(parameters) != len(starts) or not len(starts) or starts[0] != 0:
-        raise InputError("must name the first step of each turn, from 0", path="starts", value=list(starts)[:5])
-    around = _around(velocity.size, load, temperature)
-    check_run(dt, count=velocity.size, v=velocity, x=position, load=around[0], temperature=around[1])
-    part, memory = Part(model), memory_of(model, None)
-    force = np.empty(velocity.size)
-    for row, (first, last) in zip(parameters, pairwise([*starts, velocity.size]), strict=True):
+    turns = starts.astype(int)
+    if not len(parameters) == turns.size > 0 or turns[0] != 0 or turns[-1] > v.size or np.any(np.diff(turns) < 0):
+        raise InputError("must name the first step of each turn of parameters, from 0", path="starts", value=starts)
+    return finite(in_turns(model, parameters, v, dt, x, turns.tolist(), load=load, temperature=temperature), model)
+
+
+def in_turns(
+    model: Model, parameters: np.ndarray, v: np.ndarray, dt: float, x: np.ndarray, starts: Sequence[int], *,
+    load: Any = NOMINAL_LOAD, temperature: Any = NOMINAL_TEMPERATURE,
+) -> np.ndarray:  # fmt: skip
+    """Return what `force_in_turns` does, finite or not."""
+    part, memory, v, x = Part(model), memory_of(model, None), vector(v, "v"), vector(x, "x")
+    if parameters.shape[1] != part.parameters.size:
+        raise InputError("has the wrong shape", path="parameters", value=parameters.shape,
+                         allowed=f"{part.parameters.size} numbers in a row")  # fmt: skip
+    around = _around(v.size, load, temperature)
+    check_run(v.size, x=x, load=around[0], temperature=around[1])
+    force = np.empty(v.size)
+    for row, (first, last) in zip(parameters, pairwise([*starts, v.size]), strict=True):
         part.parameters = np.ascontiguousarray(row)
         turn = slice(first, last)
-        force[turn] = _follow(part, memory, velocity[turn], position[turn], dt, *(one[turn] for one in around))
+        force[turn] = _follow(part, memory, v[turn], x[turn], dt, *(one[turn] for one in around))
     return force
 
 
 def _around(count: int, load: Any, temperature: Any) -> list[np.ndarray]:
     """Return load and temperature of each step."""
-    return [
-        np.full(count, float(one)) if np.ndim(one) == 0 else vector(one, name)
-        for name, one in (("load", load), ("temperature", temperature))
-    ]
+    return [np.full(count, float(one)) if np.ndim(one) == 0 else vector(one) for one in (load, temperature)]
 
 
-def settled(model: Model, v: float) -> tuple[Any, np.ndarray]:
+@guarded(model=FRICTION, v=SPEED)
+def settled(model: Model, v: Amount) -> tuple[Any, np.ndarray]:
     """Return the state and the memory of a friction model that has been sliding steadily.
 
     Parameters
@@ -175,11 +214,12 @@ def settled(model: Model, v: float) -> tuple[Any, np.ndarray]:
     if v != 0.0:
         # Growing steps, from a picometre to a metre, settle a contact of any stiffness.
         for distance in np.geomspace(1e-12, 1.0, 80):
-            _follow(part, memory, np.array([v]), np.zeros(1), distance / abs(v))
+            finite(_follow(part, memory, np.array([v]), np.zeros(1), distance / abs(v)), model)
     return unpacker(part.structures[1])(part.state), memory
 
 
-def conditioned(model: Model, amplitude: float) -> tuple[Any, np.ndarray]:
+@guarded(model=FRICTION, amplitude=amount(Variable("length", "amplitude of the sweep", min=0.0)))
+def conditioned(model: Model, amplitude: Amount) -> tuple[Any, np.ndarray]:
     """Return the state and the memory of a friction model after a sweep that decays from `amplitude` [m or rad] to 0.
 
     A contact whose history is not known is brought to a state that is: one whose memory of turning points holds the
@@ -190,7 +230,7 @@ def conditioned(model: Model, amplitude: float) -> tuple[Any, np.ndarray]:
     if amplitude > 0.0:
         turn = np.arange(SWEEP_CYCLES * SWEEP_STEPS + 1) / SWEEP_STEPS
         path = amplitude * (1.0 - turn / SWEEP_CYCLES) * np.sin(2.0 * np.pi * turn)
-        _follow(part, memory, np.diff(path) / SLOW, path[1:], SLOW)
+        finite(_follow(part, memory, np.diff(path) / SLOW, path[1:], SLOW), model)
     return unpacker(part.structures[1])(part.state), memory
 
 
@@ -227,7 +267,8 @@ def _entry(part: Part) -> Callable[..., Any]:
     )
 
 
-def response(model: Model, x: Any, dt: float | str | None = None, *, history: Any = ()) -> np.ndarray:
+@guarded(model=model("friction", "hysteresis"), x=array(least=1), dt=optional(PERIOD), history=array())
+def response(model: Model, x: Any, dt: Amount | None = None, *, history: Any = ()) -> np.ndarray:
     """Return the friction force along a prescribed position, or the output of a hysteresis operator along its input.
 
     Parameters
@@ -262,23 +303,17 @@ def response(model: Model, x: Any, dt: float | str | None = None, *, history: An
     >>> response(hysteresis.preisach(s=1.0, f_p=1.0), [1.0, 0.0, 1.0])
     array([ 0.5       , -0.16666667,  0.5       ])
     """
-    position = vector(x, "x")
-    if position.ndim != 1 or position.size < 1:
-        raise InputError("must be a 1-D array of numbers", path="x", value=x)
-    if isinstance(model, Model) and model.component.family == "hysteresis":
+    if model.component.family == "hysteresis":
         if dt is not None:
             raise InputError("a hysteresis operator knows no time", path="dt", value=dt, mend="Leave dt out")
-        check_run(1.0, u=position)
         state, memory = after(model, history)
-        return output_along(model, position, state=state, memory=memory)
+        return finite(output_along(model, x, state=state, memory=memory), model)
     if len(history):
         raise InputError("belongs to hysteresis operators", path="history", mend="Put the motion before x")
     if dt is None:
         raise InputError("is needed for a friction model", path="dt", allowed="> 0 s")
-    period = quantity(dt, Variable("time", "time step"), path="dt")
-    check_run(period, x=position)
+    force = np.zeros(x.size)
     with np.errstate(over="ignore"):  # what overflows is refused as a velocity
-        velocity = np.diff(position) / period
-    force = np.zeros(position.size)
-    force[1:] = force_along(model, velocity, period, position[1:])
+        velocity = np.diff(x) / dt
+    force[1:] = force_along(model, velocity, dt, x[1:])
     return force

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numbers
 import warnings
 from dataclasses import dataclass, field
 from functools import cache
@@ -12,29 +11,32 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.dispatch import functions_of
+from bristle.core.edge import amount, instance, is_finite, model, optional, whole
 from bristle.core.errors import InputError, InputWarning
 from bristle.core.packing import pack, structure_of, unpacker
+from bristle.core.variable import Variable
 
-__all__ = ["Part", "check_run", "memory_of", "vector", "warn_of_lost"]
+__all__ = [
+    "FRICTION",
+    "OPERATOR",
+    "PERIOD",
+    "PLACE",
+    "SPEED",
+    "STATE",
+    "STEPS",
+    "Part",
+    "check_run",
+    "finite",
+    "memory_of",
+    "warn_of_lost",
+]
 
 
-def vector(values: Any, name: str = "signal") -> np.ndarray:
-    """Return values as compiled entries take them: contiguous, writable, of floating point.
-
-    Raises
-    ------
-    InputError
-        If they are no real numbers, or some of them are masked; it tells `name`.
-    """
-    if np.ma.is_masked(values):
-        raise InputError("has masked values", path=name, mend="Fill them, or leave those samples out")
-    try:
-        numeric = np.asarray(values).dtype.kind in "fiub"
-    except ValueError:  # rows of different lengths
-        numeric = False
-    if not numeric:
-        raise InputError("must hold real numbers in SI", path=name, value=values)
-    return np.require(values, dtype=float, requirements=("C", "W"))
+FRICTION, OPERATOR = model("friction"), model("hysteresis")
+PERIOD = amount(Variable("time", "time step", min=0.0), exclusive=True)
+PLACE, SPEED = amount(Variable("length", "position")), amount(Variable("length/time", "velocity"))
+STEPS = whole(1, 10**6)
+STATE = optional(instance(tuple, "the state of the model", "Take it from the trace of another run"))
 
 
 @dataclass
@@ -54,6 +56,21 @@ class Part:
         state = self.model.component.initial_state(p)
         self.parameters, self.state = pack(p), pack(state)
         self.structures = (structure_of(p), structure_of(state))
+
+    def begin(self, state: Any) -> None:
+        """Begin in a state that was given, where one was.
+
+        Raises
+        ------
+        InputError
+            If it is that of another component.
+        """
+        if state is None:
+            return
+        if structure_of(state) != self.structures[1]:
+            raise InputError("is that of another model", path="state", value=state,
+                             allowed=f"{type(self.state_now).__name__} of {self.model.name}")  # fmt: skip
+        self.state = pack(state)
 
     @property
     def component(self) -> Any:
@@ -137,45 +154,42 @@ def memory_of(model: Model, given: Any) -> np.ndarray:
     fresh = model.component.new_memory(model.parameters)
     if given is None:
         return fresh
-    memory = np.array(given, dtype=float)
+    memory = np.array(given)  # a copy: a run writes into it
     if memory.shape != fresh.shape:
         raise InputError("has the wrong size", path="memory", value=memory.shape, allowed=f"shape {fresh.shape}")
     return memory
 
 
-def check_run(dt: float, steps: int = 1, *, count: int | None = None, delay: int = 0, **signals: Any) -> None:
-    """Refuse what compiled code would run out of bounds with, or turn into nonsense.
+def check_run(count: int, **signals: np.ndarray) -> None:
+    """Refuse signals that compiled code would read beyond their end.
 
     Parameters
     ----------
-    dt : float
-        Time step [s], which must be positive.
-    steps, delay : int
-        Integration steps in a sample, at least 1; samples of delay, at least 0.
-    count : int, optional
-        Length that each signal must have.
-    **signals : float or ndarray
-        Signals by name, which must be finite.
+    count : int
+        Length that each must have.
+    **signals : ndarray
+        Signals by name.
 
     Raises
     ------
     InputError
         With the name, what was found, and what is allowed.
     """
-    if not (isinstance(dt, numbers.Real) and 0.0 < dt < np.inf):
-        raise InputError("must be positive", path="dt", value=dt, allowed="> 0 s")
-    for name, number, least in (("steps", steps, 1), ("delay", delay, 0)):
-        if number != int(number) or number < least:
-            raise InputError("must be a whole number", path=name, value=number, allowed=f">= {least}")
     for name, signal in signals.items():
-        if not _is_finite(signal):
-            raise InputError("is not finite throughout", path=name, mend="Remove NaN and infinity first")
-        if count is not None and np.ndim(signal) and name != "reference" and np.shape(signal) != (count,):
+        if signal.shape != (count,):
             raise InputError("has the wrong length", path=name, value=np.shape(signal), allowed=f"shape ({count},)")
 
 
-def _is_finite(signal: Any) -> bool:
-    # A sum is finite only if every term is, and costs a fraction of a test of each; one that overflows decides nothing.
-    with np.errstate(over="ignore", invalid="ignore"):
-        total = np.sum(signal)
-    return bool(np.isfinite(total)) or bool(np.all(np.isfinite(signal)))
+def finite(output: np.ndarray, model: Model, path: str = "model") -> np.ndarray:
+    """Return what a model put out along a motion that is known to be finite.
+
+    Raises
+    ------
+    InputError
+        If it is not finite throughout.
+    """
+    if not is_finite(output):
+        place = int(np.argwhere(~np.isfinite(output))[0][-1])
+        raise InputError(f"{model.name} gives no finite number at sample {place} of a finite motion", path=path,
+                         mend="Look at its parameters; of a model of your own at its trial, too")  # fmt: skip
+    return output

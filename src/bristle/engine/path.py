@@ -7,15 +7,16 @@ from typing import Any
 import numpy as np
 
 from bristle.core.contracts import Model
-from bristle.core.errors import InputError
-from bristle.core.packing import pack, unpacker
+from bristle.core.edge import array, guarded
+from bristle.core.packing import unpacker
 from bristle.engine import entries
 from bristle.engine.compilation import compiled
-from bristle.engine.part import Part, vector, warn_of_lost
+from bristle.engine.part import OPERATOR, Part, warn_of_lost
 
 __all__ = ["after", "output_along"]
 
 
+@guarded(operator=OPERATOR, u=array())
 def output_along(operator: Model, u: Any, *, state: Any = None, memory: np.ndarray | None = None) -> np.ndarray:
     """Return the output of a hysteresis operator along an input.
 
@@ -40,6 +41,7 @@ def output_along(operator: Model, u: Any, *, state: Any = None, memory: np.ndarr
     return _follow(part, used, u)
 
 
+@guarded(operator=OPERATOR, history=array())
 def after(operator: Model, history: Any) -> tuple[Any, np.ndarray]:
     """Return the state and the memory of a hysteresis operator after a history of its input.
 
@@ -63,22 +65,16 @@ def after(operator: Model, history: Any) -> tuple[Any, np.ndarray]:
 
 
 def _part(operator: Model, state: Any = None) -> Part:
-    if getattr(operator, "component", None) is None or operator.component.family != "hysteresis":
-        raise InputError("is no hysteresis operator", value=operator, mend="Take one from bristle.hysteresis")
     part = Part(operator)
-    if state is not None:
-        part.state = pack(state)
+    part.begin(state)
     return part
 
 
-def _follow(part: Part, memory: np.ndarray, u: Any) -> np.ndarray:
-    path = vector(u)
-    if path.ndim != 1 or not np.all(np.isfinite(path)):
-        raise InputError("must be a 1-D array of finite numbers", path="u", value=u)
-    output = np.empty(path.size)
+def _follow(part: Part, memory: np.ndarray, u: np.ndarray) -> np.ndarray:
+    output = np.empty(u.size)
     entry = compiled(
         f"output_along-{part.key}", lambda: entries.make_output_along(*part.structures), "aaaaa", part.functions
     )
-    entry(part.parameters, part.state, memory, path, output)
+    entry(part.parameters, part.state, memory, u, output)
     warn_of_lost(part)
     return output

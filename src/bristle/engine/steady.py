@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from bristle.core.contracts import Model, Motion
+from bristle.engine.part import finite
 from bristle.friction import unvaried
 
 __all__ = ["steady_force"]
@@ -34,4 +37,4 @@ def steady_force(model: Model, v: float) -> float:
             break
         # Much longer steps drown the stretch of a contact in rounding.
         before, dt = force, dt if far else 1.5 * dt
-    return float(force)
+    return float(finite(np.array([force]), model)[0])

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.core.content import Readable
 from bristle.core.contracts import Model
+from bristle.core.edge import FLAG, NAMES, PROGRESS, guarded, optional, whole
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.typography import with_unit
 from bristle.core.units import quantity
@@ -22,12 +22,13 @@ from bristle.excitation.motion import Motion, Piece, length_of
 from bristle.excitation.prior import Prior, prior_of
 from bristle.excitation.rehearsal import Rehearsal, rehearse
 from bristle.excitation.room import Room, room_of
+from bristle.files.given import AXIS
 
 __all__ = ["PURPOSES", "Excitation", "Purpose", "excite"]
 
 DURATION, LEAST = 60.0, 2.0  # [s]
 SAMPLES_MOST = 5_000_000
-DRAWS = 100
+DRAWS, FEWEST_DRAWS, MOST_DRAWS = 100, 20, 100_000
 SAMPLE_TIME = 1e-3  # where the axis file has none
 LEAVES_FIRST = ("damping", "break-away", "presliding", "stribeck")  # where there is no time for all
 LATE = 1.001  # of the duration asked for, that a motion may take
@@ -82,8 +83,12 @@ class Excitation:
     rehearsal: Rehearsal | None = None
 
 
+@guarded(
+    axis=AXIS, purposes=optional(NAMES), rehearsed=FLAG, draws=whole(FEWEST_DRAWS, MOST_DRAWS, none=True),
+    allow_code=FLAG, progress=PROGRESS,
+)  # fmt: skip
 def excite(
-    axis: Axis | Readable | dict[str, Any], *, duration: float | str | None = None, travel: float | str | None = None,
+    axis: Any, *, duration: float | str | None = None, travel: float | str | None = None,
     purposes: Sequence[str] | str | None = None, model: Any = None, rehearsed: bool = True,
     draws: int = DRAWS, allow_code: bool = False, progress: Progress | None = None,
 ) -> Excitation:  # fmt: skip
@@ -123,7 +128,6 @@ def excite(
     >>> {piece.name for piece in found.motion.pieces} == {"conditioning slide", "decaying loops", "triangles"}
     True
     """
-    axis = _axis(axis)
     seconds = quantity(DURATION if duration is None else duration, TIME, path="duration")
     if not LEAST <= seconds < math.inf:
         raise InputError("out of range", path="duration", value=duration, allowed=f"at least {LEAST:g} s")
@@ -146,14 +150,6 @@ def excite(
         return replace(found, rehearsal=rehearse(motion, axis, prior, draws=draws, progress=progress))
     except InputError as reason:
         return replace(found, notes=(*notes, f"it could not be rehearsed: {reason}"))
-
-
-def _axis(axis: Any) -> Axis:
-    if isinstance(axis, Axis):
-        return axis
-    from bristle.files.axis import read_axis
-
-    return read_axis(axis)
 
 
 def _mechanism(model: Any, axis: Axis, allow_code: bool) -> tuple[Model | None, Model | None]:
@@ -181,7 +177,7 @@ def _travel(given: Any, axis: Axis) -> float | None:
     return travel
 
 
-def _chosen(purposes: Sequence[str] | str | None, room: Room) -> tuple[list[str], list[str]]:
+def _chosen(purposes: Sequence[str] | None, room: Room) -> tuple[list[str], list[str]]:
     """Return what can be done of what is asked, and why the rest cannot."""
     asked = list(PURPOSES) if purposes is None else _names(purposes)
     reasons = {name: PURPOSES[name].made_by.missing(room) for name in asked}
@@ -192,8 +188,7 @@ def _chosen(purposes: Sequence[str] | str | None, room: Room) -> tuple[list[str]
     return [name for name in PURPOSES if name in asked and not reasons[name]], notes
 
 
-def _names(purposes: Sequence[str] | str) -> list[str]:
-    names = [one.strip() for one in (purposes.split(",") if isinstance(purposes, str) else purposes)]
+def _names(names: Sequence[str]) -> Sequence[str]:
     for name in names:
         if name not in PURPOSES:
             raise InputError("is no purpose of a motion", path="purposes", value=name, allowed=", ".join(PURPOSES),

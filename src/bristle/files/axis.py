@@ -104,7 +104,6 @@ def axis_from(data: dict[str, Any]) -> Axis:
         acceleration_limit=_positive(file.limits.acceleration, ACCELERATION, file.kind, "limits.acceleration"),
         jerk_limit=_positive(file.limits.jerk, JERK, file.kind, "limits.jerk"),
         stroke=_stroke(file),
-        controller=file.controller,
         pitch=drive.transmission.lead,
         presliding=_positive(file.plant.presliding, LENGTH, file.kind, "plant.presliding"),
         cutoff=_positive(file.identification.cutoff, FREQUENCY, file.kind, "identification.cutoff"),
@@ -114,7 +113,7 @@ def axis_from(data: dict[str, Any]) -> Axis:
         loop=file.identification.loop,
         global_search=file.identification.global_search,
     )
-    return replace(axis, controller=controller_of(axis))
+    return replace(axis, controller=controller_of(file.controller, axis))
 
 
 def _drive_of(file: AxisFile) -> Drive:

@@ -16,7 +16,7 @@ from bristle.files.components import component_named, parameters_in, table_at
 __all__ = ["controller_from", "controller_of", "in_effort"]
 
 
-def controller_of(axis: Axis) -> Model | None:
+def controller_of(table: Any, axis: Axis) -> Model | None:
     """Return the control law that was running on an axis; None where its file names none.
 
     Gains may be given in the units of the drive, such as ``k_v = "243.45 V*s/m"`` where the effort column is in
@@ -27,9 +27,9 @@ def controller_of(axis: Axis) -> Model | None:
     InputError
         With the path of the key that does not fit, its value and what is allowed.
     """
-    if axis.controller is None or isinstance(axis.controller, Model):
-        return axis.controller
-    return controller_from(axis.controller, kind=axis.kind, columns=axis.columns, path="controller")
+    if table is None:
+        return None
+    return controller_from(table, kind=axis.kind, columns=axis.columns, path="controller")
 
 
 def controller_from(table: Any, *, kind: Kind, columns: Mapping[str, Column], path: str) -> Model:

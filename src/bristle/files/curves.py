@@ -89,7 +89,7 @@ def read_curve_columns(path: Readable | dict[str, Any]) -> CurveColumns:
     InputError
         With file, key, value and what is allowed there.
     """
-    data, source, _ = read_toml(path)
+    data, source, _ = read_toml(path, path="axis", what="a file that says where the curves are")
     try:
         return _columns_from(data)
     except InputError as error:

@@ -8,26 +8,12 @@ from typing import Any
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
-from bristle.core.experiment import Run
-from bristle.core.variable import Kind, Variable
+from bristle.core.experiment import RUN, SAMPLES_MAX, Run
+from bristle.core.variable import Kind
 from bristle.files.components import check_keys, number_at
 from bristle.files.controller import in_effort
 
 __all__ = ["run_from"]
-
-SAMPLES_MAX = 10_000_000
-LONGEST_DELAY = 64.0  # samples: each is a state of the loop, whose poles are looked for with every shorter delay, too
-
-RUN = {
-    "duration": Variable("time", "simulated time", min=1e-9),
-    "sample_time": Variable("time", "sample time of the controller", min=1e-9),
-    "settle": Variable("time", "time at the start that the statistics leave out", min=0.0),
-    "effort_limit": Variable("force", "largest effort of the drive", min=0.0),
-    "substeps": Variable("1", "integration steps in a sample", min=1.0, max=10_000.0),
-    "current_lag": Variable("time", "time constant of the current control of the drive", min=0.0),
-    "seeds": Variable("1", "runs, each with other noise", min=1.0, max=1000.0),
-    "delay": Variable("1", "samples from a measurement to the effort computed from it", min=0.0, max=LONGEST_DELAY),
-}
 
 
 def run_from(table: Mapping[str, Any], axis: Axis | None, reference: Model, kind: Kind, path: str) -> Run:
@@ -72,21 +58,20 @@ def run_from(table: Mapping[str, Any], axis: Axis | None, reference: Model, kind
     for name in ("substeps", "delay", "seeds"):
         if name in values:
             values[name] = _whole(values[name], f"{path}.{name}")
-    run = Run(**values)
-    _check_lengths(run, path)
-    return run
+    _check_lengths(values["duration"], values["sample_time"], values.get("settle", 0.0), path)
+    return Run(**values)
 
 
-def _check_lengths(run: Run, path: str) -> None:
-    samples = run.duration / run.sample_time
+def _check_lengths(duration: float, sample_time: float, settle: float, path: str) -> None:
+    samples = duration / sample_time
     if not 3.0 <= samples <= SAMPLES_MAX:
         raise InputError(
-            f"asks for {samples:.3g} samples of {run.sample_time:g} s", path=f"{path}.duration", value=run.duration,
+            f"asks for {samples:.3g} samples of {sample_time:g} s", path=f"{path}.duration", value=duration,
             allowed=f"3 to {SAMPLES_MAX} samples", mend="Change duration or sample_time",
         )  # fmt: skip
-    if run.settle >= run.duration:
-        raise InputError("leaves nothing to judge", path=f"{path}.settle", value=run.settle,
-                         allowed=f"less than the duration, {run.duration:g} s")  # fmt: skip
+    if settle >= duration:
+        raise InputError("leaves nothing to judge", path=f"{path}.settle", value=settle,
+                         allowed=f"less than the duration, {duration:g} s")  # fmt: skip
 
 
 def _whole(value: float, path: str) -> int:

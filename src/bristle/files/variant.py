@@ -6,13 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from bristle.controllers.feedforward import Shape
 from bristle.core import units
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
-from bristle.core.experiment import Feedforward, Learning, Variant
-from bristle.core.variable import Kind, Variable, variables_of
+from bristle.core.experiment import ALONG, FEEDFORWARD, LEARNING, SIDES, Feedforward, Learning, Variant
+from bristle.core.variable import Kind
 from bristle.files.components import check_keys, key_of, model_from, number_at, table_at
 from bristle.files.controller import controller_from
 from bristle.files.model import kind_at
@@ -27,21 +26,7 @@ __all__ = ["SECTIONS", "Tables", "variant_from"]
 
 SECTIONS = ("axis", "plant", "friction", "table_friction", "controller", "sensor", "reference", "run")
 
-SIDES = ("load", "motor")
-
-FEEDFORWARD = {
-    "mass": Variable("mass", "mass or inertia times the desired acceleration", min=0.0),
-    **variables_of(Shape),
-    "conditioning": Variable("length", "amplitude of the decaying sweep before the first sample", min=0.0),
-}
-LEARNING = {
-    "trials": Variable("1", "trials, of which the last is reported", min=1.0, max=1000.0),
-    "k_e": Variable("force/length", "effort learned from the following error", min=0.0),
-    "k_d": Variable("force*time/length", "effort learned from its derivative", min=0.0),
-    "cutoff": Variable("frequency", "cut-off of the zero-phase low-pass on what is learned", min=1e-3),
-}
 BESIDE = ("feedforward", "learning")  # of the parameters of a control law
-ALONG = ("desired", "measured")
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,10 @@ coulomb_viscous(F_v=200 N*s/m, F_C=20 N)
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from bristle.core.contracts import FrictionModel
+from bristle.core.edge import NAMES, TEXT, component, guarded
 from bristle.core.errors import InputError, did_you_mean
 from bristle.friction.bouc_wen import MODEL as bouc_wen
 from bristle.friction.bouc_wen_classic import MODEL as bouc_wen_classic
@@ -89,7 +92,8 @@ def find(name: str, path: str = "friction.model") -> SlottedModel:
     return with_slots(MODELS[base], slots, path)
 
 
-def with_slots(model: FrictionModel, slots: list[str], path: str = "friction.model") -> SlottedModel:
+@guarded(model=component("friction"), slots=NAMES, path=TEXT)
+def with_slots(model: FrictionModel, slots: Sequence[str], path: str = "friction.model") -> SlottedModel:
     """Return `model` with these slots.
 
     Raises

@@ -18,14 +18,14 @@ References
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 from bristle.core.contracts import FrictionModel, Model, Motion
 from bristle.core.dispatch import friction_trial
-from bristle.core.errors import InputError
+from bristle.core.edge import Amount, amount, guarded
+from bristle.core.edge import model as of_family
 from bristle.core.kernel import kernel
 from bristle.core.lazy import cached_property
 from bristle.core.mathematics import direction, relaxation
@@ -140,12 +140,14 @@ def _of_inner(holds: Callable[[Any], bool]) -> Callable[[Any], bool]:
     return lambda p: holds(p.inner)
 
 
+@guarded(friction=of_family("friction"))
 def is_static(friction: Model) -> bool:
     """Return whether a friction model is a static map: it has neither state nor memory."""
     return not friction.component.State._fields and friction.component.memory_size(friction.parameters) == 0
 
 
-def with_presliding(friction: Model, distance: float) -> Model:
+@guarded(friction=of_family("friction"), distance=amount(Variable("length", "distance over which the force turns")))
+def with_presliding(friction: Model, distance: Amount) -> Model:
     """Return a static friction model whose force turns over `distance` [m or rad]; any other model as it is.
 
     Raises
@@ -153,8 +155,6 @@ def with_presliding(friction: Model, distance: float) -> Model:
     InputError
         If the distance is not finite.
     """
-    if math.isnan(distance) or math.isinf(distance):
-        raise InputError("is not a finite number", path="distance", value=distance, allowed=DISTANCE.allowed())
     if distance <= 0.0 or not is_static(friction):
         return friction
     return Model(presliding(friction.component), Parameters(friction.parameters, distance), friction.kind)

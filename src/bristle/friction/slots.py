@@ -27,6 +27,7 @@ from bristle.core.dispatch import (
     friction_trial,
     friction_trial_sided,
 )
+from bristle.core.edge import FLAG, component, guarded, model
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.kernel import kernel
 from bristle.core.lazy import cached_property
@@ -171,6 +172,7 @@ class SlottedModel(FrictionModel):
         return (name,)
 
 
+@guarded(component=component("friction"))
 def base_of(component: FrictionModel) -> FrictionModel:
     """Return the model inside all slots."""
     found: Any = component
@@ -179,6 +181,7 @@ def base_of(component: FrictionModel) -> FrictionModel:
     return found
 
 
+@guarded(friction=model("friction"))
 def unvaried(friction: Model) -> Model:
     """Return a friction model in which nothing varies: as it is in the middle, at nominal load and temperature."""
     p = friction.parameters
@@ -191,6 +194,7 @@ def unvaried(friction: Model) -> Model:
 _SIDES = {"_pos": ", moving forward", "_neg": ", moving backward"}
 
 
+@guarded(model=component("friction"), asymmetry=FLAG)
 def slotted(model: FrictionModel, *, asymmetry: bool) -> SlottedModel:
     """Return `model` with an offset and, where asked for, parameters of its own for each direction."""
     return _slotted(model, asymmetry)

@@ -13,6 +13,7 @@ array([0.056552, 0.008571, 0.056552])
 from __future__ import annotations
 
 from bristle.core.contracts import HysteresisOperator, Model
+from bristle.core.edge import guarded, model
 from bristle.core.errors import InputError
 from bristle.hysteresis.everett_table import MODEL as everett_table
 from bristle.hysteresis.initial import conditioned, saturated
@@ -62,6 +63,7 @@ __all__ = [
 ]
 
 
+@guarded(operator=model("hysteresis"))
 def inverse_of(operator: Model) -> Model:
     """Return the inverse of an operator: the displacement from the force.
 

@@ -7,17 +7,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from bristle.core.errors import InputError
+from bristle.core.edge import Amount, amount, guarded, whole
+from bristle.core.variable import Variable
 
 __all__ = ["conditioned", "saturated"]
 
 
-def saturated(extent: float) -> np.ndarray:
+@guarded(extent=amount(Variable("length", "input at the end")))
+def saturated(extent: Amount) -> np.ndarray:
     """Return the history of an operator driven to one end.
 
     Parameters
     ----------
-    extent : float
+    extent : float or str
         The input at that end [m or rad], of either sign.
 
     Returns
@@ -28,12 +30,13 @@ def saturated(extent: float) -> np.ndarray:
     return np.array([float(extent)])
 
 
-def conditioned(amplitude: float, reversals: int = 100) -> np.ndarray:
+@guarded(amplitude=amount(Variable("length", "amplitude", min=0.0), exclusive=True), reversals=whole(1, 10**7))
+def conditioned(amplitude: Amount, reversals: int = 100) -> np.ndarray:
     """Return the history of an operator demagnetised by a sweep whose amplitude falls evenly to 0.
 
     Parameters
     ----------
-    amplitude : float
+    amplitude : float or str
         Amplitude of the first reversal [m or rad]; a larger one before it is forgotten only as far as this reaches.
     reversals : int
         How many: the more, the closer to the virgin state, and the more turning points are remembered.
@@ -53,9 +56,5 @@ def conditioned(amplitude: float, reversals: int = 100) -> np.ndarray:
     >>> conditioned(4.0, 4)
     array([ 4., -3.,  2., -1.,  0.])
     """
-    if not amplitude > 0.0:
-        raise InputError("must be positive", path="amplitude", value=amplitude, allowed="> 0")
-    if reversals < 1:
-        raise InputError("must be at least 1", path="reversals", value=reversals)
     steps = np.arange(reversals + 1)
     return amplitude * (1.0 - steps / reversals) * (1.0 - 2.0 * (steps % 2)) + 0.0

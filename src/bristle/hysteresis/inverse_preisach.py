@@ -5,7 +5,7 @@ turning points of the force are those of the displacement: one stack serves both
 displacement is closed, :math:`z = z_n \pm 2\varphi^{-1}(|f - f_n|/2)` with the virgin curve :math:`\varphi`; on any
 other it is the root between the ends of the branch. The state and the memory are those of the operator itself.
 
-A force of :math:`f_p` or more has no displacement: NaN.
+A force of :math:`f_p` or more has no displacement: NaN, which `bristle.response` refuses by its sample.
 
 References
 ----------

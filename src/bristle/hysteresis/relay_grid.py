@@ -18,6 +18,7 @@ import numpy as np
 
 from bristle.core.contracts import HysteresisOperator, Model, Relation
 from bristle.core.dispatch import everett
+from bristle.core.edge import Amount, amount, guarded, model, whole
 from bristle.core.errors import InputError
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
@@ -117,7 +118,11 @@ MODEL = RelayGrid(
 )
 
 
-def relays_of(operator: Model, extent: float, count: int) -> Model:
+@guarded(
+    operator=model("hysteresis"), extent=amount(Variable("length", "largest input", min=0.0), exclusive=True),
+    count=whole(1, 1000),
+)  # fmt: skip
+def relays_of(operator: Model, extent: Amount, count: int) -> Model:
     """Return the grid of relays with the measure of an operator.
 
     Parameters

@@ -8,8 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.core.contracts import Model
+from bristle.core.edge import CURVE, among, guarded, many, whole
 from bristle.core.errors import InputError
-from bristle.core.variable import Kind
+from bristle.core.variable import KINDS, Kind
 from bristle.hysteresis.reversal_table import MODEL, Curves
 
 __all__ = ["table_of_curves"]
@@ -25,6 +26,7 @@ class Curve(NamedTuple):
     f: np.ndarray
 
 
+@guarded(curves=many(CURVE, least=2), columns=whole(2, 10**5), kind=among(*KINDS, "magnetic"))
 def table_of_curves(
     curves: Sequence[tuple[Any, Any]], *, columns: int = COLUMNS, kind: Kind = "translational", **settings: Any
 ) -> Model:
@@ -55,10 +57,6 @@ def table_of_curves(
     InputError
         If there are fewer than two curves, one is not monotone, or some rise and some fall.
     """
-    if columns < 2:
-        raise InputError("is too small", path="columns", value=columns, allowed=">= 2")
-    if len(curves) < 2:
-        raise InputError("needs at least two curves", path="curves", value=len(curves))
     side = _side(curves[0])
     read = sorted((_curve(u, f, side, index) for index, (u, f) in enumerate(curves)), key=lambda one: one.u[0])
     last = max(read, key=lambda one: one.u[-1])

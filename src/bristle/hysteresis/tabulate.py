@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 
 from bristle.core.contracts import Model
+from bristle.core.edge import CURVE, FUNCTION, KIND, Amount, amount, guarded, many, whole
 from bristle.core.errors import InputError
-from bristle.core.variable import Kind
+from bristle.core.variable import Kind, Variable
 from bristle.hysteresis.everett_table import MODEL
 
 __all__ = ["from_reversal_curves", "tabulated"]
@@ -22,9 +23,13 @@ __all__ = ["from_reversal_curves", "tabulated"]
 NODES = 101
 
 
+SIZES = {"rows": whole(3, 10_000), "columns": whole(3, 10_000), "kind": KIND}
+
+
+@guarded(everett=FUNCTION, extent=amount(Variable("length", "largest input", min=0.0), exclusive=True), **SIZES)
 def tabulated(
     everett: Callable[[float, float], float],
-    extent: float,
+    extent: Amount,
     *,
     rows: int = NODES,
     columns: int = NODES,
@@ -58,10 +63,8 @@ def tabulated(
     >>> response(magnet, [1.0, 0.0, -1.0]).round(3)
     array([ 1. ,  0.5, -1. ])
     """
-    if rows < 3 or rows % 2 == 0:
+    if rows % 2 == 0:
         raise InputError("must be odd", path="rows", value=rows, allowed="odd, >= 3", mend=f"Take {rows + 1}")
-    if columns < 3:
-        raise InputError("is too small", path="columns", value=columns, allowed=">= 3")
     d = 2.0 * extent * np.linspace(0.0, 1.0, columns) ** 2
     c = np.linspace(-1.0, 1.0, rows)[:, None] * (2.0 * extent - d)
     alpha, beta = 0.5 * (c + d), 0.5 * (c - d)
@@ -71,6 +74,7 @@ def tabulated(
     return MODEL(kind=kind, extent=extent, E=table.ravel(), upper=_upper(table, d), **settings)
 
 
+@guarded(curves=many(CURVE, least=2), **SIZES)
 def from_reversal_curves(
     curves: Sequence[tuple[Any, Any]],
     *,
@@ -103,8 +107,6 @@ def from_reversal_curves(
     InputError
         If there are fewer than two curves, or one does not descend.
     """
-    if len(curves) < 2:
-        raise InputError("needs at least two curves", path="curves", value=len(curves))
     read = sorted((_curve(u, f, index) for index, (u, f) in enumerate(curves)), key=lambda one: one[0])
     alphas = np.array([alpha for alpha, _, _ in read])
     extent = max(float(alphas[-1]), *(float(drop[-1] - alpha) for alpha, drop, _ in read))

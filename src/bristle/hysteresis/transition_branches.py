@@ -27,8 +27,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from bristle.core.contracts import Model
+from bristle.core.edge import KIND, Amount, amount, guarded, whole
 from bristle.core.errors import InputError
-from bristle.core.variable import Kind
+from bristle.core.variable import Kind, Variable
 from bristle.hysteresis.everett import loop_tip
 from bristle.hysteresis.tabulate import from_reversal_curves
 
@@ -78,8 +79,13 @@ class TransitionBranches:
         return float(np.max(np.abs(self.E - self.E[::-1, ::-1].T)) / np.max(self.E))
 
 
+@guarded(
+    s=amount(Variable("force/length", "stiffness", min=0.0), exclusive=True),
+    f_p=amount(Variable("force", "force at saturation", min=0.0), exclusive=True),
+    x_r=amount(Variable("length", "amplitude of the loop", min=0.0), exclusive=True), count=whole(2, 10_000), kind=KIND,
+)  # fmt: skip
 def transition_branches(
-    s: float, f_p: float, x_r: float, *, count: int = 100, kind: Kind = "translational"
+    s: Amount, f_p: Amount, x_r: Amount, *, count: int = 100, kind: Kind = "translational"
 ) -> TransitionBranches:
     """Return the transition branches of the reformed Dahl model in its loop of amplitude `x_r`.
 
@@ -112,16 +118,14 @@ def transition_branches(
     >>> round(branches.corner_error, 3), round(branches.symmetry_error, 3)
     (0.178, 0.089)
     """
-    for name, value in (("s", s), ("f_p", f_p), ("x_r", x_r)):
-        if not (np.isfinite(value) and value > 0.0):
-            raise InputError("must be positive", path=name, value=value, allowed="> 0")
-    if count < 2:
-        raise InputError("is too small", path="count", value=count, allowed=">= 2")
     inputs = np.linspace(-x_r, x_r, count + 1)
     f_r = f_p * loop_tip(s * x_r / f_p)
-    ascending = _branch(-f_r, inputs + x_r, s, f_p + f_r)
     drop = np.maximum(inputs[:, None] - inputs, 0.0)
-    descending = _branch(ascending[:, None], -drop, s, f_p + ascending[:, None])
+    with np.errstate(all="ignore"):  # what overflows or vanishes is refused
+        ascending = _branch(-f_r, inputs + x_r, s, f_p + f_r)
+        descending = _branch(ascending[:, None], -drop, s, f_p + ascending[:, None])
+    if not np.all(np.isfinite(descending)):
+        raise InputError("is out of range of the other two", path="x_r", value=x_r, mend="Is each unit right?")
     return TransitionBranches(inputs, descending, f_r, kind)
 
 

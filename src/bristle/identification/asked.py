@@ -24,7 +24,7 @@ from bristle.identification.unknowns import Held, Unknowns, stroke_of
 from bristle.logs.log import Log
 from bristle.plants import PLANTS, inertia
 
-__all__ = ["Known", "as_asked", "freed", "known_of", "models_of", "unknowns_of"]
+__all__ = ["METHODS", "Known", "as_asked", "freed", "known_of", "models_of", "unknowns_of"]
 
 ALL = "all"
 METHODS = ("inverse_dynamics", "output_error")
@@ -131,7 +131,7 @@ def _refuse_arrays(component: FrictionModel) -> None:
         )  # fmt: skip
 
 
-def freed(free: str | Sequence[str], components: Sequence[FrictionModel]) -> tuple[str, ...]:
+def freed(free: Sequence[str], components: Sequence[FrictionModel]) -> tuple[str, ...]:
     """Return the shapes that are to be identified.
 
     Raises
@@ -139,32 +139,23 @@ def freed(free: str | Sequence[str], components: Sequence[FrictionModel]) -> tup
     InputError
         If none of the models has a shape of that name.
     """
-    names = [one.strip() for one in free.split(",") if one.strip()] if isinstance(free, str) else list(free)
     shapes = {
         name
         for one in components
         for name, variable in one.variables.items()
         if name in one.defaults and not variable.excitation and not variable.choices and name not in ("offset", "x_0")
     }
-    for name in names:
+    for name in free:
         if name not in shapes:
             raise InputError("is no shape that is kept at a default", path="free", value=name,
                              allowed=", ".join(sorted(shapes)) or "none for these models")  # fmt: skip
-    return tuple(names)
+    return tuple(free)
 
 
 def as_asked(
     given: Sequence[tuple[Log, Axis | None]], method: str | None, global_search: bool | None
 ) -> list[tuple[Log, Axis | None]]:
-    """Return logs with their axes, which say what is made small, and where it is looked for, as a person asks.
-
-    Raises
-    ------
-    InputError
-        If there is no such method.
-    """
-    if method is not None and method not in METHODS:
-        raise InputError("no such method", path="method", value=method, allowed=", ".join(METHODS))
+    """Return logs with their axes, which say what is made small, and where it is looked for, as a person asks."""
     changes = {"method": method, "global_search": global_search}
     changes = {name: value for name, value in changes.items() if value is not None}
     return [(log, replace(axis or Axis(kind=log.kind), **changes) if changes else axis) for log, axis in given]
@@ -190,7 +181,7 @@ def known_of(axis: Axis | None, mass: float | str | None, offset: float | str | 
     plant = PLANTS[axis.plant] if axis is not None else inertia
     pitch = axis.pitch if axis is not None else None
     chosen = offset if offset is not None else (axis.offset if axis is not None else "identify")
-    if chosen == "identify":
+    if isinstance(chosen, str) and chosen == "identify":
         return Known(None, values, plant, pitch)
     value = quantity(chosen, OFFSET, kind, path="offset")
     if not math.isfinite(value):

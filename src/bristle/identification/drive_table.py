@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bristle.core.errors import InputError
+from bristle.core.edge import guarded, instance, whole
 from bristle.engine.steady import steady_force
 from bristle.identification.result import Fit
 
@@ -19,6 +19,7 @@ HALVINGS = 40
 STRAIGHT = 1e-6  # of the largest force: a deviation that is none
 
 
+@guarded(fit=instance(Fit, "a model that was identified"), entries=whole(4, 1000))
 def drive_table(fit: Fit, entries: int = 20) -> list[tuple[float, float]]:
     """Return the steady friction force over velocity, for the friction compensation of a drive.
 
@@ -43,10 +44,8 @@ def drive_table(fit: Fit, entries: int = 20) -> list[tuple[float, float]]:
     InputError
         If `entries` is out of range.
     """
-    if entries != int(entries) or not 4 <= entries <= 1000:
-        raise InputError("out of range", path="entries", value=entries, allowed="4 to 1000")
     sides = _sides(fit)
-    return [point for side in sides for point in side[_placed(side, int(entries) // len(sides))].tolist()]
+    return [point for side in sides for point in side[_placed(side, entries // len(sides))].tolist()]
 
 
 def steady_curve(fit: Fit) -> list[tuple[float, float]]:

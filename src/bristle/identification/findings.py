@@ -12,6 +12,7 @@ from bristle.core.contracts import FrictionModel, Model, make_model
 from bristle.core.errors import InputError
 from bristle.core.typography import with_unit
 from bristle.core.variable import Kind, Variable
+from bristle.engine.part import finite
 from bristle.identification.excitation import out_of_sight, why_unidentifiable
 from bristle.identification.problem import Problem
 from bristle.identification.repetition import about_amplitudes
@@ -51,7 +52,7 @@ def fit_of(
     """
     regression, component = problem.regression, problem.unknowns.component
     values = problem.unknowns.complete(solution.values)
-    predicted = problem.predicted(values)
+    predicted = finite(problem.predicted(values), problem.model(values))
     uncertainty = uncertainty_of(solution, regression.effort - predicted if residual is None else residual)
     estimates = _Findings(problem, solution, scales, uncertainty, values, filtered=residual is None).estimates()
     names = tuple(solution.values)

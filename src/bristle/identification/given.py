@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
-import math
-import numbers
-import os
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
+from bristle.core.edge import instance, optional, whole
 from bristle.core.errors import InputError
 from bristle.core.units import quantity
+from bristle.core.values import looked_at
 from bristle.core.variable import Kind, Variable
+from bristle.files.given import AXIS
 from bristle.logs.log import Log
 
 __all__ = [
+    "CUTOFF",
     "axes_for",
     "checked_model",
     "log_and_axis",
     "logs_and_axes",
-    "none_or_more",
     "number_or_text",
     "treatment_of",
-    "whole_number",
 ]
 
 CUTOFF = Variable("frequency", "cut-off of the zero-phase filter")
@@ -37,18 +37,11 @@ def log_and_axis(log: Any, axis: Any) -> tuple[Log, Axis | None]:
     InputError
         If one is neither, or its file cannot be used.
     """
-    from bristle.files.axis import read_axis
     from bristle.files.log import read_log
 
-    if isinstance(axis, (str, os.PathLike)):
-        axis = read_axis(axis)
-    if axis is not None and not isinstance(axis, Axis):
-        raise InputError("must be an axis or its file", path="axis", value=axis, mend='Write axis="axis.toml"')
-    if isinstance(log, (str, os.PathLike)):
-        log = read_log(log, axis)
-    if not isinstance(log, Log):
-        raise InputError("must be a log or its file", path="log", value=log, mend='Write read_log("axis.csv", axis)')
-    return log, axis
+    axis = looked_at(optional(AXIS), axis, "axis", None)
+    what = instance(Log, "a log or its file", 'Write read_log("axis.csv", axis)', partial(read_log, axis=axis))
+    return looked_at(what, log, "log", None), axis
 
 
 def axes_for(axes: Sequence[Any], count: int) -> list[Any]:
@@ -102,37 +95,8 @@ def treatment_of(cutoff: Any, decimation: Any, kind: Kind) -> tuple[float | None
     InputError
         If one is no number, or has the wrong unit.
     """
-    rows = None if decimation is None else whole_number(decimation, "decimation", "1 to 10000")
+    rows = optional(whole(1, 10_000))(decimation, "decimation", kind)
     return number_or_text(cutoff, CUTOFF, kind, "cutoff"), rows
-
-
-def whole_number(value: Any, path: str, allowed: str) -> int:
-    """Return a whole number.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
-    number = float(value) if isinstance(value, numbers.Real) and not isinstance(value, bool) else math.nan
-    if not number.is_integer():
-        raise InputError("must be a whole number", path=path, value=value, allowed=allowed)
-    return int(number)
-
-
-def none_or_more(value: Any, path: str, fewest: int) -> int:
-    """Return a whole number that is 0, for none, or at least `fewest`.
-
-    Raises
-    ------
-    InputError
-        If it is neither.
-    """
-    allowed = f"0, or {fewest} and more"
-    count = whole_number(value, path, allowed)
-    if count != 0 and count < fewest:
-        raise InputError("out of range", path=path, value=value, allowed=allowed)
-    return count
 
 
 def checked_model(model: Any, family: str, path: str) -> Model:

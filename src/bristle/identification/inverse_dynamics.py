@@ -19,10 +19,11 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel
 from bristle.core.cores import cores_for_simulations
+from bristle.core.edge import FLAG, NAMES, PROGRESS, among, guarded, optional, whole
 from bristle.core.errors import InputError
-from bristle.identification.asked import Known, as_asked, freed, known_of, models_of
+from bristle.identification.asked import METHODS, Known, as_asked, freed, known_of, models_of
 from bristle.identification.break_away import break_aways
-from bristle.identification.given import logs_and_axes, none_or_more, treatment_of
+from bristle.identification.given import logs_and_axes, treatment_of
 from bristle.identification.held_out import TOO_SHORT, blocks_for
 from bristle.identification.information import with_information
 from bristle.identification.interruption import obey
@@ -37,11 +38,15 @@ from bristle.logs.log import Log
 
 __all__ = ["identify"]
 
-FEWEST_DRAWS = 20
+FEWEST_DRAWS, MOST_DRAWS = 20, 100_000
 
 Progress = Callable[[float, str], None]
 
 
+@guarded(
+    blocks=optional(whole(2, 10_000, none=True)), free=NAMES, draws=whole(FEWEST_DRAWS, MOST_DRAWS, none=True),
+    method=optional(among(*METHODS)), global_search=optional(FLAG), progress=PROGRESS,
+)  # fmt: skip
 @cores_for_simulations()
 def identify(
     log: Log | str | PathLike[str] | Sequence[Log | str | PathLike[str]], model: Any = "coulomb_viscous", *,
@@ -105,17 +110,15 @@ def identify(
     given = as_asked(logs_and_axes(log, axis), method, global_search)
     logs, axes = [log for log, _ in given], [axis for _, axis in given]
     components = models_of(model)
-    draws = none_or_more(draws, "draws", FEWEST_DRAWS)
-    asked = None if blocks is None else none_or_more(blocks, "blocks", 2)
     _refuse_without_effort(logs)
     kind = logs[0].kind
     known = replace(known_of(axes[0], mass, offset, kind), free=freed(free, components))
     workbench = _workbench(given, known, *treatment_of(cutoff, decimation, kind))
-    regression, held_out = workbench.regression, blocks_for(workbench.regression, asked)
+    regression, held_out = workbench.regression, blocks_for(workbench.regression, blocks)
     count = len(components) + bool(draws)
     fits, left_out = _fits(workbench, components, held_out, partial(_share, progress, count))
     first, *others = (replace(fit, rank=rank) for rank, fit in enumerate(with_information(in_order(fits)), 1))
-    if asked is None and not held_out:
+    if blocks is None and not held_out:
         first = replace(first, warnings=(TOO_SHORT, *first.warnings))
     unfinished = _unfinished(fits, [one.name for one in components if one.name not in left_out])
     if draws and not unfinished:

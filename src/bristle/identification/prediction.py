@@ -12,18 +12,21 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
+from bristle.core.edge import Amount, among, amount, guarded, instance, model, optional
 from bristle.core.errors import InputError
 from bristle.core.experiment import substeps_for
 from bristle.core.status import Status
 from bristle.core.typography import number, with_unit
-from bristle.core.variable import unit_of
+from bristle.core.variable import Variable, unit_of
 from bristle.engine import Trace, run_open_loop
+from bristle.engine.part import finite
+from bristle.files.given import AXIS, LOG
 from bristle.friction import is_static, with_presliding
 from bristle.identification.bands import Bands, half_width
 from bristle.identification.between_samples import finer
 from bristle.identification.closed_loop import START_SAMPLES, beginning_of, closed_loop_of
 from bristle.identification.doubts import with_doubts
-from bristle.identification.given import checked_model, log_and_axis, treatment_of
+from bristle.identification.given import CUTOFF, checked_model, log_and_axis, treatment_of
 from bristle.identification.open_loop import open_loop_of
 from bristle.identification.regression import Regression
 from bristle.identification.several import treat_all
@@ -37,10 +40,15 @@ MODES = ("inverse", "closed-loop", "open-loop")
 MOST = 0.4  # of the sampling frequency, for a cut-off
 
 
+@guarded(
+    mode=among(*MODES), velocity_max=optional(amount(Variable("length/time", "largest speed", min=0.0))),
+    delay=optional(amount(Variable("time", "delay of the effort"))),
+    lag=optional(amount(Variable("time", "lag of the drive", min=0.0))), bands=optional(instance(Bands, "a Bands")),
+)  # fmt: skip
 def predict(
     plant: Model, friction: Model, log: Log | str | PathLike[str], axis: Axis | str | PathLike[str] | None = None,
     mode: str = "inverse", *, cutoff: float | str | None = None, decimation: int | None = None,
-    velocity_max: float | None = None, delay: float | None = None, lag: float | None = None,
+    velocity_max: Amount | None = None, delay: Amount | None = None, lag: Amount | None = None,
     bands: Bands | None = None,
 ) -> Prediction:  # fmt: skip
     """Predict a log with a model.
@@ -62,11 +70,11 @@ def predict(
         Those of the identification [Hz, or text with a unit], for the inverse mode; the axis decides where they are
         not given.
 
-    velocity_max : float, optional
+    velocity_max : float or str, optional
         Largest speed that the model was fitted to [m/s or rad/s]: a log that goes far beyond it is told.
-    delay : float, optional
+    delay : float or str, optional
         By how much the effort lags the position, as the identification found [s], for the inverse mode.
-    lag : float, optional
+    lag : float or str, optional
         Time constant with which the drive follows its controller, as the identification found [s], for the closed loop;
         the axis decides where it is not given.
     bands : Bands, optional
@@ -84,8 +92,6 @@ def predict(
     """
     plant, friction = checked_model(plant, "plant", "plant"), checked_model(friction, "friction", "friction")
     log, axis = log_and_axis(log, axis)
-    if mode not in MODES:
-        raise InputError("no such mode", path="mode", value=mode, allowed=", ".join(MODES))
     if plant.kind != log.kind:
         raise InputError(
             "model and log are of different kinds of axis",
@@ -159,7 +165,7 @@ def _within_reach(
 
 
 def _inverse(plant: Model, friction: Model, log: Log, regression: Regression) -> Prediction:
-    predicted = regression.rows_of(regression.explained(plant, friction))
+    predicted = finite(regression.rows_of(regression.explained(plant, friction)), friction, "friction")
     return Prediction(
         mode="inverse",
         time=regression.time,
@@ -263,8 +269,12 @@ def _error_percent(signal: Any, predicted: Any) -> float | None:
     return None if predicted is None else relative_error_percent(signal, predicted)
 
 
+@guarded(
+    plant=model("plant"), friction=model("friction"), log=LOG, axis=optional(AXIS),
+    cutoff=optional(amount(CUTOFF, exclusive=True)),
+)  # fmt: skip
 def unexplained_force(
-    plant: Model, friction: Model, log: Log, axis: Axis | None = None, *, cutoff: float | None = None
+    plant: Model, friction: Model, log: Log, axis: Axis | None = None, *, cutoff: Amount | None = None
 ) -> np.ndarray:
     """Return the force that a model does not explain, at the rate of the log.
 
@@ -280,7 +290,7 @@ def unexplained_force(
         The log.
     axis : Axis, optional
         Its cut-off and encoder resolution are used.
-    cutoff : float, optional
+    cutoff : float or str, optional
         Cut-off of the identification [Hz]; the axis decides where it is not given.
 
     Returns
@@ -295,4 +305,4 @@ def unexplained_force(
         residual[: regression.dropped] = residual[residual.size - regression.dropped :] = 0.0
         first = int(np.searchsorted(log.time.values, one.time[0]))
         force[first : first + residual.size] = residual
-    return force
+    return finite(force, friction, "friction")

@@ -13,7 +13,7 @@ from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind
-from bristle.engine import force_along
+from bristle.engine.motion import along
 from bristle.identification.starts import place_of, state_at
 
 __all__ = ["Regression", "Stretch", "low_passed", "mechanical"]
@@ -105,7 +105,7 @@ class Stretch:
             Where the contact stood before, from -1 to 1; virgin where not given.
         """
         state = None if place is None else state_at(friction, place)
-        return force_along(friction, dt=dt, state=state, **self.signals(dt))[self.first_cycle :]
+        return along(friction, dt=dt, state=state, **self.signals(dt))[self.first_cycle :]
 
 
 @dataclass(frozen=True)

@@ -25,7 +25,7 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.core.cores import Abreast
 from bristle.core.normal import NORMAL_95
-from bristle.engine import force_along
+from bristle.engine.motion import along
 from bristle.identification.bands import MEMBERS, SEED, Bands, with_parameters
 from bristle.identification.resampling.half_cycles import least_way, turns_of
 from bristle.identification.treatment import CUTOFF_SHARE, stretch_of
@@ -112,4 +112,4 @@ def _along(friction: Model, log: Log, part: slice, resolution: float) -> tuple[n
     turns = np.flatnonzero(np.diff(np.signbit(stretch.velocity))) + 1
     starts = turns_of(stretch.position, turns.tolist(), least_way(resolution, noise))
     cycle = np.searchsorted(starts, np.arange(stretch.position.size), side="right")
-    return cycle, force_along(friction, dt=log.sample_time, **stretch.signals(log.sample_time))
+    return cycle, along(friction, dt=log.sample_time, **stretch.signals(log.sample_time))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from bristle.core.contracts import Model
-from bristle.engine import force_from
+from bristle.engine.motion import each_from
 
 __all__ = ["place_of", "state_at"]
 
@@ -33,7 +33,7 @@ def place_of(friction: Model, motion: Signals, dt: float, wanted: np.ndarray) ->
     measured = wanted[every - 1 : count : every]
 
     def costs(places: np.ndarray) -> np.ndarray:
-        force = force_from(friction, [state_at(friction, one) for one in places.tolist()], dt=every * dt, **first)
+        force = each_from(friction, [state_at(friction, one) for one in places.tolist()], dt=every * dt, **first)
         return np.sum((measured - force) ** 2, axis=1)
 
     places = np.linspace(-1.0, 1.0, PLACES)
@@ -73,7 +73,7 @@ def _forgotten(friction: Model, motion: Signals, dt: float) -> int:
     count, whole = 0, motion["v"].size
     for size in (*(FIRST * 4**k for k in range(12) if FIRST * 4**k < whole), whole):
         part = {name: values[:size] for name, values in motion.items()}
-        low, high = force_from(friction, [state_at(friction, at) for at in (-1.0, 1.0)], dt=dt, **part)
+        low, high = each_from(friction, [state_at(friction, at) for at in (-1.0, 1.0)], dt=dt, **part)
         apart = np.flatnonzero(np.abs(high - low) > ALIKE * max(float(np.max(np.abs(high))), 1e-300))
         count = int(apart[-1]) + 1 if apart.size else 0
         if count < size - MARGIN:

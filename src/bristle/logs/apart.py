@@ -31,9 +31,6 @@ PATIENCE = 4.0  # times that, by the clock, on a machine that is busy
 SPARE_BYTES = 3 * 2**29  # of addresses, beside what is read
 # A plugin of HDF5 is a library that a file can ask for; none is loaded. One thread of linear algebra is enough.
 # Ctrl-C in a terminal goes to whoever waits, who ends it.
-_OWN_GROUP: dict[str, Any] = (
-    {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP} if sys.platform == "win32" else {"start_new_session": True}
-)
 ENVIRONMENT = {"HDF5_PLUGIN_PRELOAD": "::", "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
 
@@ -66,10 +63,11 @@ def read_apart(data: bytes, request: Request) -> Table:
     }
     code = "from bristle.logs.apart import serve; serve()"
     environment = os.environ | ENVIRONMENT | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
-    process: subprocess.Popen[bytes] = subprocess.Popen(
+    process = subprocess.Popen(
         [sys.executable, "-P", "-c", code],
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment,
-        **_OWN_GROUP,
+        # A group of its own: Ctrl-C goes to the program that waits, and that one ends the reader.
+        start_new_session=sys.platform != "win32", creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
     )  # fmt: skip
     with process:
         try:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from bristle.core.content import NOWHERE, Origin
+from bristle.core.edge import CURVE, TEXT, among, guarded, instance, many
 from bristle.core.lazy import cached_property
-from bristle.core.variable import Kind
+from bristle.core.variable import KINDS, Kind
 
 __all__ = ["STARTS", "Curve", "Curves"]
 
@@ -25,6 +26,14 @@ class Curve(NamedTuple):
     f: np.ndarray
 
 
+def _curve(given: Any, path: str, kind: Kind | None) -> Curve:
+    return Curve(*CURVE(given, path, kind))
+
+
+@guarded(
+    curves=many(_curve, least=1), start=among(*STARTS), kind=among(*KINDS, "magnetic"),
+    source=instance(Path, "a path", read=Path), origin=instance(Origin, "an Origin"), notes=many(TEXT),
+)  # fmt: skip
 @dataclass(frozen=True, eq=False)
 class Curves:
     """Hysteresis as it was recorded: no time, only the order of the samples.

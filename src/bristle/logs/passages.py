@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bristle.core.axis import Axis
+from bristle.core.edge import guarded, instance, optional
 from bristle.logs.legs import graininess
 from bristle.logs.log import Log
 from bristle.logs.passage import Passage
@@ -13,6 +14,7 @@ from bristle.logs.stretch import Stretch
 __all__ = ["passages", "passages_along"]
 
 
+@guarded(log=instance(Log, "a log", "Write read_log(...)"), axis=optional(instance(Axis, "an axis")))
 def passages(log: Log, axis: Axis | None = None) -> tuple[Passage, ...]:
     """Return the experiments that a log contains, in order.
 

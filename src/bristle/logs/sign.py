@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from bristle.core.edge import guarded, instance
 from bristle.core.least_squares import unbounded
 from bristle.logs.log import Log
 
@@ -17,6 +18,7 @@ STRIDE = 10  # samples over which velocity and effort are averaged, against quan
 DOUBT = 0.1  # share of the work below which the log says nothing
 
 
+@guarded(log=instance(Log, "a log", "Write read_log(...)"))
 def sign_of_effort(log: Log) -> str | None:
     """Return a warning if the effort of `log` seems to have the wrong sign, else None."""
     if log.effort is None:

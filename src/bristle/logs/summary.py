@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.core.content import SIZE_LIMIT, Readable
+from bristle.core.content import SIZE_LIMIT, Readable, size_of
+from bristle.core.edge import guarded, instance, optional
 from bristle.core.errors import InputError
 from bristle.core.typography import printable
 from bristle.logs.checks import problems_of, quantisation
@@ -20,6 +21,7 @@ from bristle.logs.table import Table
 __all__ = ["summarize"]
 
 
+@guarded(axis=optional(instance(Axis, "an axis")))
 def summarize(given: Readable, axis: Axis | None = None, *, size_limit: int = SIZE_LIMIT) -> dict[str, Any]:
     """Return what is in a log, as plain data.
 
@@ -45,7 +47,7 @@ def summarize(given: Readable, axis: Axis | None = None, *, size_limit: int = SI
     InputError
         If the file cannot be read at all.
     """
-    table = read_table(given, axis and axis.table, size_limit=size_limit)
+    table = read_table(given, axis and axis.table, size_limit=size_of(size_limit))
     summary: dict[str, Any] = {
         "file": printable(table.origin.name),
         "format": table.format,

@@ -5,11 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from os import PathLike
+from typing import Any
 
+from bristle.core.edge import PROGRESS, TEXT, Amount, amount, guarded, optional
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.experiment import Experiment, Variant
+from bristle.core.units import compatible, convert, split
+from bristle.core.variable import Kind, Variable
 from bristle.engine.steady import steady_force
+from bristle.files.given import EXPERIMENT
 from bristle.loop_design.budget import Budget, error_budget
 from bristle.loop_design.circle import Circle, circle_of, is_sampled, run_circles
 from bristle.loop_design.delays import Delays, delays_of
@@ -65,20 +69,33 @@ class Design:
         return self.assessment.verdict is Verdict.STABLE
 
 
+def _bandwidth(given: Any, path: str, kind: Kind | None) -> float:
+    """Return a bandwidth as an angular frequency [rad/s]; text says it in Hz or rad/s."""
+    if not isinstance(given, str):
+        return amount(Variable("1", "bandwidth [rad/s]", min=0.0), exclusive=True)(given, path, kind)
+    angular = compatible(split(given, path)[1] or "1", "rad/s", path=path)
+    found = convert(given, "rad/s") if angular else 2.0 * math.pi * convert(given, "Hz", path=path)
+    if not 0.0 < found < math.inf:
+        raise InputError("must be positive", path=path, value=given, allowed="> 0 Hz")
+    return found
+
+
+@guarded(experiment=EXPERIMENT, variant=optional(TEXT), bandwidth=optional(_bandwidth), progress=PROGRESS)
 def design(
-    experiment: Experiment | str | PathLike[str], *, variant: str | None = None, bandwidth: float | None = None,
+    experiment: Any, *, variant: str | None = None, bandwidth: Amount | None = None,
     progress: Progress | None = None,
 ) -> Design:  # fmt: skip
     """Design the loop of an experiment.
 
     Parameters
     ----------
-    experiment : Experiment or path-like
+    experiment : Experiment, path-like, bytes, file object or dict
         The loop, or the file that describes it.
     variant : str, optional
         Name of the variant to be designed; by default the first one that feeds friction forward, else the first one.
-    bandwidth : float, optional
-        Bandwidth wanted of what is proposed [rad/s]; by default as much as the margins allow.
+    bandwidth : float or str, optional
+        Bandwidth wanted of what is proposed [rad/s], or text such as ``"30 Hz"``; by default as much as the margins
+        allow.
     progress : callable, optional
         Called with the share done and the name of what comes next.
 
@@ -92,14 +109,6 @@ def design(
     InputError
         If there is no such variant, or the bandwidth is not positive.
     """
-    if isinstance(experiment, (str, PathLike)):
-        from bristle.files.experiment import read_experiment
-
-        experiment = read_experiment(experiment)
-    if not isinstance(experiment, Experiment):
-        raise InputError("must be an experiment or its file", path="experiment", value=experiment)
-    if bandwidth is not None and not 0.0 < bandwidth < math.inf:
-        raise InputError("must be positive", path="bandwidth", value=bandwidth, allowed="> 0 rad/s")
     chosen = _chosen(experiment.variants, variant)
     assessments = tuple(assess(one) for one in experiment.variants)
     verdict = next(one.verdict for one in assessments if one.name == chosen.name)

@@ -11,12 +11,22 @@ is that of the friction; one at the frequency of a controller is not.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+
+from bristle.core.edge import Amount, amount, array, guarded
+from bristle.core.errors import InputError
+from bristle.core.variable import Variable
 
 __all__ = ["torque_seen"]
 
 
-def torque_seen(effort: np.ndarray, velocity: np.ndarray, dt: float, J_m: float) -> np.ndarray:
+@guarded(
+    effort=array(least=1), velocity=array(least=1), dt=amount(Variable("time", "sample time", min=0.0), exclusive=True),
+    J_m=amount(Variable("mass", "inertia before the sensor", min=0.0)),
+)  # fmt: skip
+def torque_seen(effort: Any, velocity: Any, dt: Amount, J_m: Amount) -> np.ndarray:
     """Return the mean torque in the shaft between two samples.
 
     Parameters
@@ -40,4 +50,7 @@ def torque_seen(effort: np.ndarray, velocity: np.ndarray, dt: float, J_m: float)
     >>> torque_seen(np.array([1.0, 1.0]), np.array([0.0, 0.5]), 0.1, 0.1)
     array([0.5])
     """
+    if effort.shape != velocity.shape:
+        raise InputError("has another length than effort", path="velocity", value=velocity.size,
+                         allowed=f"{effort.size} samples")  # fmt: skip
     return effort[:-1] - J_m * np.diff(velocity) / dt

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from bristle.core.contracts import Model
-from bristle.core.experiment import Experiment, Feedforward, Run, Variant
+from bristle.core.edge import TEXT, Amount, amount, array, guarded, model, optional
+from bristle.core.experiment import RUN, Experiment, Feedforward, Run, Variant
+from bristle.core.variable import Variable
+from bristle.engine.part import FRICTION
 from bristle.references import recorded
 from bristle.sensors import encoder
 
@@ -18,9 +22,15 @@ AS_RECORDED, FEEDFORWARD, COMPENSATED = "as_recorded", "feedforward", "compensat
 SETTLE_SHARE, SETTLE_MAX = 0.05, 0.5  # of the duration, and in seconds
 
 
+@guarded(
+    plant=model("plant"), friction=FRICTION, compensator=FRICTION, controller=model("controller"),
+    reference=array(least=3), sample_time=amount(RUN["sample_time"]), disturbance=optional(array()),
+    resolution=amount(Variable("length", "one count of the encoder", min=0.0)),
+    effort_limit=amount(RUN["effort_limit"], endless=True), name=TEXT,
+)  # fmt: skip
 def compensation_experiment(
-    plant: Model, friction: Model, compensator: Model, controller: Model, reference: np.ndarray, sample_time: float, *,
-    resolution: float = 0.0, effort_limit: float = math.inf, disturbance: np.ndarray | None = None, name: str = "axis",
+    plant: Model, friction: Model, compensator: Model, controller: Model, reference: Any, sample_time: Amount, *,
+    resolution: Amount = 0.0, effort_limit: Amount = math.inf, disturbance: Any = None, name: str = "axis",
 ) -> Experiment:  # fmt: skip
     """Return the experiment that shows what feedforward and friction compensation gain.
 

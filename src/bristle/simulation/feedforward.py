@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from bristle.controllers.feedforward import Shape, shaped
 from bristle.core.contracts import Model
-from bristle.core.experiment import Feedforward
+from bristle.core.edge import Amount, amount, array, guarded, instance
+from bristle.core.experiment import FEEDFORWARD, Feedforward
 from bristle.engine import Compensator, conditioned, force_along
+from bristle.engine.part import FRICTION, PERIOD, check_run
 
 __all__ = ["compensator_of", "feedforward_effort", "friction_along"]
 
 
-def friction_along(model: Model, velocity: np.ndarray, dt: float, *, conditioning: float = 0.0) -> np.ndarray:
+@guarded(model=FRICTION, velocity=array(least=1), dt=PERIOD, conditioning=amount(FEEDFORWARD["conditioning"]))
+def friction_along(model: Model, velocity: Any, dt: Amount, *, conditioning: Amount = 0.0) -> np.ndarray:
     """Return the friction force that a compensator expects along a desired motion.
 
     Where the desired velocity is zero a set-valued model has no single force; it is fed the middle of its interval.
@@ -41,9 +46,10 @@ def friction_along(model: Model, velocity: np.ndarray, dt: float, *, conditionin
     return 0.5 * (forward + backward)
 
 
-def feedforward_effort(
-    feedforward: Feedforward, position: np.ndarray, acceleration: np.ndarray, dt: float
-) -> np.ndarray:
+@guarded(
+    feedforward=instance(Feedforward, "a Feedforward"), position=array(least=2), acceleration=array(least=2), dt=PERIOD,
+)  # fmt: skip
+def feedforward_effort(feedforward: Feedforward, position: Any, acceleration: Any, dt: Amount) -> np.ndarray:
     """Return the effort fed forward along a desired trajectory, for the step that begins at each sample.
 
     Parameters
@@ -60,6 +66,7 @@ def feedforward_effort(
     ndarray, shape (sample,)
         Effort [N or N*m].
     """
+    check_run(position.size, acceleration=acceleration)
     effort = feedforward.mass * 0.5 * (acceleration + np.append(acceleration[1:], acceleration[-1:]))
     if feedforward.friction is None or feedforward.along == "measured":
         return effort

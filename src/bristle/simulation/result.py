@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from bristle.core.edge import array, guarded
 from bristle.core.experiment import Experiment
 from bristle.core.status import Status
 
@@ -34,19 +35,21 @@ class Statistics:
     max: float
 
 
-def statistics_of(signal: np.ndarray) -> Statistics:
+@guarded(signal=array(finite=False))  # of a loop that diverged the last numbers are none
+def statistics_of(signal: Any) -> Statistics:
     """Return peak-to-peak, mean, standard deviation, root mean square, minimum and maximum of a signal."""
     if signal.size == 0:
         return Statistics(*[float("nan")] * 6)
     low, high = float(signal.min()), float(signal.max())
-    return Statistics(
-        peak_to_peak=high - low,
-        mean=float(signal.mean()),
-        std=float(signal.std()),
-        rms=float(np.sqrt(np.mean(signal * signal))),
-        min=low,
-        max=high,
-    )
+    with np.errstate(over="ignore", invalid="ignore"):
+        return Statistics(
+            peak_to_peak=high - low,
+            mean=float(signal.mean()),
+            std=float(signal.std()),
+            rms=float(np.sqrt(np.mean(signal * signal))),
+            min=low,
+            max=high,
+        )
 
 
 def relative_error_percent(signal: np.ndarray, predicted: np.ndarray) -> float:

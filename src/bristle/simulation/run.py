@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from functools import partial
-from os import PathLike
+from typing import Any
 
 import numpy as np
 
 from bristle.controllers.limits import within_drive
 from bristle.core.contracts import Model
 from bristle.core.cores import Abreast
-from bristle.core.errors import InputError
-from bristle.core.experiment import Experiment, Variant
+from bristle.core.edge import PROGRESS, guarded
+from bristle.core.experiment import Variant
 from bristle.engine import run_closed_loop
+from bristle.files.given import EXPERIMENT
 from bristle.simulation.feedforward import compensator_of, feedforward_effort
 from bristle.simulation.result import SimulationResult, VariantResult, mean_result, statistics_of
 from bristle.simulation.trials import learn
@@ -23,12 +24,13 @@ __all__ = ["simulate"]
 Progress = Callable[[float, str], None]
 
 
-def simulate(experiment: Experiment | str | PathLike[str], progress: Progress | None = None) -> SimulationResult:
+@guarded(experiment=EXPERIMENT, progress=PROGRESS)
+def simulate(experiment: Any, progress: Progress | None = None) -> SimulationResult:
     """Simulate every variant of an experiment.
 
     Parameters
     ----------
-    experiment : Experiment or path-like
+    experiment : Experiment, path-like, bytes, file object or dict
         What to simulate, or the file that describes it. A controller with a ``limit`` knows that of the drive, and
         what is fed forward is handed to it ahead by the delay of the loop.
     progress : callable, optional
@@ -40,12 +42,6 @@ def simulate(experiment: Experiment | str | PathLike[str], progress: Progress | 
         Each variant with its errors and efforts, means over its runs where there are several; a loop that diverged is
         cut short and says so in its status.
     """
-    if isinstance(experiment, (str, PathLike)):
-        from bristle.files.experiment import read_experiment
-
-        experiment = read_experiment(experiment)
-    if not isinstance(experiment, Experiment):
-        raise InputError("must be an experiment or its file", path="experiment", value=experiment)
     total, done = sum(variant.run.seeds for variant in experiment.variants), 0
     results = {}
     for variant in experiment.variants:

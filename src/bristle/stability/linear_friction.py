@@ -8,7 +8,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from bristle.core.contracts import Model, Motion
+from bristle.engine.part import finite
 from bristle.engine.steady import steady_force
 
 __all__ = ["NO_FRICTION", "LinearFriction", "slope_in_sliding", "stiffness_at_rest"]
@@ -61,6 +64,7 @@ def _slope(friction: Model, move: float, time: float) -> float:
         state, memory = component.initial_state(p), component.new_memory(p)
         force, _ = component.trial(state, memory, Motion(way / time, way), time, p)
         forces.append(force)
+    finite(np.array(forces), friction)
     return (forces[0] - forces[1]) / (2.0 * move)
 
 

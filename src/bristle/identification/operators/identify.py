@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from bristle.core.contracts import Model
+from bristle.core.edge import NAMES, PROGRESS, guarded, instance, whole
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
@@ -86,6 +87,10 @@ FITTED: dict[str, Callable[[Curves, Rows, Size], Fitted]] = {
 """The operators that can be identified, and how."""
 
 
+@guarded(
+    recorded=instance(Curves, "recorded curves", "Write read_curves(...)"), model=NAMES, stops=whole(1, 10_000),
+    cells=whole(2, 1000), folds=whole(2, 1000, none=True), progress=PROGRESS,
+)  # fmt: skip
 def identify_operator(
     recorded: Curves, model: Any = tuple(FITTED), *, stops: int = COUNT, cells: int = CELLS, folds: int = FOLDS,
     progress: Progress | None = None,
@@ -120,14 +125,12 @@ def identify_operator(
         If there is no such operator, or the data do not serve.
     """
     names = _names(model, recorded)
-    if folds != int(folds) or folds < 0 or folds == 1:
-        raise InputError("out of range", path="folds", value=folds, allowed="0, or 2 and more")
     size, fits = Size(stops, cells), []
     for number, name in enumerate(names):
         if progress is not None:
             progress(number / len(names), f"fitting {name}")
         try:
-            fits.append(_fit(name, recorded, size, int(folds)))
+            fits.append(_fit(name, recorded, size, folds))
         except KeyboardInterrupt as error:
             obey(error, anything=bool(fits))
             break
@@ -142,8 +145,8 @@ def identify_operator(
     return OperatorIdentification(ranked, recorded, congruency, unfinished)
 
 
-def _names(model: Any, recorded: Curves) -> list[str]:
-    asked = [one.strip() for one in model.split(",")] if isinstance(model, str) else list(model)
+def _names(model: Sequence[str], recorded: Curves) -> list[str]:
+    asked = list(model)
     for name in asked:
         if name not in FITTED:
             raise InputError("is no operator that can be identified", path="model", value=name,

@@ -12,7 +12,7 @@ from bristle.core.contracts import FrictionModel, Model
 from bristle.core.lazy import cached_property
 from bristle.core.packing import pack
 from bristle.core.variable import Kind
-from bristle.engine import force_in_turns
+from bristle.engine.motion import in_turns
 from bristle.identification.regression import Stretch
 
 __all__ = ["Levels", "forces_of", "scaled"]
@@ -75,7 +75,7 @@ class Levels:
         first = stretch.first_cycle
         signals = stretch.signals(dt)
         turns = [0, *(first + start for start in starts[1:])]
-        return force_in_turns(model, once + (levels[:, None] - 1.0) * more, dt=dt, starts=turns, **signals)[first:]
+        return in_turns(model, once + (levels[:, None] - 1.0) * more, dt=dt, starts=turns, **signals)[first:]
 
     @cached_property
     def _models(self) -> tuple[Model, np.ndarray, np.ndarray]:

@@ -1,0 +1,332 @@
+"""The edge where Python hands something in: what each argument is, said once, and made that or refused.
+
+A file or a command line is validated where it is read; a call from Python could bring anything. `guarded` stands
+in front of a public function, or of the fields of a public dataclass, with a converter for each argument:
+
+>>> @guarded(speed=amount(Variable("length/time", "speed", min=0.0)), hold=among("zero", "linear"))
+... def told(speed, hold="zero"):
+...     return speed, hold
+>>> told("3 mm/s")
+(0.003, 'zero')
+>>> told(-1.0)
+Traceback (most recent call last):
+...
+bristle.core.errors.InputError: speed: out of range; found -1.0, allowed >= 0 m/s
+
+A converter takes what was given, the name of the argument and the kind of axis where another argument tells it. What a
+stranger's object raises while it is looked at is refused in one place, `looked_at`.
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import math
+import numbers
+from collections.abc import Callable, Collection, Iterable, Mapping
+from typing import Any, TypeVar
+
+import numpy as np
+
+from bristle.core.arrays import CURVE, array, is_finite, vector
+from bristle.core.contracts import Component, Model
+from bristle.core.errors import InputError, did_you_mean
+from bristle.core.units import quantity
+from bristle.core.values import Converter, looked_at, shown
+from bristle.core.variable import KINDS, Kind, Variable
+
+__all__ = [
+    "CURVE",
+    "FLAG",
+    "FUNCTION",
+    "KIND",
+    "NAMES",
+    "PROGRESS",
+    "TEXT",
+    "Amount",
+    "Converter",
+    "among",
+    "amount",
+    "array",
+    "component",
+    "guarded",
+    "instance",
+    "is_finite",
+    "known",
+    "many",
+    "model",
+    "of_variables",
+    "optional",
+    "vector",
+    "whole",
+]
+
+Amount = Any
+"""A number in SI, or text with a unit."""
+
+T = TypeVar("T", bound=Callable[..., Any])
+
+
+def guarded(**arguments: Converter) -> Callable[[T], T]:
+    """Return what puts converters in front of a function, or of the fields of a dataclass.
+
+    Parameters
+    ----------
+    **arguments
+        The converter of each argument that has one; what is left out of a call is not asked.
+    """
+
+    def guard(target: Any) -> Any:
+        if isinstance(target, type):
+            target.__init__ = _in_front(target.__init__, arguments)
+            return target
+        return _in_front(target, arguments)
+
+    return guard
+
+
+def _in_front(function: Any, arguments: Mapping[str, Converter]) -> Any:
+    parameters = inspect.signature(function).parameters
+    names = tuple(name for name, one in parameters.items() if one.kind is one.POSITIONAL_OR_KEYWORD)
+    usual = {"kind": parameters["kind"].default} if "kind" in parameters else {}
+    unknown = arguments.keys() - parameters.keys()
+    if unknown:
+        raise TypeError(f"{function.__qualname__} has no arguments {', '.join(sorted(unknown))}")
+
+    @functools.wraps(function)
+    def convert_first(*args: Any, **given: Any) -> Any:
+        if len(args) > len(names) or not given.keys().isdisjoint(names[: len(args)]):
+            return function(*args, **given)  # which says what is wrong with that, as every function does
+        handed = dict(zip(names, args, strict=False)) | given
+        kind = _kind_of(usual | handed)
+        for name, converter in arguments.items():
+            if name in handed:
+                handed[name] = looked_at(converter, handed[name], name, kind)
+        return function(**handed)
+
+    return convert_first
+
+
+def _kind_of(handed: Mapping[str, Any]) -> Kind | None:
+    """Return the kind of axis that a call is about: that of its first model, or the one that it names."""
+    for one in handed.values():
+        if isinstance(one, Model):
+            return one.kind
+    named = handed.get("kind")
+    return named if isinstance(named, str) and named in KINDS else None  # type: ignore[return-value]
+
+
+def amount(variable: Variable, *, exclusive: bool = False, endless: bool = False) -> Converter:
+    """Return what takes a number in SI, or text with a unit.
+
+    Parameters
+    ----------
+    variable : Variable
+        What it is, with its range.
+    exclusive : bool
+        Whether the smallest value is none.
+    endless : bool
+        Whether infinity is a value, too.
+    """
+
+    def taken(given: Any, path: str, kind: Kind | None) -> float:
+        number = _number(given, variable, path, kind, endless)
+        if not variable.min <= number <= variable.max or (exclusive and number == variable.min):
+            allowed = variable.allowed(kind or KINDS[0])
+            if exclusive and variable.min == 0.0:
+                raise InputError("must be positive", path=path, value=given, allowed=allowed.replace(">=", ">"))
+            raise InputError("out of range", path=path, value=given, allowed=allowed)
+        return number
+
+    return taken
+
+
+def of_variables(
+    variables: Mapping[str, Variable], *, whole_ones: Collection[str] = (), none: Collection[str] = (),
+    endless: Collection[str] = (),
+) -> dict[str, Converter]:  # fmt: skip
+    """Return the converters of several quantities; of whole numbers, 0 stands for none in those of `none`."""
+    return {
+        name: whole(int(one.min), int(one.max), none=name in none)
+        if name in whole_ones
+        else amount(one, endless=name in endless)
+        for name, one in variables.items()
+    }
+
+
+def _number(given: Any, variable: Variable, path: str, kind: Kind | None, endless: bool) -> float:
+    """Return a number in SI; where nobody says which kind of axis it is, the unit may be that of either."""
+    if isinstance(given, np.ndarray) and given.ndim == 0:
+        given = given.item()
+    try:
+        return quantity(given, variable, kind or KINDS[0], path=path, infinite=endless)
+    except InputError:
+        if kind is not None or not isinstance(given, str) or variable.unit(KINDS[0]) == variable.unit(KINDS[1]):
+            raise
+        return quantity(given, variable, KINDS[1], path=path, infinite=endless)
+
+
+def whole(least: int, most: int = 2**53, *, none: bool = False) -> Converter:
+    """Return what takes a whole number from `least` to `most`, and with `none` also 0, which stands for none."""
+    allowed = (
+        f"{'0, or ' if none else ''}{least} to {most}" if most < 2**53 else f"{'0, or ' if none else '>= '}{least}"
+    )
+    allowed += " and more" if none and most >= 2**53 else ""
+
+    def taken(given: Any, path: str, kind: Kind | None) -> int:
+        number: Any = given.item() if isinstance(given, np.ndarray) and given.ndim == 0 else given
+        if not _is_whole(number):
+            raise InputError("must be a whole number", path=path, value=shown(given), allowed=allowed)
+        if not (least <= number <= most or (none and number == 0)):
+            raise InputError("out of range", path=path, value=given, allowed=allowed)
+        return int(number)
+
+    return taken
+
+
+def _is_whole(number: Any) -> bool:
+    if isinstance(number, numbers.Integral):
+        return not isinstance(number, bool)
+    return isinstance(number, numbers.Real) and math.isfinite(number) and number == number // 1
+
+
+def among(*names: str) -> Converter:
+    """Return what takes one of several names."""
+
+    def taken(given: Any, path: str, kind: Kind | None) -> str:
+        if not isinstance(given, str) or given not in names:
+            mend = did_you_mean(given, names) if isinstance(given, str) else ""
+            raise InputError("is none of the choices", path=path, value=shown(given), allowed=", ".join(names),
+                             mend=mend)  # fmt: skip
+        return given
+
+    return taken
+
+
+def instance(
+    cls: type | tuple[type, ...], what: str, mend: str = "", read: Callable[[Any], Any] | None = None
+) -> Converter:
+    """Return what takes an instance of a class, or what `read` makes one of: a path, as a rule."""
+
+    def taken(given: Any, path: str, kind: Kind | None) -> Any:
+        found = read(given) if read is not None and not isinstance(given, cls) else given
+        if not isinstance(found, cls):
+            raise InputError(f"must be {what}", path=path, value=shown(given), mend=mend)
+        return found
+
+    return taken
+
+
+def model(*families: str) -> Converter:
+    """Return what takes a model with parameters, of one of these families."""
+    wanted = " or ".join(_called(one) for one in families)
+
+    def taken(given: Any, path: str, kind: Kind | None) -> Model:
+        if not isinstance(given, Model):
+            named = isinstance(given, Component)
+            raise InputError(
+                f"must be a model with parameters, a {wanted}", path=path,
+                value=given.name if named else shown(given),
+                mend=_call_of(given) if named else "Give one such as friction.coulomb(F_C=2.0)",
+            )  # fmt: skip
+        family = getattr(given.component, "family", None)
+        if family not in families:
+            raise InputError(f"must be a {wanted}, and is a {_called(family)}", path=path, value=given.name,
+                             mend="Are the arguments in their order?")  # fmt: skip
+        return given
+
+    return taken
+
+
+def _called(family: Any) -> str:
+    return f"{family} {'operator' if family == 'hysteresis' else 'model'}"
+
+
+def _call_of(given: Component) -> str:
+    return f"Call it with its parameters: {given.name}({', '.join(f'{name}=...' for name in given.variables)})"
+
+
+def component(family: str) -> Converter:
+    """Return what takes a component without parameters, of this family."""
+
+    def taken(given: Any, path: str, kind: Kind | None) -> Component:
+        if not isinstance(given, Component) or given.family != family:
+            mend = "Give model.component of one with parameters" if isinstance(given, Model) else ""
+            raise InputError(f"must be a {family} model without parameters", path=path, value=shown(given), mend=mend)
+        return given
+
+    return taken
+
+
+def optional(converter: Converter) -> Converter:
+    """Return what takes None, too."""
+    return lambda given, path, kind: None if given is None else converter(given, path, kind)
+
+
+def many(converter: Converter, *, least: int = 0, most: float = math.inf, single: bool = False) -> Converter:
+    """Return what takes a tuple or list of what a converter takes, and with `single` one alone, as a tuple of it."""
+    what = "two values" if least == most == 2 else "a list or a tuple" + (f" of at least {least}" if least else "")
+
+    def taken(given: Any, path: str, kind: Kind | None) -> tuple[Any, ...]:
+        given = given.tolist() if isinstance(given, np.ndarray) and given.ndim == 1 else given
+        if single and not isinstance(given, (tuple, list)):
+            return (converter(given, path, kind),)
+        if not isinstance(given, (tuple, list)) or not least <= len(given) <= most:
+            raise InputError(f"must be {what}", path=path, value=shown(given))
+        return tuple(looked_at(converter, one, f"{path}[{index}]", kind) for index, one in enumerate(given))
+
+    return taken
+
+
+def known(names: Iterable[str], converter: Converter) -> Converter:
+    """Return what takes a mapping whose keys are among some names."""
+    allowed = tuple(names)
+
+    def taken(given: Any, path: str, kind: Kind | None) -> dict[str, Any]:
+        if not isinstance(given, Mapping):
+            raise InputError("must be a dictionary", path=path, value=shown(given), allowed=", ".join(allowed))
+        for name in given:
+            if name not in allowed:
+                raise InputError("has an unknown name", path=path, value=shown(name), allowed=", ".join(allowed))
+        return {name: looked_at(converter, one, f"{path}.{name}", kind) for name, one in given.items()}
+
+    return taken
+
+
+def _flag(given: Any, path: str, kind: Kind | None) -> bool:
+    if not isinstance(given, (bool, np.bool_)):
+        raise InputError("must be True or False", path=path, value=shown(given))
+    return bool(given)
+
+
+def _text(given: Any, path: str, kind: Kind | None) -> str:
+    if not isinstance(given, str):
+        raise InputError("must be text", path=path, value=shown(given))
+    return given
+
+
+def _names(given: Any, path: str, kind: Kind | None) -> tuple[str, ...]:
+    if isinstance(given, str):
+        return tuple(one.strip() for one in given.split(",") if one.strip())
+    return many(TEXT)(given, path, kind)
+
+
+def _function(given: Any, path: str, kind: Kind | None) -> Any:
+    if not callable(given):
+        raise InputError("must be a function", path=path, value=shown(given))
+    return given
+
+
+def _progress(given: Any, path: str, kind: Kind | None) -> Any:
+    if given is not None and not callable(given):
+        raise InputError("must be a function of the share done and a text", path=path, value=given)
+    return given
+
+
+FLAG: Converter = _flag
+TEXT: Converter = _text
+NAMES: Converter = _names
+"""Names, in a list or separated by commas."""
+FUNCTION: Converter = _function
+PROGRESS: Converter = _progress
+KIND: Converter = among(*KINDS)
