@@ -129,6 +129,8 @@ WRONG: list[tuple[str, str, list[Any]]] = [
     ("run_batch", "plant", [[], [None], [parts()["plant"]] * 3 + [5]]),
     ("force_in_turns", "parameters", [np.zeros((1, 1)), np.zeros((2, 3)), np.zeros(3)]),
     ("force_in_turns", "starts", [[1], [0, 9], [], [-1], [math.nan]]),
+    ("transition_branches", "x_r", [1e18, 0.0, "1 s"]),
+    ("torque_seen", "velocity", [np.ones(3), [1.0, math.inf], None]),
     ("Run", "duration", [0.0, -1.0, 1e9, None, "5 m", math.inf]),
     ("Run", "delay", [-1, 1.5, 65, True]),
     ("Run", "effort_limit", [-1.0, math.nan, "5 mm", None]),
