@@ -92,7 +92,7 @@ def test_a_prediction_needs_a_plant_and_a_friction_model(stage, arguments, said)
 
 @pytest.mark.parametrize("log", [None, np.zeros(9)])
 def test_what_is_no_log(log):
-    with pytest.raises(InputError, match="log: must be a log or its file"):
+    with pytest.raises(InputError, match="log: must be a log"):
         identify(log, draws=0)
-    with pytest.raises(InputError, match="log: must be a log or its file"):
+    with pytest.raises(InputError, match="log: must be a log"):
         predict(PLANT, FRICTION, log)

@@ -124,7 +124,7 @@ def test_what_the_loop_lacks_is_told(log):
         assert "--mode" not in str(refused.value), "that is an option of predict"
     with pytest.raises(InputError, match="model: is identified by inverse dynamics only"):
         identify(log, "maxwell_slip+position,gms", axis=AXIS)
-    with pytest.raises(InputError, match="method: no such method"):
+    with pytest.raises(InputError, match="method: is none of the choices"):
         identify(log, "coulomb_viscous", axis=AXIS, method="guess")
 
 

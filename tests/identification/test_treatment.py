@@ -129,7 +129,7 @@ def test_a_sample_that_is_no_number_is_named():
     motion = sines()
     position = motion.position.copy()
     position[4321] = np.nan
-    with pytest.raises(InputError, match=r"log\.position\[4321\]"):
+    with pytest.raises(InputError, match=r"position: is not finite.* at 4321"):
         treat(log_of(motion._replace(position=position), sliding_effort(motion)), None)
 
 

@@ -35,7 +35,9 @@ def array(*, ndim: int = 1, least: int = 0, single: bool = False, finite: bool =
         if found.ndim and found.shape[-1] < least:
             raise InputError("is too short", path=path, value=shown(found), allowed=f"at least {least} numbers")
         if finite and not is_finite(found):
-            raise InputError("is not finite throughout", path=path, mend="Remove NaN and infinity first")
+            place = int(np.flatnonzero(~np.isfinite(found))[0])
+            raise InputError("is not finite throughout", path=path, value=f"{found.flat[place]} at {place}",
+                             mend="Remove NaN and infinity first")  # fmt: skip
         return found
 
     return taken

@@ -233,7 +233,7 @@ class Variant:
 
 
 @guarded(
-    name=TEXT, kind=KIND, variants=many(instance(Variant, "a Variant"), least=1, single=True),
+    name=TEXT, kind=KIND, variants=many(instance(Variant, "a Variant"), single=True),
     source=optional(instance(Path, "a path", read=Path)), origins=instance(Mapping, "a mapping"),
 )  # fmt: skip
 @dataclass(frozen=True)

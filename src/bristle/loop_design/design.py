@@ -125,6 +125,8 @@ def design(
 
 
 def _chosen(variants: Sequence[Variant], name: str | None) -> Variant:
+    if not variants:
+        raise InputError("has no variants", path="experiment")
     if name is None:
         return next((one for one in variants if one.feedforward.friction is not None), variants[0])
     known = {one.name: one for one in variants}
