@@ -297,6 +297,20 @@ def test_messages_that_nobody_takes_change_no_exit_code(place, arguments, code):
         assert subprocess.run(process, stdout=subprocess.DEVNULL, stderr=full, check=False).returncode == code
 
 
+def test_a_library_that_cannot_be_loaded_is_no_fault_of_bristle_but_its_own_module_is(monkeypatch, capsys):
+    for name, code, said in (("numpy", 2, "a library that is needed cannot"), ("bristle.x", 70, "a fault of bristle")):
+
+        def ends(*_, name=name):
+            raise ImportError("failed to map segment", name=name)
+
+        monkeypatch.setattr("bristle.cli.models._families", ends)
+        assert main(["models"]) == code
+        told = capsys.readouterr().err
+        assert said in told
+        for saved in re.findall(r"\S+\.txt", told):
+            Path(saved).unlink()
+
+
 @pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")
 def test_a_limit_of_open_files_is_no_fault_of_bristle(monkeypatch, capsys):
     def ends(*_, **__):

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from bristle.core import InputError, content
-from bristle.core.content import SIZE_LIMIT, Content, content_of, size_in_words, size_of
+from bristle.core.content import SIZE_LIMIT, Content, FixedLimit, content_of, size_in_words, size_of
 from bristle.files.permission import CODE_LIMIT
 from bristle.files.toml import TOML_LIMIT
 
@@ -105,6 +105,9 @@ def test_the_limit_is_asked_for_before_and_while_reading(tmp_path):
             content_of(given, limit=1000)
         assert size_of(caught.value.mend.split('"')[1]) > 1001
         assert len(content_of(path, limit=1001).data) == 1001
+    with pytest.raises(InputError, match=r"holds 1 kB, which is more than is read; .*right file") as caught:
+        content_of(path, limit=FixedLimit(1000))
+    assert "--size-limit" not in str(caught.value)
     read, write = os.pipe()
     os.write(write, bytes(2000))
     with pytest.raises(InputError, match="more than is read"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import datetime
+import decimal
 import sys
 
 import numpy as np
@@ -97,9 +98,11 @@ def test_parquet_knows_units_time_stamps_and_gaps(tmp_path):
     parquet = pytest.importorskip("pyarrow.parquet")
     start = datetime.datetime(2026, 1, 1, 12, 0, 0)
     stamps = [start + datetime.timedelta(milliseconds=2 * k) for k in range(4)]
+    exact = [decimal.Decimal("0.25"), None, decimal.Decimal("-1.50"), decimal.Decimal("2.00")]
     columns = {
         "when": pyarrow.array(stamps), "count": pyarrow.array([1, None, 3, 4]),
         "q": pyarrow.array([0.1, 0.2, 0.3, 0.4]), "note": pyarrow.array(["a", "b", "c", "d"]),
+        "exact": pyarrow.array(exact, pyarrow.decimal128(5, 2)),
     }  # fmt: skip
     fields = [
         pyarrow.field(name, one.type, metadata={"unit": "mm"} if name == "q" else None) for name, one in columns.items()
@@ -108,6 +111,7 @@ def test_parquet_knows_units_time_stamps_and_gaps(tmp_path):
     table = read_table(tmp_path / "log.parquet")
     np.testing.assert_allclose(table.columns["when"], [0.0, 2e-3, 4e-3, 6e-3])
     np.testing.assert_array_equal(table.columns["count"], [1, np.nan, 3, 4])
+    np.testing.assert_array_equal(table.columns["exact"], [0.25, np.nan, -1.5, 2.0])
     assert table.units == {"when": "s", "q": "mm"}
     assert table.notes == ("column 'note' holds no numbers and was left out",)
 

@@ -60,6 +60,10 @@ def report(error: BaseException, *, results: bool = False) -> int:
         said = f"stops with {type(error).__name__}: {told_by(error)[:LONGEST]}".rstrip(": ")
         complain(f"{own[0]}, line {own[1]}: {said}. Try: bristle check {own[0]}")
         return BAD_INPUT
+    if isinstance(error, ImportError) and not (error.name or "").startswith("bristle"):
+        complain(f"a library that is needed cannot be loaded: {told_by(error)[:LONGEST]}. Install it again; where "
+                 "memory is limited (ulimit -v), allow more")  # fmt: skip
+        return BAD_INPUT
     complain(
         f"this is a fault of bristle, not yours: {type(error).__name__}: {told_by(error)[:LONGEST]}. {_saved(error)}"
     )

@@ -26,6 +26,7 @@ __all__ = [
     "NOWHERE",
     "SIZE_LIMIT",
     "Content",
+    "FixedLimit",
     "Origin",
     "Readable",
     "content_of",
@@ -36,6 +37,11 @@ __all__ = [
 
 SIZE_LIMIT = 512 * 2**20
 """Largest file, and largest content that a file announces, unless another limit is given [byte]."""
+
+
+class FixedLimit(int):
+    """A size that no option raises [byte]: that of what a person writes by hand."""
+
 
 SILENCE = 10.0  # [s] without a byte, after which a pipe is given up
 HELD_BACK = 1.0  # [s] without a byte, after which a file is: some of the kernel wait for what is said next
@@ -135,13 +141,15 @@ def refuse_larger(size: float, limit: int, place: object) -> bool:
     Raises
     ------
     InputError
-        With both, and the option that raises the limit.
+        With both, and the option that raises the limit, where one does.
     """
     if size > limit:
+        fixed = isinstance(limit, FixedLimit)
         raise InputError(
-            f"holds {size_in_words(size)}, which is more than is read unasked", path=str(place),
+            f"holds {size_in_words(size)}, which is more than is read{'' if fixed else ' unasked'}", path=str(place),
             allowed=f"up to {size_in_words(limit)}",
-            mend=f'Cut the log, or raise the limit: --size-limit "{size_in_words(2 * size)}"'
+            mend="Is it the right file?" if fixed
+            else f'Cut the log, or raise the limit: --size-limit "{size_in_words(2 * size)}"'
             " (size_limit in Python); reading takes several times as much memory",
         )  # fmt: skip
     return True

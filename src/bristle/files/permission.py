@@ -12,13 +12,13 @@ import time
 import warnings
 from pathlib import Path
 
-from bristle.core.content import Content, content_of
+from bristle.core.content import Content, FixedLimit, content_of
 from bristle.core.errors import InputError, InputWarning
 from bristle.files.state import state_folder
 
 __all__ = ["CODE_LIMIT", "allow", "code_named", "is_allowed"]
 
-CODE_LIMIT = 2**20  # [byte]
+CODE_LIMIT = FixedLimit(2**20)
 
 
 def code_named(file: str, folder: Path, path: str, *, allow_code: bool) -> Content:

@@ -262,7 +262,10 @@ def _abandon(results: Results) -> None:
         gone = remove_own(results.path, half_written=True)
         results.close()
     if not gone and os.path.lexists(results.path):
-        warnings.warn(f"{results.path}: holds what bristle did not write, and stays", InputWarning, stacklevel=2)
+        warnings.warn(
+            f"{results.path} stays: it holds what bristle did not write, or cannot be removed", InputWarning,
+            stacklevel=2,
+        )  # fmt: skip
 
 
 def _unfinished_in(parent: Path) -> Iterator[tuple[Path, Note, State]]:

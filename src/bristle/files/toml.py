@@ -9,13 +9,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from bristle.core.content import Content, Readable, content_of
+from bristle.core.content import Content, FixedLimit, Readable, content_of
 from bristle.core.errors import InputError
 from bristle.core.units import LARGEST
 
 __all__ = ["TOML_LIMIT", "Described", "read_toml"]
 
-TOML_LIMIT = 16 * 2**20
+TOML_LIMIT = FixedLimit(16 * 2**20)
 """Largest file of settings [byte]; the tables of an operator with a hundred thousand numbers take two million."""
 
 DEEPEST, LONGEST_KEY = 32, 32

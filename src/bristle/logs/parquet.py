@@ -93,7 +93,7 @@ def _numbers(column: Any) -> np.ndarray | None:
 
     if not _may_be_numbers(column.type):
         return None
-    values = column.to_numpy()
+    values = (column.cast(pyarrow.float64()) if pyarrow.types.is_decimal(column.type) else column).to_numpy()
     if values.dtype.kind == "M":
         return (values - values[:1]) / np.timedelta64(1, "s")
     if values.dtype.kind == "m":
