@@ -389,6 +389,17 @@ def test_a_parent_that_is_closed_is_refused(tmp_path, monkeypatch):
     refused(tmp_path / "run", "permission")
 
 
+def test_a_mount_point_is_refused_before_any_work(out, monkeypatch):
+    monkeypatch.setattr(Path, "is_mount", lambda _: True)  # mounting takes rights that tests do not have
+    refused(out, "mount point")
+
+
+def test_a_disk_that_takes_no_note_is_left_as_it_was(tmp_path, monkeypatch):
+    monkeypatch.setattr(owned.os, "write", lambda *_: full())
+    refused(tmp_path / "run", "no space left")
+    assert not list(tmp_path.iterdir())
+
+
 @pytest.mark.parametrize("error", [RuntimeError("a bug"), KeyboardInterrupt(), InputError("bad"), SystemExit(1)])
 def test_an_error_in_the_work_leaves_what_was(out, error):
     def work():
