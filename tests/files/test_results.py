@@ -614,6 +614,16 @@ def test_what_a_killed_process_left_goes_with_the_next_that_succeeds_and_no_soon
     assert sorted(one.name for one in out.parent.iterdir()) == ["another", "run"]
 
 
+def test_a_folder_that_another_has_just_made_is_left_to_it_until_long_after(out):
+    begun = out.with_name(UNFINISHED)
+    begun.mkdir()
+    write_results(out)
+    assert begun.is_dir()
+    long_ago(out.parent)
+    write_results(out)
+    assert not begun.exists()
+
+
 def test_what_another_user_left_is_not_removed(out, monkeypatch):
     left = out.with_name(UNFINISHED)
     shutil.copytree(out, left)

@@ -298,7 +298,7 @@ def _state_of(folder: Folder) -> State:
 def _refuse_two_at_once(own: Path, wanted: Path) -> None:
     """Refuse to write where another program has begun to; of two that begin at once, the earlier one goes on."""
     writing = {path: (note.began, path.name) for path, note, state in _unfinished_in(wanted.parent)
-               if state == "written" and note.target == wanted.name and path.suffix == ".partial"}  # fmt: skip
+               if state == "written" and note.target == wanted.name}  # fmt: skip
     if own in writing and min(writing.values()) < writing[own]:
         raise InputError("another process is writing results there", path=str(wanted),
                          mend="Wait for it to end, or name another folder")  # fmt: skip
