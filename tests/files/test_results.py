@@ -624,6 +624,36 @@ def test_a_folder_that_another_has_just_made_is_left_to_it_until_long_after(out)
     assert not begun.exists()
 
 
+@pytest.mark.parametrize(
+    ("suffix", "target", "own", "restored"),
+    [
+        (".replaced", "run", True, True),
+        (".partial", "run", True, False),
+        (".replaced", "other", True, False),
+        (".replaced", "run", False, False),
+    ],
+)
+def test_only_whole_results_of_ones_own_get_their_name_back(tmp_path, monkeypatch, suffix, target, own, restored):
+    out = tmp_path / "run"
+    left = results._begin(tmp_path / target)
+    fill(left, "old")
+    left.sync()
+    aside = left.path.with_suffix(suffix)
+    left.path.rename(aside)
+    left.close()
+    if not own:
+        monkeypatch.setattr(results.os, "getuid", lambda: os.stat(aside).st_uid + 1)
+    if restored:
+        refused(out, "exists already", force=False)
+        assert mark_of(out) == "old"
+    else:
+        with results_folder(out) as folder:
+            assert mark_of(aside) == "old"
+            fill(folder, "new")
+        assert mark_of(out) == "new"
+    results._open.discard(left)
+
+
 def test_what_another_user_left_is_not_removed(out, monkeypatch):
     left = out.with_name(UNFINISHED)
     shutil.copytree(out, left)
