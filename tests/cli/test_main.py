@@ -222,6 +222,34 @@ def test_a_signal_that_a_finalizer_swallows_is_sent_again():
         work()
 
 
+def test_what_repeats_within_a_second_does_not_end_the_cleaning_up():
+    done = []
+
+    def work():
+        with ended_by_signals():
+            try:
+                signal.raise_signal(signal.SIGTERM)
+            finally:
+                signal.raise_signal(signal.SIGTERM)
+                done.append("cleaned")
+
+    with pytest.raises(SignalledError, match="terminated"):
+        work()
+    assert done == ["cleaned"]
+
+
+def test_another_error_that_a_finalizer_drops_is_told_as_before(monkeypatch):
+    class Last:
+        def __del__(self):
+            raise ValueError("dropped")
+
+    told = []
+    monkeypatch.setattr(sys, "unraisablehook", lambda one: told.append(str(one.exc_value)))
+    with ended_by_signals():
+        Last()
+    assert told == ["dropped"]
+
+
 def test_a_signal_that_an_import_would_swallow_is_sent_again(tmp_path, monkeypatch):
     (tmp_path / "swallowing.py").write_text(
         "import signal\ntry:\n    signal.raise_signal(signal.SIGTERM)\nexcept BaseException:\n    raised = True\n"
