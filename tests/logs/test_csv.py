@@ -103,6 +103,34 @@ def test_comments_and_blank_lines_between_rows_are_skipped():
     assert read_csv(text.encode(), HERE).columns["x"].size == X.size
 
 
+@pytest.mark.parametrize("delimiter", [",", "\t", ";"])
+def test_rows_of_empty_cells_are_blank_lines_and_a_remark_may_follow_a_row(delimiter):
+    lines = rows(delimiter).split("\n")
+    empty = 3 * delimiter
+    lines = [line.replace(delimiter, f"{delimiter}0{delimiter}7{delimiter}", 1) for line in lines if line]
+    lines[0] += " # begun"
+    for at in (0, 5, 20):
+        lines.insert(at, empty)
+    table = read_csv(("\n".join([*lines, empty, empty]) + "\n").encode(), HERE)
+    np.testing.assert_allclose(table.columns["column_1"], T, atol=1e-4)
+    np.testing.assert_allclose(table.columns["column_4"], X, atol=1e-4)
+
+
+def test_numbers_of_fortran_and_of_old_windows_are_read_as_they_are_meant():
+    cells = ["1.5D-3", "-2.5d+01", "1.#QNAN", "-1.#IND", "1.#INF", "-1.#INF00", "3E2", "4"]
+    text = "t,x\n" + "".join(f"{k},{cell}\n" for k, cell in enumerate(cells))
+    found = read_csv(text.encode(), HERE).columns["x"]
+    np.testing.assert_array_equal(found, [1.5e-3, -25.0, np.nan, np.nan, np.inf, -np.inf, 300.0, 4.0])
+
+
+@pytest.mark.parametrize("cell", ["2#3", "1.5#", "\u0661\u0662", "1_000", "0x1F", "--1", "1.5.2", "1e5e5"])
+def test_a_cell_that_is_no_number_is_named_and_never_read_by_half(cell):
+    text = "t,x\n" + "".join(f"{k},{cell if k == 25 else k}\n" for k in range(30))
+    with pytest.raises(InputError, match=r"line 27, column 'x': is not a number") as caught:
+        read_csv(text.encode(), HERE)
+    assert caught.value.value == cell
+
+
 def test_a_column_of_text_is_left_out_and_said_so():
     text = "date;t;x\n" + "".join(f"01.02.2024;{t};{x}\n" for t, x in zip(T, X, strict=True))
     table = read_csv(text.replace(".", ",").replace("01,02,", "01.02.").encode(), HERE)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import io
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
 from bristle.logs.choice import Choice
 from bristle.logs.layout import (
-    COMMENT,
+    COMMENTS,
     PREAMBLE_LINES,
     SAMPLE_ROWS,
     Layout,
@@ -21,6 +22,7 @@ from bristle.logs.layout import (
     is_number,
     layout_of,
     why_no_number,
+    without_comments,
 )
 from bristle.logs.table import Table
 
@@ -28,6 +30,8 @@ __all__ = ["read"]
 
 TAIL_ROWS = 1000
 LONGEST_LINE = 4 * 2**20
+_FORTRAN = rb"(?<=[\d.])[dD](?=[+-]?\d)"
+_NOT_FINITE = rb"(?<![\d.])1\.#([A-Za-z]+)\w*"  # as the C library of Windows wrote it until 2015
 PIECE = 2**20
 NUMBER_BYTES = 8
 
@@ -35,8 +39,9 @@ NUMBER_BYTES = 8
 def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: int) -> Table:
     """Return the columns of a text file.
 
-    Cells are separated by comma, semicolon, tab or blanks; lines that start with ``#`` and what stands before
-    the header are skipped; the header may be missing; a decimal comma is understood unless commas separate.
+    Cells are separated by comma, semicolon, tab or blanks; what follows a ``#`` at the start of a line or behind a
+    blank, rows of empty cells, and what stands before the header are skipped; the header may be missing; a decimal
+    comma is understood unless commas separate, and so are ``1.5D-3`` and ``-1.#IND``.
 
     Parameters
     ----------
@@ -79,7 +84,9 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
 def _texts(row: str, layout: Layout, source: Path) -> dict[str, InputError]:
     """Return why columns were left out, for those who ask for them."""
     found = {}
-    for name, numeric, cell in zip(layout.names, layout.numeric, cells_of(row, layout.delimiter), strict=True):
+    for name, numeric, cell in zip(
+        layout.names, layout.numeric, cells_of(without_comments(row), layout.delimiter), strict=True
+    ):
         if not numeric:
             said, mend = why_no_number(cell)
             place = f"{source}: line {layout.first + 1}, column {name!r}"
@@ -171,18 +178,21 @@ def _numbers(
     refuse_larger(body.count(b"\n") * len(read) * NUMBER_BYTES, limit, source)
     if not chosen:
         return []
-    plain = body.replace(b",", b".") if layout.decimal_comma else body
+    plain = _plain(body, layout)
     try:
         values = np.loadtxt(
             io.TextIOWrapper(io.BytesIO(plain), encoding=encoding, newline="\n"),
             delimiter=layout.delimiter,
-            comments=COMMENT,
+            comments=None,
             quotechar='"' if b'"' in plain else None,
             usecols=None if len(read) == len(layout.numeric) else read,
             ndmin=2,
         )
     except ValueError as error:
-        raise _bad_row(body, layout, source, encoding) or InputError(str(error), path=str(source)) from None
+        raise _bad_row(body, layout, source, encoding) or InputError(
+            f"holds a row that cannot be read ({error})", path=str(source),
+            mend="Export it again: a number in each cell"
+        ) from None  # fmt: skip
     expected = len(values) * (len(layout.numeric) - 1)
     if layout.delimiter and body.count(layout.delimiter.encode()) != expected:
         bad = _bad_row(body, layout, source, encoding)
@@ -192,10 +202,24 @@ def _numbers(
     return [np.ascontiguousarray(columns[index]) for index in chosen]
 
 
+def _plain(body: bytes, layout: Layout) -> bytes:
+    """Return rows without comments, with numbers spelt as everywhere."""
+    if b".#" in body:
+        body = re.sub(_NOT_FINITE, lambda it: b"inf" if it[1].upper() == b"INF" else b"nan", body)
+    if b"#" in body:
+        body = re.sub(COMMENTS.encode(), b"", body)
+    if b"D" in body or b"d" in body:
+        body = re.sub(_FORTRAN, b"e", body)
+    separator = (layout.delimiter or "").encode()
+    if separator and (b"\n" + separator in body or body.startswith(separator)):
+        body = re.sub(rb"(?m)^" + separator + rb"[" + separator + rb"\t ]*$", b"", body)
+    return body.replace(b",", b".") if layout.decimal_comma else body
+
+
 def _bad_row(body: bytes, layout: Layout, source: Path, encoding: str) -> InputError | None:
     """Return the error that names the first row and cell that cannot be read."""
     for index, row in enumerate(io.TextIOWrapper(io.BytesIO(body), encoding=encoding, newline="\n")):
-        cells = cells_of(row.partition(COMMENT)[0], layout.delimiter)
+        cells = cells_of(without_comments(row), layout.delimiter)
         if not any(cells):
             continue
         place = f"{source}: line {layout.first + index + 1}"

@@ -15,9 +15,11 @@ from bristle.core.errors import InputError
 from bristle.logs.names import distinct
 from bristle.logs.table import split_unit
 
-__all__ = ["COMMENT", "Layout", "cells_of", "is_number", "layout_of", "why_no_number"]
+__all__ = ["COMMENTS", "Layout", "cells_of", "is_number", "layout_of", "why_no_number", "without_comments"]
 
 COMMENT = "#"
+COMMENTS = r'(?m)^[ \t]*#.*$|[ \t]#[^"\n]*$'
+"""What follows a `COMMENT` at the start of a line or behind a blank: one within a cell is part of it."""
 # Tried in this order; None is any run of blanks. A comma is last but one: it may be a decimal comma.
 DELIMITERS = ("\t", ";", ",", None)
 # Units that a line below the names may consist of, besides the decimal ones.
@@ -26,10 +28,10 @@ PREAMBLE_LINES, SAMPLE_ROWS = 400, 20
 MOST_COLUMNS = 50_000
 MOST_CELLS = 300_000  # that are looked at to find where the numbers begin
 LONGEST_CELL = 131_072  # what the reader of quoted cells takes
-_CLOCK = re.compile(r"(\d{4}-\d\d-\d\d[T ])?\d{1,2}:\d\d(:\d\d([.,]\d+)?)?")
-_THOUSANDS = re.compile(r"[+-]?\d{1,3}(([.' ]\d{3})+(,\d+)?|([,' ]\d{3})+(\.\d+)?)")
-_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?")
-_NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?|nan|inf|infinity|1\.#\w+)", re.IGNORECASE)
+_CLOCK = re.compile(r"(\d{4}-\d\d-\d\d[T ])?\d{1,2}:\d\d(:\d\d([.,]\d+)?)?", re.ASCII)
+_THOUSANDS = re.compile(r"[+-]?\d{1,3}(([.' ]\d{3})+(,\d+)?|([,' ]\d{3})+(\.\d+)?)", re.ASCII)
+_DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?", re.ASCII)
+_NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?|nan|inf|infinity|1\.#\w+)", re.IGNORECASE | re.ASCII)
 
 
 @dataclass(frozen=True)
@@ -79,6 +81,11 @@ def cells_of(line: str, delimiter: str | None) -> list[str]:
     return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])]
 
 
+def without_comments(text: str) -> str:
+    """Return lines without what is said behind their cells."""
+    return re.sub(COMMENTS, "", text) if COMMENT in text else text
+
+
 def is_number(cell: str, decimal_comma: bool) -> bool:
     """Return whether a cell is a number."""
     if decimal_comma and "." not in cell:
@@ -115,13 +122,14 @@ def layout_of(lines: Sequence[str], source: Path) -> Layout:
         If nowhere rows of numbers follow one another, or a cell in the first of them is no number.
     """
     best, best_score = None, (0.0, 0)
+    bare = [without_comments(line) for line in lines]
     for delimiter in DELIMITERS:
-        rows = _rows(lines, delimiter, source)
+        rows = _rows(bare, delimiter, source)
         for decimal_comma in (False, True) if delimiter != "," else (False,):
             found = _rows_of_numbers(rows, delimiter, decimal_comma)
             if found is None:
                 continue
-            first_row = cells_of(lines[found.first], delimiter)
+            first_row = cells_of(bare[found.first], delimiter)
             filled = sum(bool(cell) or it for cell, it in zip(first_row, found.numeric, strict=True))
             score = (sum(found.numeric) / filled, sum(found.numeric))
             if score > best_score:
@@ -132,7 +140,7 @@ def layout_of(lines: Sequence[str], source: Path) -> Layout:
             path=str(source),
             mend="Export one row a sample, with cells apart by a comma, a semicolon, a tab or blanks",
         )
-    _refuse_bad_first_rows(lines, best, source)
+    _refuse_bad_first_rows(bare, best, source)
     names, units_, notes = _header(lines, best)
     return Layout(best.delimiter, best.decimal_comma, best.first, best.numeric, names, units_, notes)
 
@@ -145,6 +153,8 @@ def _rows(lines: Sequence[str], delimiter: str | None, source: Path) -> list[tup
         if not _has_content(line):
             continue
         cells = cells_of(line, delimiter)
+        if not any(cells):
+            continue
         if len(cells) > MOST_COLUMNS:
             raise InputError(
                 f"has {len(cells)} cells in a row", path=f"{source}: line {index + 1}",
