@@ -208,6 +208,22 @@ def test_signals_that_arrive_together_are_seen_as_one():
         work()
 
 
+def test_signals_that_arrive_while_native_code_runs_are_seen_as_one():
+    def work():
+        with ended_by_signals():
+            words = f"for i in 1 2 3; do kill -TERM {os.getpid()}; sleep 0.05; done"
+            sender = subprocess.Popen(["sh", "-c", words])
+            try:
+                sum(range(60_000_000))  # one step of the interpreter, longer than the sender takes
+                time.sleep(1.0)
+            finally:
+                sender.wait()
+                time.sleep(2.5)
+
+    with pytest.raises(SignalledError, match="terminated"):
+        work()
+
+
 def test_a_signal_that_a_finalizer_swallows_is_sent_again():
     class Last:
         def __del__(self):
@@ -236,6 +252,37 @@ def test_what_repeats_within_a_second_does_not_end_the_cleaning_up():
     with pytest.raises(SignalledError, match="terminated"):
         work()
     assert done == ["cleaned"]
+
+
+def test_what_was_changed_for_signals_is_put_back():
+    hook, before = sys.unraisablehook, len(os.listdir("/proc/self/fd")) if Path("/proc/self/fd").exists() else 0
+    woken, waking = os.pipe()
+    os.set_blocking(waking, False)
+    outer = signal.set_wakeup_fd(waking)
+    try:
+        for _ in range(5):
+            with ended_by_signals():
+                assert sys.unraisablehook is not hook
+        assert sys.unraisablehook is hook
+        assert signal.set_wakeup_fd(outer) == waking
+    finally:
+        signal.set_wakeup_fd(outer)
+        os.close(woken)
+        os.close(waking)
+    assert not before or len(os.listdir("/proc/self/fd")) == before
+
+
+def test_a_signal_that_asks_for_something_else_ends_nothing():
+    # Were it watched, nobody would see it, and the process would end after two seconds.
+    received = []
+    before = signal.signal(signal.SIGUSR1, lambda number, _: received.append(number))
+    try:
+        with ended_by_signals():
+            signal.raise_signal(signal.SIGUSR1)
+            time.sleep(2.5)
+    finally:
+        signal.signal(signal.SIGUSR1, before)
+    assert received == [signal.SIGUSR1]
 
 
 def test_another_error_that_a_finalizer_drops_is_told_as_before(monkeypatch):

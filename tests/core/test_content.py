@@ -153,6 +153,16 @@ def test_a_pipe_that_nobody_writes_to_or_that_falls_silent_is_given_up(tmp_path,
     assert time.monotonic() - began < 30.0
 
 
+@pytest.mark.parametrize("there", [None, "closed", "notebook"])
+def test_a_standard_input_that_is_not_there(monkeypatch, there):
+    stream = None if there is None else io.StringIO("t,x")
+    if stream is not None and there == "closed":
+        stream.close()
+    monkeypatch.setattr(sys, "stdin", stream)
+    with pytest.raises(InputError, match=r"<stdin>: there is nothing to read.*bristle log -"):
+        content_of("-")
+
+
 def test_what_a_shell_puts_in_place_of_a_file(tmp_path):
     (tmp_path / "log").write_bytes(b"a log\n" * 50_000)
     code = "import sys; from bristle.core.content import content_of; print(content_of(sys.argv[1]).checksum)"

@@ -205,6 +205,12 @@ def test_time_that_does_not_advance_is_refused(write, axis, recording, shift, sa
         read_log(write(t=t), axis)
 
 
+@pytest.mark.parametrize("step", [1e-320, 1e-13, 1e10])
+def test_steps_of_time_that_no_axis_is_sampled_at_are_refused(write, axis, recording, step):
+    with pytest.raises(InputError, match=r"column 't': steps by .* allowed 1e-12 s to 1e\+09 s"):
+        read_log(write(t=np.arange(recording["t"].size) * step), axis)
+
+
 def test_small_jitter_is_resampled_and_said_so(write, axis, recording):
     rng = np.random.default_rng(7)
     t = recording["t"] + rng.uniform(-0.09, 0.09, recording["t"].size) * SAMPLE_TIME

@@ -22,6 +22,7 @@ __all__ = ["EXAMPLE", "log"]
 
 EXAMPLE = """Example:
   bristle log axis.mat --axis axis.toml --out what-is-in-it"""
+SHOWN = 100  # columns
 
 
 def log(
@@ -97,7 +98,10 @@ def _write(
 
 
 def _show(summary: dict[str, Any]) -> None:
-    show_table(_table("Columns of the file", "name", summary["columns"]))
+    columns = summary["columns"]
+    show_table(_table("Columns of the file", "name", columns[:SHOWN]))
+    if len(columns) > SHOWN:
+        say(f"... and {len(columns) - SHOWN} columns more. --json has all of them.")
     if summary["channels"]:
         show_table(_table(f"Channels of the axis, {summary['kind']}", "name", summary["channels"]))
     if summary["passages"]:

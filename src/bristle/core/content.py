@@ -214,7 +214,7 @@ def _of_object(given: Any, limit: int, path: str, what: str) -> Content:
 
 def _bytes_of(source: Path, limit: int) -> bytes:
     if str(source) == "-":
-        return _within(_pieces(sys.stdin.fileno(), source), limit, "<stdin>")
+        return _within(_pieces(_standard_input(), source), limit, "<stdin>")
     mode = os.stat(source).st_mode
     for is_kind, kind, mend in _KINDS:
         if is_kind(mode):
@@ -228,6 +228,14 @@ def _bytes_of(source: Path, limit: int) -> bytes:
         return _within(_pieces(opened, source), limit, str(source))
     finally:
         os.close(opened)
+
+
+def _standard_input() -> int:
+    try:
+        return sys.stdin.fileno()
+    except (AttributeError, ValueError):  # there is none, it was closed, or it is that of a notebook
+        raise InputError("there is nothing to read", path="<stdin>",
+                         mend="Name a file, or send one: cat log.csv | bristle log -") from None  # fmt: skip
 
 
 def _within(pieces: Iterator[bytes], limit: int, place: str) -> bytes:

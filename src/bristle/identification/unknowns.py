@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.core.contracts import FrictionModel, Plant
+from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
 from bristle.identification.regression import Regression
@@ -173,6 +174,11 @@ def coordinates_of(unknowns: Unknowns, scales: Scales) -> tuple[Coordinate, ...]
     """Return the coordinates of the free parameters: one that may not fall below another comes after it.
 
     What other relations say is left to the check of the finished model.
+
+    Raises
+    ------
+    InputError
+        If no value that the model allows is of the extent of the log.
     """
     variables = unknowns.variables
     floors = _floors(unknowns)
@@ -191,12 +197,23 @@ def coordinates_of(unknowns: Unknowns, scales: Scales) -> tuple[Coordinate, ...]
             least = CLEARLY if strict else 0.0
             found.append(Coordinate(name, "excess", scale, least, most, *allowed, floors[name]))
         elif variable.min > 0.0 and variable.quantity != "mass":
-            low, high = scales.range(variable)
-            low, high = max(low, variable.min), min(high, variable.max)
+            low, high = _sought(name, variable, scales)
             found.append(Coordinate(name, "log", 1.0, math.log(low), math.log(high), *allowed))
         else:
             found.append(Coordinate(name, "plain", scale, variable.min / scale, variable.max / scale, *allowed))
     return tuple(found)
+
+
+def _sought(name: str, variable: Variable, scales: Scales) -> tuple[float, float]:
+    """Return between which values a positive parameter is sought [SI]."""
+    low, high = scales.range(variable)
+    least, most = max(low, variable.min), min(high, variable.max)
+    if not least < most:
+        raise InputError(
+            f"would be {low:.3g} to {high:.3g} by the extent of this log, in SI", path=name,
+            allowed=f"{variable.min:g} to {variable.max:g}", mend="Mend the units of the time and the position",
+        )  # fmt: skip
+    return least, most
 
 
 def _in_turn(names: Sequence[str], floors: Mapping[str, str]) -> list[str]:

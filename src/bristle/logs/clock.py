@@ -17,6 +17,7 @@ UNIFORM = 0.01  # of the sample time: rounding of the stamps, left alone
 GAP = 1.5  # sample times
 GAP_SHARE = 0.05  # more intervals than this being gaps, the log has no sample time
 SHORTEST_SEGMENT = 10  # samples
+SHORTEST, LONGEST = 1e-12, 1e9  # sample time [s]: beyond them its square or its inverse is no number to reckon with
 WINDOW = 101  # samples over which a clock may drift and be no jitter
 
 
@@ -98,12 +99,15 @@ def clock_of(stamps: np.ndarray, place: str, *, delay: float = 0.0, sample_time:
     Raises
     ------
     InputError
-        If time steps back, stands still, or jitters: 19 of 20 stamps by more than a tenth of the sample time, or
-        any by more than a quarter.
+        If time steps back, stands still, has steps that no axis is sampled at, or jitters: 19 of 20 stamps by more
+        than a tenth of the sample time, or any by more than a quarter.
     """
     steps = np.diff(stamps)
     _refuse_backward(stamps, steps, place)
     usual = float(np.median(steps))
+    if not SHORTEST <= usual <= LONGEST:
+        raise InputError(f"steps by {usual:.6g} s", path=place, allowed=f"{SHORTEST:g} s to {LONGEST:g} s",
+                         mend="Mend the unit of the time column")  # fmt: skip
     gaps = steps > GAP * usual
     period = float(steps[~gaps].mean())
     if sample_time is not None and abs(period / sample_time - 1) > UNIFORM:
