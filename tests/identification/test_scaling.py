@@ -5,6 +5,7 @@ import pytest
 from tests.identification.known_logs import Motion, log_of, slow_log
 
 from bristle import friction
+from bristle.core import InputError
 from bristle.identification import identify
 
 # By what the parameters change where lengths are multiplied by the first number and forces by the second.
@@ -41,6 +42,13 @@ def test_magnitudes_scale(name):
     assert other.parameters["M"].unit == "kg*m^2"
     assert other.parameters["F_C"].unit == "N*m"
     assert other.plant.kind == other.friction.kind == "rotational"
+
+
+def test_a_log_of_another_extent_than_the_model_allows_is_told_in_its_units():
+    log = slow_log(friction.find("stribeck")(**TRUTHS["stribeck"]), duration=10.0)
+    slow = Motion(1e11 * log.time.values, log.position.values, log.position.values, log.position.values)
+    with pytest.raises(InputError, match=r"v_S: would be .* by the extent of this log.* units of the time"):
+        identify(log_of(slow, log.effort.values), "stribeck", blocks=0, draws=0)
 
 
 def test_turning_the_axis_round_exchanges_the_directions():
