@@ -386,6 +386,39 @@ def test_a_library_that_cannot_be_loaded_is_no_fault_of_bristle_but_its_own_modu
             Path(saved).unlink()
 
 
+def as_typed(*arguments: str, **environment: str) -> subprocess.CompletedProcess:
+    code = f"import sys; sys.argv[1:] = {arguments!r}; from bristle.cli.main import main; code = main()"
+    code += "; import os; print([one for one in os.environ if one.startswith('NUMBA_')]); sys.exit(code)"
+    return subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60,
+        env=os.environ | environment,
+    )  # fmt: skip
+
+
+def test_settings_that_others_made_for_the_compiler_are_left_out(place):
+    ended = as_typed("models", NUMBA_CPU_FEATURES="-sse2", NUMBA_NUM_THREADS="abc", NUMBA_DISABLE_JIT="0")
+    assert (ended.returncode, ended.stderr) == (0, "")
+    assert ended.stdout.splitlines()[-1] == "['NUMBA_DISABLE_JIT']"
+
+
+def test_a_thread_of_a_persons_own_model_does_not_keep_the_command_from_ending(tmp_path):
+    own = tmp_path / "own.py"
+    own.write_text("import threading, time\nthreading.Thread(target=time.sleep, args=(1000.0,)).start()\n")
+    ended = as_typed("check", str(own))
+    assert ended.returncode == 2
+    assert "defines no friction model" in ended.stderr
+
+
+@pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")
+@pytest.mark.parametrize("option", ["-v", "-d"])
+def test_a_limit_on_memory_that_libraries_would_choke_on_is_told_before_they_are_loaded(option):
+    code = "from bristle.cli.main import main; raise SystemExit(main(['models']))"
+    words = f'ulimit {option} 327680; exec "$0" -c "{code}"'
+    ended = subprocess.run(["sh", "-c", words, sys.executable], capture_output=True, text=True, check=False, timeout=60)
+    assert ended.returncode == 2, ended.stderr
+    assert f"ulimit {option} 327680: is too little memory" in ended.stderr
+
+
 @pytest.mark.skipif(os.name != "posix", reason="limits of POSIX")
 def test_a_limit_of_open_files_is_no_fault_of_bristle(monkeypatch, capsys):
     def ends(*_, **__):

@@ -59,7 +59,7 @@ def bound(path):
         (lambda p: p.mkdir(), "is a folder"),
         (lambda p: p.symlink_to(p), "cannot be read"),
         (lambda p: p.symlink_to("/dev/zero"), "is a device"),
-        (lambda p: p.symlink_to("gone"), "no such file"),
+        (lambda p: p.symlink_to("gone"), "is a link to gone, which does not exist"),
         (bound, "is a socket"),
         (lambda p: (p.write_bytes(b""), p.chmod(0)), None),
     ],

@@ -81,6 +81,17 @@ def test_a_second_process_compiles_nothing(probe):
     assert first == again
 
 
+def test_settings_that_the_compiler_cannot_begin_with_are_told(tmp_path):
+    ended = subprocess.run(
+        [sys.executable, "-c", "from bristle.cli.main import main; raise SystemExit(main(['paper', '--figure', '3']))"],
+        env=os.environ | {"NUMBA_NUM_THREADS": "0", "BRISTLE_CACHE_DIR": str(tmp_path)}, capture_output=True,
+        text=True, check=False, cwd=tmp_path,
+    )  # fmt: skip
+    assert ended.returncode == 2, ended.stderr
+    assert "numba: cannot be loaded (" in ended.stderr
+    assert "NUMBA_" in ended.stderr
+
+
 def test_an_edited_source_of_ours_never_returns_an_old_number(probe, tmp_path):
     before, _ = probe()
     copy = tmp_path / "copy" / "bristle"

@@ -132,6 +132,8 @@ def test_an_effort_limit_and_a_mass_serve_for_an_acceleration():
         (STAGE, {"travel": "-1 mm"}, "must be positive"),
         (STAGE, {"duration": "1 s"}, "at least 2 s"),
         (STAGE, {"duration": 1e5}, "samples"),
+        (replace(STAGE, sample_time=10.0), {"duration": 20.0}, "duration: is less than 100 samples of this axis"),
+        (replace(STAGE, jerk_limit=1e-9), {"purposes": "stribeck"}, "acceleration: out of range"),
         (STAGE, {"model": 3}, "a friction model or a model file"),
         (STAGE, {"model": coulomb_viscous(F_C="1 N*m", F_v=0.0)}, "rotational"),
         (3, {}, "an axis or its file"),

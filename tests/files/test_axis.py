@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import datetime
 import math
 from pathlib import Path
 
@@ -160,9 +161,12 @@ BAD = [
         {"schema": 2},
         "schema: is not one that this bristle reads; found 2, allowed 1. Is the file from a newer bristle?",
     ),
+    ({"schema": datetime.date(1979, 5, 27)}, "schema: is not one that this bristle reads; found 1979-05-27"),
     ({"schema": True}, "schema: is not one that this bristle reads; found True"),
     ({"schema": 1.0}, "schema: is not one that this bristle reads; found 1.0"),
     ({"kind": "linear"}, "kind: does not fit; found 'linear', allowed 'translational' or 'rotational'"),
+    ({"columns": "time"}, "columns: does not fit; found 'time', allowed a table"),
+    ({"columns": {"position": 5}}, "columns.position: does not fit; found 5, allowed "),
     ({"colums": {}}, "colums: unknown key"),
     ({"colums": {}}, "Did you mean 'columns'?"),
     (column(position={"column": "q", "units": "m"}), "columns.position.units: unknown key; found 'm'"),
@@ -255,6 +259,9 @@ def test_errors_carry_the_name_of_the_file(tmp_path):
         ("schema = 1\n[columns\n", r"at line 2, .*The line reads: \[columns"),
         ("schema = 1\nschema = 1\n", "at line 2"),
         ('name = "EMPS', "is not valid TOML"),
+        ("[plant]\n[plant]", r"is not valid TOML: Cannot declare 'plant' twice"),
+        ("[plant.a]\n[plant.a]", r"is not valid TOML: Cannot declare 'plant\.a' twice"),
+        ("schema = " + 5000 * "1", "a number of thousands of digits"),
     ],
 )
 def test_what_is_no_toml_is_refused_with_the_line(tmp_path, text, said):

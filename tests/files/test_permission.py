@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import sys
 import warnings
 from pathlib import Path
 
@@ -114,6 +115,35 @@ def test_a_file_named_in_python_is_asked_for(treacherous):
         warnings.simplefilter("error")
         load_model_file(treacherous)
     assert not is_allowed(content_of(treacherous).checksum)  # only a command line remembers
+
+
+def test_code_in_another_encoding_than_it_says_is_refused_and_in_its_own_is_run(tmp_path):
+    path = tmp_path / "own.py"
+    path.write_bytes("# von Müller\n".encode("latin-1"))
+    with pytest.raises(InputError, match=r"own\.py: is not valid Python \(invalid or missing encoding"):
+        load_model_file(path)
+    path.write_bytes("x = 1\n\n\n# von Müller\n".encode("latin-1"))
+    with pytest.raises(InputError, match=r"own\.py: is not valid Python \('utf-8' codec"):
+        load_model_file(path)
+    path.write_bytes("# coding: latin-1\n# von Müller\n".encode("latin-1"))
+    with pytest.raises(InputError, match="defines no friction model"):
+        load_model_file(path)
+
+
+def test_how_deep_calls_may_go_is_no_business_of_a_model(tmp_path):
+    before, path = sys.getrecursionlimit(), tmp_path / "own.py"
+    path.write_text("import sys\nsys.setrecursionlimit(150)\n")
+    with pytest.raises(InputError, match="defines no friction model"):
+        load_model_file(path)
+    assert sys.getrecursionlimit() == before
+
+
+def test_a_name_that_is_no_text_is_refused(tmp_path):
+    path = tmp_path / "own.py"
+    path.write_text("from bristle.friction.dahl import MODEL as dahl\nfrom dataclasses import replace\n"
+                    "MODEL = replace(dahl, name=5)\n")  # fmt: skip
+    with pytest.raises(InputError, match="a name that cannot be asked for; found 5"):
+        load_model_file(path)
 
 
 def test_where_nothing_can_be_remembered_it_is_told(tmp_path, treacherous, monkeypatch):

@@ -614,6 +614,27 @@ def test_what_a_killed_process_left_goes_with_the_next_that_succeeds_and_no_soon
     assert sorted(one.name for one in out.parent.iterdir()) == ["another", "run"]
 
 
+def test_where_no_more_files_can_be_opened_the_last_one_closed_serves(tmp_path, monkeypatch):
+    def removed(path, **options):
+        # The note of these results is the file too many.
+        return not any(one._note is not None for one in opened) and owned.remove_own(path, **options)
+
+    opened = []
+    monkeypatch.setattr(results, "remove_own", removed)
+
+    def work():
+        with results_folder(tmp_path / "run") as folder:
+            opened.append(folder)
+            raise InputError("no more files")
+
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        with pytest.raises(InputError, match="no more files"):
+            work()
+    assert not told
+    assert not list(tmp_path.iterdir())
+
+
 def test_a_folder_that_another_has_just_made_is_left_to_it_until_long_after(out):
     begun = out.with_name(UNFINISHED)
     begun.mkdir()

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import gc
+import os
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from bristle.cli.signals import ended_by_signals
 
 __all__ = ["main"]
+
+LEAST_MEMORY = 512 * 2**20  # [byte]
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -23,8 +27,11 @@ def main(arguments: list[str] | None = None) -> int:
     if arguments is None:
         # Nearly all that a command makes lives until its end: looking for garbage as often as by default costs a tenth.
         gc.set_threshold(20_000, 100)
+        _own_the_compiler()
         try:
-            return _ended_well(list(sys.argv[1:]))
+            code = _ended_well(list(sys.argv[1:]))
+            _wait_for_no_thread(code)
+            return code
         finally:
             # The interpreter would look for garbage in all of it once more as it ends: a seventh of the time.
             gc.freeze()
@@ -35,6 +42,7 @@ def _ended_well(given: list[str]) -> int:
     """Run a command line; return the exit code, whatever happens."""
     with ended_by_signals() as signals, errors_let_go():
         try:
+            refuse_little_memory()
             from bristle.cli.application import run
             from bristle.cli.terminal import streams_that_take_all, warnings_as_lines
 
@@ -46,6 +54,45 @@ def _ended_well(given: list[str]) -> int:
             from bristle.cli.failure import report
 
             return report(error, results=_asks_for_results(given))
+
+
+def _own_the_compiler() -> None:
+    """Drop settings of the compiler: made for other programs, they change numbers here, or end the process."""
+    for name in [one for one in os.environ if one.startswith("NUMBA_") and one != "NUMBA_DISABLE_JIT"]:
+        del os.environ[name]
+
+
+def _wait_for_no_thread(code: int) -> None:
+    """End at once where threads of a person's own model still run: the interpreter would wait for them for ever."""
+    if all(one.daemon or one is threading.main_thread() for one in threading.enumerate()):
+        return
+    for stream in (sys.stdout, sys.stderr):
+        if stream is not None:
+            stream.flush()
+    os._exit(code)
+
+
+def refuse_little_memory() -> None:
+    """Refuse to begin where the libraries of linear algebra would not find their memory, and one looks for it for ever.
+
+    Raises
+    ------
+    InputError
+        With the limit that is set.
+    """
+    try:
+        import resource
+    except ImportError:  # no such limits on this system
+        return
+    for name, option in (("RLIMIT_AS", "-v"), ("RLIMIT_DATA", "-d")):
+        limit = resource.getrlimit(getattr(resource, name))[0]
+        if limit != resource.RLIM_INFINITY and limit < LEAST_MEMORY:
+            from bristle.core.errors import InputError
+
+            raise InputError(
+                "is too little memory for the libraries that are needed", path=f"ulimit {option} {limit // 1024}",
+                allowed=f"{LEAST_MEMORY // 1024} or more", mend=f"Run ulimit {option} unlimited",
+            )  # fmt: skip
 
 
 @contextmanager

@@ -13,7 +13,7 @@ __all__ = ["AllowCode", "AxisFile", "AxisFiles", "Force", "Json", "Out", "SizeLi
 def folder_named(text: str | Path) -> Path:
     """Return the folder for results; an empty name, as of a variable that is not set, is none."""
     if isinstance(text, str) and not text.strip():
-        raise typer.BadParameter("the name of the folder is empty: name a new one, or leave --out away")
+        raise typer.BadParameter("the name of the folder is empty: name a new one, or leave the option away")
     return Path(text)
 
 

@@ -277,6 +277,8 @@ def _says_something(opened: int, seconds: float) -> bool:
 
 def _refusal(source: Path, error: OSError) -> InputError:
     if isinstance(error, FileNotFoundError):
+        if os.path.islink(source):
+            return InputError(f"is a link to {os.readlink(source)}, which does not exist", path=str(source))
         close = close_names(source.name, _names_beside(source), cutoff=0.75)
         mend = f"Did you mean {close[0]!r}?" if close else "Check the path"
         return InputError("there is no such file", path=str(source), mend=mend)

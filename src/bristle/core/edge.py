@@ -307,7 +307,10 @@ def _text(given: Any, path: str, kind: Kind | None) -> str:
 
 def _names(given: Any, path: str, kind: Kind | None) -> tuple[str, ...]:
     if isinstance(given, str):
-        return tuple(one.strip() for one in given.split(",") if one.strip())
+        found = tuple(one.strip() for one in given.split(",") if one.strip())
+        if not found and given:
+            raise InputError("holds no name", path=path, value=given)
+        return found
     return many(TEXT)(given, path, kind)
 
 

@@ -11,7 +11,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar, overload
 
-__all__ = ["activate", "kernel", "kernel_options", "kernels", "on_activation"]
+from bristle.core.errors import InputError, told_by
+
+__all__ = ["activate", "compiler", "kernel", "kernel_options", "kernels", "on_activation"]
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -63,11 +65,30 @@ def on_activation(action: Callable[[], None]) -> None:
         _pending.append(action)
 
 
+def compiler() -> Any:
+    """Return numba, loaded.
+
+    Raises
+    ------
+    InputError
+        If it cannot be loaded with the settings that the environment has for it.
+    """
+    try:
+        import numba
+    except ImportError:
+        raise
+    except Exception as error:  # noqa: BLE001  (it reads these settings, whatever they are, as it is loaded)
+        raise InputError(f"cannot be loaded ({told_by(error)})", path="numba",
+                         mend="Unset the variables of the environment that begin with NUMBA_") from None  # fmt: skip
+    return numba
+
+
 def activate() -> None:
     """Import the compiler and make every kernel known to it."""
     global _active  # noqa: PLW0603
     if _active:
         return
+    compiler()
     _active = True
     while _pending:
         _pending.pop(0)()

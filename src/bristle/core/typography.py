@@ -20,6 +20,7 @@ _MULTIPLES: dict[str, tuple[tuple[float, str, float], ...]] = {
     "A": _NEWTON,
     "Hz": _NEWTON[:2],
 }
+LARGEST_WRITTEN_OUT = 1e12  # what is larger is told by its power of ten
 _UNIT_IN_TEXT = re.compile(r"(?<=\d )[A-Za-z]+[A-Za-z*/^0-9]*")
 _INERTIA = ((1e-1, "kg*m^2", 1.0), (1e-5, "kg*cm^2", 1e4), (0.0, "g*cm^2", 1e7))
 _MASS = ((0.1, "kg", 1.0), (0.0, "g", 1e3))
@@ -110,8 +111,8 @@ def number(value: float, resolution: float | None = None, digits: int = 4) -> st
     --------
     >>> number(95.10893, 0.108), number(-3.16481), number(123456.0)
     ('95.11', '−3.165', '123456')
-    >>> number(3088.0, 30029.0), number(-0.0001, 0.1)
-    ('3000', '0.00')
+    >>> number(3088.0, 30029.0), number(-0.0001, 0.1), number(-8.2499e59)
+    ('3000', '0.00', '−8.250e+59')
     """
     if not math.isfinite(value):
         return "–" if math.isnan(value) else f"{value}".replace("inf", "∞").replace("-", "−")
@@ -123,7 +124,7 @@ def number(value: float, resolution: float | None = None, digits: int = 4) -> st
         decimals = digits - 1 - math.floor(math.log10(abs(value)))
     if resolution is not None and decimals < 0:
         value = round(value, decimals)
-    if decimals > 9:
+    if decimals > 9 or abs(value) >= LARGEST_WRITTEN_OUT:
         return f"{value:.{digits - 1}e}".replace("-", "−")
     text = f"{value:.{max(decimals, 0)}f}".replace("-", "−")
     return text if any(digit in text for digit in "123456789") else text.removeprefix("−")

@@ -29,7 +29,7 @@ from bristle.core.borrowed import without_holder
 from bristle.core.errors import InputError
 from bristle.core.exponent import in_bits
 from bristle.core.fingerprint import fingerprint
-from bristle.core.kernel import activate, kernel_options
+from bristle.core.kernel import activate, compiler, kernel_options
 from bristle.core.locks import COMPILING
 
 __all__ = ["cache_folder", "compiled", "compiled_count", "interpreted", "is_interpreted"]
@@ -70,14 +70,13 @@ def cache_folder() -> Path | None:
 
     ``BRISTLE_CACHE_DIR`` overrides the place; an empty value switches the cache off.
     """
-    import numba
     import platformdirs
 
     given = os.environ.get("BRISTLE_CACHE_DIR")
     if given == "":
         return None
     root = Path(given) if given else Path(platformdirs.user_cache_dir("bristle", appauthor=False))
-    folder = root / f"{sys.implementation.cache_tag}-numba-{numba.__version__}"
+    folder = root / f"{sys.implementation.cache_tag}-numba-{compiler().__version__}"
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         if not _is_own(folder):
@@ -163,8 +162,7 @@ def _types(signature: str) -> tuple[Any, ...]:
 def _compile(
     name: str, function: Callable[..., Any], signature: str, code: str, parts: tuple[Any, ...], interleaved: int
 ) -> Callable[..., Any]:
-    import numba
-
+    numba = compiler()
     activate()
     returns = numba.types.int64 if "B" in signature else numba.types.float64
     dispatcher: Any = numba.njit(**kernel_options(inline=False))(function)

@@ -27,7 +27,7 @@ from bristle.files.given import AXIS
 __all__ = ["PURPOSES", "Excitation", "Purpose", "excite"]
 
 DURATION, LEAST = 60.0, 2.0  # [s]
-SAMPLES_MOST = 5_000_000
+SAMPLES_LEAST, SAMPLES_MOST = 100, 5_000_000
 DRAWS, FEWEST_DRAWS, MOST_DRAWS = 100, 20, 100_000
 SAMPLE_TIME = 1e-3  # where the axis file has none
 LEAVES_FIRST = ("damping", "break-away", "presliding", "stribeck")  # where there is no time for all
@@ -136,6 +136,9 @@ def excite(
     if seconds / sample_time > SAMPLES_MOST:
         raise InputError(f"asks for more than {SAMPLES_MOST} samples", path="duration", value=duration,
                          mend="Record it in parts")  # fmt: skip
+    if seconds / sample_time < SAMPLES_LEAST:
+        raise InputError(f"is less than {SAMPLES_LEAST} samples of this axis", path="duration", value=duration,
+                         mend=f"Give it longer, or mend the sample time, {with_unit(sample_time, 's')}")  # fmt: skip
     room = room_of(axis, prior, sample_time, _travel(travel, axis))
     chosen, notes = _chosen(purposes, room)
     pieces, left_out = _in_time(chosen, room, seconds - Motion.rest, may_drop=purposes is None)

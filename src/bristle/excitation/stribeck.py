@@ -91,4 +91,4 @@ def _fastest(room: Room) -> float:
     assert room.acceleration is not None
     a, room_left = room.acceleration, 0.25 * (room.travel or 0.0)
     rise = a / room.jerk
-    return min(room.velocity, 0.5 * a * (math.sqrt(rise * rise + 4.0 * room_left / a) - rise))
+    return min(room.velocity, 2.0 * room_left / (math.sqrt(rise * rise + 4.0 * room_left / a) + rise))

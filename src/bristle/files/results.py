@@ -261,6 +261,8 @@ def _abandon(results: Results) -> None:
         _open.discard(results)
         gone = remove_own(results.path, half_written=True)
         results.close()
+        # Where no more files can be opened, the one just closed may be what was lacking.
+        gone = gone or remove_own(results.path, half_written=True)
     if not gone and os.path.lexists(results.path):
         warnings.warn(
             f"{results.path} stays: it holds what bristle did not write, or cannot be removed", InputWarning,

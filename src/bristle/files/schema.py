@@ -31,6 +31,14 @@ def _number_or_text(value: Any) -> Any:
 Quantity = Annotated[Any, AfterValidator(_number_or_text)]
 
 
+# By the kind of error of the library, which speaks of its own classes.
+WANTED = {
+    "model_type": "a table", "model_attributes_type": "a table", "dict_type": "a table", "list_type": "a list",
+    "tuple_type": "a list", "string_type": "text", "bool_type": "true or false", "int_type": "a whole number",
+    "too_short": "at least {min_length} values", "too_long": "at most {max_length} values",
+}  # fmt: skip
+
+
 def validated(schema: type[S], data: Mapping[str, Any]) -> S:
     """Return `data` as the table that `schema` describes.
 
@@ -57,7 +65,8 @@ def _refusal(errors: list[Any], schema: type[Strict]) -> InputError:
     if first["type"] == "missing":
         mend = "Write schema = 1 on the first line" if path == "schema" else more
         return InputError("is missing", path=path, mend=mend)
-    wanted = first["msg"].removeprefix("Input should be ").removeprefix("Value error, ")
+    said = WANTED.get(first["type"], first["msg"].removeprefix("Input should be ").removeprefix("Value error, "))
+    wanted = said.format_map(first.get("ctx") or {})
     return InputError("does not fit", path=path, value=first["input"], allowed=wanted, mend=more)
 
 

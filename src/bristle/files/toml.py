@@ -15,12 +15,13 @@ from bristle.core.units import LARGEST
 
 __all__ = ["TOML_LIMIT", "Described", "read_toml"]
 
-TOML_LIMIT = FixedLimit(16 * 2**20)
+TOML_LIMIT = FixedLimit(4 * 2**20)
 """Largest file of settings [byte]; the tables of an operator with a hundred thousand numbers take two million."""
 
 DEEPEST, LONGEST_KEY = 32, 32
 LARGEST_WHOLE = 2**63 - 1  # what TOML promises to hold
 _CONTROLS = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
+_TUPLE = re.compile(r"\(('(?:[^']|', ')*'),?\)")  # keys as the parser tells them
 _JOINTS = re.compile(r"[\w\-\"'][ \t]*\.(?=[ \t]*[\w\-\"'])")  # dots between the parts of a key, not those of a text
 _KEYS = re.compile(r"[\w\-.\"' \t]+|[^\w\-.\"' \t]+")
 
@@ -70,11 +71,13 @@ def _parsed(content: Content) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        raise InputError(f"is not valid TOML: {error}", mend=_mend(_shown(content), str(error))) from None
+        said = _TUPLE.sub(lambda it: it[1].replace("', '", "."), str(error))
+        raise InputError(f"is not valid TOML: {said}", mend=_mend(_shown(content), str(error))) from None
     except RecursionError:
         raise _too_deep("") from None
     except Exception as error:  # noqa: BLE001  (what the parser does not foresee, such as a number of 5 000 digits)
-        raise InputError(f"holds what cannot be read as TOML ({error})", mend="Is it the right file?") from None
+        said = "a number of thousands of digits" if "digits" in str(error) else str(error)
+        raise InputError(f"holds what cannot be read as TOML ({said})", mend="Is it the right file?") from None
 
 
 def _refuse_long_keys(text: str) -> None:
@@ -100,6 +103,8 @@ def _refuse_absurdities(data: dict[str, Any]) -> None:
         path, value, depth = waiting.pop()
         if depth > DEEPEST:
             raise _too_deep(path)
+        if isinstance(value, list) and all(type(one) is float and abs(one) <= LARGEST for one in value):
+            continue  # long tables of numbers, which is most of what large files hold
         if isinstance(value, (dict, list)):
             waiting += [(*inner, depth + 1) for inner in _inside(path, value)]
         else:

@@ -80,7 +80,7 @@ def load_model_file(path: Readable) -> FrictionModel:
             mend="End the file with MODEL = FrictionModel(name=..., description=..., Parameters=Parameters, "
             "State=State, trial=trial, commit=commit)",
         )
-    if not model.name.strip() or set("+,") & set(model.name):
+    if not isinstance(model.name, str) or not model.name.strip() or set("+,") & set(model.name):
         raise InputError(
             "gives its model a name that cannot be asked for", path=str(source), value=model.name,
             allowed="a name without + and comma", mend='Write another name in FrictionModel(name="...")',
@@ -109,7 +109,10 @@ def _executed(name: str, content: Content) -> types.ModuleType:
     module = types.ModuleType(name)
     module.__file__ = str(source)
     sys.modules[name] = module
+    deepest = sys.getrecursionlimit()
     try:
+        # The compiler takes any byte in a comment, and those who look at the source do not.
+        importlib.util.decode_source(content.data)
         # Compiled from the text at hand: a byte-code cache goes by the second and the size, and may be stale.
         # What it prints is no part of a result, and goes where messages go.
         with contextlib.redirect_stdout(sys.stderr):
@@ -119,6 +122,8 @@ def _executed(name: str, content: Content) -> types.ModuleType:
         if isinstance(error, (BristleError, KeyboardInterrupt)):
             raise
         raise _refusal(error, source) from None
+    finally:
+        sys.setrecursionlimit(deepest)
     _let_travel(module, SourceText(content))
     return module
 
@@ -133,7 +138,7 @@ def _show_source(module: types.ModuleType, text: bytes) -> None:
 def _refusal(error: BaseException, source: Path) -> InputError:
     if isinstance(error, SyntaxError) and error.filename == str(source):
         return InputError(f"is not valid Python ({error.msg})", path=f"{source}, line {error.lineno or 1}")
-    if isinstance(error, (ValueError, RecursionError, MemoryError)) and not _line_of(error, source):
+    if isinstance(error, (SyntaxError, ValueError, RecursionError, MemoryError)) and not _line_of(error, source):
         return InputError(f"is not valid Python ({error})", path=str(source))  # what the compiler gives up on
     said = f"stops with {type(error).__name__}: {told_by(error)}".rstrip(": ")
     return InputError(said, path=f"{source}, line {_line_of(error, source)}")

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bristle.core.typography import with_unit
+from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
 from bristle.logs.log import Log
 from bristle.simulation.result import Prediction
@@ -37,14 +37,16 @@ def _about_error(prediction: Prediction) -> tuple[str, ...]:
     off = prediction.metrics.get("position_error_percent")
     if isinstance(off, float) and off > NOTHING_PERCENT:
         return (
-            f"warning: a position of zero would be nearer to the log than what the model predicts ({off:.0f} % off): "
+            f"warning: a position of zero would be nearer to the log than what the model predicts "
+            f"({number(off, digits=2)} % off): "
             "an open loop runs away where nothing holds the axis; predict in inverse or closed-loop mode",
         )
     error = prediction.metrics.get("force_error_percent")
     if not isinstance(error, float) or error <= NOTHING_PERCENT:
         return ()
     return (
-        f"warning: an effort of zero would be nearer to the log than what the model predicts ({error:.0f} % off): "
+        f"warning: an effort of zero would be nearer to the log than what the model predicts "
+        f"({number(error, digits=2)} % off): "
         "check that the model is of this axis, and units and signs in the axis file",
     )
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -11,7 +12,7 @@ from typing import IO, Any
 import numpy as np
 
 from bristle.core.content import refuse_larger
-from bristle.core.errors import InputError
+from bristle.core.errors import InputError, shortened, told_by
 from bristle.logs.choice import Choice
 from bristle.logs.names import distinct
 from bristle.logs.table import Table
@@ -57,8 +58,16 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
         if isinstance(error, InputError):
             raise
         raise InputError(
-            f"is truncated or damaged ({error})", path=str(source), mend="Copy it again, or save arrays of numbers"
+            f"is truncated or damaged{_in_words(error)}",
+            path=str(source),
+            mend="Copy it again, or save arrays of numbers",
         ) from None
+
+
+def _in_words(error: Exception) -> str:
+    """Return what a library says, but for what it says of its own objects."""
+    said = told_by(error)
+    return "" if not said or re.search(r"[<>\[(]", said) else f" ({shortened(said, 120)})"
 
 
 def _members(archive: zipfile.ZipFile, source: Path, limit: int) -> tuple[dict[str, Stored], list[str]]:
