@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import os
 from pathlib import Path
+from unicodedata import normalize
 
 import numpy as np
 import pytest
@@ -195,6 +196,21 @@ def test_a_position_that_rests_at_its_extreme_is_legitimate(write, axis, recordi
     effort = np.gradient(np.gradient(position, t), t) + np.random.default_rng(3).normal(0, 0.1, t.size)
     log = read_log(write(q=position, r=position, u=effort), axis)
     assert np.mean(log.position.values == log.position.values.max()) > 0.3
+
+
+@pytest.mark.parametrize("form", ["NFC", "NFD"])
+@pytest.mark.parametrize("other", ["NFC", "NFD"])
+def test_a_name_with_an_accent_is_found_however_it_is_spelt(tmp_path, axis, recording, form, other):
+    name = "K\u00e4fig"
+    rows = np.column_stack([recording["t"], recording["q"], recording["u"]])
+    head = f"t,{normalize(form, name)},u"
+    np.savetxt(tmp_path / "log.csv", rows, delimiter=",", header=head, comments="", encoding="utf-8")
+    asked = dataclasses.replace(axis, columns={
+        "time": Column("t", "s", "s"), "position": Column(normalize(other, name), "m", "m"),
+        "effort": Column("u", "N", "N"),
+    })  # fmt: skip
+    found = read_log(tmp_path / "log.csv", asked)
+    assert found.position.values.size == recording["t"].size
 
 
 @pytest.mark.parametrize(("shift", "said"), [(0.0, "is repeated"), (-0.5, "runs backward")])

@@ -158,8 +158,8 @@ def _short(value: object, width: int = 60) -> str:
     if isinstance(value, (str, bytes)):
         value = value[: 2 * width]
     try:
-        if hasattr(value, "isoformat"):  # a date in a file of settings
-            return value.isoformat()
+        if callable(dated := getattr(value, "isoformat", None)):  # a date in a file of settings
+            return str(dated())
         many = isinstance(value, (list, tuple, dict, set, frozenset)) and len(value) > MOST_SHOWN
         text = reprlib.repr(value) if many else repr(value)
         shape = getattr(value, "shape", ()) if len(text) > width or "\n" in text else ()

@@ -65,8 +65,10 @@ def _refusal(errors: list[Any], schema: type[Strict]) -> InputError:
     if first["type"] == "missing":
         mend = "Write schema = 1 on the first line" if path == "schema" else more
         return InputError("is missing", path=path, mend=mend)
-    said = WANTED.get(first["type"], first["msg"].removeprefix("Input should be ").removeprefix("Value error, "))
-    wanted = said.format_map(first.get("ctx") or {})
+    if first["type"] in WANTED:
+        wanted = WANTED[first["type"]].format_map(first.get("ctx") or {})
+    else:
+        wanted = first["msg"].removeprefix("Input should be ").removeprefix("Value error, ")
     return InputError("does not fit", path=path, value=first["input"], allowed=wanted, mend=more)
 
 

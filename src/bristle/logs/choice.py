@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from bristle.core.axis import Axis
-from bristle.logs.table import split_unit
+from bristle.logs.table import spellings
 
 __all__ = ["ALL", "NONE", "USUAL_NAMES", "Choice", "columns_named", "columns_of"]
 
@@ -37,7 +37,7 @@ ALL, NONE = Choice(), Choice(frozenset())
 
 def columns_named(names: Iterable[str]) -> Choice:
     """Return the choice of columns of these names, each with or without the unit behind it."""
-    return Choice(frozenset(spelt for name in names for spelt in (name, split_unit(name)[0])))
+    return Choice(frozenset(spelt for name in names for spelt in spellings(name)))
 
 
 def columns_of(axis: Axis | None) -> Choice:

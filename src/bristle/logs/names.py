@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import TypeVar
+from unicodedata import normalize
 
 from bristle.core.typography import printable
 from bristle.logs.table import Table
@@ -16,14 +17,14 @@ LONGEST_UNIT_SHOWN = 80
 
 
 def distinct(names: Iterable[str]) -> tuple[list[str], list[str]]:
-    """Return names of which none stands twice, and a note for each that did.
+    """Return names of which none stands twice, and a note for each that did; a letter has one spelling (NFC).
 
     Examples
     --------
     >>> distinct(["t", "q", "q"])
     (['t', 'q', 'q_2'], ["column 3 is called 'q', as one before it: it is taken as 'q_2'"])
     """
-    given = list(names)
+    given = [normalize("NFC", name) for name in names]
     taken, notes = set(given), []
     seen: dict[str, int] = {}
     for index, name in enumerate(given):

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from unicodedata import normalize
 
 import numpy as np
 
 from bristle.core.content import NOWHERE, Origin
 from bristle.core.errors import InputError, close_names, shortened
 
-__all__ = ["Table", "some_of", "split_unit"]
+__all__ = ["Table", "some_of", "spellings", "split_unit"]
 
 LONGEST_SHOWN = 60
 
@@ -60,11 +61,11 @@ class Table:
 
     def name_of(self, name: str) -> str | None:
         """Return the column called `name`, with or without a unit in brackets; None if there is none."""
-        return next((wanted for wanted in (name, split_unit(name)[0]) if wanted in self.columns), None)
+        return next((wanted for wanted in spellings(name) if wanted in self.columns), None)
 
     def has(self, name: str) -> bool:
         """Return whether there is a column called `name`, with or without a unit in brackets, read or not."""
-        return name in self.names or split_unit(name)[0] in self.names
+        return any(wanted in self.names for wanted in spellings(name))
 
     def missing(self, name: str, key: str) -> InputError:
         """Return the error that says which columns there are instead of `name`, asked for under `key`."""
@@ -102,6 +103,12 @@ def some_of(names: Iterable[str], most: int = 8) -> str:
     listed = list(names)
     left = len(listed) - most
     return ", ".join(shortened(one, LONGEST_SHOWN) for one in listed[:most]) + (f" and {left} more" if left > 0 else "")
+
+
+def spellings(name: str) -> tuple[str, ...]:
+    """Return what a column may be called that a person calls so: without its unit, its letters in one piece each."""
+    composed = normalize("NFC", name)
+    return tuple(dict.fromkeys((name, split_unit(name)[0], composed, split_unit(composed)[0])))
 
 
 def split_unit(header: str) -> tuple[str, str]:
