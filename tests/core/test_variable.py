@@ -24,6 +24,8 @@ def test_the_kind_of_axis_decides_the_unit():
 
 
 def test_an_unknown_quantity_is_our_own_mistake():
+    with pytest.raises(ValueError, match=r"unknown excitation 'zzz'; known: sliding, "):
+        Variable("force", "a force", excitation="zzz")
     with pytest.raises(ValueError, match=r"unknown quantity 'newton'; known: 1, time"):
         Variable("newton", "not a quantity")
 

@@ -166,6 +166,7 @@ BAD = [
     ({"schema": 1.0}, "schema: is not one that this bristle reads; found 1.0"),
     ({"kind": "linear"}, "kind: does not fit; found 'linear', allowed 'translational' or 'rotational'"),
     ({"columns": "time"}, "columns: does not fit; found 'time', allowed a table"),
+    (column(position={"column": "q", "unit": "m", "sign": True}), "columns.position.sign: does not fit; found True"),
     ({"columns": {"position": 5}}, "columns.position: does not fit; found 5, allowed "),
     ({"colums": {}}, "colums: unknown key"),
     ({"colums": {}}, "Did you mean 'columns'?"),

@@ -93,6 +93,14 @@ def test_objects_of_python_are_not_loaded(tmp_path):
         read_table(tmp_path / "log.npz")
 
 
+@pytest.mark.parametrize("write", ["csv", "parquet"])
+def test_a_table_named_in_a_file_that_is_one_is_told_or_refused(tmp_path, recording, write):
+    path = WRITERS[write](tmp_path / f"log.{write}", recording)
+    assert "the file is one table: 'x' is not looked for" in read_table(path, "x").notes
+    with pytest.raises(InputError, match="is no file with several tables"):
+        read_table(f"{path}::x")
+
+
 def test_parquet_knows_units_time_stamps_and_gaps(tmp_path):
     pyarrow = pytest.importorskip("pyarrow")
     parquet = pytest.importorskip("pyarrow.parquet")

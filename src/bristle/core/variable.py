@@ -16,6 +16,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 from bristle.core.errors import InputError, did_you_mean
 
 __all__ = [
+    "EXCITATIONS",
     "KINDS",
     "MAGNETIC",
     "UNITS",
@@ -32,6 +33,12 @@ AxisKind = Literal["translational", "rotational"]
 Kind = Literal["translational", "rotational", "magnetic"]
 # Kinds of axis; only a hysteresis operator can be magnetic.
 KINDS: tuple[Kind, ...] = ("translational", "rotational")
+
+EXCITATIONS = (
+    "", "sliding", "speed", "stribeck", "presliding", "displacement", "acceleration", "place", "load", "temperature",
+    "drive",
+)  # fmt: skip
+"""What a log may have to contain for a parameter to be identified from it."""
 
 # Generalised quantity -> SI unit on a translational axis, on a rotational axis.
 UNITS: dict[str, tuple[str, str]] = {
@@ -112,9 +119,8 @@ class Variable:
     directional : bool
         Whether it may differ between the directions of motion (the slot ``+asymmetry``).
     excitation : str
-        What a log must contain for the quantity to be identified from it: ``"sliding"``, ``"speed"``,
-        ``"stribeck"``, ``"presliding"``, ``"displacement"``, ``"acceleration"``, ``"place"``, ``"load"``,
-        ``"temperature"``, ``"drive"`` or empty.
+        What a log must contain for the quantity to be identified from it: one of `EXCITATIONS`, which an empty one
+        is among.
     choices : tuple of str
         Where the quantity is one of several names: what a person writes. Kernels receive its place in this tuple.
     """
@@ -131,6 +137,8 @@ class Variable:
     def __post_init__(self) -> None:
         if self.quantity not in UNITS:
             raise ValueError(f"unknown quantity {self.quantity!r}; known: {', '.join(UNITS)}")
+        if self.excitation not in EXCITATIONS:
+            raise ValueError(f"unknown excitation {self.excitation!r}; known: {', '.join(EXCITATIONS[1:])}, or empty")
 
     def unit(self, kind: Kind = "translational") -> str:
         """Return the SI unit on an axis of this kind."""

@@ -13,12 +13,19 @@ from bristle.files.schema import Quantity, Strict
 __all__ = ["AxisFile", "ColumnEntry", "InjectedEntry"]
 
 
+def _no_truth_value(value: Any) -> Any:
+    """Refuse what Python takes for a number, and nobody for a sign."""
+    if isinstance(value, bool):
+        raise ValueError("1 or -1")
+    return value
+
+
 class ColumnEntry(Strict):
     """One channel: which column it is, in what unit, with what sign, measured where."""
 
     column: str
     unit: str | None = None
-    sign: Literal[1, -1] = 1
+    sign: Annotated[Literal[1, -1], BeforeValidator(_no_truth_value)] = 1
     side: Side | None = None
     optional: bool = False
 

@@ -31,7 +31,7 @@ REFUSED = {
 }
 # Kinds of files that native libraries read, or that ask for a package: module, what they are called, the package.
 APART = {"hdf5": ("HDF5", "h5py"), "parquet": ("Parquet", "pyarrow"), "tdms": ("TDMS", "nptdms")}
-HOLD_TABLES = ("hdf5", "parquet", "npz")
+HOLD_TABLES = ("hdf5", "npz")
 
 
 def read_table(
@@ -63,6 +63,8 @@ def read_table(
         raise InputError("is no file with several tables", path=str(content.source), value=content.part,
                          mend="Leave out what follows the name of the file")  # fmt: skip
     found = _read(kind, content, content.part or table, choice, size_limit)
+    if table is not None and kind not in HOLD_TABLES:
+        found = dataclasses.replace(found, notes=(*found.notes, f"the file is one table: {table!r} is not looked for"))
     return with_plain_names(dataclasses.replace(found, source=content.source, origin=content.origin))
 
 
