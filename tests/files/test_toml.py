@@ -15,6 +15,8 @@ HOSTILE = {
     "a whole number beyond 64 bits": ("a = [1, {b = 9223372036854775808}]", r"a\[1\]\.b: is too large"),
     "a number beyond all quantities": ("a.b = 1e101", r"a\.b: is out of any range"),
     "no number": ("a = nan", "a: must be a finite number"),
+    "no number in a long list": ("a = [1.0, nan, 2.0]", r"a\[1\]: must be a finite number"),
+    "too large in a long list": ("a = [1.0, 2.0, 1e200]", r"a\[2\]: is out of any range"),
     "arrays in arrays": ("a = " + "[" * 50 + "]" * 50, "nested too deeply"),
     "arrays without end": ("a = " + "[" * 100_000, "nested too deeply|cannot be read|not valid TOML"),
     "tables in tables": ("a = " + "{b = " * 40 + "1" + "}" * 40, "nested too deeply"),
