@@ -131,7 +131,11 @@ def excite(
     seconds = quantity(DURATION if duration is None else duration, TIME, path="duration")
     if not LEAST <= seconds < math.inf:
         raise InputError("out of range", path="duration", value=duration, allowed=f"at least {LEAST:g} s")
-    prior = prior_of(axis, *_mechanism(model, axis, allow_code))
+    mechanism = _mechanism(model, axis, allow_code)
+    try:
+        prior = prior_of(axis, *mechanism)
+    except InputError as error:
+        raise error.at("the usual friction of an axis of these limits") from None
     sample_time = axis.sample_time or SAMPLE_TIME
     if seconds / sample_time > SAMPLES_MOST:
         raise InputError(f"asks for more than {SAMPLES_MOST} samples", path="duration", value=duration,
@@ -244,7 +248,10 @@ def _pieces(chosen: Sequence[str], room: Room, seconds: float) -> list[Piece]:
     # The pieces of a fixed number come first, so that triangles, which can take any time, take what is left.
     for name in sorted(chosen, key=lambda one: one == "presliding"):
         purpose = PURPOSES[name]
-        made = purpose.made_by.pieces(room, left * purpose.share / share_left)
+        try:
+            made = purpose.made_by.pieces(room, left * purpose.share / share_left)
+        except InputError as error:
+            raise error.at(f"the motion for {name} that the limits allow") from None
         left -= sum(one.rest + one.duration for one in made)
         share_left -= purpose.share
         left = max(left, LEAST)
