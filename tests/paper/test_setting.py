@@ -45,6 +45,8 @@ def test_lengths_are_those_of_the_table_and_torques_those_of_the_screw(tmp_path)
         ('["3 um", "1.5 um", "3 um", "5 um"]', '"3 um"', "path.turns"),
         ('["3 um", "1.5 um", "3 um", "5 um"]', '["3 um", "1.5 um"]', "path.turns"),
         ('["3 um", "1.5 um", "3 um", "5 um"]', '["3 um", "x"]', "path.turns[1]"),
+        ('["3 um", "1.5 um", "3 um", "5 um"]', '["3 um", "11 mm"]', "path.turns[1]"),
+        ('["3 um", "1.5 um", "3 um", "5 um"]', '["3 um", "-4611686018427387904"]', "path.turns[1]"),
         ('model = "lugre"', 'model = "lugra"', "contact.LuGre.model"),
         ('file = "set_a_rig.toml"', 'file = "no_rig.toml"', "no_rig.toml"),
         ("[path]", "[way]", "way"),

@@ -53,12 +53,13 @@ class Key(NamedTuple):
     whole: bool = False
 
 
-LENGTHS = Key(Variable("length", "travels of the table"), several=True)
-LENGTH = Key(Variable("length", "travel of the table", min=0.0))
+FARTHEST, MOST = 0.01, 10_000.0  # in steps of nanometres, one after the other: beyond, it would take hours
+LENGTHS = Key(Variable("length", "travels of the table", min=-FARTHEST, max=FARTHEST), several=True)
+LENGTH = Key(Variable("length", "travel of the table", min=0.0, max=FARTHEST))
 SPEED = Key(Variable("length/time", "speed of the table", min=1e-9))
 TORQUE = Key(Variable("force", "torque of the screw"), "rotational")
-COUNT = Key(Variable("1", "a number of times", min=1.0), whole=True)
-COUNTS = Key(Variable("1", "numbers of branches", min=1.0), several=True, whole=True)
+COUNT = Key(Variable("1", "a number of times", min=1.0, max=MOST), whole=True)
+COUNTS = Key(Variable("1", "numbers of branches", min=1.0, max=MOST), several=True, whole=True)
 SECTIONS: dict[str, dict[str, Key]] = {
     "path": {"turns": LENGTHS, "speed": SPEED},
     "torque": {
@@ -82,7 +83,7 @@ SECTIONS: dict[str, dict[str, Key]] = {
         "s": Key(Variable("force/length", "stiffness at a reversal", min=1e-9)),
         "f_p": Key(Variable("force", "force at saturation", min=1e-12)),
         "x_r": LENGTH,
-        "count": Key(Variable("1", "number of branches", min=2.0), whole=True),
+        "count": Key(Variable("1", "number of branches", min=2.0, max=MOST), whole=True),
     },
 }
 KEYS = ("schema", "name", "lead", "contact", "operator", "plant", *SECTIONS)
