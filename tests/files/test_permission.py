@@ -130,6 +130,17 @@ def test_code_in_another_encoding_than_it_says_is_refused_and_in_its_own_is_run(
         load_model_file(path)
 
 
+@pytest.mark.parametrize("stream", ["stdout", "stderr"])
+def test_a_stream_that_code_closes_stays_open_and_takes_what_it_says(tmp_path, capsys, stream):
+    path = tmp_path / "own.py"
+    path.write_text(f"import sys\nprint('said', file=sys.{stream})\nsys.{stream}.close()\n")
+    with pytest.raises(InputError, match="defines no friction model"):
+        load_model_file(path)
+    sys.stdout.write("out")
+    sys.stderr.write("err")
+    assert capsys.readouterr() == ("out", "said\nerr")
+
+
 def test_how_deep_calls_may_go_is_no_business_of_a_model(tmp_path):
     before, path = sys.getrecursionlimit(), tmp_path / "own.py"
     path.write_text("import sys\nsys.setrecursionlimit(150)\n")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import importlib.util
+import io
 import linecache
 import sys
 import types
@@ -100,6 +101,19 @@ def origins_of_code(components: Iterable[Any]) -> tuple[Origin, ...]:
     return tuple(dict.fromkeys(found))
 
 
+class _Messages(io.TextIOBase):
+    """The stream of messages as code of a person's own is given it: closing it closes nothing."""
+
+    def __init__(self) -> None:
+        self._stream = sys.stderr
+
+    def write(self, text: str, /) -> int:
+        return len(text) if self._stream is None else self._stream.write(text)
+
+    def close(self) -> None:
+        return
+
+
 def _executed(name: str, content: Content) -> types.ModuleType:
     source = content.source
     if b"\0" in content.data:
@@ -115,7 +129,8 @@ def _executed(name: str, content: Content) -> types.ModuleType:
         importlib.util.decode_source(content.data)
         # Compiled from the text at hand: a byte-code cache goes by the second and the size, and may be stale.
         # What it prints is no part of a result, and goes where messages go.
-        with contextlib.redirect_stdout(sys.stderr):
+        messages = _Messages()
+        with contextlib.redirect_stdout(messages), contextlib.redirect_stderr(messages):
             exec(compile(content.data, str(source), "exec"), module.__dict__)
     except BaseException as error:
         del sys.modules[name]
