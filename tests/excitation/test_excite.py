@@ -127,6 +127,8 @@ def test_an_effort_limit_and_a_mass_serve_for_an_acceleration():
         (replace(STAGE, mass=None), {"purposes": "damping"}, "moving mass"),
         (replace(STAGE, sample_time=0.02), {"purposes": "damping"}, "too long for a resonance"),
         (Axis(), {}, "cannot be planned"),
+        (STAGE, {"purposes": ""}, "purposes: names no purpose"),
+        (STAGE, {"purposes": []}, "purposes: names no purpose"),
         (STAGE, {"purposes": "stribek"}, "Did you mean 'stribeck'"),
         (STAGE, {"travel": "1 m"}, "more than the stroke"),
         (STAGE, {"travel": "-1 mm"}, "must be positive"),

@@ -110,6 +110,8 @@ def test_parquet_knows_units_time_stamps_and_gaps(tmp_path):
     columns = {
         "when": pyarrow.array(stamps), "count": pyarrow.array([1, None, 3, 4]),
         "q": pyarrow.array([0.1, 0.2, 0.3, 0.4]), "note": pyarrow.array(["a", "b", "c", "d"]),
+        "clock": pyarrow.array([5000, 5002, 5004, 5006], pyarrow.time32("ms")),
+        "day": pyarrow.array([5_000_000, 5_002_000, 5_004_000, 5_006_000], pyarrow.time64("us")),
         "exact": pyarrow.array(exact, pyarrow.decimal128(5, 2)),
     }  # fmt: skip
     fields = [
@@ -119,8 +121,10 @@ def test_parquet_knows_units_time_stamps_and_gaps(tmp_path):
     table = read_table(tmp_path / "log.parquet")
     np.testing.assert_allclose(table.columns["when"], [0.0, 2e-3, 4e-3, 6e-3])
     np.testing.assert_array_equal(table.columns["count"], [1, np.nan, 3, 4])
+    np.testing.assert_allclose(table.columns["clock"], [5.0, 5.002, 5.004, 5.006])
+    np.testing.assert_allclose(table.columns["day"], [5.0, 5.002, 5.004, 5.006])
     np.testing.assert_array_equal(table.columns["exact"], [0.25, np.nan, -1.5, 2.0])
-    assert table.units == {"when": "s", "q": "mm"}
+    assert table.units == {"when": "s", "q": "mm", "clock": "s", "day": "s"}
     assert table.notes == ("column 'note' holds no numbers and was left out",)
 
 

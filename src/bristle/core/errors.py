@@ -135,6 +135,18 @@ def told_by(error: BaseException) -> str:
         return f"it cannot say why ({type(another).__name__})"
 
 
+def said_by_library(error: BaseException) -> str:
+    """Return in brackets what a library says of a file, but for what it says of its own objects.
+
+    Examples
+    --------
+    >>> said_by_library(ValueError("unexpected end")), said_by_library(ValueError("<Call object at 0x7f> is odd"))
+    (' (unexpected end)', '')
+    """
+    said = told_by(error)
+    return f" ({shortened(said, 120)})" if said and not set("<>[{") & set(said) else ""
+
+
 def in_one_line(text: str) -> str:
     r"""Return text in one line in which every character can be printed: names in files may hold any.
 

@@ -196,6 +196,9 @@ def _chosen(purposes: Sequence[str] | None, room: Room) -> tuple[list[str], list
 
 
 def _names(names: Sequence[str]) -> Sequence[str]:
+    if not names:
+        raise InputError("names no purpose of a motion", path="purposes", allowed=", ".join(PURPOSES),
+                         mend="Name one, or leave it out for all that the axis allows")  # fmt: skip
     for name in names:
         if name not in PURPOSES:
             raise InputError("is no purpose of a motion", path="purposes", value=name, allowed=", ".join(PURPOSES),

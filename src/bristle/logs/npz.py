@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import re
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import IO, Any
 import numpy as np
 
 from bristle.core.content import refuse_larger
-from bristle.core.errors import InputError, shortened, told_by
+from bristle.core.errors import InputError, said_by_library
 from bristle.logs.choice import Choice
 from bristle.logs.names import distinct
 from bristle.logs.table import Table
@@ -58,16 +57,10 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
         if isinstance(error, InputError):
             raise
         raise InputError(
-            f"is truncated or damaged{_in_words(error)}",
+            f"is truncated or damaged{said_by_library(error)}",
             path=str(source),
             mend="Copy it again, or save arrays of numbers",
         ) from None
-
-
-def _in_words(error: Exception) -> str:
-    """Return what a library says, but for what it says of its own objects."""
-    said = told_by(error)
-    return "" if not said or re.search(r"[<>\[(]", said) else f" ({shortened(said, 120)})"
 
 
 def _members(archive: zipfile.ZipFile, source: Path, limit: int) -> tuple[dict[str, Stored], list[str]]:

@@ -18,6 +18,7 @@ __all__ = ["read"]
 
 UNIT_KEYS = (b"unit", b"units")
 NUMBER_BYTES = 8
+SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 
 def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: int) -> Table:
@@ -84,7 +85,7 @@ def _unit_of(part: Any) -> str:
 
     metadata = part.metadata or {}
     said = next((metadata[key].decode("utf-8", "replace") for key in UNIT_KEYS if key in metadata), "")
-    return said or ("s" if pyarrow.types.is_timestamp(part.type) else "")
+    return said or ("s" if pyarrow.types.is_timestamp(part.type) or pyarrow.types.is_time(part.type) else "")
 
 
 def _numbers(column: Any) -> np.ndarray | None:
@@ -93,6 +94,9 @@ def _numbers(column: Any) -> np.ndarray | None:
 
     if not _may_be_numbers(column.type):
         return None
+    if pyarrow.types.is_time(column.type):
+        counts = column.cast(pyarrow.int32() if pyarrow.types.is_time32(column.type) else pyarrow.int64())
+        return counts.to_numpy().astype(float) * SECONDS[column.type.unit]
     values = (column.cast(pyarrow.float64()) if pyarrow.types.is_decimal(column.type) else column).to_numpy()
     if values.dtype.kind == "M":
         return (values - values[:1]) / np.timedelta64(1, "s")

@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from bristle.core.content import SIZE_LIMIT, Content, Readable
-from bristle.core.errors import InputError, MissingExtraError, shortened
+from bristle.core.errors import InputError, MissingExtraError, said_by_library
 from bristle.logs.choice import ALL, Choice
 from bristle.logs.names import with_plain_names
 from bristle.logs.table import Table
@@ -84,7 +84,7 @@ def _read(kind: str, content: Content, table: str | None, choice: Choice, limit:
         raise InputError("takes more memory than there is", path=str(content.source), mend="Cut the log") from None
     except Exception as error:  # noqa: BLE001  (a damaged file makes a reader raise anything)
         raise InputError(
-            f"is truncated or damaged, or of a kind that is not read ({shortened(str(error), 120)})",
+            f"is truncated or damaged, or of a kind that is not read{said_by_library(error)}",
             path=str(content.source),
             mend="Copy or save it again",
         ) from None
