@@ -16,7 +16,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from bristle import controllers, engine, friction, hysteresis, plants, references, sensors, simulation
+    from bristle import controllers, core, engine, friction, hysteresis, plants, references, sensors, simulation
     from bristle.certificates import check
     from bristle.engine import response
     from bristle.excitation import excite
@@ -44,12 +44,13 @@ _FROM = {
     "read_log": "bristle.files",
     "simulate": "bristle.simulation",
 }
-_MODULES = ("controllers", "engine", "friction", "hysteresis", "plants", "references", "sensors", "simulation")
+_MODULES = ("controllers", "core", "engine", "friction", "hysteresis", "plants", "references", "sensors", "simulation")
 
 __all__ = [
     "__version__",
     "check",
     "controllers",
+    "core",
     "design",
     "engine",
     "excite",

@@ -211,9 +211,10 @@ def test_signals_that_arrive_together_are_seen_as_one():
 def test_signals_that_arrive_while_native_code_runs_are_seen_as_one():
     def work():
         with ended_by_signals():
-            words = f"for i in 1 2 3; do kill -TERM {os.getpid()}; sleep 0.05; done"
-            sender = subprocess.Popen(["sh", "-c", words])
+            words = f"read go; for i in 1 2 3; do kill -TERM {os.getpid()}; sleep 0.02; done"
+            sender = subprocess.Popen(["sh", "-c", words], stdin=subprocess.PIPE)
             try:
+                sender.stdin.close()  # no signal is sent before whoever waits for the sender stands ready
                 sum(range(60_000_000))  # one step of the interpreter, longer than the sender takes
                 time.sleep(1.0)
             finally:
@@ -388,7 +389,7 @@ def test_a_library_that_cannot_be_loaded_is_no_fault_of_bristle_but_its_own_modu
 
 def as_typed(*arguments: str, **environment: str) -> subprocess.CompletedProcess:
     code = f"import sys; sys.argv[1:] = {arguments!r}; from bristle.cli.main import main; code = main()"
-    code += "; import os; print([one for one in os.environ if one.startswith('NUMBA_')]); sys.exit(code)"
+    code += "; import os; print([one for one in os.environ if one.startswith(('NUMBA_', 'SOURCE_'))]); sys.exit(code)"
     return subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60,
         env=os.environ | environment,
@@ -396,7 +397,8 @@ def as_typed(*arguments: str, **environment: str) -> subprocess.CompletedProcess
 
 
 def test_settings_that_others_made_for_the_compiler_are_left_out(place):
-    ended = as_typed("models", NUMBA_CPU_FEATURES="-sse2", NUMBA_NUM_THREADS="abc", NUMBA_DISABLE_JIT="0")
+    ended = as_typed("models", NUMBA_CPU_FEATURES="-sse2", NUMBA_NUM_THREADS="abc", NUMBA_DISABLE_JIT="0",
+                     SOURCE_DATE_EPOCH="never")  # fmt: skip
     assert (ended.returncode, ended.stderr) == (0, "")
     assert ended.stdout.splitlines()[-1] == "['NUMBA_DISABLE_JIT']"
 

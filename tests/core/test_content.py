@@ -101,11 +101,13 @@ def test_the_limit_is_asked_for_before_and_while_reading(tmp_path):
     path = tmp_path / "log.csv"
     path.write_bytes(bytes(1001))
     for given in (path, bytes(1001), io.BytesIO(bytes(1001))):
-        with pytest.raises(InputError, match=r"holds 1 kB, which is more.*allowed up to 1 kB.*--size-limit") as caught:
+        with pytest.raises(
+            InputError, match=r"holds more than 1 kB, which is more.*up to 1 kB.*--size-limit"
+        ) as caught:
             content_of(given, limit=1000)
         assert size_of(caught.value.mend.split('"')[1]) > 1001
         assert len(content_of(path, limit=1001).data) == 1001
-    with pytest.raises(InputError, match=r"holds 1 kB, which is more than is read; .*right file") as caught:
+    with pytest.raises(InputError, match=r"holds more than 1 kB, which is more than is read; .*right file") as caught:
         content_of(path, limit=FixedLimit(1000))
     assert "--size-limit" not in str(caught.value)
     read, write = os.pipe()

@@ -117,6 +117,13 @@ def test_a_file_named_in_python_is_asked_for(treacherous):
     assert not is_allowed(content_of(treacherous).checksum)  # only a command line remembers
 
 
+@pytest.mark.parametrize("given", ["no", "False", 1, [0]])
+def test_only_true_allows(tmp_path, treacherous, given):
+    (tmp_path / "model.toml").write_text(MODEL.format(file=treacherous.name))
+    with pytest.raises(InputError, match="allow_code: must be True or False"):
+        read_model(tmp_path / "model.toml", allow_code=given)
+
+
 def test_code_in_another_encoding_than_it_says_is_refused_and_in_its_own_is_run(tmp_path):
     path = tmp_path / "own.py"
     path.write_bytes("# von Müller\n".encode("latin-1"))

@@ -18,6 +18,7 @@ from pathlib import Path
 import pytest
 
 from bristle.core import InputError
+from bristle.core.content import content_of
 from bristle.core.errors import InputWarning
 from bristle.files import owned, renaming, results
 from bristle.files.owned import NOTE
@@ -633,6 +634,23 @@ def test_where_no_more_files_can_be_opened_the_last_one_closed_serves(tmp_path, 
             work()
     assert not told
     assert not list(tmp_path.iterdir())
+
+
+def test_results_that_were_read_are_not_replaced_by_what_is_made_of_them(out):
+    for named in (out / "model.toml", f"{out / 'model.toml'}::table", content_of(out / "model.toml")):
+        with pytest.raises(InputError, match=r"holds what is read here: model\.toml"):
+            results_folder(out, force=True, reads=[None, "a\0b", named]).__enter__()
+
+    def work():
+        with results_folder(out, force=True) as folder:
+            fill(folder, "new")
+            content_of(out / SUMMARY)  # named by another file, say
+
+    with pytest.raises(InputError, match=r"holds what is read here: summary\.json"):
+        work()
+    assert mark_of(out) == "old"
+    write_results(out)
+    assert mark_of(out) == "new"
 
 
 def test_a_folder_that_another_has_just_made_is_left_to_it_until_long_after(out):

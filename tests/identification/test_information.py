@@ -1,10 +1,15 @@
 """Information criteria: parameters that explain nothing cost, those that explain something pay."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
-from tests.identification.known_logs import log_of, sines, sliding_effort
+from tests.identification.known_logs import log_of, sines, sliding_effort, slow_log
 from tests.identification.test_elements import elements_log
 
+from bristle import friction
+from bristle.files import load_model_file
 from bristle.identification import identify
 from bristle.report.model_tables import comparison_table
 
@@ -47,3 +52,11 @@ def test_each_element_that_slips_has_its_price():
     assert told == pytest.approx(more * (np.log(one.information.measurements) - 2.0))
     count = {row[0]: row[1] for row in comparison_table(found).rows}
     assert int(count["maxwell_slip"]) == elements + 2
+
+
+def test_a_model_that_heeds_none_of_its_parameters_is_one_of_which_nothing_is_known(tmp_path):
+    text = (Path(__file__).parents[2] / "examples" / "quadratic_drag.py").read_text()
+    (tmp_path / "own.py").write_text(re.sub(r"    return p\.F_C.*", "    return 5.0, Move()", text))
+    log = slow_log(friction.coulomb_viscous(F_C=8.0, F_v=30.0), duration=10.0)
+    found = identify(log, load_model_file(tmp_path / "own.py"), mass=28.0, offset=0.0, draws=0, blocks=0)
+    assert found.best.parameters["F_C"].status == "unidentifiable"

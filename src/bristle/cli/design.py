@@ -51,7 +51,10 @@ def design(
     from bristle.report.design_tables import budget_table, margin_table, proposal_table
     from bristle.testing import admit
 
-    with results_folder(out, force=force) if out else nullcontext() as folder, progress("designing") as report:
+    with (
+        results_folder(out, force=force, reads=[experiment]) if out else nullcontext() as folder,
+        progress("designing") as report,
+    ):
         described = read_experiment(experiment, allow_code=allow_code, size_limit=bytes_asked(size_limit))
         for friction in {
             one for each in described.variants for one in (each.friction, each.feedforward.friction) if one

@@ -68,7 +68,10 @@ def excite(
 
     axis_file = content_of(axis, limit=TOML_LIMIT)
     model_file = content_of(model, limit=TOML_LIMIT) if model else None
-    with results_folder(out, force=force) if out else nullcontext() as folder, progress("designing") as report:
+    with (
+        results_folder(out, force=force, reads=[axis, model]) if out else nullcontext() as folder,
+        progress("designing") as report,
+    ):
         try:
             found = designed(
                 axis_file, duration=duration, travel=travel, purposes=purposes, model=model_file,

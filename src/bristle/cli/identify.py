@@ -117,7 +117,10 @@ def _identify_friction(
     from bristle.logs import read_log
     from bristle.report.summary import identification_summary
 
-    with results_folder(out, force=force) if out else nullcontext() as folder, progress("identifying") as report:
+    with (
+        results_folder(out, force=force, reads=[*log, *axis]) if out else nullcontext() as folder,
+        progress("identifying") as report,
+    ):
         axes = axes_for([read_axis(one) for one in axis], len(log))
         recorded = [read_log(one, its, size_limit=limit) for one, its in zip(log, axes, strict=True)]
         found = identified(recorded, axis=axes, progress=report, **asked)

@@ -58,7 +58,7 @@ def log(
     limit = bytes_asked(size_limit)
     described = content_of(axis, limit=TOML_LIMIT) if axis else None
     its = read_axis(described) if described else None
-    with results_folder(out, force=force) if out else nullcontext() as folder:
+    with results_folder(out, force=force, reads=[file, axis]) if out else nullcontext() as folder:
         content = content_of_log(file, limit=limit)
         summary = summarize(content, its, size_limit=limit)
         if folder:

@@ -13,6 +13,7 @@ from bristle.cli.signals import ended_by_signals
 
 __all__ = ["main"]
 
+SECONDS_DIGITS = 10  # until the year 2286
 LEAST_MEMORY = 512 * 2**20  # [byte]
 
 
@@ -60,6 +61,9 @@ def _own_the_compiler() -> None:
     """Drop settings of the compiler: made for other programs, they change numbers here, or end the process."""
     for name in [one for one in os.environ if one.startswith("NUMBA_") and one != "NUMBA_DISABLE_JIT"]:
         del os.environ[name]
+    dated = os.environ.get("SOURCE_DATE_EPOCH", "0")
+    if not (dated.isdecimal() and len(dated) <= SECONDS_DIGITS):  # libraries that look at it end over another one
+        del os.environ["SOURCE_DATE_EPOCH"]
 
 
 def _wait_for_no_thread(code: int) -> None:

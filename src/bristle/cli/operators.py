@@ -35,7 +35,10 @@ def identify_operators(
         raise InputError("takes one file of curves, and its axis file", path="LOG", value=f"{len(logs)} files",
                          mend="Put all curves into one file, a column telling them apart")  # fmt: skip
     log, axis = logs[0], axes[0]
-    with results_folder(out, force=force) if out else nullcontext() as folder, progress("identifying") as report:
+    with (
+        results_folder(out, force=force, reads=[log, axis]) if out else nullcontext() as folder,
+        progress("identifying") as report,
+    ):
         recorded = read_curves(log, axis, size_limit=limit)
         found = identify_operator(recorded, model or tuple(FITTED), progress=report)
         source = provenance(command, log=recorded, axis=axis)
@@ -83,7 +86,10 @@ def predict_operator(
     if axis is None:
         raise InputError("is needed: it says which columns are input and output", path="--axis",
                          mend="Name them under [columns] of an axis file")  # fmt: skip
-    with results_folder(out, force=force) if out else nullcontext() as folder, progress("predicting"):
+    with (
+        results_folder(out, force=force, reads=[model, log, axis]) if out else nullcontext() as folder,
+        progress("predicting"),
+    ):
         operator, offset, _ = read_operator(model)
         recorded = read_curves(log, axis, size_limit=limit)
         if recorded.kind != operator.kind:

@@ -80,7 +80,10 @@ def _predict_friction(
     from bristle.report.summary import prediction_summary
     from bristle.testing import admit
 
-    with results_folder(out, force=force) if out else nullcontext() as folder, progress("predicting"):
+    with (
+        results_folder(out, force=force, reads=[model, log, axis_file]) if out else nullcontext() as folder,
+        progress("predicting"),
+    ):
         plant, friction, known = read_model(model, allow_code=allow_code)
         if plant is None:
             raise InputError("is missing", path=f"{model.source}: plant",

@@ -58,7 +58,10 @@ def run(
 
     if log and not out:
         raise InputError("needs a folder to write into", path="--log", mend="Add --out DIR")
-    with results_folder(out, force=force) if out else nullcontext() as folder, progress("simulating") as report:
+    with (
+        results_folder(out, force=force, reads=[experiment]) if out else nullcontext() as folder,
+        progress("simulating") as report,
+    ):
         described = read_experiment(experiment, allow_code=allow_code, size_limit=bytes_asked(size_limit))
         for friction in {
             one for each in described.variants for one in (each.friction, each.feedforward.friction) if one

@@ -14,7 +14,9 @@ import re
 import stat
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -30,6 +32,8 @@ __all__ = [
     "Origin",
     "Readable",
     "content_of",
+    "noting_what_is_read",
+    "read_in",
     "refuse_larger",
     "size_in_words",
     "size_of",
@@ -57,6 +61,32 @@ _KINDS = (
 
 Readable = Any
 """What can be read: a path, bytes, an open file, or a `Content` that was read before."""
+
+
+_read: ContextVar[set[str] | None] = ContextVar("_read", default=None)
+
+
+@contextmanager
+def noting_what_is_read(named: Iterable[Readable | None] = ()) -> Iterator[None]:
+    """Note, inside this block, which files are read, so that none of them is replaced by what is made of them.
+
+    Parameters
+    ----------
+    named : iterable
+        What was read before, or is going to be.
+    """
+    paths = [str(one.source if isinstance(one, Content) else one) for one in named if one is not None]
+    token = _read.set({os.path.realpath(one.partition("::")[0]) for one in paths if "\0" not in one})
+    try:
+        yield
+    finally:
+        _read.reset(token)
+
+
+def read_in(folder: Path) -> list[str]:
+    """Return the names of files in a folder that were read, or are going to be."""
+    inside = os.path.join(os.path.realpath(folder), "")
+    return sorted(one.removeprefix(inside) for one in _read.get() or () if one.startswith(inside))
 
 
 @dataclass(frozen=True)
@@ -127,6 +157,8 @@ def content_of(given: Readable, *, limit: int = SIZE_LIMIT, path: str = "file", 
     source = Path(given)
     if "\0" in os.fspath(source):
         raise InputError("holds a NUL character and names no file", path=path, value=os.fspath(source))
+    if (noted := _read.get()) is not None:
+        noted.add(os.path.realpath(source))
     try:
         return Content(Path("<stdin>") if str(source) == "-" else source, _bytes_of(source, limit))
     except InputError:
@@ -144,9 +176,10 @@ def refuse_larger(size: float, limit: int, place: object) -> bool:
         With both, and the option that raises the limit, where one does.
     """
     if size > limit:
-        fixed = isinstance(limit, FixedLimit)
+        fixed, said = isinstance(limit, FixedLimit), size_in_words(size)
+        said = f"more than {said}" if said == size_in_words(limit) else said
         raise InputError(
-            f"holds {size_in_words(size)}, which is more than is read{'' if fixed else ' unasked'}", path=str(place),
+            f"holds {said}, which is more than is read{'' if fixed else ' unasked'}", path=str(place),
             allowed=f"up to {size_in_words(limit)}",
             mend="Is it the right file?" if fixed
             else f'Cut the log, or raise the limit: --size-limit "{size_in_words(2 * size)}"'

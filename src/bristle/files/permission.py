@@ -13,6 +13,7 @@ import warnings
 from pathlib import Path
 
 from bristle.core.content import Content, FixedLimit, content_of
+from bristle.core.edge import FLAG
 from bristle.core.errors import InputError, InputWarning
 from bristle.files.state import state_folder
 
@@ -40,6 +41,7 @@ def code_named(file: str, folder: Path, path: str, *, allow_code: bool) -> Conte
     InputError
         If it lies elsewhere, cannot be read, or was not allowed.
     """
+    allowed = FLAG(allow_code, "allow_code", None)
     place = folder / file
     try:
         inside = folder.resolve() in place.resolve().parents
@@ -50,7 +52,7 @@ def code_named(file: str, folder: Path, path: str, *, allow_code: bool) -> Conte
                          allowed="a file beside or below the one that names it", mend="Copy it there")  # fmt: skip
     content = content_of(place, limit=CODE_LIMIT, path=path)
     told = f"{content.source.name} (SHA-256 {content.checksum})"
-    if not allow_code and not is_allowed(content.checksum):
+    if not allowed and not is_allowed(content.checksum):
         raise InputError(
             f"names code, which is not run unasked: {told}", path=path,
             mend=f"Read it. Then add --allow-code (allow_code=True in Python) for this once, or allow this very "

@@ -18,11 +18,12 @@ import stat
 import threading
 import time
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Literal
 
+from bristle.core.content import Readable, noting_what_is_read, read_in
 from bristle.core.errors import InputError, InputWarning
 from bristle.files.owned import (
     NOTE,
@@ -107,7 +108,9 @@ class Results:
 
 
 @contextmanager
-def results_folder(out: str | os.PathLike[str], *, force: bool = False) -> Iterator[Results]:
+def results_folder(
+    out: str | os.PathLike[str], *, force: bool = False, reads: Iterable[Readable | None] = ()
+) -> Iterator[Results]:
     """Give a folder to write results into; leaving the block without an error makes it appear as `out`.
 
     What would prevent that (`out` exists, no place to write) is refused on entry, before any work is done.
@@ -117,7 +120,9 @@ def results_folder(out: str | os.PathLike[str], *, force: bool = False) -> Itera
     out : path
         The folder wanted. Its parent must exist.
     force : bool
-        Whether results that are there already are replaced; what a person made or changed is not.
+        Whether results that are there already are replaced; what a person made or changed is not, nor what is read.
+    reads : iterable
+        Files that are read for the results, as far as they are known before.
 
     Yields
     ------
@@ -131,14 +136,15 @@ def results_folder(out: str | os.PathLike[str], *, force: bool = False) -> Itera
     """
     wanted = _wanted(out)
     _restore(wanted)
-    _check_free(wanted, force)
     results = None
     try:
-        results = _begin(wanted)
-        _refuse_two_at_once(results.path, wanted)
-        yield results
-        results.sync()
-        _publish(results, wanted, force)
+        with noting_what_is_read(reads):
+            _check_free(wanted, force)
+            results = _begin(wanted)
+            _refuse_two_at_once(results.path, wanted)
+            yield results
+            results.sync()
+            _publish(results, wanted, force)
     except BaseException as error:
         if results is not None:
             _abandon(results)
@@ -197,6 +203,9 @@ def _check_free(wanted: Path, force: bool) -> None:
             if not force:
                 raise InputError("exists already", path=str(wanted),
                                  mend="Name another folder, or add --force to replace these results")  # fmt: skip
+            if used := read_in(wanted):
+                raise InputError(f"holds what is read here: {_some(used)}", path=str(wanted),
+                                 mend="It would be replaced with the rest: name another folder")  # fmt: skip
             if wanted.is_mount():
                 raise InputError("is a mount point and cannot be renamed", path=str(wanted), mend="Name a folder in it")
             if not found.st_mode & stat.S_IWUSR:

@@ -78,13 +78,13 @@ def uncertainty_of(solution: Solution, residual: np.ndarray) -> Uncertainty:
 
 
 def _inverse(singular: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    kept = singular > SINGULAR * singular[0]
+    kept = singular > SINGULAR * np.max(singular, initial=0.0)
     return (directions[kept].T / singular[kept] ** 2) @ directions[kept]
 
 
 def _undetermined(singular: np.ndarray, directions: np.ndarray) -> np.ndarray:
     """Return which columns take part in a direction that the rows do not see, shape (column,) of bool."""
-    null = directions[singular <= SINGULAR * singular[0]]
+    null = directions[singular <= SINGULAR * np.max(singular, initial=0.0)]
     return np.any(np.abs(null) > 1e-3, axis=0)
 
 
