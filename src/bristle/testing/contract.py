@@ -174,7 +174,7 @@ def scalar_results(model: Model) -> _Seen:
     state, memory = _virgin(model)
     force, move = model.component.trial(state, memory, Motion(1e-3, 1e-6), 1e-3, model.parameters)
     if not isinstance(force, (float, int)) or not np.isfinite(force):
-        raise _UnmetError(f"the force is {type(force).__name__} {force!r:.40}", "Return (force, move), both finite numbers")
+        raise _UnmetError(f"the force is {type(force).__name__} {force!r:.40}", "Return (force, move), both finite")
     if not hasattr(move, "_fields"):
         raise _UnmetError(f"the move is a {type(move).__name__}", "Return (force, move), move a NamedTuple of scalars")
     after = model.component.commit(state, memory, move, model.parameters)
