@@ -68,3 +68,13 @@ def test_a_log_with_problems_has_its_numbers_and_no_report(bristle, place):
     found = bristle("log", "log.csv", "--axis", "axis.toml", "--out", "contents")
     assert found.code == 1
     assert written_in("contents") == {"summary.json"}
+
+
+def test_of_thousands_of_columns_the_first_are_shown_and_the_rest_counted(bristle, tmp_path):
+    names = [f"c{k}" for k in range(1000)]
+    rows = [",".join(str(k + row) for k in range(1000)) for row in range(3)]
+    (tmp_path / "wide.csv").write_text("\n".join([",".join(names), *rows]) + "\n")
+    shown = bristle("log", str(tmp_path / "wide.csv")).out
+    assert "c99 " in shown
+    assert "c100 " not in shown
+    assert "900 columns more" in shown

@@ -396,11 +396,17 @@ def as_typed(*arguments: str, **environment: str) -> subprocess.CompletedProcess
     )  # fmt: skip
 
 
-def test_settings_that_others_made_for_the_compiler_are_left_out(place):
+@pytest.mark.parametrize("seconds", ["never", "", "1.5", "9" * 20])
+def test_settings_that_others_made_are_left_out(place, seconds):
     ended = as_typed("models", NUMBA_CPU_FEATURES="-sse2", NUMBA_NUM_THREADS="abc", NUMBA_DISABLE_JIT="0",
-                     SOURCE_DATE_EPOCH="never")  # fmt: skip
+                     SOURCE_DATE_EPOCH=seconds)  # fmt: skip
     assert (ended.returncode, ended.stderr) == (0, "")
     assert ended.stdout.splitlines()[-1] == "['NUMBA_DISABLE_JIT']"
+
+
+def test_a_date_that_a_build_is_given_stays(place):
+    ended = as_typed("models", SOURCE_DATE_EPOCH="1700000000")
+    assert "SOURCE_DATE_EPOCH" in ended.stdout.splitlines()[-1]
 
 
 def test_a_thread_of_a_persons_own_model_does_not_keep_the_command_from_ending(tmp_path):

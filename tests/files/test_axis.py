@@ -167,6 +167,7 @@ BAD = [
     ({"kind": "linear"}, "kind: does not fit; found 'linear', allowed 'translational' or 'rotational'"),
     ({"columns": "time"}, "columns: does not fit; found 'time', allowed a table"),
     (column(position={"column": "q", "unit": "m", "sign": True}), "columns.position.sign: does not fit; found True"),
+    ({"log": {"span": [5]}}, "log.span: does not fit; found [5], allowed at least 2 values"),
     ({"columns": {"position": 5}}, "columns.position: does not fit; found 5, allowed "),
     ({"colums": {}}, "colums: unknown key"),
     ({"colums": {}}, "Did you mean 'columns'?"),

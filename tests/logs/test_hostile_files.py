@@ -265,6 +265,18 @@ def test_a_plugin_that_a_file_asks_for_is_not_loaded_and_the_current_folder_is_n
 # Flipped bytes: nothing but a table or a message.
 
 
+def test_an_archive_that_is_encrypted_is_told_without_the_objects_of_a_library(tmp_path):
+    path = tmp_path / "log.npz"
+    np.savez(path, time=np.arange(9.0), position=np.arange(9.0))
+    data = bytearray(path.read_bytes())
+    data[6] |= 1
+    data[data.find(b"PK\1\2") + 8] |= 1
+    path.write_bytes(data)
+    with pytest.raises(InputError, match="is truncated or damaged, or of a kind that is not read") as caught:
+        read_table(path)
+    assert "<" not in str(caught.value)
+
+
 @pytest.mark.parametrize("kind", ["csv", "mat", "npz"])
 def test_flipped_bytes_give_a_table_or_a_message(tmp_path, recording, kind):
     small = {name: values[:40] for name, values in recording.items()}

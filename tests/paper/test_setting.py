@@ -69,6 +69,8 @@ def test_a_bad_file_is_told_with_its_place(old, new, said, tmp_path):
         (9, '"4.5 um", "6 um"', '"4.5 um", "6.1 um"', "path.turns"),
         (2, "[contact.LuGre]", "[contact.other]", "contact.LuGre"),
         (2, "cycles = 10", "cycles = 1.5", "torque.cycles"),
+        (2, "cycles = 10", "cycles = 10001", "torque.cycles"),
+        (6, "branches = [1, 2", "branches = [10001, 2", "measurement.branches"),
         (3, '[contact."virtual rig"]', "[contact.rig]", "virtual rig"),
         (4, "[operator.f_h]", "[contact.f_h]", "contact.f_h"),
         (6, "branches = [1, 2", "branches = [0, 2", "measurement.branches"),
