@@ -638,7 +638,7 @@ def test_where_no_more_files_can_be_opened_the_last_one_closed_serves(tmp_path, 
 
 def test_results_that_were_read_are_not_replaced_by_what_is_made_of_them(out):
     for named in (out / "model.toml", f"{out / 'model.toml'}::table", content_of(out / "model.toml")):
-        with pytest.raises(InputError, match=r"holds what is read here: model\.toml"):
+        with pytest.raises(InputError, match=r"holds what is read here: model\.toml\. It would"):
             results_folder(out, force=True, reads=[None, "a\0b", named]).__enter__()
 
     def work():
