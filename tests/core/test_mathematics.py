@@ -2,6 +2,7 @@
 
 import math
 
+import mpmath
 import numpy as np
 import pytest
 
@@ -37,7 +38,65 @@ def test_relaxation_is_the_mean_of_a_decay(rate):
     assert mathematics.relaxation(rate) == pytest.approx(-math.expm1(-rate) / rate if rate else 1.0, rel=4 * UNIT)
 
 
-@pytest.mark.parametrize("name", ["exp", "expm1", "relaxation", "fitted_weight", "log"])
+def errors(name, x):
+    """Return how far each value is from the true one, in units of the last place of that."""
+    function = getattr(mathematics, name)
+    with mpmath.workprec(200):
+        true = [getattr(mpmath, name)(mpmath.mpf(one)) for one in x]
+        return [float(abs(mpmath.mpf(function(one)) - t) / math.ulp(float(t))) for one, t in zip(x, true, strict=True)]
+
+
+def decades(low, high, count=1500, seed=3):
+    generator = np.random.default_rng(seed)
+    return generator.choice((-1.0, 1.0), count) * 10.0 ** generator.uniform(low, high, count)
+
+
+@pytest.mark.parametrize("name", ["sin", "cos"])
+def test_sine_and_cosine_are_within_a_unit_of_the_last_place_up_to_a_million(name):
+    generator = np.random.default_rng(5)
+    # The multiples of a quarter turn and their neighbours are where a reduction loses its digits.
+    turns = np.append(generator.integers(-636_000, 636_000, 1500), np.arange(-40, 41)) * (0.5 * math.pi)
+    beside = np.concatenate([turns, np.nextafter(turns, np.inf), np.nextafter(turns, -np.inf)])
+    spread = np.concatenate([generator.uniform(-10.0, 10.0, 1500), generator.uniform(-1e6, 1e6, 1500)])
+    x = np.concatenate([beside, spread, decades(-300.0, 6.0), [0.0, -0.0, 1e6, -1e6]])
+    assert np.max(errors(name, x.tolist())) < 0.85
+
+
+def test_logarithms_are_within_a_unit_of_the_last_place():
+    x = np.concatenate([np.abs(decades(-307.0, 308.0)), 1.0 + decades(-16.0, -0.5), [1.0, 2.0, 0.5, 2.3e-308, 1.7e308]])
+    assert np.max(errors("log", x.tolist())) < 0.85
+    shifted = np.concatenate(
+        [decades(-300.0, -0.4), np.abs(decades(-3.0, 308.0)), np.abs(decades(-15.5, -0.01)) - 1.0,
+         np.random.default_rng(4).uniform(-0.35, 0.45, 2000), [0.0, 0.41421356, -0.29289322, 1.0, 1e16, 3e16]]
+    )  # fmt: skip
+    assert np.max(errors("log1p", shifted.tolist())) < 0.85
+
+
+def test_the_hyperbolic_tangent_is_within_three():
+    assert np.max(errors("tanh", np.concatenate([decades(-300.0, 2.5), decades(-2.0, 0.5)]).tolist())) < 3.0
+
+
+def test_odd_arguments_give_what_is_left_of_a_meaning():
+    for name in ("sin", "cos", "tanh", "log", "log1p"):
+        assert math.isnan(getattr(mathematics, name)(math.nan)), name
+    assert math.isnan(mathematics.sin(math.inf))
+    assert math.isnan(mathematics.cos(-math.inf))
+    assert (mathematics.sin(1e300), mathematics.cos(1e300)) == (0.0, 1.0)
+    assert mathematics.tanh(-math.inf) == -1.0
+    assert mathematics.log(0.0) == mathematics.log(-1.0) == mathematics.log1p(-1.0) == mathematics.log1p(-7.0)
+    assert math.isfinite(mathematics.log(0.0))
+    assert mathematics.log(math.inf) == mathematics.log1p(math.inf) == math.inf
+
+
+def test_angles_of_many_turns_keep_what_their_digits_tell():
+    for x in decades(6.0, 14.9).tolist():
+        assert abs(mathematics.sin(x) - math.sin(x)) <= math.ulp(x), x
+        assert abs(mathematics.cos(x) - math.cos(x)) <= math.ulp(x), x
+
+
+@pytest.mark.parametrize(
+    "name", ["exp", "expm1", "relaxation", "fitted_weight", "log", "log1p", "sin", "cos", "tanh", "hyperbolic_mean"]
+)
 def test_compiled_functions_give_the_same_bits(name):
     import numba
 
@@ -49,9 +108,21 @@ def test_compiled_functions_give_the_same_bits(name):
         for i in range(x.size):
             y[i] = function(x[i])
 
-    x = np.concatenate([points(), [-1e300, 1e300, -math.inf, math.inf, 5e-324]])
-    x = np.abs(x[np.isfinite(x)]) if name in ("relaxation", "fitted_weight", "log") else x
+    quarters = np.arange(-500, 501) * (0.5 * math.pi)
+    x = np.concatenate([points(), quarters, decades(-300.0, 300.0), [-1e300, 1e300, -math.inf, math.inf, 5e-324, 1e8]])
+    x = np.abs(x[np.isfinite(x)]) if name in ("relaxation", "fitted_weight", "hyperbolic_mean") else x
     compiled = np.empty(x.size)
     over(x, compiled)
     plain = np.array([function(one) for one in x.tolist()])
-    assert np.array_equal(compiled, plain)
+    assert np.array_equal(compiled, plain, equal_nan=True)
+
+
+def test_the_smooth_step_rises_as_half_a_sine():
+    y = np.linspace(0.0, 1.0, 1001)
+    with mpmath.workprec(200):
+        true = [(1 + mpmath.sin(mpmath.pi * (mpmath.mpf(one) - 0.5))) / 2 for one in y.tolist()]
+        slope = [mpmath.pi * mpmath.cos(mpmath.pi * (mpmath.mpf(one) - 0.5)) / 2 for one in y.tolist()]
+    ours = [mathematics.smooth_step(one) for one in y.tolist()]
+    assert max(abs(a - b) for a, b in zip(ours, true, strict=True)) < 2 * UNIT
+    ours = [mathematics.smooth_step_slope(one) for one in y.tolist()]
+    assert max(abs(a - b) for a, b in zip(ours, slope, strict=True)) < 4 * UNIT

@@ -2,27 +2,41 @@ r"""Elementary functions for kernels: one source for plain Python, the compiler 
 
 Plain Python raises where compiled code does not (overflow, division by zero, the logarithm of zero). The
 functions here return the same finite number everywhere instead, so that a model gives the same bits however
-it runs.
+it runs. Libraries round `exp`, `log` and `sin` each in their own way; here they are polynomials, and what is left to
+the target is what the standard of floating-point numbers makes exact: the four operations, the square root, the sign,
+the next integer below.
+
+References
+----------
+.. [1] W. J. Cody, W. Waite, "Software manual for the elementary functions", Prentice-Hall, 1980: arguments reduced by a
+   constant in several parts.
+.. [2] K. C. Ng, fdlibm, Sun Microsystems, 1993: the polynomials of `log`, `log1p`, `sin` and `cos`.
 """
 
 import math
 from typing import NamedTuple
 
-from bristle.core.exponent import power_of_two
+from bristle.core.exponent import exponent, mantissa, power_of_two
 from bristle.core.kernel import kernel
 
 __all__ = [
     "Bracket",
     "bracket_guess",
     "bracket_update",
+    "cos",
     "direction",
     "exp",
     "expm1",
     "fitted_weight",
     "hyperbolic_mean",
     "log",
+    "log1p",
     "power",
     "relaxation",
+    "sin",
+    "smooth_step",
+    "smooth_step_slope",
+    "tanh",
 ]
 
 EXP_MAX, EXP_OF_MAX = 709.0, 8.218407461554972e307
@@ -30,6 +44,14 @@ EXP_MIN = -708.0
 LOG2_E = 1.4426950408889634
 # ln 2 in two parts: the first is short enough for k * LN2_HIGH to be exact.
 LN2_HIGH, LN2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10
+NORMAL_MIN, LOG_OF_MIN, LARGEST = 2.2250738585072014e-308, -708.3964185322641, 1.7976931348623157e308
+ROOT_2 = 1.4142135623730951
+TANH_MAX = 20.0  # from here on it is 1 to the last place
+# Half pi in parts of 33 bits, and what is left.
+HALF_PI_1, HALF_PI_2 = 1.57079632673412561417e00, 6.07710050630396597660e-11
+HALF_PI_3, HALF_PI_4 = 2.02226624871116645580e-21, 8.47842766036889956997e-32
+TWO_OVER_PI, TURN = 0.6366197723675814, 6.283185307179586
+ANGLE_MAX, ANGLE_WITHOUT_DIGITS = 1e6, 1e15
 # Adding and subtracting it rounds to the nearest integer.
 ROUNDER = 6755399441055744.0
 
@@ -74,11 +96,141 @@ def _scale_and_fraction(x):
 
 
 @kernel
+def tanh(x):
+    r"""Return the hyperbolic tangent, within three units of the last place."""
+    twice = expm1(2.0 * min(abs(x), TANH_MAX))
+    return math.copysign(twice / (twice + 2.0), x) if x == x else x
+
+
+@kernel
 def log(x):
-    r"""Return :math:`\ln x`, with `x` clamped to the smallest positive normal number from below."""
-    if x < 2.2250738585072014e-308:
-        return -708.3964185322641
-    return math.log(x)
+    r"""Return :math:`\ln x` within one unit of the last place, `x` clamped to the smallest normal number from below."""
+    normal = max(x, NORMAL_MIN)
+    m, k = mantissa(normal), exponent(normal)
+    high = m > ROOT_2
+    value = _logarithm((0.5 * m if high else m) - 1.0, 0.0, k + 1.0 if high else k)
+    return LOG_OF_MIN if x < NORMAL_MIN else (value if x <= LARGEST else x)
+
+
+@kernel
+def log1p(x):
+    r"""Return :math:`\ln(1 + x)` within one unit of the last place, near 0 too; what of `log`, below x = -1."""
+    near = -0.29289321881345254 < x < 0.41421356237309503
+    shifted = max(1.0 + x, NORMAL_MIN)
+    # What rounding took from the sum is given back as a part of it.
+    lost = 1.0 - (shifted - x) if x >= 1.0 else x - (shifted - 1.0)
+    m, k = mantissa(shifted), exponent(shifted)
+    high = m > ROOT_2
+    f = x if near else (0.5 * m if high else m) - 1.0
+    correction = lost / shifted if -1.0 < x <= LARGEST and not near else 0.0
+    value = _logarithm(f, correction, 0.0 if near else (k + 1.0 if high else k))
+    return x if abs(x) < 1e-16 or not x <= LARGEST else value
+
+
+@kernel
+def _logarithm(f, correction, k):
+    r"""Return :math:`\ln[2^k (1 + f)]` plus a correction, 1 + f between the roots of one half and of two.
+
+    With :math:`s = f/(2 + f)`, :math:`\ln(1 + f) = 2s + \tfrac23 s^3 + \dots`, which is
+    :math:`f - \tfrac12 f^2 + s\,(\tfrac12 f^2 + R)`.
+    """
+    s = f / (2.0 + f)
+    z = s * s
+    w = z * z
+    even = w * (0.3999999999940942 + w * (0.22222198432149784 + w * 0.15313837699209373))
+    odd = z * (0.6666666666666735 + w * (0.2857142874366239 + w * (0.1818357216161805 + w * 0.14798198605116586)))
+    half = 0.5 * f * f
+    return k * LN2_HIGH - ((half - (s * (half + (odd + even)) + (k * LN2_LOW + correction))) - f)
+
+
+@kernel
+def sin(x):
+    r"""Return :math:`\sin x`, `x` in radians, within one unit of the last place up to a million.
+
+    Beyond, it is that of a number within a unit of the last place of `x`; 0 where that unit is a tenth of a turn.
+    """
+    near = _near_turn(x)
+    n = (near * TWO_OVER_PI + ROUNDER) - ROUNDER
+    y, tail = _within_quarter(near, n)
+    quarters = n - 4.0 * ((0.25 * n + ROUNDER) - ROUNDER)  # from -2 to 2
+    value = _cosine(y, tail) if abs(quarters) == 1.0 else _sine(y, tail)
+    return -value if quarters == -1.0 or abs(quarters) == 2.0 else value
+
+
+@kernel
+def cos(x):
+    r"""Return :math:`\cos x`, `x` in radians, as exactly as `sin`; 1 where `sin` is 0."""
+    near = _near_turn(x)
+    n = (near * TWO_OVER_PI + ROUNDER) - ROUNDER
+    y, tail = _within_quarter(near, n)
+    quarters = n - 4.0 * ((0.25 * n + ROUNDER) - ROUNDER)
+    value = _sine(y, tail) if abs(quarters) == 1.0 else _cosine(y, tail)
+    return -value if quarters == 1.0 or abs(quarters) == 2.0 else value
+
+
+@kernel
+def smooth_step(y):
+    r"""Return :math:`\tfrac12[1 + \sin \pi(y - \tfrac12)]`: from 0 at y = 0 to 1 at y = 1, and nowhere else."""
+    quarter = HALF_PI_1 * (y - 0.5) + HALF_PI_2 * (y - 0.5)
+    both = _sine(quarter, 0.0) + _cosine(quarter, 0.0)
+    return 0.5 * both * both
+
+
+@kernel
+def smooth_step_slope(y):
+    """Return the derivative of `smooth_step`."""
+    quarter = HALF_PI_1 * (y - 0.5) + HALF_PI_2 * (y - 0.5)
+    s, c = _sine(quarter, 0.0), _cosine(quarter, 0.0)
+    return 0.25 * TURN * (c - s) * (c + s)
+
+
+@kernel
+def _near_turn(x):
+    """Return an angle that the reduction takes: beyond its range less whole turns, and what is no angle as NaN."""
+    if abs(x) <= ANGLE_MAX:
+        return x
+    return x - TURN * ((x / TURN + ROUNDER) - ROUNDER) if abs(x) <= ANGLE_WITHOUT_DIGITS else 0.0 * x
+
+
+@kernel
+def _within_quarter(x, n):
+    r"""Return :math:`x - n \pi/2` as a number and what it lacks, for an integral `n` of up to 20 bits.
+
+    :math:`\pi/2` is taken in four parts; the first three are short enough for their products with `n` to be exact.
+    """
+    first = x - n * HALF_PI_1
+    second = n * HALF_PI_2
+    near = first - second
+    lost = (first - near) - second
+    third = n * HALF_PI_3
+    nearer = near - third
+    lost += ((near - nearer) - third) - n * HALF_PI_4
+    y = nearer + lost
+    return y, (nearer - y) + lost
+
+
+@kernel
+def _sine(y, tail):
+    r"""Return the sine of `y` plus `tail`, :math:`|y| \le \pi/4`."""
+    z = y * y
+    v = z * y
+    w = z * z
+    r = (0.00833333333332248946124 + z * (-1.98412698298579493134e-04 + z * 2.75573137070700676789e-06)) + z * w * (
+        -2.50507602534068634195e-08 + z * 1.58969099521155010221e-10
+    )
+    return y - ((z * (0.5 * tail - v * r) - tail) + v * 1.66666666666666324348e-01)
+
+
+@kernel
+def _cosine(y, tail):
+    r"""Return the cosine of `y` plus `tail`, :math:`|y| \le \pi/4`."""
+    z = y * y
+    w = z * z
+    low = z * (0.0416666666666666019037 + z * (-0.00138888888888741095749 + z * 2.48015872894767294178e-05))
+    high = w * w * (-2.75573143513906633035e-07 + z * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11))
+    half = 0.5 * z
+    w = 1.0 - half
+    return w + (((1.0 - w) - half) + (z * (low + high) - y * tail))
 
 
 @kernel
@@ -129,7 +281,7 @@ def hyperbolic_mean(u):
     r"""Return :math:`\ln(1 + u)/u`, the mean of :math:`1/(1 + u t)` over :math:`0 \le t \le 1`, for :math:`u \ge 0`."""
     if u < 1e-8:
         return 1.0 - 0.5 * u
-    return math.log1p(u) / u
+    return log1p(u) / u
 
 
 class Bracket(NamedTuple):

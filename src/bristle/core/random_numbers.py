@@ -13,7 +13,7 @@ References
 import math
 
 from bristle.core.kernel import kernel
-from bristle.core.mathematics import log
+from bristle.core.mathematics import cos, log
 
 __all__ = ["SEED_MAX", "normal", "uniform"]
 
@@ -43,4 +43,4 @@ def uniform(seed, count):
 def normal(seed, count):
     """Return a number of the standard normal distribution, for a seed and a count (the method of Box and Muller)."""
     radius = math.sqrt(-2.0 * log(uniform(seed, 2 * count)))
-    return radius * math.cos(2.0 * math.pi * uniform(seed, 2 * count + 1))
+    return radius * cos(2.0 * math.pi * uniform(seed, 2 * count + 1))

@@ -27,7 +27,7 @@ from typing import Any
 from bristle.core import dispatch
 from bristle.core.borrowed import without_holder
 from bristle.core.errors import InputError
-from bristle.core.exponent import in_bits
+from bristle.core.exponent import exponent_in_bits, mantissa_in_bits, power_in_bits
 from bristle.core.fingerprint import fingerprint
 from bristle.core.kernel import activate, compiler, kernel_options
 from bristle.core.locks import COMPILING
@@ -253,7 +253,10 @@ def _numbered_from(code: str) -> Iterator[None]:
 
 
 # What turns kernels into machine code; a change here changes products too.
-_MACHINERY = (_types, kernel_options, dispatch.overload_all, in_bits, without_holder, _interleaving)
+_MACHINERY = (
+    _types, kernel_options, dispatch.overload_all, power_in_bits, mantissa_in_bits, exponent_in_bits, without_holder,
+    _interleaving,
+)  # fmt: skip
 
 
 class _EntryCache:

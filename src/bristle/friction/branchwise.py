@@ -16,6 +16,7 @@ import math
 from typing import NamedTuple
 
 from bristle.core.kernel import kernel
+from bristle.core.mathematics import sin
 from bristle.friction.deflection import onward
 from bristle.friction.slip_law import slip
 from bristle.hysteresis.turning_points import Branch, branch_output
@@ -86,5 +87,5 @@ def deflection_rate(z, piece, v, G, law, q):
         margin = min(margin, r - law.rho + PASSED)
         share = r
         if piece.way * piece.side > 0.0:
-            share = 0.5 * (1.0 + math.sin(math.pi * (r - 0.5 * (1.0 + law.rho)) / (1.0 - law.rho))) * r
+            share = 0.5 * (1.0 + sin(math.pi * (r - 0.5 * (1.0 + law.rho)) / (1.0 - law.rho))) * r
     return Flow(f, v * (1.0 - share), margin)

@@ -19,11 +19,10 @@ References
    doi:10.1109/9.847103
 """
 
-import math
 from typing import NamedTuple
 
 from bristle.core.kernel import kernel
-from bristle.core.mathematics import fitted_weight, power
+from bristle.core.mathematics import fitted_weight, power, smooth_step, smooth_step_slope
 
 __all__ = ["SlipLaw", "Stretch", "slip", "slip_slope", "slip_weight", "stretch"]
 
@@ -55,7 +54,7 @@ def slip(r, law):
         return 0.0
     if r >= 1.0:
         return r
-    return 0.5 * (1.0 + math.sin(math.pi * (r - 0.5 * (1.0 + law.rho)) / (1.0 - law.rho))) * r
+    return smooth_step((r - law.rho) / (1.0 - law.rho)) * r
 
 
 @kernel
@@ -68,9 +67,8 @@ def slip_slope(r, law):
         return 0.0
     if r >= 1.0:
         return 1.0
-    angle = math.pi * (r - 0.5 * (1.0 + law.rho)) / (1.0 - law.rho)
-    stretch_of_angle = math.pi / (1.0 - law.rho)
-    return 0.5 * (1.0 + math.sin(angle)) + 0.5 * stretch_of_angle * math.cos(angle) * r
+    opened = (r - law.rho) / (1.0 - law.rho)
+    return smooth_step(opened) + smooth_step_slope(opened) * r / (1.0 - law.rho)
 
 
 @kernel

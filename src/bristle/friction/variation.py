@@ -21,6 +21,7 @@ from bristle.core.contracts import NOMINAL_TEMPERATURE, FrictionModel, Relation
 from bristle.core.dispatch import friction_commit, friction_rate, friction_trial
 from bristle.core.kernel import kernel
 from bristle.core.lazy import cached_property
+from bristle.core.mathematics import cos, sin
 from bristle.core.once import once
 from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable, variables_of
@@ -98,7 +99,7 @@ def force_at(x, q):
     """Return the force [N or N*m] beside friction at a position [m or rad]."""
     xi = share_of(x, q)
     phase = TWO_PI * x / q.pitch
-    c, s = math.cos(phase), math.sin(phase)
+    c, s = cos(phase), sin(phase)
     once, twice = q.c_1 * c + q.s_1 * s, q.c_2 * (c * c - s * s) + q.s_2 * 2.0 * s * c
     return xi * (q.a_1 + xi * q.a_2) + once + twice
 

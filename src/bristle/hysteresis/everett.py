@@ -32,7 +32,7 @@ from typing import NamedTuple
 
 from bristle.core.dispatch import register
 from bristle.core.kernel import kernel
-from bristle.core.mathematics import exp, expm1, log
+from bristle.core.mathematics import exp, expm1, log1p
 
 __all__ = ["KERNELS", "ClosedForm", "loading_curve", "loading_inverse", "loading_slope", "loop_tip", "value"]
 
@@ -49,14 +49,6 @@ class ClosedForm(NamedTuple):
     s: float  # stiffness of a fresh branch [N/m or N*m/rad]
     f_p: float  # saturation [N or N*m]
     exponent: float = 2.0  # of dahl_masing
-
-
-@kernel
-def log1p(x):
-    r"""Return :math:`\ln(1 + x)`, x > -1, without cancellation: what rounding took from 1 + x is put back."""
-    shifted = 1.0 + x
-    rounded = shifted - 1.0
-    return x if rounded == 0.0 else log(shifted) * (x / rounded)
 
 
 @kernel

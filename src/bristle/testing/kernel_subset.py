@@ -1,7 +1,7 @@
 """Keeps kernels in the subset of Python that can be exported: what a translator to C must understand, and no more.
 
 Scalars, tuples, 1-D arrays; ``if``, ``while``, ``for`` over a range; calls to other kernels, to the dispatch, to
-NamedTuples, and to a few functions of the mathematics that C has too.
+NamedTuples, and to those functions of the mathematics that every target computes exactly.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ OPERATORS = (
 )  # fmt: skip
 GRAMMAR = (ast.arguments, ast.arg, ast.expr_context, ast.Slice)
 BUILTINS = frozenset({"abs", "min", "max", "range", "float", "int", "len"})
-MATHEMATICS = frozenset({"copysign", "isinf", "isnan", "floor", "sqrt", "sin", "cos", "tanh"})
+MATHEMATICS = frozenset({"copysign", "fabs", "isinf", "isnan", "floor", "sqrt"})
 # What may raise or overflow is allowed in one place only, where it is guarded.
-GUARDED = frozenset({"ldexp", "log", "log1p"})
-GUARDED_IN = ("bristle.core.mathematics", "bristle.core.exponent")
+GUARDED = frozenset({"frexp", "ldexp"})
+GUARDED_IN = ("bristle.core.exponent",)
 
 
 def violations_of(function: Callable[..., Any]) -> list[str]:
@@ -109,7 +109,7 @@ def _call_reason(node: ast.Call, function: Callable[..., Any]) -> str:
             return f"a call to the method .{target.attr}"
         allowed = MATHEMATICS | (GUARDED if function.__module__ in GUARDED_IN else frozenset())
         if target.attr not in allowed:
-            return f"math.{target.attr} may raise or differ between targets: use bristle.core.mathematics"
+            return f"math.{target.attr} may raise, or round otherwise on another target: use bristle.core.mathematics"
         return ""
     if not isinstance(target, ast.Name):
         return "a call to something that is not a name"
