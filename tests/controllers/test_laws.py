@@ -9,6 +9,7 @@ from bristle import controllers, friction, sensors
 from bristle.controllers.feedforward import Shape, shaped
 from bristle.core.contracts import Reference
 from bristle.engine import Compensator, interpreted, run_closed_loop
+from bristle.engine.motion import compensation_along
 from bristle.plants import inertia
 
 DT = 1e-3
@@ -20,13 +21,13 @@ LAWS = {
 }
 
 
-def drive(law, reference, *, model=None, disturbance=None, **options):
+def drive(law, reference, *, model=None, disturbance=None, sensor=None, **options):
     desired = np.zeros((4, reference.size))
     desired[0] = reference
     desired[1] = np.gradient(reference, DT)
     desired[2] = np.gradient(desired[1], DT)
     return run_closed_loop(
-        inertia(M=2.0), model or friction.viscous(F_v=0.0), law, sensors.encoder(), desired, DT,
+        inertia(M=2.0), model or friction.viscous(F_v=0.0), law, sensor or sensors.encoder(), desired, DT,
         disturbance=None if disturbance is None else np.full(reference.size, disturbance), **options,
     )  # fmt: skip
 
@@ -125,6 +126,18 @@ def test_friction_along_the_measured_motion_is_that_of_the_model_there():
     from bristle import response
 
     assert trace.compensation == pytest.approx(0.8 * response(model, trace.measured, DT), abs=1e-9)
+
+
+@pytest.mark.parametrize("name", ["gms", "maxwell_stribeck"])
+def test_along_a_path_with_dwells_the_desired_and_the_measured_motion_are_fed_alike(name):
+    model = friction.MODELS[name](**friction.MODELS[name].example)
+    reference = 3e-2 * np.sin(40.0 * DT * np.arange(900))
+    coarse = sensors.encoder(resolution=1e-3)
+    trace = drive(LAWS["sliding_mode"], reference, model=model, compensator=Compensator(model, Shape()), sensor=coarse)
+    v = np.diff(trace.measured, prepend=trace.measured[0]) / DT
+    assert 100 < np.sum(v == 0.0) < 850
+    along = compensation_along(model, Shape(), v, DT, trace.measured)
+    np.testing.assert_array_equal(trace.compensation, along)
 
 
 def test_at_rest_a_set_valued_model_is_fed_the_middle_of_its_interval():

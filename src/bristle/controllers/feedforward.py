@@ -4,15 +4,22 @@ r"""What becomes of a friction force on its way to the drive: gain, asymmetry, o
 
 limited in amplitude and in rate. A gain below 1 leaves room for what a compensator does not know; the asymmetry and
 the offset are for directions that differ in a way that the model does not.
+
+Where the motion rests the force of a set-valued model is the reaction to whatever acts on it, anywhere between its two
+one-sided limits, and which one no model can know: the middle is fed forward. Nothing moves there, so that the contact
+stays as it was, whichever limit is asked for. The same kernel runs along a desired motion, in a loop along the measured
+one, and wherever the law is exported to.
 """
 
 import math
 from typing import Annotated, NamedTuple
 
+from bristle.core.contracts import Motion
+from bristle.core.dispatch import friction_commit, friction_trial
 from bristle.core.experiment import FEEDFORWARD
 from bristle.core.kernel import kernel
 
-__all__ = ["Shape", "shaped"]
+__all__ = ["Shape", "compensate", "shaped"]
 
 
 class Shape(NamedTuple):
@@ -32,3 +39,16 @@ def shaped(force, before, dt, shape):
     wanted = max(-shape.limit, min(shape.limit, wanted))
     change = shape.rate_limit * dt
     return max(before - change, min(before + change, wanted))
+
+
+@kernel
+def compensate(state, memory, motion, before, dt, shape, p):
+    """Return the effort [N or N*m] fed forward for a step of a motion, and the state of the compensator after it.
+
+    `before` is the effort of the last sample, `p` the parameters of the friction model.
+    """
+    force, move = friction_trial(state, memory, motion, dt, p)
+    if motion.v == 0.0:
+        other = Motion(-motion.v, motion.x, motion.load, motion.temperature)
+        force = 0.5 * (force + friction_trial(state, memory, other, dt, p)[0])
+    return shaped(force, before, dt, shape), friction_commit(state, memory, move, p)

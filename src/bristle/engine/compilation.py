@@ -143,7 +143,7 @@ def compiled(
 
 
 SIGNATURES = {
-    "C": "aaffffff", "S": "aaff", "F": "aaaaff", "B": "aaaaafffia",
+    "C": "aaffffffff", "S": "aaff", "F": "aaaaff", "B": "aaaaafffia",
     "K": "aaaafffiaaaaaaaaaa", "R": "aaaafa", "E": "aaaaaffffaaaaa", "T": "aaaaa",
 }  # fmt: skip
 

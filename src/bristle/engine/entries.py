@@ -9,13 +9,13 @@ functions: it is compiled once for everything, and the cost of compiling adds in
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
-from bristle.controllers.feedforward import Shape, shaped
+from bristle.controllers.feedforward import Shape, compensate
+from bristle.controllers.law import law
 from bristle.core.borrowed import borrowed
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion, Reference
 from bristle.core.dispatch import (
-    controller_step,
     friction_commit,
     friction_trial,
     operator_commit,
@@ -23,10 +23,9 @@ from bristle.core.dispatch import (
     sensor_step,
 )
 from bristle.core.kernel import kernel
-from bristle.core.mathematics import expm1, relaxation
 from bristle.core.packing import Structure, packer, unpacker
 from bristle.engine import semi_implicit
-from bristle.engine.efim import Start, advance
+from bristle.engine.mechanism import Mechanism, drive_over, mechanism
 
 # Where a burst leaves what it found, in the vector `out`: mean friction force [N or N*m], solves that failed in this
 # burst, slope of the last solve per step [1/s] and mean acceleration (both read again by the next burst), solves
@@ -44,6 +43,7 @@ __all__ = [
     "compensate_nothing",
     "make_burst",
     "make_compensate",
+    "make_compensate_along",
     "make_control",
     "make_force_along",
     "make_output_along",
@@ -84,26 +84,6 @@ def make_output_along(parameters: Structure, state: Structure) -> Callable[..., 
     return output_along
 
 
-class Drive(NamedTuple):
-    """What a drive gives [N or N*m], and the share of its distance from a command that is left after a step.
-
-    ``at_end`` is that at the end of the step, ``in_mean`` that in the mean over it.
-    """
-
-    effort: float
-    at_end: float
-    in_mean: float
-
-
-@kernel
-def drive_of(h, out):
-    """Return the drive for steps of length `h` [s]: exact for a command that is held, without lag there at once."""
-    if out[DRIVE_LAG] <= 0.0:
-        return Drive(out[DRIVE_EFFORT], 0.0, 0.0)
-    rate = h / out[DRIVE_LAG]
-    return Drive(out[DRIVE_EFFORT], 1.0 + expm1(-rate), relaxation(rate))
-
-
 def make_burst(plant: Structure, plant_state: Structure, friction: Structure, friction_state: Structure) -> Any:
     """Return the entry that advances one plant with one friction model by a number of equal steps.
 
@@ -120,27 +100,16 @@ def make_burst(plant: Structure, plant_state: Structure, friction: Structure, fr
     )
 
     def burst(q_vector, plant_vector, p_vector, state_vector, memory, effort, effort_end, dt, steps, out):
-        q, body = unpack_plant(q_vector), load_plant(plant_vector)
-        p, s, memory = unpack_friction(p_vector), load_friction(state_vector), borrowed(memory)
-        h = dt / steps
-        drive = drive_of(h, out)
-        given = drive.effort
-        slope, acceleration, slack = 1.0 + out[SLOPE] * h, out[ACCELERATION], out[SLACK]
-        total, failures = 0.0, 0.0
-        for i in range(steps):
-            command = effort + (effort_end - effort) * ((i + 0.5) / steps)
-            u = command + drive.in_mean * (given - command)
-            given = command + drive.at_end * (given - command)
-            guess = 0.0 if body.v == 0.0 else body.v + 0.5 * h * acceleration
-            done = advance(body, s, memory, u, h, q, p, Start(guess, slope, slack))
-            body, s, slope = done.plant_state, done.friction_state, done.slope
-            acceleration = 2.0 * (body.v - done.v_mean) / h
-            total += done.force
-            failures += done.failures
-        store_plant(body, plant_vector)
-        store_friction(s, state_vector)
-        out[FORCE], out[FAILED] = total / steps, failures
-        out[SLOPE], out[ACCELERATION], out[DRIVE_EFFORT] = (slope - 1.0) / h, acceleration, given
+        q, p, memory = unpack_plant(q_vector), unpack_friction(p_vector), borrowed(memory)
+        before = Mechanism(
+            load_plant(plant_vector), load_friction(state_vector), out[DRIVE_EFFORT], out[SLOPE], out[ACCELERATION],
+            0.0, 0.0,
+        )  # fmt: skip
+        after = mechanism(before, memory, effort, effort_end, out[DRIVE_LAG], out[SLACK], dt, steps, q, p)
+        store_plant(after.plant, plant_vector)
+        store_friction(after.friction, state_vector)
+        out[FORCE], out[FAILED] = after.force, after.failures
+        out[SLOPE], out[ACCELERATION], out[DRIVE_EFFORT] = after.slope, after.acceleration, after.effort
         return 0.0
 
     return burst
@@ -158,7 +127,7 @@ def make_semi_implicit_burst(
         q, body = unpack_plant(q_vector), load_plant(plant_vector)
         p, s, memory = unpack_friction(p_vector), load_friction(state_vector), borrowed(memory)
         h = dt / steps
-        drive = drive_of(h, out)
+        drive = drive_over(h, out[DRIVE_EFFORT], out[DRIVE_LAG])
         given = drive.effort
         total = 0.0
         for i in range(steps):
@@ -177,15 +146,14 @@ def make_semi_implicit_burst(
 
 
 def make_control(parameters: Structure, state: Structure) -> Callable[..., Any]:
-    """Return the entry that computes the effort of one controller at one sample."""
+    """Return the entry that computes what one controller commands at one sample."""
     unpack, load, store = unpacker(parameters), unpacker(state), packer(state)
 
-    def control(p_vector, state_vector, position, velocity, acceleration, effort, measured, dt):
-        s = load(state_vector)
+    def control(p_vector, state_vector, position, velocity, acceleration, effort, measured, injected, limit, dt):
         reference = Reference(position, velocity, acceleration, effort)
-        u, s = controller_step(s, reference, measured, dt, unpack(p_vector))
+        command, s = law(load(state_vector), reference, measured, injected, limit, dt, unpack(p_vector))
         store(s, state_vector)
-        return u
+        return command
 
     return control
 
@@ -198,20 +166,38 @@ def make_compensate(parameters: Structure, state: Structure) -> Callable[..., An
     """
     unpack, load, store = unpacker(parameters), unpacker(state), packer(state)
 
-    def compensate(p_vector, state_vector, memory, shape, measured, dt):
-        p, s, memory = unpack(p_vector), load(state_vector), borrowed(memory)
+    def compensate_at(p_vector, state_vector, memory, shape, measured, dt):
         v = (measured - shape[5]) / dt
-        force, move = friction_trial(s, memory, Motion(v, measured, NOMINAL_LOAD, NOMINAL_TEMPERATURE), dt, p)
-        if v == 0.0:
-            # Where it does not move, a set-valued model is fed the middle of its interval.
-            side = Motion(-0.0, measured, NOMINAL_LOAD, NOMINAL_TEMPERATURE)
-            force = 0.5 * (force + friction_trial(s, memory, side, dt, p)[0])
-        store(friction_commit(s, memory, move, p), state_vector)
-        effort = shaped(force, shape[6], dt, Shape(shape[0], shape[1], shape[2], shape[3], shape[4]))
+        effort, s = compensate(
+            load(state_vector), borrowed(memory), Motion(v, measured, NOMINAL_LOAD, NOMINAL_TEMPERATURE), shape[6], dt,
+            Shape(shape[0], shape[1], shape[2], shape[3], shape[4]), unpack(p_vector),
+        )  # fmt: skip
+        store(s, state_vector)
         shape[5], shape[6] = measured, effort
         return effort
 
-    return compensate
+    return compensate_at
+
+
+def make_compensate_along(parameters: Structure, state: Structure) -> Callable[..., Any]:
+    """Return the entry that runs one friction model along a desired motion, to be fed forward step by step.
+
+    ``shape`` holds the fields of `Shape`.
+    """
+    unpack, load, store = unpacker(parameters), unpacker(state), packer(state)
+
+    def compensate_along(p_vector, state_vector, memory, shape, v, x, dt, effort):
+        p, s, memory = unpack(p_vector), load(state_vector), borrowed(memory)
+        form = Shape(shape[0], shape[1], shape[2], shape[3], shape[4])
+        before = 0.0
+        for k in range(v.size):
+            motion = Motion(v[k], x[k], NOMINAL_LOAD, NOMINAL_TEMPERATURE)
+            before, s = compensate(s, memory, motion, before, dt, form, p)
+            effort[k] = before
+        store(s, state_vector)
+        return 0.0
+
+    return compensate_along
 
 
 def compensate_nothing(p_vector, state_vector, memory, shape, measured, dt):
@@ -273,11 +259,10 @@ def closed_loop(
     for k in range(count):
         measured = sense(m, sense_state, seen[0], dt)
         fed = compensate(f, f_state, f_memory, shape, measured, dt)
-        u = control(
+        command = control(
             c, control_state, reference[k], reference[count + k], reference[2 * count + k],
-            reference[3 * count + k] + fed, measured, dt,
+            reference[3 * count + k] + fed, measured, injected[k], limit, dt,
         )  # fmt: skip
-        command = max(-limit, min(limit, u + injected[k]))
         record(history, count, k, load, plant)
         history[MEASURED * count + k], history[COMMAND * count + k] = measured, command
         applied = history[COMMAND * count + k - delay] if k >= delay else effort_before

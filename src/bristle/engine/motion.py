@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from bristle.controllers.feedforward import Shape
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Model
 from bristle.core.edge import Amount, amount, array, guarded, many, model, optional, vector
 from bristle.core.errors import InputError
@@ -21,6 +22,7 @@ from bristle.engine.path import after, output_along
 
 __all__ = [
     "along",
+    "compensation_along",
     "conditioned",
     "each_from",
     "force_along",
@@ -184,6 +186,40 @@ def in_turns(
         turn = slice(first, last)
         force[turn] = _follow(part, memory, v[turn], x[turn], dt, *(one[turn] for one in around))
     return force
+
+
+def compensation_along(
+    model: Model, shape: Shape, v: np.ndarray, dt: float, x: np.ndarray, *, state: Any = None,
+    memory: np.ndarray | None = None,
+) -> np.ndarray:  # fmt: skip
+    """Return the effort [N or N*m] that a compensator feeds forward along a desired motion, step by step.
+
+    Parameters
+    ----------
+    model : Model
+        The friction model that is fed forward.
+    shape : Shape
+        What becomes of its force on the way to the drive.
+    v : ndarray, shape (step,)
+        Mean desired velocity of each step [m/s or rad/s].
+    dt : float
+        Length of a step [s].
+    x : ndarray, shape (step,)
+        Desired position at the end of each step [m or rad].
+    state, memory
+        Of the model before the first step; virgin where not given.
+    """
+    part = Part(model)
+    part.begin(state)
+    check_run(v.size, x=x)
+    effort = np.empty(v.size)
+    entry = compiled(
+        f"compensate_along-{part.key}", lambda: entries.make_compensate_along(*part.structures), "aaaaaafa",
+        part.functions,
+    )  # fmt: skip
+    entry(part.parameters, part.state, memory_of(model, memory), np.array(shape), v, x, float(dt), effort)
+    warn_of_lost(part)
+    return finite(effort, model)
 
 
 def _around(count: int, load: Any, temperature: Any) -> list[np.ndarray]:

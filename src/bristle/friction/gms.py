@@ -105,8 +105,13 @@ def trial(state, memory, motion, dt, p):
 
 @kernel
 def commit(state, memory, move, p):
-    """Let every element stretch or slip by the motion of the step."""
+    """Let every element stretch or slip by the motion of the step; where nothing moves, all of them stick."""
     side = direction(move.v)
+    if move.v == 0.0:
+        # An element slips until the velocity goes through zero; at rest it keeps its force, whichever side is asked.
+        for i in range(p.k_i.size):
+            memory[p.k_i.size + i] = 0.0
+        return state
     G = stribeck_force(move.v, p)
     for i in range(p.k_i.size):
         after = element(memory, i, move.v, move.dt, G, p)

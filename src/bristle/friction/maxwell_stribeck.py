@@ -108,6 +108,8 @@ def trial(state, memory, motion, dt, p):
 @kernel
 def commit(state, memory, move, p):
     """Pull every element by the displacement of the step; a reversal draws a new limit."""
+    if move.v == 0.0:
+        return state  # nothing moves: no limit, of neither direction, takes anything from an element
     side = direction(move.v)
     for i in range(p.k_i.size):
         memory[i] = side * min(side * memory[i] + p.k_i[i] * move.way, p.nu_i[i] * move.limit)

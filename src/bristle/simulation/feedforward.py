@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from bristle.controllers.feedforward import Shape, shaped
+from bristle.controllers.feedforward import Shape
 from bristle.core.contracts import Model
 from bristle.core.edge import Amount, amount, array, guarded, instance
 from bristle.core.experiment import FEEDFORWARD, Feedforward
-from bristle.engine import Compensator, conditioned, force_along
+from bristle.engine import Compensator, conditioned
+from bristle.engine.motion import compensation_along
 from bristle.engine.part import FRICTION, PERIOD, check_run
 
 __all__ = ["compensator_of", "feedforward_effort", "friction_along"]
@@ -39,11 +40,7 @@ def friction_along(model: Model, velocity: Any, dt: Amount, *, conditioning: Amo
         Force [N or N*m].
     """
     state, memory = conditioned(model, conditioning)
-    forward = force_along(model, velocity, dt, state=state, memory=memory)
-    if not np.any(velocity == 0.0):
-        return forward
-    backward = force_along(model, np.where(velocity == 0.0, -0.0, velocity), dt, state=state, memory=memory)
-    return 0.5 * (forward + backward)
+    return compensation_along(model, Shape(), velocity, dt, dt * np.cumsum(velocity), state=state, memory=memory)
 
 
 @guarded(
@@ -71,10 +68,11 @@ def feedforward_effort(feedforward: Feedforward, position: Any, acceleration: An
     if feedforward.friction is None or feedforward.along == "measured":
         return effort
     steps = np.diff(position) / dt
-    force = friction_along(
-        feedforward.friction, np.append(steps, steps[-1:]), dt, conditioning=feedforward.conditioning
-    )
-    return effort + _shaped_along(force, _shape(feedforward), dt)
+    state, memory = conditioned(feedforward.friction, feedforward.conditioning)
+    return effort + compensation_along(
+        feedforward.friction, _shape(feedforward), np.append(steps, steps[-1:]), dt,
+        np.append(position[1:], position[-1] + dt * steps[-1]), state=state, memory=memory,
+    )  # fmt: skip
 
 
 def compensator_of(feedforward: Feedforward) -> Compensator | None:
@@ -88,11 +86,3 @@ def compensator_of(feedforward: Feedforward) -> Compensator | None:
 
 def _shape(feedforward: Feedforward) -> Shape:
     return Shape(**{name: getattr(feedforward, name) for name in Shape._fields})
-
-
-def _shaped_along(force: np.ndarray, shape: Shape, dt: float) -> np.ndarray:
-    effort, before = np.empty_like(force), 0.0
-    for k, one in enumerate(force.tolist()):
-        before = shaped(one, before, dt, shape)
-        effort[k] = before
-    return effort

@@ -1,0 +1,71 @@
+"""A plant with friction behind a drive, from one sample to the next: what a command moves."""
+
+from typing import Any, NamedTuple
+
+from bristle.core.kernel import kernel
+from bristle.core.mathematics import expm1, relaxation
+from bristle.engine.efim import Start, advance
+
+__all__ = ["Drive", "Mechanism", "drive_over", "mechanism"]
+
+
+class Drive(NamedTuple):
+    """What a drive gives [N or N*m], and the share of its distance from a command that is left after a step.
+
+    ``at_end`` is that at the end of the step, ``in_mean`` that in the mean over it.
+    """
+
+    effort: float
+    at_end: float
+    in_mean: float
+
+
+class Mechanism(NamedTuple):
+    """A plant, its friction and its drive, and where the solve of the next step begins.
+
+    ``slope`` is that of the last residual less 1, over the length of its step [1/s], ``acceleration`` the mean one of
+    the last step: they hold for steps of any length. ``force`` is the mean friction force [N or N*m] since the last
+    sample, ``failures`` the number of solves that failed in it.
+    """
+
+    plant: Any
+    friction: Any
+    effort: float
+    slope: float
+    acceleration: float
+    force: float
+    failures: float
+
+
+@kernel
+def drive_over(h, effort, lag):
+    """Return the `Drive` for steps of length `h` [s]: exact for a command that is held, without lag there at once."""
+    if lag <= 0.0:
+        return Drive(effort, 0.0, 0.0)
+    rate = h / lag
+    return Drive(effort, 1.0 + expm1(-rate), relaxation(rate))
+
+
+@kernel
+def mechanism(before, memory, command, command_end, lag, slack, dt, steps, q, p):
+    """Return the `Mechanism` after a time `dt` [s] in `steps` equal steps, the command going from one value to another.
+
+    `lag` [s] is the time constant of the drive, `slack` [m/s or rad/s] the error of the mean velocity that a solve may
+    leave; `q` are the parameters of the plant, `p` those of the friction model.
+    """
+    h = dt / steps
+    drive = drive_over(h, before.effort, lag)
+    body, s, given = before.plant, before.friction, before.effort
+    slope, acceleration = 1.0 + before.slope * h, before.acceleration
+    total, failures = 0.0, 0.0
+    for i in range(steps):
+        wanted = command + (command_end - command) * ((i + 0.5) / steps)
+        u = wanted + drive.in_mean * (given - wanted)
+        given = wanted + drive.at_end * (given - wanted)
+        guess = 0.0 if body.v == 0.0 else body.v + 0.5 * h * acceleration
+        done = advance(body, s, memory, u, h, q, p, Start(guess, slope, slack))
+        body, s, slope = done.plant_state, done.friction_state, done.slope
+        acceleration = 2.0 * (body.v - done.v_mean) / h
+        total += done.force
+        failures += done.failures
+    return Mechanism(body, s, given, (slope - 1.0) / h, acceleration, total / steps, failures)
