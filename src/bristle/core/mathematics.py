@@ -31,6 +31,8 @@ __all__ = [
     "hyperbolic_mean",
     "log",
     "log1p",
+    "newton_from",
+    "newton_next",
     "power",
     "relaxation",
     "sin",
@@ -51,6 +53,7 @@ TANH_MAX = 20.0  # from here on it is 1 to the last place
 HALF_PI_1, HALF_PI_2 = 1.57079632673412561417e00, 6.07710050630396597660e-11
 HALF_PI_3, HALF_PI_4 = 2.02226624871116645580e-21, 8.47842766036889956997e-32
 TWO_OVER_PI, TURN = 0.6366197723675814, 6.283185307179586
+NEWTON_ROUNDS = 16
 ANGLE_MAX, ANGLE_WITHOUT_DIGITS = 1e6, 1e15
 # Adding and subtracting it rounds to the nearest integer.
 ROUNDER = 6755399441055744.0
@@ -278,10 +281,43 @@ def fitted_weight(rate):
 
 @kernel
 def hyperbolic_mean(u):
-    r"""Return :math:`\ln(1 + u)/u`, the mean of :math:`1/(1 + u t)` over :math:`0 \le t \le 1`, for :math:`u \ge 0`."""
-    if u < 1e-8:
+    r"""Return :math:`\ln(1 + u)/u`, the mean of :math:`1/(1 + u t)` over :math:`0 \le t \le 1`, for :math:`u > -1`."""
+    if abs(u) < 1e-8:
         return 1.0 - 0.5 * u
     return log1p(u) / u
+
+
+class Newton(NamedTuple):
+    """A search for the root of a rising function: an interval that holds it, where to look next, how it got there."""
+
+    low: float
+    high: float
+    x: float
+    step: float  # length of the last step, or of the interval where it was halved
+    rounds: int
+
+
+@kernel
+def newton_from(high, x):
+    """Return the search for a root between 0 and `high` that begins at `x`."""
+    return Newton(0.0, high, x, 2.0 * high, 0)
+
+
+@kernel
+def newton_next(search, residual, slope):
+    """Return the search after `residual` and `slope` were found at where it looked.
+
+    A step of Newton's method, where it stays inside the interval and is at most half as long as the last one;
+    else the middle of the interval. After `NEWTON_ROUNDS` it is always the middle: k rounds later the interval is
+    2^-k of what it was, whatever the function.
+    """
+    above = residual > 0.0
+    low, high = search.low if above else search.x, search.x if above else search.high
+    step = residual / slope if slope > 0.0 else high - low
+    x = search.x - step
+    if low <= x <= high and abs(step) <= 0.5 * search.step and search.rounds < NEWTON_ROUNDS:
+        return Newton(low, high, x, abs(step), search.rounds + 1)
+    return Newton(low, high, 0.5 * (low + high), high - low, search.rounds + 1)
 
 
 class Bracket(NamedTuple):

@@ -6,8 +6,7 @@ r"""The Dahl model: friction that grows with displacement until it slides.
 
 plus :math:`\sigma_2 v`. With :math:`r = 1 - (F/F_C)\operatorname{sgn} v` a step in one direction is closed:
 :math:`r_1 = r_0\,[1 + (i-1)\kappa |r_0|^{i-1}]^{-1/(i-1)}`, :math:`\kappa = \sigma_0|\Delta x|/F_C`
-(:math:`r_0 e^{-\kappa}` for :math:`i = 1`). The end of a step is exact for every step size; the mean force is
-exponentially fitted: exact for :math:`i = 1`, of second order otherwise.
+(:math:`r_0 e^{-\kappa}` for :math:`i = 1`). Its end and its mean force are exact for every step size.
 
 References
 ----------
@@ -19,7 +18,7 @@ from typing import Annotated, NamedTuple
 
 from bristle.core.contracts import FrictionModel
 from bristle.core.kernel import kernel
-from bristle.core.mathematics import direction, exp, fitted_weight, power
+from bristle.core.mathematics import direction, exp, hyperbolic_mean, log1p, power, relaxation
 from bristle.core.variable import Variable
 from bristle.friction.quantities import CoulombForceAboveZero, ViscousCoefficient
 
@@ -48,19 +47,31 @@ class Move(NamedTuple):
 
 
 @kernel
+def decayed(r, kappa, i):
+    r"""Return r after :math:`dr/d\kappa = -|r|^{i-1} r` over `kappa` >= 0, and its mean on the way, both exact.
+
+    With :math:`u = (i-1)\,\kappa\,|r|^{i-1}` and :math:`L = \ln(1 + u)/(i - 1)` it decays by :math:`e^{-L}`. An
+    exponent below 1 comes to 0 at a finite `kappa`, and stays there.
+    """
+    if i == 1.0:
+        return r * exp(-kappa), r * relaxation(kappa)
+    steepness = power(abs(r), i - 1.0)
+    u = (i - 1.0) * kappa * steepness
+    if u <= -1.0:
+        return 0.0, r / ((2.0 - i) * kappa * steepness)
+    logarithm = log1p(u) / (i - 1.0)
+    if i <= 2.0:
+        return r * exp(-logarithm), r * hyperbolic_mean(u) * relaxation((2.0 - i) * logarithm)
+    grown = (i - 2.0) * logarithm
+    return r * exp(-logarithm), r * hyperbolic_mean(u) * exp(grown) * relaxation(grown)
+
+
+@kernel
 def trial(state, memory, motion, dt, p):
     """Return the mean force [N or N*m] over a step at constant velocity, and the force at its end."""
     side = direction(motion.v)
     kappa = p.sigma_0 * abs(motion.v) * dt / p.F_C
-    r = 1.0 - side * state.F / p.F_C
-    steepness = power(abs(r), p.exponent - 1.0)
-    if p.exponent == 1.0:
-        r_next = r * exp(-kappa)
-    else:
-        base = 1.0 + (p.exponent - 1.0) * kappa * steepness
-        r_next = r * power(base, -1.0 / (p.exponent - 1.0))
-    weight = fitted_weight(p.exponent * kappa * steepness)
-    r_mean = r + weight * (r_next - r)
+    r_next, r_mean = decayed(1.0 - side * state.F / p.F_C, kappa, p.exponent)
     return side * p.F_C * (1.0 - r_mean) + p.sigma_2 * motion.v, Move(side * p.F_C * (1.0 - r_next))
 
 

@@ -13,19 +13,25 @@ sliding and against it above, so that memory follows the sign of the deflection,
 constant velocity passes the force in sliding; a step so long that it would ends there.
 """
 
+import math
 from typing import NamedTuple
 
 from bristle.core.kernel import kernel
-from bristle.core.mathematics import fitted_weight
+from bristle.core.mathematics import NEWTON_ROUNDS, fitted_weight, newton_from, newton_next
 from bristle.friction.slip_law import slip, slip_slope, slip_weight
 from bristle.hysteresis.turning_points import Branch, StackMove, branch_at, branch_output, branch_slope
 
-__all__ = ["Deflection", "deflect"]
+__all__ = ["TOLERANCE", "Deflection", "deflect", "mean_output"]
 
-ITERATIONS = 100
+# Of these, 64 halve the interval of the root, to the last place of whatever step.
+ROUNDS = NEWTON_ROUNDS + 64
 # Newton's method squares what is left: neither shows in the force.
 RELATIVE = 1e-7
 OF_SLIDING = 1e-9
+TOLERANCE = 1e-12
+# The longest deflection of a first part of a step, over the length in which the contact turns, and how parts grow.
+FIRST, GROWTH, STROKES = 0.05, 1.3, 80
+CHORD = 0.125  # of the step without feedback
 
 
 class Deflection(NamedTuple):
@@ -45,88 +51,139 @@ def onward(stack, memory, side):
     return Branch(memory[depth - 1], memory[memory.size // 2 + depth - 1], side, depth, stack.z, stack.z)
 
 
+class Stroke(NamedTuple):
+    """A part of a step: mean hysteretic force [N or N*m], deflection [m or rad], force and branch at its end."""
+
+    mean: float
+    z: float
+    f: float
+    branch: Branch
+
+
 @kernel
-def deflect(stack, memory, dx, side, G, law, q, tolerance):
+def deflect(stack, memory, dx, side, G, law, q, scale):
     """Return the `Deflection` while the body moves by `dx` [m or rad] in the direction `side`.
 
-    `G` [N or N*m] is the force in sliding at this velocity, `law` the slip law, `q` the measure of the operator. A
-    return by no more than `tolerance` [m or rad] is not remembered.
+    `G` [N or N*m] is the force in sliding at this velocity, `law` the slip law, `q` the measure of the operator, and
+    `scale` [m or rad] the length over which it turns, f_p/s. A return by no more than `TOLERANCE` of that is not
+    remembered.
     """
-    scale = side / G
-    r = scale * stack.f
-    far = dx * (1.0 - slip(r, law))
-    if far == 0.0:
+    free = 1.0 - slip(side * stack.f / G, law)
+    if dx * free == 0.0:
         return Deflection(stack.f, 0.0, StackMove(stack.z, stack.f, stack.side, stack.depth))
-    branch = branch_at(stack, memory, stack.z + far)
-    f = branch_output(branch, stack.z + far, q)
-    weight = slip_weight(r, scale * f, law)
-    change = far
-    theta = 0.5
-    if weight > 0.0:
-        change, theta, branch = slipping(stack, memory, dx, far, weight, scale, law, q, branch)
-        f = branch_output(branch, stack.z + change, q)
-        if (side * f - G) * (r - 1.0) < 0.0:
-            change, branch = reaching(stack, memory, change, side * G, q, branch)
-            f = branch_output(branch, stack.z + change, q)
-    mean = stack.f + theta * (f - stack.f)
-    if abs(change) <= tolerance and change * stack.side < 0.0:
-        return Deflection(mean, change, StackMove(stack.z, stack.f, stack.side, stack.depth))
-    return Deflection(mean, change, StackMove(stack.z + change, f, branch.side, branch.depth))
-
-
-@kernel
-def slipping(stack, memory, dx, far, weight, scale, law, q, branch):
-    """Return deflection, weight of its end in the mean, and branch, where the contact slips; `scale` is sgn(v)/G."""
-    r = scale * stack.f
-    way = 1.0 if far > 0.0 else -1.0
-    travel = abs(dx * scale)
-    k = branch_slope(onward(stack, memory, way), stack.z, q)
-    theta = fitted_weight(travel * k * weight)
-    near = 0.0
-    # The first step of Newton's method from the start, or from the far end while a gate is closed at the start.
-    change = far / (1.0 + travel * theta * k * slip_slope(r, law))
-    for _ in range(ITERATIONS):
-        u = stack.z + change
-        if way * (u - branch.begin) < 0.0 or way * (u - branch.end) >= 0.0:
-            branch = branch_at(stack, memory, u)
-        mean = r + theta * (scale * branch_output(branch, u, q) - r)
-        k = branch_slope(branch, u, q)
-        residual = change - dx * (1.0 - slip(mean, law))
-        if way * residual > 0.0:
-            far = change
-        else:
-            near = change
-        step = residual / (1.0 + travel * theta * k * slip_slope(mean, law))
-        change -= step
-        if abs(step) <= RELATIVE * abs(change) or k * abs(scale * step) <= OF_SLIDING:
-            break
-        if (change - near) * (change - far) >= 0.0:
-            change = 0.5 * (near + far)
-    u = stack.z + change
-    if way * (u - branch.begin) < 0.0 or way * (u - branch.end) >= 0.0:
-        branch = branch_at(stack, memory, u)
-    return change, theta, branch
+    if abs(dx * free) <= FIRST * scale:
+        done = stroke(stack, memory, stack.z, stack.f, dx, dx * free, side / G, law, q)
+    else:
+        done = in_strokes(stack, memory, dx, side / G, law, q, FIRST * scale)
+    change = done.z - stack.z
+    if abs(change) <= TOLERANCE * scale and change * stack.side < 0.0:
+        return Deflection(done.mean, change, StackMove(stack.z, stack.f, stack.side, stack.depth))
+    return Deflection(done.mean, change, StackMove(done.z, done.f, done.branch.side, done.branch.depth))
 
 
 @kernel(inline=False)
-def reaching(stack, memory, far, level, q, branch):
-    """Return the deflection, short of `far`, at which the force reaches `level` [N or N*m], and the branch there."""
+def in_strokes(stack, memory, dx, inverse, law, q, longest):
+    """Return the `Stroke` of a long step, made in parts: none deflects the contact by more than a length that grows.
+
+    The last one takes what is left, however little: a step that grows goes through no jump. `inverse` is sgn(v)/G.
+    """
+    z, f, left, total = stack.z, stack.f, dx, 0.0
+    for k in range(STROKES):
+        free = 1.0 - slip(inverse * f, law)
+        part = left
+        if abs(left * free) > longest and k < STROKES - 1:
+            part = math.copysign(longest / abs(free), left)
+        if part * free != 0.0:
+            done = stroke(stack, memory, z, f, part, part * free, inverse, law, q)
+            total += done.mean * part
+            z, f = done.z, done.f
+        else:
+            total += f * part
+        left -= part
+        longest *= GROWTH
+        if left == 0.0:
+            break
+    return Stroke(total / dx, z, f, branch_at(stack, memory, z))
+
+
+@kernel
+def mean_output(stack, memory, u, f, q, scale):
+    """Return the mean output [N or N*m] on the way to the input `u` [m or rad], where it is `f`.
+
+    By trapezia; a long way in parts, as `in_strokes`. `scale` is the length over which the operator turns.
+    """
+    if abs(u - stack.z) <= FIRST * scale:
+        return 0.5 * (stack.f + f)
+    z, before, total, longest = stack.z, stack.f, 0.0, math.copysign(FIRST * scale, u - stack.z)
+    for k in range(STROKES):
+        if abs(u - z) <= abs(longest) or k == STROKES - 1:
+            break
+        after = branch_output(branch_at(stack, memory, z + longest), z + longest, q)
+        total += 0.5 * (before + after) * longest
+        z, before = z + longest, after
+        longest *= GROWTH
+    return (total + 0.5 * (before + f) * (u - z)) / (u - stack.z)
+
+
+@kernel
+def stroke(stack, memory, z, f, dx, far, inverse, law, q):
+    """Return the `Stroke` from the deflection `z` with the force `f`; it would be `far` [m or rad] without feedback."""
+    r = inverse * f
+    branch = branch_at(stack, memory, z + far)
+    after = branch_output(branch, z + far, q)
+    weight = slip_weight(r, inverse * after, law)
+    change, theta = far, 0.5
+    if weight > 0.0:
+        change, theta, branch = slipping(stack, memory, z, f, dx, far, weight, inverse, law, q, branch)
+        after = branch_output(branch, z + change, q)
+        if (inverse * after - 1.0) * (r - 1.0) < 0.0:
+            change, branch = reaching(stack, memory, z, change, 1.0 / inverse, q, branch)
+            after = branch_output(branch, z + change, q)
+    return Stroke(f + theta * (after - f), z + change, after, branch)
+
+
+@kernel
+def slipping(stack, memory, z, f, dx, far, weight, inverse, law, q, branch):
+    """Return deflection, weight of its end in the mean, and branch, where the contact slips."""
+    r = inverse * f
     way = 1.0 if far > 0.0 else -1.0
-    near = 0.0
-    change = far
-    for _ in range(ITERATIONS):
-        u = stack.z + change
+    travel, reach = abs(dx * inverse), abs(far)
+    # A chord of the curve that the step runs on has no jump where a loop is wiped out; the tangent at its start has.
+    ahead = z + CHORD * far
+    k = max((branch_output(branch_at(stack, memory, ahead), ahead, q) - f) / (CHORD * far), 0.0)
+    theta = fitted_weight(travel * k * weight)
+    # The first step of Newton's method from the start, or from the far end while a gate is closed at the start.
+    search = newton_from(reach, reach / (1.0 + travel * theta * k * slip_slope(r, law)))
+    steepest = k
+    for _ in range(ROUNDS):
+        u = z + way * search.x
         if way * (u - branch.begin) < 0.0 or way * (u - branch.end) >= 0.0:
             branch = branch_at(stack, memory, u)
-        residual = branch_output(branch, u, q) - level
-        if way * residual > 0.0:
-            far = change
-        else:
-            near = change
-        slope = branch_slope(branch, u, q)
-        change -= residual / slope if slope > 0.0 else 0.0
+        mean = r + theta * (inverse * branch_output(branch, u, q) - r)
+        k = branch_slope(branch, u, q)
+        steepest = max(steepest, k)
+        residual = search.x - way * dx * (1.0 - slip(mean, law))
+        search = newton_next(search, residual, 1.0 + travel * theta * k * slip_slope(mean, law))
+        # The residual rises with a slope of 1 at least: the root is no farther away than it is large.
+        if abs(residual) <= RELATIVE * search.x or steepest * abs(inverse * residual) <= OF_SLIDING:
+            break
+    u = z + way * search.x
+    if way * (u - branch.begin) < 0.0 or way * (u - branch.end) >= 0.0:
+        branch = branch_at(stack, memory, u)
+    return way * search.x, theta, branch
+
+
+@kernel(inline=False)
+def reaching(stack, memory, z, far, level, q, branch):
+    """Return the deflection, short of `far`, at which the force reaches `level` [N or N*m], and the branch there."""
+    way = 1.0 if far > 0.0 else -1.0
+    search = newton_from(abs(far), abs(far))
+    for _ in range(ROUNDS):
+        u = z + way * search.x
+        if way * (u - branch.begin) < 0.0 or way * (u - branch.end) >= 0.0:
+            branch = branch_at(stack, memory, u)
+        residual = way * (branch_output(branch, u, q) - level)
+        search = newton_next(search, residual, branch_slope(branch, u, q))
         if abs(residual) <= OF_SLIDING * abs(level):
             break
-        if way * (change - near) <= 0.0 or way * (change - far) >= 0.0:
-            change = 0.5 * (near + far)
-    return change, branch_at(stack, memory, stack.z + change)
+    return way * search.x, branch_at(stack, memory, z + way * search.x)

@@ -76,10 +76,23 @@ class Move(NamedTuple):
 
 
 @kernel
+def reverses(state, v, p):
+    """Return whether a step at the velocity `v` is the first after a reversal, or the first of all."""
+    return abs(v) > p.v_r and (direction(v) * state.side < 0.0 or state.side == 0.0)
+
+
+@kernel
+def drawn_scale(state, p):
+    """Return the factor on the limit from the next reversal on."""
+    return max(1.0 + p.scatter * normal(p.seed, state.reversals), SMALLEST_SCALE)
+
+
+@kernel
 def limit_of(state, v, p):
-    """Return the force [N or N*m] at which all elements slip at the velocity `v`."""
+    """Return the force [N or N*m] at which all elements slip at the velocity `v`; a reversal has drawn it anew."""
     ratio = v / p.v_S
-    return state.scale * (p.F_C + (p.F_S - p.F_C) * exp(-ratio * ratio))
+    scale = drawn_scale(state, p) if reverses(state, v, p) else state.scale
+    return scale * (p.F_C + (p.F_S - p.F_C) * exp(-ratio * ratio))
 
 
 @kernel
@@ -113,12 +126,7 @@ def commit(state, memory, move, p):
     side = direction(move.v)
     for i in range(p.k_i.size):
         memory[i] = side * min(side * memory[i] + p.k_i[i] * move.way, p.nu_i[i] * move.limit)
-    if side * state.side >= 0.0 and state.side != 0.0:
-        return state
-    if abs(move.v) <= p.v_r:
-        return state
-    scale = max(1.0 + p.scatter * normal(p.seed, state.reversals), SMALLEST_SCALE)
-    return State(side, state.reversals + 1, scale)
+    return State(side, state.reversals + 1, drawn_scale(state, p)) if reverses(state, move.v, p) else state
 
 
 def memory_size(p: Parameters) -> int:

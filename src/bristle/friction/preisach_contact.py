@@ -4,7 +4,7 @@ r"""The Preisach operator on the position: the hysteresis friction compensator o
 
 Every motion deflects the contact and none of it slips, so that it is a model of pre-sliding: what `preisach_lugre` is
 below the force at which sliding sets in. It has no Stribeck effect and no break-away; for gross sliding take that one.
-The force is the mean of those at both ends of a step.
+The force is the mean over a step, of a long one by parts.
 
 References
 ----------
@@ -18,11 +18,10 @@ from typing import Annotated, NamedTuple
 from bristle.core.contracts import FrictionModel
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
+from bristle.friction.deflection import TOLERANCE, mean_output
 from bristle.friction.quantities import ReversalStiffness, ViscousCoefficient
 from bristle.hysteresis.everett import KERNELS, ClosedForm
 from bristle.hysteresis.turning_points import SMALLEST_CAPACITY, Stack, stack_commit, stack_size, stack_trial
-
-TOLERANCE = 1e-12  # of f_p/s: a smaller return is not remembered
 
 
 class Parameters(NamedTuple):
@@ -42,8 +41,9 @@ class Parameters(NamedTuple):
 def trial(state, memory, motion, dt, p):
     """Return the mean force [N or N*m] over a step at constant velocity, and how the memory moves."""
     q = ClosedForm(p.kernel, p.s, p.f_p, p.exponent)
-    f, move = stack_trial(state, memory, state.z + motion.v * dt, TOLERANCE * p.f_p / p.s, q)
-    return 0.5 * (state.f + f) + p.sigma_2 * motion.v, move
+    scale = p.f_p / p.s
+    f, move = stack_trial(state, memory, state.z + motion.v * dt, TOLERANCE * scale, q)
+    return mean_output(state, memory, move.z, f, q, scale) + p.sigma_2 * motion.v, move
 
 
 @kernel

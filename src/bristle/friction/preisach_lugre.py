@@ -40,7 +40,7 @@ from bristle.core.kernel import kernel
 from bristle.core.mathematics import direction
 from bristle.core.variable import Variable
 from bristle.friction.branchwise import Contact, deflection_rate, piece_at
-from bristle.friction.deflection import deflect
+from bristle.friction.deflection import TOLERANCE, deflect
 from bristle.friction.lugre import micro_damping, stribeck_force
 from bristle.friction.quantities import (
     CoulombForceAboveZero,
@@ -58,7 +58,6 @@ from bristle.hysteresis.turning_points import SMALLEST_CAPACITY, Stack, stack_co
 
 TRANSITIONS = ("paper", "leuven", "elastoplastic")
 PAPER, LEUVEN, ELASTOPLASTIC = range(3)
-TOLERANCE = 1e-12
 
 
 class Parameters(NamedTuple):
@@ -111,7 +110,7 @@ def trial(state, memory, motion, dt, p):
     """Return the mean force [N or N*m] over a step at constant velocity, and how the memory moves."""
     v = motion.v
     q = ClosedForm(p.kernel, p.s, p.f_p, p.exponent)
-    done = deflect(state, memory, v * dt, direction(v), stribeck_force(v, p), slip_law(p), q, TOLERANCE * p.f_p / p.s)
+    done = deflect(state, memory, v * dt, direction(v), stribeck_force(v, p), slip_law(p), q, p.f_p / p.s)
     z_dot = done.change / dt if dt > 0.0 else 0.0
     return done.mean + micro_damping(v, p) * z_dot + p.sigma_2 * v, done.move
 

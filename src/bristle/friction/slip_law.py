@@ -22,11 +22,21 @@ References
 from typing import NamedTuple
 
 from bristle.core.kernel import kernel
-from bristle.core.mathematics import fitted_weight, power, smooth_step, smooth_step_slope
+from bristle.core.mathematics import (
+    NEWTON_ROUNDS,
+    fitted_weight,
+    newton_from,
+    newton_next,
+    power,
+    smooth_step,
+    smooth_step_slope,
+)
 
 __all__ = ["SlipLaw", "Stretch", "slip", "slip_slope", "slip_weight", "stretch"]
 
-ITERATIONS = 100
+# The longest change of the ratio in the first part of a step, and how parts grow.
+FIRST, GROWTH, PARTS = 0.05, 1.3, 80
+ROUNDS = NEWTON_ROUNDS + 64
 TOLERANCE = 1e-8  # of the ratio; the last step of Newton's method squares it
 
 
@@ -89,31 +99,59 @@ def stretch(r, kappa, law):
     r"""Return the `Stretch` of a linear contact over a displacement, :math:`dr/d\kappa = 1 - \Phi(r)`.
 
     `kappa` is the displacement over the deflection in sliding, not negative. Exponentially fitted: exact for the
-    power law with exponent 1, of second order otherwise.
+    power law with exponent 1, of second order otherwise. A long step is made in parts.
     """
-    r_elastic = r + kappa
-    if r_elastic <= law.rho:
+    if r + kappa <= law.rho:
         return Stretch(0.5 * kappa, kappa)
-    theta = fitted_weight(kappa * slip_weight(r, r_elastic, law))
+    if abs(kappa * (1.0 - slip(r, law))) <= FIRST:
+        return stretch_once(r, kappa, law)
+    return stretch_in_parts(r, kappa, law)
+
+
+@kernel(inline=False)
+def stretch_in_parts(r, kappa, law):
+    """Return the `Stretch` of a long step: none of its parts moves the ratio by more than a length that grows.
+
+    The last one takes what is left, however little: a step that grows goes through no jump.
+    """
+    left, total, longest, at = kappa, 0.0, FIRST, r
+    if r < law.rho:
+        # While the gate is closed there is nothing to solve.
+        part = law.rho - r
+        total += part * (r + 0.5 * part)
+        left -= part
+        at = law.rho
+    for k in range(PARTS):
+        free = abs(1.0 - slip(at, law))
+        part = left
+        if left * free > longest and k < PARTS - 1:
+            part = longest / free
+        done = stretch_once(at, part, law)
+        total += part * (at + done.mean_change)
+        at += done.change
+        left -= part
+        longest *= GROWTH
+        if left <= 0.0:
+            break
+    return Stretch(total / kappa - r, at - r)
+
+
+@kernel
+def stretch_once(r, kappa, law):
+    """Return the `Stretch` of a step, or a part of one, that is not long."""
+    theta = fitted_weight(kappa * slip_weight(r, r + kappa, law))
     far = kappa * (1.0 - slip(r, law))
     limit = (1.0 - r) / theta
     far = min(far, limit) if r < 1.0 else max(far, limit)
-    near = 0.0
-    change = far
-    for _ in range(ITERATIONS):
-        mean = r + theta * change
-        residual = change - kappa * (1.0 - slip(mean, law))
-        # The residual increases: the root lies between `near`, towards 0, and `far`.
-        if (residual > 0.0) == (far > near):
-            far = change
-        else:
-            near = change
-        step = residual / (1.0 + kappa * theta * slip_slope(mean, law))
-        change -= step
-        if abs(step) <= TOLERANCE * abs(change) or abs(step) <= 1e-3 * TOLERANCE:
+    way = 1.0 if far > 0.0 else -1.0
+    search = newton_from(abs(far), abs(far))
+    for _ in range(ROUNDS):
+        mean = r + theta * way * search.x
+        residual = search.x - way * kappa * (1.0 - slip(mean, law))
+        search = newton_next(search, residual, 1.0 + kappa * theta * slip_slope(mean, law))
+        # The residual rises with a slope of 1 at least: the root is no farther away than it is large.
+        if abs(residual) <= TOLERANCE * search.x or abs(residual) <= 1e-3 * TOLERANCE:
             break
-        if (change - near) * (change - far) >= 0.0:
-            change = 0.5 * (near + far)
     # No motion at constant velocity passes sliding; a step so long that it would ends there.
-    change = min(change, 1.0 - r) if r < 1.0 else max(change, 1.0 - r)
+    change = min(way * search.x, 1.0 - r) if r < 1.0 else max(way * search.x, 1.0 - r)
     return Stretch(theta * change, change)

@@ -1,0 +1,134 @@
+"""One step of every model: the mean of its parts however long it is, and moved by no more than its velocity is."""
+
+import itertools
+import sys
+
+import numpy as np
+import pytest
+
+from bristle.core.mathematics import NEWTON_ROUNDS, newton_from, newton_next
+from bristle.engine import force_along, interpreted
+from bristle.friction import MODELS, bouc_wen, dahl, deflection, preisach_lugre
+
+DT = 1e-3
+KERNELS = (("dahl_masing", 0.7), ("dahl_masing", 1.1), ("dahl_masing", 1.3), ("dahl_masing", 2.0),
+           ("dahl_masing", 5.0), ("tip_masing", 2.0), ("reformed_dahl_exact", 2.0), ("exp_masing", 2.0))  # fmt: skip
+TRANSITIONS = (("paper", 2.0), ("leuven", 2.0), ("leuven", 8.0), ("elastoplastic", 2.0))
+
+
+def examples():
+    for name, model in MODELS.items():
+        yield pytest.param(model(**model.example), id=name)
+    for i in (0.5, 1.0, 2.0, 4.0):
+        yield pytest.param(dahl(**dahl.example | {"exponent": i}), id=f"dahl {i}")
+    yield pytest.param(bouc_wen(**bouc_wen.example | {"exponent": 8.0}), id="bouc_wen 8")
+    for (transition, n), (kernel, exponent) in itertools.product(TRANSITIONS, KERNELS):
+        sizes = preisach_lugre.example | {"transition": transition, "n": n, "kernel": kernel, "exponent": exponent}
+        yield pytest.param(preisach_lugre(**sizes), id=f"{transition} {n} {kernel} {exponent}")
+
+
+def walk(seed, count=1200):
+    """Return velocities: at random, a slow wander, or strokes that come back to where they turned."""
+    generator = np.random.default_rng(seed)
+    if seed % 3 == 0:
+        return generator.standard_normal(count) * 10.0 ** generator.uniform(-6.0, -2.0)
+    if seed % 3 == 1:
+        v = np.cumsum(generator.standard_normal(count)) * 1e-5
+        return v - np.linspace(0.0, v[-1], count)
+    found = []
+    while len(found) < count:
+        speed, steps = 10.0 ** generator.uniform(-6.0, -2.0), int(generator.integers(3, 40))
+        found += [speed] * steps + [-speed] * int(steps * generator.choice([0.5, 1.0, 2.0]))
+    return np.array(found[:count])
+
+
+@pytest.mark.parametrize("model", [*examples()])
+def test_the_force_moves_no_further_than_the_last_place_of_the_velocities(model):
+    for seed in range(100):
+        v = walk(seed, 600)
+        up = np.random.default_rng(seed).random(v.size) < 0.5
+        twin = np.where(v == 0.0, v, np.nextafter(v, np.where(up, np.inf, -np.inf)))
+        force, other = force_along(model, v, DT), force_along(model, twin, DT)
+        assert np.max(np.abs(force - other)) < 1e-9 * np.max(np.abs(force)), seed
+
+
+@pytest.mark.parametrize("model", [*examples()])
+def test_a_first_step_of_whatever_length_is_the_mean_of_its_parts(model):
+    for distance in (1e-6, 2e-6, 5e-6, 1e-5, 2e-5, 5e-5, 1e-4, 2e-4, 5e-4):
+        parts = 500
+        fine = np.mean(force_along(model, np.full(parts, distance / DT), DT / parts))
+        assert force_along(model, np.array([distance / DT]), DT)[0] == pytest.approx(fine, rel=0.012), distance
+
+
+@pytest.mark.parametrize("model", [*examples()])
+def test_a_long_step_back_from_sliding_is_the_mean_of_its_parts(model):
+    fast = np.full(40, 2e-3)
+    for distance in (-1e-6, -5e-6, -2e-5, -1e-4, -5e-4):
+        parts = 500
+        coarse = force_along(model, np.append(fast, distance / DT), DT)[-1]
+        v = np.append(np.repeat(fast, parts), np.full(parts, distance / DT))
+        fine = np.mean(force_along(model, v, DT / parts)[-parts:])
+        # A gate that opens where an operator of exponent 5 hardly rises any more is the worst case by far.
+        share = 0.05 if model.values.get("exponent") == 5.0 else 0.02
+        assert coarse == pytest.approx(fine, abs=share * 28.0), distance
+
+
+@pytest.mark.parametrize(("transition", "n"), TRANSITIONS)
+def test_a_solve_of_the_composite_takes_few_rounds(transition, n, monkeypatch):
+    rounds = []
+
+    def counted(search, residual, slope):
+        rounds.append(search.rounds + 1)
+        return newton_next(search, residual, slope)
+
+    monkeypatch.setattr(deflection, "newton_next", counted)
+    whole = []
+    composite = sys.modules["bristle.friction.preisach_lugre"]
+    plain = composite.deflect
+
+    def stepped(*arguments):
+        before = len(rounds)
+        done = plain(*arguments)
+        whole.append(len(rounds) - before)
+        return done
+
+    monkeypatch.setattr(composite, "deflect", stepped)
+    for kernel, exponent in KERNELS:
+        model = preisach_lugre(
+            **preisach_lugre.example | {"transition": transition, "n": n, "kernel": kernel, "exponent": exponent}
+        )
+        with interpreted():
+            for seed in range(3):
+                force_along(model, walk(seed, 300), DT)
+            for distance in (1e-6, 1e-5, 1e-4, 5e-4):
+                force_along(model, np.array([distance, -distance]) / DT, DT)
+    assert len(rounds) > 1000
+    assert max(rounds) <= 16
+    assert max(whole) <= 60
+
+
+def steep_at_the_end(x):
+    return 1e-9 * x - 1e-7 + (1e3 * (x - 0.9) if x > 0.9 else 0.0)
+
+
+def root_with_a_cycle(x):
+    return np.sign(x - 0.4) * abs(x - 0.4) ** 0.5
+
+
+NASTY = {
+    "flat, then steep": (steep_at_the_end, lambda x: 1e3 if x > 0.9 else 1e-9),
+    "a step": (lambda x: 1.0 if x > 1.0 / 3.0 else -1.0, lambda x: 0.0),
+    "a cycle of Newton's method": (root_with_a_cycle, lambda x: 0.5 / max(abs(x - 0.4), 1e-9) ** 0.5),
+    "a slope that lies": (lambda x: (x - 0.7) ** 3, lambda x: 1e-3),
+}
+
+
+@pytest.mark.parametrize("name", sorted(NASTY))
+def test_the_interval_of_a_search_is_halved_in_every_round_after_a_few_whatever_the_function(name):
+    function, slope = NASTY[name]
+    search = newton_from(1.0, 1.0)
+    for k in range(NEWTON_ROUNDS + 40):
+        search = newton_next(search, function(search.x), slope(search.x))
+        assert search.high - search.low <= 2.0 ** -max(k - NEWTON_ROUNDS, 0)
+        assert search.low <= search.x <= search.high
+    assert function(search.low) <= 0.0 <= function(search.high)
