@@ -12,9 +12,17 @@ WALK = np.cumsum(np.random.default_rng(8).standard_normal(300)) * 5e-7
 @pytest.mark.parametrize("kernel", KERNELS)
 def test_it_gives_the_mean_of_the_operator_over_a_step(kernel):
     sizes = {"s": 1e7, "f_p": 28.0, "kernel": kernel}
-    operator = response(hysteresis.preisach(**sizes), WALK - WALK[0])
-    force = response(friction.preisach_contact(**sizes), WALK, 1e-3)
-    assert force[1:] == pytest.approx(0.5 * (operator[1:] + operator[:-1]), abs=1e-9)
+    path, parts = WALK - WALK[0], 400
+    fine = np.interp(np.arange(parts * (path.size - 1) + 1) / parts, np.arange(path.size), path)
+    operator = response(hysteresis.preisach(**sizes), fine)
+    means = 0.5 * (operator[1:] + operator[:-1])
+    force = response(friction.preisach_contact(**sizes), path, 1e-3)
+    assert force[1:] == pytest.approx(means.reshape(-1, parts).mean(axis=1), abs=3e-3 * 28.0)
+    # A short step is a trapezium.
+    short = 1e-3 * path
+    operator = response(hysteresis.preisach(**sizes), short)
+    force = response(friction.preisach_contact(**sizes), short, 1e-3)
+    assert force[1:] == pytest.approx(0.5 * (operator[1:] + operator[:-1]), abs=1e-12)
 
 
 def test_below_break_away_it_is_the_composite_with_a_gate():
