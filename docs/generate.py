@@ -244,16 +244,19 @@ def _names(module: Any) -> str:
 
 def errata() -> str:
     """Return the page of what in the source paper cannot stand as printed."""
-    from bristle.paper.errata import ERRATA
+    from bristle.paper.errata import KINDS, errata_of
 
-    rows = [(one.place, one.printed, one.correct, f"`{one.test}`") for one in ERRATA]
+    parts = []
+    for kind, what in KINDS.items():
+        found = [(one.place, one.printed, one.correct, f"`{one.test}`") for one in errata_of(kind)]
+        parts += [f"## {kind.capitalize()}s", what, table(("Place", "As printed", "Correct", "Test"), found)]
     return page(
         "Errata of the source paper",
         "Of *Pre-sliding friction control using the sliding mode controller with hysteresis friction compensator*: "
         "what cannot stand as printed, what is right, and the test below `tests/` that shows it. What follows from it "
         "is told in [the source paper](../theory/the-source-paper.md); `bristle paper` puts the same table into its "
         "report.",
-        table(("Place", "As printed", "Correct", "Test"), rows),
+        *parts,
     )
 
 

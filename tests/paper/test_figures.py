@@ -58,7 +58,12 @@ def test_3_rig_and_gate_go_round_closed_orbits(paper):
 def test_4_the_sums_are_the_operator_once_corrected(paper):
     numbers = {name: np.array(values) for name, values in paper[4].numbers.items()}
     assert np.max(np.abs(numbers["by_corrected_sums"] - numbers["torque"])) < 1e-15
-    assert np.max(np.abs(numbers["by_printed_sums"] - numbers["torque"])) > 0.02
+    # As printed: one constant with relays of 0 and 1, and none with relays of both signs.
+    too_much = numbers["by_printed_sums_of_relays_0_and_1"] - numbers["torque"]
+    assert np.ptp(too_much) < 1e-15
+    assert too_much[0] == pytest.approx(numbers["half_of_the_saturation_loop"], abs=1e-15)
+    assert 1e3 * too_much[0] == pytest.approx(39.147, abs=5e-4)
+    assert np.ptp(numbers["by_printed_sums_of_relays_of_both_signs"] - numbers["torque"]) > 0.02
 
 
 def test_5_the_loops_are_uneven_and_do_not_repeat(paper):

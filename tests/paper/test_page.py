@@ -8,7 +8,7 @@ from tests.report.pages import Page
 
 from bristle.files.summary import as_json
 from bristle.paper import FIGURES, paper_report, paper_summary
-from bristle.paper.errata import ERRATA
+from bristle.paper.errata import ERRATA, KINDS, errata_of
 
 
 @pytest.fixture(scope="module")
@@ -48,10 +48,13 @@ def test_it_asks_for_nothing_from_outside(html):
     }
 
 
-def test_every_erratum_is_told(html):
-    words = Page(html).words
+def test_every_erratum_is_told_with_its_kind(html):
+    page = Page(html)
     for one in ERRATA:
-        assert " ".join(one.correct.split()) in words
+        assert " ".join(one.correct.split()) in page.words
+        assert page.cells.count(one.kind) == len(errata_of(one.kind))
+    for what in KINDS.values():
+        assert what[1:] in page.words
 
 
 def test_the_numbers_are_plain_json(paper):

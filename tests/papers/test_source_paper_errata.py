@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from tests.certificates.ballscrew import F_S, UM, composite
+from tests.certificates.ballscrew import F_C, F_S, STIFFNESS, UM, V_S, composite
 from tests.papers.test_source_paper_preisach import falling_16, rising_17, tip_17
 
 from bristle import controllers, friction, hysteresis, plants, response, sensors
@@ -51,6 +51,29 @@ def test_6_the_deflection_is_bounded_only_with_f_p_above_F_S(ratio, bounded):
         assert z[1] == pytest.approx({1.05: 21.72, 1.2: 6.207, 2.0: 2.069}[ratio], rel=2e-3)
     else:
         assert z[1] > 300.0
+
+
+@pytest.mark.parametrize(("speed", "after"), [(1.0, (242.0, 2325.0)), (239.0, None), (2390.0, None)])
+def test_9_with_f_p_for_coulomb_friction_has_no_solution_and_z_grows_for_ever(speed, after):
+    # Far below, at and far above the Stribeck velocity; in um/s and um.
+    contact, z = Contact(composite("paper", validate=False, f_p=F_C, sigma_1=0.0, sigma_2=0.0)), []
+    for distance in (1e3, 9e3, 90e3):
+        contact.move(distance * UM, speed * UM, 20_000)
+        z.append(contact.state[0] / UM)
+        assert contact.force(0.0) < F_C  # and F_C < G(v)
+    assert z[0] < 0.4 * z[1] < 0.16 * z[2]
+    if after:
+        assert z[:2] == pytest.approx(after, rel=1e-3)
+
+    # The same from its differential equation alone.
+    g = F_C + (F_S - F_C) * np.exp(-((speed * UM / V_S) ** 2))
+
+    def rate(_, deflection):
+        elastic = STIFFNESS * UM * deflection
+        return 1.0 - F_C * elastic / (F_C + elastic) / g
+
+    solved = solve_ivp(rate, (0.0, 1e4), [0.0], method="LSODA", rtol=1e-9, atol=1e-9).y[0, -1]
+    assert z[1] == pytest.approx(solved, rel=1e-4)
 
 
 def test_8_z_turns_back_where_G_falls_though_v_does_not():
@@ -189,12 +212,17 @@ def test_23_the_surface_is_reached_only_with_K_2_above_what_is_not_compensated()
     assert np.abs(surface_at_the_end(K_2=0.75 * F_COULOMB / M, fed_forward=0.5 * F_COULOMB)).mean() < 0.01 * free
 
 
-def test_10000_counts_a_revolution_would_not_do():
-    experiment = read_experiment(EXPERIMENTS / "set_a.toml")
-    fine = next(one for one in experiment.variants if one.name == "paper")
-    assert fine.sensor.values["resolution"] == pytest.approx(5e-3 / 40_000)
-    fine = replace(fine, run=replace(fine.run, seeds=1))
-    coarse = replace(fine, name="coarse", sensor=fine.sensor.with_values(resolution=5e-3 / 10_000))
-    found = simulate(replace(experiment, variants=(fine, coarse))).variants
-    assert found["paper"].following_error.peak_to_peak < 0.75e-6
-    assert found["coarse"].following_error.peak_to_peak > 1.0e-6
+def test_10000_counts_a_revolution_do_at_a_lead_of_2_mm_and_not_at_5():
+    described, past = (read_experiment(EXPERIMENTS / name) for name in ("set_a.toml", "past_a.toml"))
+    alike = next(one for one in described.variants if one.name == "paper")
+    fitted = next(one for one in past.variants if one.name == "fitted")
+    assert alike.sensor.values["resolution"] == pytest.approx(5e-3 / 40_000)
+    variants = [
+        replace(one, name=f"{one.name} {lead} mm", sensor=one.sensor.with_values(resolution=1e-3 * lead / 10_000),
+                run=replace(one.run, seeds=seeds))
+        for one in (alike, fitted) for lead, seeds in ((2, 3), (5, 1))
+    ]  # fmt: skip
+    found = simulate(replace(described, variants=tuple(variants))).variants
+    peaks = {name: 1e6 * one.following_error.peak_to_peak for name, one in found.items()}
+    assert min(peaks["paper 5 mm"], peaks["fitted 5 mm"]) > 1.2
+    assert (peaks["fitted 2 mm"], peaks["paper 2 mm"]) == pytest.approx((0.66, 0.83), abs=0.02)

@@ -10,6 +10,9 @@ import pytest
 from bristle import hysteresis, response
 from bristle.core.dispatch import everett
 from bristle.hysteresis.everett import KERNELS
+from bristle.paper import EXPERIMENTS
+from bristle.paper.setting import read_setting
+from bristle.paper.sums import summed, summed_as_printed
 
 
 def tip_17(k, f_p=1.0):
@@ -40,9 +43,14 @@ def test_16_and_17_every_symmetric_loop_is_that_of_the_exact_kernel(k):
 
 
 def test_17_closes_with_no_other_tip():
-    for f_s in (0.9, 1.1):
-        tip = tip_17(1.0 / f_s, f_s)
-        assert abs(rising_17(1.0, 1.0, 1.0, 1.0, tip) - tip) > 0.03
+    gaps = []
+    for f_s in (0.9, 1.0, 1.1):
+        tip = tip_17(2.0 / f_s, f_s)
+        gaps.append(rising_17(2.0, 1.0, 1.0, 2.0, tip) - tip)
+    assert gaps == pytest.approx([0.053, 0.0, -0.050], abs=5e-4)
+    # Nor with another slope than s.
+    tip = tip_17(2.2)
+    assert abs(rising_17(2.0, 1.0, 1.0, 2.0, tip) - tip) > 0.01
 
 
 def extremes(path):
@@ -85,15 +93,107 @@ def test_14_and_15_with_factor_2_and_offset_are_the_turning_points(kernel):
     assert deepest >= 5
 
 
-def test_14_as_printed_is_not():
-    operator = hysteresis.preisach(kernel="dahl_masing", s=1.0, f_p=1.0)
+class Relays:
+    """Relays one by one, all down at first: the definition (12) and (13), and nothing else."""
+
+    def __init__(self, levels, weights):
+        self.switch, self.weights = 0.5 * (levels[1:] + levels[:-1]), np.tril(weights)
+        self.up = np.zeros(weights.shape, dtype=bool)
+
+    def move(self, z):
+        self.up = np.where(self.switch[:, None] < z, True, np.where(self.switch[None, :] > z, False, self.up))
+
+    @property
+    def S_plus(self):
+        """The integral over those that are up."""
+        return float(np.sum(self.weights, where=self.up))
+
+
+def cells_of(E, levels):
+    """The measure of each cell, by differences of E at its corners."""
+    corners = np.array([[E(a, b) if a > b else 0.0 for b in levels.tolist()] for a in levels.tolist()])
+    return corners[1:, :-1] - corners[:-1, :-1] - corners[1:, 1:] + corners[:-1, 1:]
+
+
+@pytest.fixture(scope="module")
+def bench():
+    """The operator, the turns and the arm of figure 4."""
+    setting = read_setting(EXPERIMENTS / "fig_04.toml")
+    return setting.operator, setting["path", "turns"], setting.arm
+
+
+def nested(generator, low, count):
+    """Levels each inside the two before, `low` first."""
+    path = [low, 0]
+    path[1] = int(generator.integers(low + 2, -low))
+    while len(path) < count and abs(path[-1] - path[-2]) > 2:
+        path.append(int(generator.integers(min(path[-2:]) + 1, max(path[-2:]))))
+    return path
+
+
+def test_14_and_15_as_printed_are_right_for_relays_of_0_and_1_but_for_one_constant(bench):
+    operator, turns, arm = bench
+    X = -turns[0]
+    levels = np.linspace(-X, X, 61)
     q = operator.component.measure(operator.parameters)
-    printed = everett(-3.0, -4.0, q)
-    assert abs(printed - response(operator, [-4.0, -3.0])[-1]) > 0.2
+    # For one operator relays of 0 and 1 weigh twice what relays of -1 and 1 do.
+    weights = 2.0 * cells_of(lambda a, b: everett(a, b, q), levels)
+    generator = np.random.default_rng(3)
+    apart, too_much, signed = [], [], []
+    for _ in range(40):
+        relays, path = Relays(levels, weights), nested(generator, -30, 12)
+        for count, level in enumerate(path[1:], 2):
+            walked = [X * one / 30 for one in path[:count]]
+            relays.move(X * level / 30)
+            force = response(operator, walked)[-1]
+            apart.append(summed_as_printed(operator, walked) - relays.S_plus)
+            too_much.append(arm * (summed_as_printed(operator, walked) - force))
+            signed.append(arm * (summed_as_printed(operator, walked, lower=-1) - force))
+            assert summed(operator, walked) == pytest.approx(force, abs=1e-12)
+    assert len(apart) > 150
+    assert np.max(np.abs(apart)) < 1e-11
+    # One constant along every path: half of the loop between the saturations.
+    assert 1e3 * np.array(too_much) == pytest.approx(39.147, abs=5e-4)
+    assert np.ptp(too_much) < 1e-15
+    assert arm * 0.5 * np.ptp(response(operator, [-X, X], history=[X])) == pytest.approx(too_much[0], abs=1e-15)
+    # With relays of -1 and 1 what is missing is none.
+    assert np.ptp(signed) > 0.02
+
+
+def test_13_sums_trapezoids_and_not_the_whole_of_S_plus(bench):
+    operator, turns, _ = bench
+    X = -turns[0]
+    levels = np.linspace(-X, X, 61)
+    q = operator.component.measure(operator.parameters)
+    weights = cells_of(lambda a, b: everett(a, b, q), levels)
+    relays = Relays(levels, weights)
+    for level in (24, -18, 15, -9, 3):
+        relays.move(X * level / 30)
+    # The trapezoids Q_k, column by column of the plane: from a minimum to the next, under the maximum between them.
+    alpha, beta = 30.0 / X * relays.switch[:, None], 30.0 / X * relays.switch[None, :]
+    links = [(-30, -18, 24), (-18, -9, 15), (-9, 3, 3)]
+    by_cells = [
+        np.sum(np.tril(weights), where=(beta > low) & (beta < high) & (alpha < top)) for low, high, top in links
+    ]
+    assert sum(by_cells) == pytest.approx(relays.S_plus, abs=1e-12)
+    # Each of them is the difference of two triangles, and is no triangle.
+    E = {(top, b): everett(X * top / 30, X * b / 30, q) for low, high, top in links for b in (low, high)}
+    for mass, (low, high, top) in zip(by_cells, links, strict=True):
+        assert mass == pytest.approx(E[top, low] - E[top, high], abs=1e-12)
+        assert top == high or abs(mass - E[top, low]) > 1.0
+    # The sum as printed adds all of S+ for each k.
+    assert abs(len(links) * relays.S_plus - sum(by_cells)) > 0.5 * abs(relays.S_plus)
+
+
+def test_12_the_force_belongs_to_the_path_and_not_to_z(bench):
+    operator, turns, _ = bench
+    z = 0.1 * turns[1]
+    up, down = (response(operator, [start, z])[-1] for start in turns[:2])
+    assert up > down + 10.0
 
 
 def test_12_a_measure_of_friction_cannot_be_positive():
-    # With mu >= 0, as printed, a loop gives energy back.
+    # With mu >= 0, as a magnet has it, a loop gives energy back.
     grid = hysteresis.relay_grid(levels=np.linspace(-1.0, 1.0, 21), weights=np.full(210, 1.0 / 210))
     x = np.concatenate([np.linspace(1.0, -1.0, 201), np.linspace(-1.0, 1.0, 201)])
     f = response(grid, x)
@@ -114,6 +214,41 @@ def test_100_transition_branches_describe_no_operator(k, corner, symmetry):
     branches = hysteresis.transition_branches(s=2.0, f_p=3.0, x_r=1.5 * k)
     assert abs(branches.corner_error - corner) < 6e-4
     assert abs(branches.symmetry_error - symmetry) < 6e-4
+
+
+def by_its_own_loop(s, f_p):
+    """Half of what (16), and (17) mirrored, leave at a reversal of their own amplitude, as printed."""
+
+    def E(alpha, beta):
+        x_r = max(alpha, -beta)
+        f_r = tip_17(s * x_r / f_p, f_p)
+        if alpha >= -beta:
+            return 0.5 * (f_r - falling_16(beta, s, f_p, x_r, f_r))
+        return 0.5 * (rising_17(alpha, s, f_p, x_r, f_r) + f_r)
+
+    return E
+
+
+@pytest.mark.parametrize("k", [0.5, 1.0, 5.0, 20.0])
+def test_100_branches_each_of_its_own_loop_are_the_exact_kernel(k):
+    s, f_p, X = 2.0, 3.0, 1.5 * k
+    levels = np.linspace(-X, X, 101)
+    E = by_its_own_loop(s, f_p)
+    # No corner is missed and no direction preferred, where branches that leave one loop do both.
+    tips = [(x_r, tip_17(s * x_r / f_p, f_p)) for x_r in levels[51:]]
+    assert max(abs(falling_16(-x_r, s, f_p, x_r, f_r) + f_r) / f_r for x_r, f_r in tips) < 5e-14
+    pairs = [(a, b) for a in levels for b in levels if b < a]
+    assert max(abs(E(a, b) - E(-b, -a)) for a, b in pairs) <= 2e-15 * E(X, -X)
+    # Its relays, one by one, against the kernel's turning points.
+    weights = cells_of(E, levels)
+    operator = hysteresis.preisach(kernel="reformed_dahl_exact", s=s, f_p=f_p)
+    relays, worst = Relays(levels, weights), 0.0
+    path = levels[np.random.default_rng(8).integers(0, 101, 300)]
+    expected = response(operator, path, history=[-X])
+    for z, f in zip(path, expected, strict=True):
+        relays.move(z)
+        worst = max(worst, abs(2.0 * relays.S_plus - np.sum(relays.weights) - f))
+    assert worst <= 1e-13 * f_p
 
 
 def test_100_transition_branches_give_their_own_branches_and_miss_the_mirrored_ones():

@@ -1,4 +1,7 @@
-r"""The source paper's construction: a Preisach operator from 100 transition branches of the reformed Dahl model.
+r"""A Preisach operator from 100 transition branches of the reformed Dahl model that leave one loop.
+
+The source paper makes its operator from 100 branches of (16) and (17), and does not say from which. This is one
+reading.
 
 The ascending branch of the loop of amplitude :math:`x_r`, equation (17), is left at 100 inputs :math:`\alpha` along
 descending branches, equation (16) from a general reversal:
@@ -16,8 +19,12 @@ corner: :math:`f_{\alpha,-x_r} + f_r` over :math:`f_r`       6.4 %  11.7 %  17.8
 symmetry: :math:`E(\alpha,\beta) - E(-\beta,-\alpha)` over E   3.2 %   5.8 %   8.9 %  12.5 %  14.5 %
 ========================================================== ======= ======= ======= ======= =======
 
-A descending branch should end in the corner :math:`(-x_r, -f_r)` of the loop that it lies in, and does not. What gives
-every symmetric loop of (16) and (17) exactly is the kernel ``reformed_dahl_exact`` of `preisach`.
+A descending branch should end in the corner :math:`(-x_r, -f_r)` of the loop that it lies in, and does not.
+
+The other reading is the literal one: (16) at each reversal :math:`\alpha` with :math:`x_r = \alpha` and the tip
+:math:`f_r(x_r)` of its own loop, :math:`E = \tfrac12[f_r(\alpha) - f_{16}(\beta)]` down to :math:`\beta = -\alpha`, and
+beyond that (17) alike. There corner and symmetry hold to rounding, and :math:`E` is the kernel ``reformed_dahl_exact``
+of `preisach`, in closed form.
 """
 
 from __future__ import annotations

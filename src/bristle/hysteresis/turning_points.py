@@ -7,7 +7,8 @@ With the last stored turning point :math:`(z_n, f_n)` the output on the current 
 When the input reaches :math:`z_{n-1}` again the loop closes and both points are forgotten (wiping-out); with one point
 left the branch merges with the virgin curve at :math:`-z_1`; a reversal stores a point. This is the double integral
 over the Preisach plane, in amortised constant time: summed from the start, the branches are equations (14) and (15)
-of the source paper with a factor 2 and the offset :math:`-E(\alpha_0, \beta_0)` that relays of :math:`\pm 1` need.
+of the source paper, for relays of :math:`\pm 1` with a factor 2 and the offset :math:`-E(\alpha_0, \beta_0)`, for
+relays of 0 and 1, whose measure is twice this one, with the offset alone.
 
 Nothing here depends on the sign of the measure: magnets and friction take the same kernels. ``memory`` holds the inputs
 of the points in its first half and their outputs in the second, and above the last of them the present point: a

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from bristle.paper.errata import ERRATA
+from bristle.paper.errata import ERRATA, KINDS
 from bristle.paper.reproduced import Reproduced
 from bristle.report.page import Picture, picture, render
 from bristle.report.table import Table
@@ -54,8 +54,10 @@ def paper_report(found: Sequence[Reproduced], *, command: str, provenance: Mappi
         claims=claim_table(found),
         sections=[_section(one) for one in found],
         errata=Table(
-            "What is printed, what it must be, and where that is tested", ("Place", "As printed", "Correct", "Test"),
-            [(one.place, one.printed, one.correct, one.test.partition("::")[2]) for one in ERRATA],
+            "What is printed, what is right, and where that is tested. "
+            + " ".join(f"{kind.capitalize()}: {what[0].lower()}{what[1:]}" for kind, what in KINDS.items()),
+            ("Place", "Kind", "As printed", "Correct", "Test"),
+            [(one.place, one.kind, one.printed, one.correct, one.test.partition("::")[2]) for one in ERRATA],
         ),
     )  # fmt: skip
 

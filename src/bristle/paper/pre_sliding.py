@@ -152,9 +152,9 @@ def figure_10(setting: Setting) -> Reproduced:
         number=10,
         verdict="holds in part" if open_ and name not in open_ else "holds" if not open_ else "does not hold",
         found=[*_nest_sentences(missing),
-               f"The {branches.inputs.size - 1} branches are not those of an operator: at the end of the descending "
-               f"ones {percent(branches.corner_error)} of the tip is missing, and the two directions differ by "
-               f"{percent(branches.symmetry_error)} of the largest Everett value."],
+               f"As branches that leave one loop the {branches.inputs.size - 1} are not those of an operator: at the "
+               f"end of the descending ones {percent(branches.corner_error)} of the tip is missing, and the two "
+               f"directions differ by {percent(branches.symmetry_error)} of the largest Everett value."],
         draw=lambda: _nest(walks, missing),
         origin=setting.origin,
         numbers={"missing_at_return": missing, "corner_error": branches.corner_error,

@@ -1,13 +1,20 @@
-r"""Equations (14) and (15): the force of a Preisach operator summed over the extremes of its input.
+r"""Equations (13) to (15): the force of a Preisach operator summed over the extremes of its input.
 
-With maxima :math:`M_1 > M_2 > \dots` and minima :math:`m_1 < m_2 < \dots` after saturation at :math:`m_0 = -X`, relays
-of :math:`\pm 1` and the Everett function :math:`E` of a *triangle*, while the input rises and falls
+With maxima :math:`M_1 > M_2 > \dots` and minima :math:`m_1 < m_2 < \dots` after saturation at :math:`m_0 = -X`, and
+:math:`F` the integral of the measure over a *triangle*, the paper prints, while the input rises and falls,
 
 .. math::
-    f &= -E(X, -X) + 2\sum_{k=1}^{N} [E(M_k, m_{k-1}) - E(M_k, m_k)] + 2E(z, m_N) \\
-    f &= -E(X, -X) + 2\sum_{k=1}^{N-1} [E(M_k, m_{k-1}) - E(M_k, m_k)] + 2[E(M_N, m_{N-1}) - E(M_N, z)]
+    S &= \sum_{k=1}^{N} [F(M_k, m_{k-1}) - F(M_k, m_k)] + F(z, m_N) \\
+    S &= \sum_{k=1}^{N-1} [F(M_k, m_{k-1}) - F(M_k, m_k)] + F(M_N, m_{N-1}) - F(M_N, z)
 
-The paper prints them without the factor 2 and without the offset.
+which is the integral over the relays that are up, trapezoid by trapezoid (13). It does not say which values relays
+have. Friction, which is as far below zero at one saturation as above it at the other, is
+
+.. math:: f = S - \tfrac12 F(X, -X) \quad \text{with relays of 0 and 1,} \qquad
+          f = 2S - F(X, -X) \quad \text{with relays of} \pm 1
+
+For one operator the measure of relays of 0 and 1 is twice that of relays of :math:`\pm 1`, :math:`F = 2E` with the
+Everett function :math:`E`: the first is then short of one constant, :math:`E(X, -X)`, and the second of a factor too.
 """
 
 from __future__ import annotations
@@ -17,11 +24,16 @@ from collections.abc import Sequence
 from bristle.core.contracts import Model
 from bristle.core.dispatch import everett
 
-__all__ = ["summed"]
+__all__ = ["half_the_loop", "summed", "summed_as_printed"]
 
 
-def summed(operator: Model, path: Sequence[float], *, as_printed: bool = False) -> float:
-    """Return the force [N or N*m] by the sums over the extremes.
+def half_the_loop(operator: Model, reach: float) -> float:
+    """Return half the height [N or N*m] of the loop between -reach and reach [m or rad]."""
+    return everett(reach, -reach, operator.component.measure(operator.parameters))
+
+
+def summed(operator: Model, path: Sequence[float]) -> float:
+    """Return the force [N or N*m] by the sums over the extremes, corrected.
 
     Parameters
     ----------
@@ -29,9 +41,28 @@ def summed(operator: Model, path: Sequence[float], *, as_printed: bool = False) 
         An operator with an Everett function.
     path : sequence of float
         Saturation at -X first, then extremes each inside the ones before it, the present input last [m or rad].
-    as_printed : bool
-        Whether to leave out the factor 2 and the offset, as the paper does.
     """
+    return 2.0 * _over_extremes(operator, path) - half_the_loop(operator, -path[0])
+
+
+def summed_as_printed(operator: Model, path: Sequence[float], *, lower: int = 0) -> float:
+    """Return the force [N or N*m] by the sums as the paper prints them.
+
+    Parameters
+    ----------
+    operator : Model
+        An operator with an Everett function.
+    path : sequence of float
+        Saturation at -X first, then extremes each inside the ones before it, the present input last [m or rad].
+    lower : {0, -1}
+        The value of a relay that is down; up it is 1.
+    """
+    # The measure of a relay over what it jumps by: a relay of -1 and 1 jumps by 2.
+    return 2.0 / (1.0 - lower) * _over_extremes(operator, path)
+
+
+def _over_extremes(operator: Model, path: Sequence[float]) -> float:
+    """Return the integral [N or N*m] of the measure of relays of -1 and 1 over those that are up."""
     q = operator.component.measure(operator.parameters)
     minima, maxima, now = path[:-1:2], path[1:-1:2], path[-1]
     rising = len(minima) > len(maxima)
@@ -41,7 +72,5 @@ def summed(operator: Model, path: Sequence[float], *, as_printed: bool = False) 
         for M, before, after in zip(closed, minima, minima[1:], strict=False)
     )
     if rising:
-        total += everett(now, minima[-1], q)
-    else:
-        total += everett(maxima[-1], minima[-1], q) - everett(maxima[-1], now, q)
-    return total if as_printed else 2.0 * total - everett(-path[0], path[0], q)
+        return total + everett(now, minima[-1], q)
+    return total + everett(maxima[-1], minima[-1], q) - everett(maxima[-1], now, q)
