@@ -255,8 +255,42 @@ def errata() -> str:
         "Of *Pre-sliding friction control using the sliding mode controller with hysteresis friction compensator*: "
         "what cannot stand as printed, what is right, and the test below `tests/` that shows it. What follows from it "
         "is told in [the source paper](../theory/the-source-paper.md); `bristle paper` puts the same table into its "
-        "report.",
+        "report. Equation by equation: [equations](equations.md).",
         *parts,
+    )
+
+
+# --- equations --------------------------------------------------------------------------------------------------
+
+
+def equations() -> str:
+    """Return the page of the source paper's equations: printed, here, computed, tested, run."""
+    from bristle.paper.equations import EQUATIONS, SETUP
+
+    rows = []
+    for one in EQUATIONS:
+        run = f"`{one.run}`" + (f" gives `{one.gives}`" if one.gives else "")
+        rows.append(
+            (
+                f"({one.number})",
+                one.what,
+                f"${one.printed}$",
+                one.stands + (f": ${one.here}$" if one.here else ""),
+                f"[{one.file}](../../src/bristle/{one.file})",
+                f"[`{one.test}`](../../tests/{one.test.partition('::')[0]})",
+                run,
+            )
+        )
+    return page(
+        "Equations of the source paper",
+        "Of *Pre-sliding friction control using the sliding mode controller with hysteresis friction compensator*: "
+        "(1) to (23) as printed, as they are computed here, by which file, which test holds them, and a line to run. "
+        "*Corrected*: wrong as printed. *Completed*: something was missing. Why: [errata](errata.md). Lines of Python "
+        "build on",
+        "```python\n" + "\n".join(f">>> {line}" for line in SETUP) + "\n```",
+        table(("Equation", "What", "As printed", "Here", "Computed by", "Tested by", "Run"), rows),
+        "Below (17) stand $f_r = (f_s/2)\\left[\\sqrt{(1+k)^2 + 4k} - (1+k)\\right]$ and $k = S x_r/f_s$: here with "
+        "$f_s = f_p$ and $S = s$, in [hysteresis/everett.py](../../src/bristle/hysteresis/everett.py).",
     )
 
 
@@ -266,6 +300,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "command-line.md": command_line,
     "python.md": python,
     "errata.md": errata,
+    "equations.md": equations,
 }
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ from tests.report.pages import Page
 
 from bristle.files.summary import as_json
 from bristle.paper import FIGURES, paper_report, paper_summary
+from bristle.paper.equations import EQUATIONS
 from bristle.paper.errata import ERRATA, KINDS, errata_of
 
 
@@ -55,6 +56,13 @@ def test_every_erratum_is_told_with_its_kind(html):
         assert page.cells.count(one.kind) == len(errata_of(one.kind))
     for what in KINDS.values():
         assert what[1:] in page.words
+
+
+def test_every_equation_is_told(html):
+    cells = Page(html).cells
+    for one in EQUATIONS:
+        start = cells.index(one.what) - 1
+        assert cells[start : start + 5] == [f"({one.number})", one.what, one.stands, one.file, one.run]
 
 
 def test_the_numbers_are_plain_json(paper):

@@ -1,4 +1,4 @@
-r"""The LuGre model: bristles that deflect, slip and carry the Stribeck effect.
+r"""The LuGre model: bristles that deflect, slip and carry the Stribeck effect; (1) to (4) of the source paper.
 
 .. math::
     \dot z = v\left(1 - \frac{\sigma_0 z}{G(v)}\operatorname{sgn} v\right), \qquad
@@ -15,6 +15,8 @@ References
 ----------
 .. [1] C. Canudas de Wit, H. Olsson, K. J. Astrom, P. Lischinsky, "A new model for control of systems with friction",
    IEEE Transactions on Automatic Control 40(3), 1995. doi:10.1109/9.376053
+.. [2] "Pre-sliding friction control using the sliding mode controller with hysteresis friction compensator",
+   equations (1) to (4).
 """
 
 import math

@@ -2,9 +2,9 @@ r"""The Preisach operator by brute force: every relay of a grid on its own.
 
 .. math:: f = \sum_{i \ge j} \mu_{ij}\,\gamma_{ij}[u]
 
-It is the definition, and the reference that the turning points are held against: with extremes on the levels of the
-grid both agree to rounding. In between the grid is a staircase, and it takes time in proportion to the square of its
-levels, where the turning points take none.
+It is the definition, equation (12) of the source paper, and the reference that the turning points are held against:
+with extremes on the levels of the grid both agree to rounding. In between the grid is a staircase, and it takes time in
+proportion to the square of its levels, where the turning points take none.
 
 References
 ----------

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+from bristle.paper.equations import EQUATIONS
 from bristle.paper.errata import ERRATA, KINDS
 from bristle.paper.reproduced import Reproduced
 from bristle.report.page import Picture, picture, render
 from bristle.report.table import Table
 
-__all__ = ["claim_table", "paper_report", "paper_summary"]
+__all__ = ["claim_table", "equation_table", "paper_report", "paper_summary"]
 
 TITLE = "Pre-sliding friction control using the sliding mode controller with hysteresis friction compensator"
 BANNER = (
@@ -33,6 +34,12 @@ def claim_table(found: Sequence[Reproduced]) -> Table:
     return Table("What the paper claims, and what became of it", ("Figure", "Shows", "Claim", "Here"), rows)
 
 
+def equation_table() -> Table:
+    """Return the equations of the paper: how each stands, and what computes it."""
+    rows = [(f"({one.number})", one.what, one.stands, one.file, one.run) for one in EQUATIONS]
+    return Table("The equations of the paper", ("Equation", "What", "Here", "Computed by", "Run"), rows)
+
+
 def paper_report(found: Sequence[Reproduced], *, command: str, provenance: Mapping[str, str]) -> str:
     """Return the report as one HTML page.
 
@@ -53,6 +60,7 @@ def paper_report(found: Sequence[Reproduced], *, command: str, provenance: Mappi
         title=TITLE,
         claims=claim_table(found),
         sections=[_section(one) for one in found],
+        equations=equation_table(),
         errata=Table(
             "What is printed, what is right, and where that is tested. "
             + " ".join(f"{kind.capitalize()}: {what[0].lower()}{what[1:]}" for kind, what in KINDS.items()),

@@ -1,0 +1,85 @@
+"""The equations of the paper: none is missing, each is computed where it is said, tested, and can be run."""
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+import typer
+from matplotlib.mathtext import MathTextParser
+
+from bristle.cli.application import app
+from bristle.cli.main import main
+from bristle.paper import FIGURES
+from bristle.paper.equations import EQUATIONS, SETUP
+
+ROOT = Path(__file__).parents[2]
+GROUP = typer.main.get_command(app)
+CHEAP = ("bristle models", "bristle paper --figure 4")  # the others take seconds to minutes, and have their own tests
+each = pytest.mark.parametrize("one", EQUATIONS, ids=lambda one: str(one.number))
+
+
+def numbers_in(text):
+    """The equations that a text names, (5) to (7) in full."""
+    found = {int(one) for one in re.findall(r"\((\d+)\)", text)}
+    for first, last in re.findall(r"\((\d+)\) to \((\d+)\)", text):
+        found |= set(range(int(first), int(last) + 1))
+    return found
+
+
+def test_all_23_are_there_in_order():
+    assert [one.number for one in EQUATIONS] == list(range(1, 24))
+
+
+@each
+def test_the_file_that_computes_it_says_so(one):
+    text = (ROOT / "src" / "bristle" / one.file).read_text(encoding="utf-8")
+    assert one.number in numbers_in(text.partition('"""')[2].partition('"""')[0])
+
+
+@each
+def test_the_test_that_holds_it_is_there(one):
+    file, _, name = one.test.partition("::")
+    assert re.search(rf"^def {name}\(", (ROOT / "tests" / file).read_text(encoding="utf-8"), re.MULTILINE)
+
+
+@each
+def test_it_is_corrected_where_it_says_so_and_not_else(one):
+    assert (one.stands == "as printed") == (not one.here)
+    assert one.here != one.printed
+    assert "|" not in one.printed + one.here  # it would end the cell
+
+
+@each
+def test_its_formulas_can_be_set(one):
+    # Of the usual TeX this parser knows all but a few words that do not change the sense.
+    for formula in filter(None, (one.printed, one.here)):
+        plain = formula.replace(r"\tfrac12", r"\frac{1}{2}").replace(r"\frac1J", r"\frac{1}{J}")
+        plain = re.sub(r"\\lvert|\\rvert", "|", plain).replace(r"\text{", r"\mathrm{")
+        MathTextParser("path").parse(f"${plain}$")
+
+
+@pytest.fixture(scope="module")
+def session():
+    names = {}
+    for line in SETUP:
+        exec(line, names)
+    return names
+
+
+@pytest.mark.parametrize("one", [one for one in EQUATIONS if one.gives], ids=lambda one: str(one.number))
+def test_its_line_of_python_gives_what_is_written(one, session):
+    assert str(eval(one.run, session)) == one.gives
+
+
+@pytest.mark.parametrize("command", sorted({one.run for one in EQUATIONS if not one.gives}))
+def test_its_command_can_be_run(command, tmp_path, monkeypatch, capsys):
+    words = shlex.split(command)
+    assert words.pop(0) == "bristle"
+    context = GROUP.make_context("bristle", [], resilient_parsing=True)
+    name, found, arguments = GROUP.resolve_command(context, words)
+    parsed = found.make_context(name, list(arguments), parent=context)
+    assert set(parsed.params.get("figure") or ()) <= set(FIGURES)
+    if command.startswith(CHEAP):
+        monkeypatch.chdir(tmp_path)
+        assert main(words) == 0, capsys.readouterr().err
