@@ -117,6 +117,23 @@ def test_sampled_and_late_the_state_stays_in_the_band_and_fills_most_of_it(K_2, 
     assert found <= bound <= slack * found
 
 
+@pytest.mark.parametrize("delay", [0, 1, 3])
+def test_the_band_is_in_the_main_what_the_switching_covers_until_it_is_noticed(delay):
+    T, K_2, D = 5e-5, 10.0, 5.0
+    found = late(surfaces(K_2=K_2, D=D, T=T, delay=delay, samples=12_000))
+    assert found == pytest.approx((delay + 1) * T * (K_2 + D), rel=0.15)
+
+
+@pytest.mark.parametrize(("D", "phi", "delay"), [(9.5, 0.02, 1), (30.0, 0.1, 1)])
+def test_a_boundary_layer_lets_the_state_as_far_as_it_is_wide(D, phi, delay):
+    T, K_2 = 1e-4, 10.0
+    bound = sampled_bound(
+        lambda_=LAMBDA, K_1=K_1, K_2=K_2, residual=D, sample_time=T, delay=delay, jerk=AMPLITUDE * OMEGA**3, phi=phi
+    )
+    found = late(surfaces(K_2=K_2, D=D, T=T, delay=delay, phi=phi, samples=12_000))
+    assert found <= bound <= 1.5 * found
+
+
 @pytest.mark.parametrize(("T", "count"), [(1e-3, 2e-6), (5e-4, 5e-6)])
 def test_with_the_velocity_from_counts_of_an_encoder(T, count):
     bound = sampled_bound(
