@@ -253,7 +253,8 @@ def errata() -> str:
     return page(
         "Errata of the source paper",
         "Of *Pre-sliding friction control using the sliding mode controller with hysteresis friction compensator*: "
-        "what cannot stand as printed, what is right, and the test below `tests/` that shows it. What follows from it "
+        "what cannot stand as printed, or not in every reading, and what to know beside it; what is right, and the "
+        "test below `tests/` that shows it. What follows from it "
         "is told in [the source paper](../theory/the-source-paper.md); `bristle paper` puts the same table into its "
         "report. Equation by equation: [equations](equations.md).",
         *parts,

@@ -1,4 +1,4 @@
-"""What in the paper cannot stand as printed: each with what is right, and the test that shows it."""
+"""What in the paper cannot stand as printed, or not in every reading: what is right, and the test that shows it."""
 
 from __future__ import annotations
 
@@ -135,18 +135,18 @@ ERRATA = (
     ),
     Erratum(
         "gap",
+        "(20), (21)",
+        "V̇ < 0 is had from (21), where nothing is left of friction; below K₂ = sup |F_p − F̂|/J it is not had.",
+        "V̇ ≤ −K₁ ς² − (K₂ − sup |F_p − F̂|/J) |ς|: the surface is reached, or |ς| ends below (sup |F_p − F̂|/J − K₂)/K₁.",
+        f"{SURFACE}::test_what_is_left_of_friction_holds_the_state_off_the_surface_by_no_more_than_the_bound",
+    ),
+    Erratum(
+        "gap",
         "(23)",
         "Right once (22) is, but feeds F_p forward as if it were known, and takes (21) for what then happens.",
         "u contains an estimate F̂, and ς̇ = −K₁ ς − K₂ sgn ς + (F_p − F̂)/J: the surface is reached only where K₂ "
         "exceeds sup |F_p − F̂|/J.",
         f"{ERRATA_TESTS}::test_23_the_surface_is_reached_only_with_K_2_above_what_is_not_compensated",
-    ),
-    Erratum(
-        "gap",
-        "(20), (21)",
-        "V̇ < 0 is had from (21), where nothing is left of friction; below K₂ = sup |F_p − F̂|/J it is not had.",
-        "V̇ ≤ −K₁ ς² − (K₂ − sup |F_p − F̂|/J) |ς|: the surface is reached, or |ς| ends below (sup |F_p − F̂|/J − K₂)/K₁.",
-        f"{SURFACE}::test_what_is_left_of_friction_holds_the_state_off_the_surface_by_no_more_than_the_bound",
     ),
     Erratum(
         "reading",
@@ -193,8 +193,8 @@ ERRATA = (
         "reading",
         "(14), (15)",
         "Which values the relays have is not said. With 0 and 1 the sums are right but for one constant: friction is "
-        "even about zero only with the offset of half the saturation loop, E(α₀, β₀), 39.147 mN·m on the bench. With "
-        "relays of ±1 a factor 2 is missing too.",
+        "alike in both directions only with the offset of half the saturation loop, E(α₀, β₀), 39.147 mN·m on the bench. "
+        "With relays of ±1 a factor 2 is missing too.",
         "Relays of 0 and 1: f = sums − F(α₀, β₀)/2. Relays of ±1: f = 2 sums − F(α₀, β₀).",
         f"{PREISACH}::test_14_and_15_as_printed_are_right_for_relays_of_0_and_1_but_for_one_constant",
     ),
@@ -228,8 +228,8 @@ ERRATA = (
     Erratum(
         "reading",
         "sections 2 and 4",
-        "The encoder has 40,000 pulses per revolution, and 10,000. One if 10,000 lines give four counts each. If not, "
-        "it depends on the lead, which is not told: at 5 mm 10,000 are 0.5 µm, with which the bench stays above "
+        "The encoder has 40,000 pulses per revolution, and 10,000: the same, if 10,000 lines give four counts each. "
+        "If not, it depends on the lead, which is not told: at 5 mm 10,000 are 0.5 µm, with which the bench stays above "
         "1.2 µm; at 2 mm they are 0.2 µm, with which it has 0.66 to 0.83 µm, and 0.69 µm can be had.",
         "10,000 lines, four counts each: 0.125 µm at a lead of 5 mm. Or a lead of 2 mm.",
         f"{ERRATA_TESTS}::test_10000_counts_a_revolution_do_at_a_lead_of_2_mm_and_not_at_5",
@@ -240,6 +240,14 @@ ERRATA = (
         "Right, and equal to (11), as is said. From (2) and (3) it follows once σ₀ is counted once.",
         "F_ss = G(v) sgn v + σ₂ v.",
         "papers/test_canudas_1995.py::test_steady_sliding_gives_the_stribeck_curve_between_its_limits",
+    ),
+    Erratum(
+        "remark",
+        "(5)–(7), origin",
+        "The hysteresis of (6) is a Preisach operator; but bristles whose stiffness remembers, and slip by f_h/G, are "
+        "older.",
+        "The model of Leuven (J. Swevers and others, 2000) with exponent 1.",
+        "papers/test_swevers_2000.py::test_the_exponent_one_is_the_source_paper",
     ),
     Erratum(
         "remark",
