@@ -193,8 +193,8 @@ ERRATA = (
         "reading",
         "(14), (15)",
         "Which values the relays have is not said. With 0 and 1 the sums are right but for one constant: friction is "
-        "alike in both directions only with the offset of half the saturation loop, E(α₀, β₀), 39.147 mN·m on the bench. "
-        "With relays of ±1 a factor 2 is missing too.",
+        "alike in both directions only with the offset of half the saturation loop, E(α₀, β₀), 39.147 mN·m on the "
+        "bench. With relays of ±1 a factor 2 is missing too.",
         "Relays of 0 and 1: f = sums − F(α₀, β₀)/2. Relays of ±1: f = 2 sums − F(α₀, β₀).",
         f"{PREISACH}::test_14_and_15_as_printed_are_right_for_relays_of_0_and_1_but_for_one_constant",
     ),
@@ -228,9 +228,9 @@ ERRATA = (
     Erratum(
         "reading",
         "sections 2 and 4",
-        "The encoder has 40,000 pulses per revolution, and 10,000: the same, if 10,000 lines give four counts each. "
-        "If not, it depends on the lead, which is not told: at 5 mm 10,000 are 0.5 µm, with which the bench stays above "
-        "1.2 µm; at 2 mm they are 0.2 µm, with which it has 0.66 to 0.83 µm, and 0.69 µm can be had.",
+        "The encoder has 40,000 pulses per revolution, and 10,000: the same, if 10,000 lines give four counts "
+        "each. If not, it depends on the lead, which is not told: at 5 mm 10,000 are 0.5 µm, and the bench stays "
+        "above 1.2 µm; at 2 mm they are 0.2 µm, with which it has 0.66 to 0.83 µm, and 0.69 µm can be had.",
         "10,000 lines, four counts each: 0.125 µm at a lead of 5 mm. Or a lead of 2 mm.",
         f"{ERRATA_TESTS}::test_10000_counts_a_revolution_do_at_a_lead_of_2_mm_and_not_at_5",
     ),
