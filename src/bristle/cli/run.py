@@ -53,6 +53,7 @@ def run(
     from bristle.report.results import write_logs, write_report
     from bristle.report.summary import simulation_summary
     from bristle.simulation import simulate
+    from bristle.simulation.compensation import on_another_rig
     from bristle.stability import Verdict, runnable, sentence
     from bristle.testing import admit
 
@@ -70,6 +71,7 @@ def run(
         stable, judged = runnable(described)
         told = {name: sentence(one) for name, one in judged.items() if one.verdict is not Verdict.STABLE}
         warnings = about_loops(judged, told)
+        warnings += [f"{name}: {text}" for name, text in on_another_rig(described).items()]
         for warning in warnings:
             complain(warning)
         refused = {name: told[name] for name, one in judged.items() if one.verdict is Verdict.DIVERGES}

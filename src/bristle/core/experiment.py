@@ -165,6 +165,8 @@ class Feedforward:
         a virgin one.
     along : {"desired", "measured"}
         The motion that the compensator follows.
+    fitted_to : str
+        `digest` of the friction that the compensator was identified on, where that is known; "" otherwise.
     """
 
     mass: float = 0.0
@@ -176,6 +178,7 @@ class Feedforward:
     rate_limit: float = math.inf
     conditioning: float = 0.0
     along: Literal["desired", "measured"] = "desired"
+    fitted_to: str = ""
 
 
 @guarded(**of_variables(LEARNING, whole_ones=("trials",)))

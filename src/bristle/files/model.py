@@ -29,7 +29,10 @@ from bristle.plants import PLANTS
 if TYPE_CHECKING:
     from tomlkit.items import Table
 
-__all__ = ["ModelFile", "friction_from", "read_model", "write_model"]
+__all__ = ["FITTED_TO", "ModelFile", "friction_from", "read_model", "write_model"]
+
+# Key of the provenance: the `digest` of the friction that a log was made with, where a simulation made it.
+FITTED_TO = "fitted to"
 
 KEYS = ("schema", "kind", "provenance", "treatment", "plant", "friction", "uncertainty", "bands")
 # What is known besides the numbers of a model: the stiffness of all elements, the lag of the loop it was fitted in.

@@ -14,7 +14,7 @@ from bristle.core.errors import InputError
 from bristle.core.variable import Kind
 from bristle.files.axis import read_axis
 from bristle.files.components import check_keys, parameters_in, table_at
-from bristle.files.model import ModelFile, friction_from, read_model
+from bristle.files.model import FITTED_TO, ModelFile, friction_from, read_model
 from bristle.files.motion import axis_of_motion
 from bristle.files.toml import TOML_LIMIT
 from bristle.files.user_model import origins_of_code
@@ -97,6 +97,13 @@ class Sources:
         component = described.friction.component
         values = described.friction.values | parameters_in(given, component, path, beside=("file",))
         return described.plant, make_model(component, values, kind=kind, validate=True, path=path)
+
+    def fitted_to(self, table: Any, path: str) -> str:
+        """Return the digest of the friction that the model file of a table was identified on, "" where it tells none."""
+        file = table_at(table, path).get("file")
+        if not isinstance(file, str) or not file.endswith(".toml"):
+            return ""
+        return str(self.model(file, f"{path}.file").info["provenance"].get(FITTED_TO, ""))
 
     def recorded(self, table: dict[str, Any], axis: Axis | None, path: str) -> Model:
         """Return the reference that a log holds, or a motion in which nothing was recorded."""

@@ -163,8 +163,10 @@ def _feedforward(tables: Tables, kind: Kind, sources: Sources) -> Feedforward:
         for name, variable in FEEDFORWARD.items()
         if name in given
     }
-    compensator = None if friction == "none" else sources.friction(friction, kind, where)[1]
-    return Feedforward(friction=compensator, along=along, **values)
+    if friction == "none":
+        return Feedforward(along=along, **values)
+    compensator, fitted_to = sources.friction(friction, kind, where)[1], sources.fitted_to(friction, where)
+    return Feedforward(friction=compensator, along=along, fitted_to=fitted_to, **values)
 
 
 def _learning(tables: Tables, kind: Kind) -> Learning | None:

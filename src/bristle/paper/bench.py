@@ -14,9 +14,10 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
+from bristle.core.digest import digest
 from bristle.core.variable import unit_of
 from bristle.files.experiment import read_experiment
-from bristle.files.model import write_model
+from bristle.files.model import FITTED_TO, write_model
 from bristle.identification import identify
 from bristle.logs.log import Channel, Log
 from bristle.paper.rig import rig_friction
@@ -44,10 +45,9 @@ def write_models(folder: str | PathLike[str]) -> None:
     place = Path(folder)
     for name, rig in SETS.items():
         write_model(place / f"{name}_rig.toml", None, rig_friction(*rig), provenance={"made by": "bristle.paper.rig"})
-        found = compensator_from_log(place / f"{name}_log.toml")
-        write_model(
-            place / f"{name}_identified.toml", None, found, provenance={"identified from a run of": f"{name}_log.toml"}
-        )
+        log = place / f"{name}_log.toml"
+        source = {"identified from a run of": log.name, FITTED_TO: digest(read_experiment(log).variants[0].friction)}
+        write_model(place / f"{name}_identified.toml", None, compensator_from_log(log), provenance=source)
 
 
 def compensator_from_log(experiment: str | PathLike[str]) -> Model:

@@ -9,14 +9,15 @@ from typing import Any
 import numpy as np
 
 from bristle.core.contracts import Model
-from bristle.core.edge import TEXT, Amount, amount, array, guarded, model, optional
+from bristle.core.digest import digest
+from bristle.core.edge import TEXT, Amount, amount, array, guarded, instance, model, optional
 from bristle.core.experiment import RUN, Experiment, Feedforward, Run, Variant
 from bristle.core.variable import Variable
 from bristle.engine.part import FRICTION
 from bristle.references import recorded
 from bristle.sensors import encoder
 
-__all__ = ["AS_RECORDED", "COMPENSATED", "FEEDFORWARD", "compensation_experiment"]
+__all__ = ["AS_RECORDED", "COMPENSATED", "FEEDFORWARD", "compensation_experiment", "on_another_rig"]
 
 AS_RECORDED, FEEDFORWARD, COMPENSATED = "as_recorded", "feedforward", "compensated"
 SETTLE_SHARE, SETTLE_MAX = 0.05, 0.5  # of the duration, and in seconds
@@ -86,3 +87,23 @@ def compensation_experiment(
     fed = replace(base, name=FEEDFORWARD, controller=follows, feedforward=Feedforward(mass=mass))
     compensated = replace(fed, name=COMPENSATED, feedforward=Feedforward(mass=mass, friction=compensator))
     return Experiment(name=name, kind=kind, variants=(base, fed, compensated))
+
+
+@guarded(experiment=instance(Experiment, "an Experiment"))
+def on_another_rig(experiment: Experiment) -> dict[str, str]:
+    """Return what is to be said of compensators that were identified on another friction, by the name of the variant.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        Its variants feed friction forward; one that does not tell what it was identified on is not spoken of.
+    """
+    text = (
+        "its compensator was identified on another friction than the one here: what it reaches is not what a model "
+        "identified on this one would"
+    )
+    return {
+        one.name: text
+        for one in experiment.variants
+        if one.feedforward.fitted_to and one.feedforward.fitted_to != digest(one.friction)
+    }
