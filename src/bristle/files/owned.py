@@ -2,7 +2,7 @@
 
 The note ``.bristle-results`` has one JSON object a line. The first says who wrote it, each other one names a file,
 before it is written and again, with its SHA-256, once all are. What the note does not name, or what has another content
-by now, is a person's. Links are never followed.
+by now, is a person's. A file may lie in a folder below: ``figures/time.svg``. Links are never followed.
 """
 
 from __future__ import annotations
@@ -20,11 +20,24 @@ from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 
-__all__ = ["NOTE", "Folder", "Note", "lock", "new_note", "note_in", "remove_own", "strangers_in", "write_line"]
+__all__ = [
+    "NOTE",
+    "Folder",
+    "Note",
+    "is_own_name",
+    "is_plain",
+    "lock",
+    "new_note",
+    "note_in",
+    "remove_own",
+    "strangers_in",
+    "write_line",
+]
 
 NOTE = ".bristle-results"
 LARGEST_NOTE = 2**20  # [byte]
 PIECE = 2**20
+DEEPEST = 2  # names in the path of a file
 _NO_LINKS = getattr(os, "O_NOFOLLOW", 0)
 _BINARY = getattr(os, "O_BINARY", 0)
 _LOCKED_BYTE = 2**30  # far behind the end of a note: where locks keep others from reading, they keep nobody from it
@@ -51,9 +64,23 @@ class Note:
     began: int
     files: Mapping[str, str]
 
+    @property
+    def folders(self) -> list[str]:
+        """The folders below that hold files of it."""
+        return sorted({name.partition("/")[0] for name in self.files if "/" in name})
+
 
 class Folder:
     """A folder that is held open, so that what is done in it is done in that very folder, whatever its path is now.
+
+    Files of it are named as they stand in it, those in a folder below with that folder: ``figures/time.svg``.
+
+    Parameters
+    ----------
+    path : Path
+        The folder.
+    above : Folder, optional
+        The folder that holds it, held open.
 
     Raises
     ------
@@ -61,13 +88,15 @@ class Folder:
         If it cannot be opened, or is a link.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, above: Folder | None = None) -> None:
         self.path = path
+        self._above = above
         self._opened: int | None = None
 
     def __enter__(self) -> Folder:
         if os.stat in os.supports_dir_fd and hasattr(os, "O_DIRECTORY"):
-            self._opened = os.open(self.path, os.O_RDONLY | os.O_DIRECTORY | _NO_LINKS)
+            place, above = (self.path, None) if self._above is None else (self.path.name, self._above._opened)
+            self._opened = os.open(place, os.O_RDONLY | os.O_DIRECTORY | _NO_LINKS, dir_fd=above)
         elif not stat.S_ISDIR(os.lstat(self.path).st_mode):
             raise OSError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(self.path))
         return self
@@ -80,17 +109,23 @@ class Folder:
         """Return what is in it."""
         return sorted(os.listdir(self.path if self._opened is None else self._opened))
 
+    def below(self, name: str) -> Folder:
+        """Return a folder in it, to be held open."""
+        return Folder(self.path / name, above=self)
+
     def is_file(self, name: str) -> bool:
         """Return whether this is a regular file, and no link to one."""
         try:
-            found = os.stat(self._at(name), dir_fd=self._opened, follow_symlinks=False)
+            with self._holder(name) as (holder, last):
+                found = os.stat(holder._at(last), dir_fd=holder._opened, follow_symlinks=False)
         except OSError:
             return False
         return stat.S_ISREG(found.st_mode)
 
     def open(self, name: str, flags: int = os.O_RDONLY) -> int:
         """Return a file opened; a link is not followed."""
-        return os.open(self._at(name), flags | _NO_LINKS | _BINARY, 0o666, dir_fd=self._opened)
+        with self._holder(name) as (holder, last):
+            return os.open(holder._at(last), flags | _NO_LINKS | _BINARY, 0o666, dir_fd=holder._opened)
 
     def checksum(self, name: str) -> str:
         """Return the SHA-256 of a file."""
@@ -102,7 +137,22 @@ class Folder:
 
     def remove(self, name: str) -> None:
         """Remove a file."""
-        os.unlink(self._at(name), dir_fd=self._opened)
+        with self._holder(name) as (holder, last):
+            os.unlink(holder._at(last), dir_fd=holder._opened)
+
+    def remove_empty(self, name: str) -> None:
+        """Remove a folder in it, which must be empty."""
+        os.rmdir(self._at(name), dir_fd=self._opened)
+
+    @contextlib.contextmanager
+    def _holder(self, name: str) -> Iterator[tuple[Folder, str]]:
+        """Give the folder that holds a file, and what the file is called in it."""
+        above, _, last = name.rpartition("/")
+        if not above:
+            yield self, last
+            return
+        with self.below(above) as holder:
+            yield holder, last
 
     def _at(self, name: str) -> str:
         return name if self._opened is not None else os.path.join(self.path, name)
@@ -194,7 +244,7 @@ def _note_of(text: bytes) -> Note | None:
     files: dict[str, str] = {}
     for line in lines:
         name, checksum = line.get("file"), line.get("sha256", "")
-        if not isinstance(name, str) or not isinstance(checksum, str) or not is_plain(name):
+        if not isinstance(name, str) or not isinstance(checksum, str) or not is_own_name(name):
             return None
         files[name] = checksum
     return Note(token, target, int(began), files)
@@ -219,13 +269,32 @@ def is_plain(name: str) -> bool:
     return name not in ("", ".", "..", NOTE) and not set(name) & {"/", "\\", "\0"}
 
 
+def is_own_name(name: str) -> bool:
+    """Return whether this is the name of something in a folder, or in a folder below it, and leads nowhere else."""
+    parts = name.split("/")
+    return len(parts) <= DEEPEST and all(map(is_plain, parts))
+
+
 def strangers_in(folder: Folder, note: Note) -> tuple[list[str], list[str]]:
     """Return what a person put into a folder, and what of bristle's own a person changed."""
-    there = [name for name in folder.names() if name != NOTE]
+    there = list(_names_in(folder, note.folders))
     foreign = [name for name in there if name not in note.files]
     own = [name for name in there if name in note.files]
     changed = [name for name in own if not folder.is_file(name) or folder.checksum(name) != note.files[name]]
     return foreign, changed
+
+
+def _names_in(folder: Folder, opened: list[str]) -> Iterator[str]:
+    """Yield what is in a folder but its note; of folders that bristle wrote into, what is in them."""
+    for name in folder.names():
+        if name == NOTE:
+            continue
+        try:
+            inside = folder.below(name) if name in opened else None
+            with inside or contextlib.nullcontext():
+                yield from [name] if inside is None else [f"{name}/{one}" for one in inside.names()]
+        except OSError:  # a file or a link is in its place
+            yield name
 
 
 def remove_own(path: Path, *, half_written: bool = False) -> bool:
@@ -253,6 +322,9 @@ def remove_own(path: Path, *, half_written: bool = False) -> bool:
                     is_own = folder.is_file(name) and (folder.checksum(name) == checksum if checksum else half_written)
                     if is_own:
                         folder.remove(name)
+            for name in note.folders:
+                with contextlib.suppress(OSError):
+                    folder.remove_empty(name)
             if folder.names() == [NOTE]:
                 folder.remove(NOTE)
         os.rmdir(path)

@@ -29,7 +29,7 @@ from bristle.files.owned import (
     NOTE,
     Folder,
     Note,
-    is_plain,
+    is_own_name,
     lock,
     new_note,
     note_in,
@@ -58,7 +58,7 @@ State = Literal["written", "dead", "unknown"]
 class Results:
     """A folder while results are written into it: ``folder / "report.html"`` is where a file of it is written.
 
-    A name is noted before its path is given, so that what is bristle's own is known whatever happens.
+    A file may lie in a folder below, ``folder / "figures/time.svg"``, which is made with the first one. A name is noted before its path is given, so that what is bristle's own is known whatever happens.
 
     Parameters
     ----------
@@ -75,12 +75,15 @@ class Results:
 
     def __truediv__(self, name: str) -> Path:
         """Note a file as one of the results, and return where to write it."""
-        if not is_plain(name):
+        if not is_own_name(name):
             raise ValueError(f"{name!r} is not the name of a file")
         if self._note is not None and name not in self._names:
             write_line(self._note, {"file": name})
             self._names.append(name)
-        return self.path / name
+        path = self.path / name
+        if path.parent != self.path:
+            path.parent.mkdir(exist_ok=True)
+        return path
 
     def write(self, name: str, content: str | bytes) -> Path:
         """Write a file of the results, text in UTF-8 with plain line ends; what cannot be encoded is escaped."""
@@ -98,7 +101,8 @@ class Results:
                 with os.fdopen(folder.open(name, os.O_RDWR), "rb") as file:
                     os.fsync(file.fileno())
         os.fsync(self._note)
-        _sync_folder(self.path)
+        for holder in sorted({(self.path / name).parent for name in self._names} | {self.path}, reverse=True):
+            _sync_folder(holder)
 
     def close(self) -> None:
         """Let go of the note."""

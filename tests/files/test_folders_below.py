@@ -1,0 +1,116 @@
+"""Results in a folder below appear and go with all others; what a person put there is kept, and no link is followed."""
+
+import os
+
+import pytest
+
+from bristle.core import InputError
+from bristle.files.owned import NOTE, Folder, note_in, remove_own, strangers_in
+from bristle.files.results import results_folder
+
+
+def write_results(out, mark, force=True):
+    with results_folder(out, force=force) as folder:
+        folder.write("summary.json", mark)
+        for name in ("a", "b"):
+            folder.write(f"figures/{name}.svg", mark)
+
+
+@pytest.fixture
+def out(tmp_path):
+    write_results(tmp_path / "run", "old", force=False)
+    return tmp_path / "run"
+
+
+def held_by(out):
+    return {str(one.relative_to(out)): one.read_text() for one in out.rglob("*") if one.is_file() and one.name != NOTE}
+
+
+def refused(out, words):
+    before = held_by(out)
+    with pytest.raises(InputError, match=words):
+        write_results(out, "new")
+    assert held_by(out) == before
+
+
+def test_they_appear_and_are_replaced_whole(out):
+    assert held_by(out) == dict.fromkeys(("summary.json", "figures/a.svg", "figures/b.svg"), "old")
+    with results_folder(out, force=True) as folder:
+        folder.write("figures/c.svg", "new")
+    assert held_by(out) == {"figures/c.svg": "new"}
+    with results_folder(out, force=True) as folder:
+        folder.write("summary.json", "newer")
+    assert sorted(one.name for one in out.iterdir()) == [NOTE, "summary.json"]
+    assert [one.name for one in out.parent.iterdir()] == ["run"]
+
+
+@pytest.mark.parametrize("name", ["figures/mine.svg", "figures/deep/mine.svg", "drawings/mine.svg"])
+def test_what_a_person_added_is_not_replaced(out, name):
+    (out / name).parent.mkdir(exist_ok=True)
+    (out / name).write_text("mine")
+    refused(out, "besides the results: " + name.rpartition("/")[0])
+
+
+def test_what_a_person_changed_is_not_replaced(out):
+    (out / "figures/a.svg").write_text("redrawn by hand")
+    refused(out, "changed since: figures/a.svg")
+
+
+@pytest.mark.parametrize("what", ["link", "file"])
+def test_what_stands_in_place_of_the_folder_is_a_persons(out, what, tmp_path):
+    (out / "figures").rename(tmp_path / "moved")
+    if what == "link":
+        (out / "figures").symlink_to(tmp_path / "moved")
+    else:
+        (out / "figures").write_text("mine")
+    with pytest.raises(InputError, match="besides the results: figures"):
+        write_results(out, "new")
+    assert remove_own(out) is False
+    # Behind the link lie the very files that the note names: they are not in the folder.
+    assert sorted(one.name for one in (tmp_path / "moved").iterdir()) == ["a.svg", "b.svg"]
+    assert (out / "figures").exists()
+
+
+def test_what_is_read_there_is_not_replaced(out):
+    with pytest.raises(InputError, match="holds what is read here: figures/a.svg"), \
+            results_folder(out, force=True, reads=[out / "figures/a.svg"]):  # fmt: skip
+        pytest.fail("the work must not begin")
+
+
+def test_an_error_leaves_nothing_but_what_a_person_put_there(tmp_path):
+    with pytest.raises(ZeroDivisionError), results_folder(tmp_path / "run") as folder:
+        folder.write("figures/a.svg", "half")
+        raise ZeroDivisionError
+    assert not any(tmp_path.iterdir())
+    with pytest.warns(UserWarning, match="stays"), pytest.raises(ZeroDivisionError), \
+            results_folder(tmp_path / "run") as folder:  # fmt: skip
+        folder.write("figures/a.svg", "half")
+        (folder.path / "figures/mine.svg").write_text("mine")
+        raise ZeroDivisionError
+    (kept,) = tmp_path.iterdir()
+    assert held_by(kept) == {"figures/mine.svg": "mine"}
+
+
+def test_all_of_them_are_on_the_disk_before_they_appear(tmp_path, monkeypatch):
+    synced, fsync = set(), os.fsync
+
+    def noting(opened):
+        synced.add(os.fstat(opened).st_ino)
+        fsync(opened)
+
+    monkeypatch.setattr(os, "fsync", noting)
+    write_results(tmp_path / "run", "new")
+    assert {one.stat().st_ino for one in (tmp_path / "run").rglob("*")} <= synced
+
+
+@pytest.mark.skipif(os.unlink not in os.supports_dir_fd, reason="this system cannot hold folders open")
+def test_a_folder_below_is_that_of_the_folder_held_open(out, tmp_path):
+    with Folder(out) as held:
+        note = note_in(held)
+        out.rename(tmp_path / "elsewhere")
+        (out / "figures").mkdir(parents=True)
+        (out / "figures/a.svg").write_text("years of work")
+        assert strangers_in(held, note) == ([], [])
+        held.remove("figures/a.svg")
+    assert (out / "figures/a.svg").read_text() == "years of work"
+    assert not (tmp_path / "elsewhere/figures/a.svg").exists()
