@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from bristle.cli.findings import show_identification
-from bristle.cli.options import Force, Json, folder_named
+from bristle.cli.options import Data, Force, Formats, Json, folder_named
 from bristle.cli.terminal import progress, say
 
 if TYPE_CHECKING:
@@ -27,6 +27,8 @@ def demo(
     out: Annotated[
         Path, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the results into this folder.")
     ] = USUAL_PLACE,
+    formats: Formats = None,
+    data: Data = None,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
@@ -38,9 +40,14 @@ def demo(
     from bristle.demo import BANNER, run
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
+    from bristle.report.figure_files import figure_files
 
     # Nobody keeps the results of a demonstration where it puts them unasked.
-    with results_folder(out, force=force or out == USUAL_PLACE) as folder, progress("demonstration") as report:
+    with (
+        results_folder(out, force=force or out == USUAL_PLACE) as folder,
+        progress("demonstration") as report,
+        figure_files(folder, formats, data),
+    ):
         done = run(folder, command=context.obj, progress=report)
     if as_json:
         sys.stdout.write(json_text(done.summary))

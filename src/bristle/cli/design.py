@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from bristle.cli.failure import NO
-from bristle.cli.options import AllowCode, Force, Json, Out, SizeLimit, bytes_asked
+from bristle.cli.options import AllowCode, Data, Force, Formats, Json, Out, SizeLimit, bytes_asked
 from bristle.cli.terminal import complain, progress, say, show_table
 
 __all__ = ["EXAMPLE", "design"]
@@ -32,6 +32,8 @@ def design(
         typer.Option(metavar="FREQUENCY", help='Of the gains to propose, such as "30 Hz"; by default the widest.'),
     ] = None,
     out: Out = None,
+    formats: Formats = None,
+    data: Data = None,
     allow_code: AllowCode = False,
     size_limit: SizeLimit = None,
     force: Force = False,
@@ -49,11 +51,13 @@ def design(
     from bristle.loop_design import design as designed
     from bristle.report.design import design_report, design_sentences, design_summary
     from bristle.report.design_tables import budget_table, margin_table, proposal_table
+    from bristle.report.figure_files import figure_files
     from bristle.testing import admit
 
     with (
         results_folder(out, force=force, reads=[experiment]) if out else nullcontext() as folder,
         progress("designing") as report,
+        figure_files(folder, formats, data),
     ):
         described = read_experiment(experiment, allow_code=allow_code, size_limit=bytes_asked(size_limit))
         for friction in {

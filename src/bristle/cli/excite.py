@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from bristle.cli.options import AllowCode, Force, Json, Out
+from bristle.cli.options import AllowCode, Data, Force, Formats, Json, Out
 from bristle.cli.terminal import complain, progress, say, show_table
 
 if TYPE_CHECKING:
@@ -43,6 +43,8 @@ def excite(
         Path | None,
         typer.Option("--model", metavar="MODEL.toml", help="An earlier model of the axis, to rehearse with."),
     ] = None,
+    formats: Formats = None,
+    data: Data = None,
     allow_code: AllowCode = False,
     force: Force = False,
     as_json: Json = False,
@@ -64,6 +66,7 @@ def excite(
     from bristle.files.user_model import origins_of_code
     from bristle.friction import base_of
     from bristle.report.excitation import excitation_report, excitation_summary
+    from bristle.report.figure_files import figure_files
     from bristle.report.results import write_motion_folder
 
     axis_file = content_of(axis, limit=TOML_LIMIT)
@@ -71,6 +74,7 @@ def excite(
     with (
         results_folder(out, force=force, reads=[axis, model]) if out else nullcontext() as folder,
         progress("designing") as report,
+        figure_files(folder, formats, data),
     ):
         try:
             found = designed(

@@ -11,7 +11,7 @@ import typer
 
 from bristle.cli.failure import INTERRUPTED
 from bristle.cli.findings import show_identification
-from bristle.cli.options import AxisFiles, Force, Json, Out, SizeLimit, bytes_asked
+from bristle.cli.options import AxisFiles, Data, Figures, Force, Formats, Json, Out, SizeLimit, bytes_asked
 from bristle.cli.terminal import complain, progress
 
 if TYPE_CHECKING:
@@ -50,6 +50,8 @@ def identify(
         ),
     ] = DEFAULT,
     out: Out = None,
+    formats: Formats = None,
+    data: Data = None,
     cutoff: Annotated[
         str | None, typer.Option("--cutoff", metavar="FREQUENCY", help="Of the zero-phase filter, such as '100 Hz'.")
     ] = None,
@@ -96,15 +98,17 @@ def identify(
         from bristle.cli.operators import identify_operators
 
         named = None if model == DEFAULT else model
-        return identify_operators(log, axes, named, out, force=force, as_json=as_json, command=context.obj, limit=limit)
+        return identify_operators(log, axes, named, out, force=force, as_json=as_json, command=context.obj, limit=limit,
+                                  figures=(formats, data))  # fmt: skip
     asked = {"model": _models(model), "cutoff": _hertz(cutoff), "decimation": decimation, "free": free,
              "draws": draws, "method": method, "global_search": everywhere}  # fmt: skip
-    return _identify_friction(log, axes, asked, out, force=force, as_json=as_json, command=context.obj, limit=limit)
+    return _identify_friction(log, axes, asked, out, force=force, as_json=as_json, command=context.obj, limit=limit,
+                              figures=(formats, data))  # fmt: skip
 
 
 def _identify_friction(
     log: list[Path], axis: list[Content], asked: dict[str, Any], out: Path | None, *, force: bool, as_json: bool,
-    command: str, limit: int,
+    command: str, limit: int, figures: Figures,
 ) -> int:  # fmt: skip
     from bristle.core import Axis
     from bristle.files.axis import read_axis
@@ -115,11 +119,13 @@ def _identify_friction(
     from bristle.identification import identify as identified
     from bristle.identification.given import axes_for
     from bristle.logs import read_log
+    from bristle.report.figure_files import figure_files
     from bristle.report.summary import identification_summary
 
     with (
         results_folder(out, force=force, reads=[*log, *axis]) if out else nullcontext() as folder,
         progress("identifying") as report,
+        figure_files(folder, *figures),
     ):
         axes = axes_for([read_axis(one) for one in axis], len(log))
         recorded = [read_log(one, its, size_limit=limit) for one, its in zip(log, axes, strict=True)]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bristle.cli.failure import NO
-from bristle.cli.options import AxisFile, Force, Json, Out, SizeLimit, bytes_asked
+from bristle.cli.options import AxisFile, Data, Force, Formats, Json, Out, SizeLimit, bytes_asked
 from bristle.cli.terminal import complain, say, show_table
 
 if TYPE_CHECKING:
@@ -35,6 +35,8 @@ def log(
     ],
     axis: AxisFile = None,
     out: Out = None,
+    formats: Formats = None,
+    data: Data = None,
     size_limit: SizeLimit = None,
     force: Force = False,
     as_json: Json = False,
@@ -54,11 +56,15 @@ def log(
     from bristle.files.toml import TOML_LIMIT
     from bristle.logs import summarize
     from bristle.logs.tables import content_of_log
+    from bristle.report.figure_files import figure_files
 
     limit = bytes_asked(size_limit)
     described = content_of(axis, limit=TOML_LIMIT) if axis else None
     its = read_axis(described) if described else None
-    with results_folder(out, force=force, reads=[file, axis]) if out else nullcontext() as folder:
+    with (
+        results_folder(out, force=force, reads=[file, axis]) if out else nullcontext() as folder,
+        figure_files(folder, formats, data),
+    ):
         content = content_of_log(file, limit=limit)
         summary = summarize(content, its, size_limit=limit)
         if folder:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bristle.cli.failure import INTERRUPTED
+from bristle.cli.options import Figures
 from bristle.cli.terminal import complain, progress, say, show_table
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ __all__ = ["identify_operators", "predict_operator"]
 
 def identify_operators(
     logs: list[Path], axes: list[Content], model: str | None, out: Path | None, *, force: bool, as_json: bool,
-    command: str, limit: int,
+    command: str, limit: int, figures: Figures = (None, None),
 ) -> int:  # fmt: skip
     """Identify hysteresis operators from recorded curves, write them where `out` says, and return the exit code."""
     from bristle.core import InputError
@@ -28,6 +29,7 @@ def identify_operators(
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
     from bristle.identification.operators import FITTED, identify_operator
+    from bristle.report.figure_files import figure_files
     from bristle.report.operators import comparison_of_operators, operator_report, operator_summary
     from bristle.report.results import write_report
 
@@ -38,6 +40,7 @@ def identify_operators(
     with (
         results_folder(out, force=force, reads=[log, axis]) if out else nullcontext() as folder,
         progress("identifying") as report,
+        figure_files(folder, *figures),
     ):
         recorded = read_curves(log, axis, size_limit=limit)
         found = identify_operator(recorded, model or tuple(FITTED), progress=report)
@@ -68,7 +71,7 @@ def identify_operators(
 
 def predict_operator(
     model: Content, log: Path, axis: Content | None, out: Path | None, *, force: bool, as_json: bool, command: str,
-    limit: int,
+    limit: int, figures: Figures = (None, None),
 ) -> None:  # fmt: skip
     """Predict recorded curves with an operator."""
     from bristle.core import InputError
@@ -80,6 +83,7 @@ def predict_operator(
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
     from bristle.identification.operators import predict_operator as predicted
+    from bristle.report.figure_files import figure_files
     from bristle.report.operators import operator_prediction_report, operator_prediction_summary
     from bristle.report.results import write_report
 
@@ -89,6 +93,7 @@ def predict_operator(
     with (
         results_folder(out, force=force, reads=[model, log, axis]) if out else nullcontext() as folder,
         progress("predicting"),
+        figure_files(folder, *figures),
     ):
         operator, offset, _ = read_operator(model)
         recorded = read_curves(log, axis, size_limit=limit)

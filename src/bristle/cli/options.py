@@ -2,12 +2,40 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-__all__ = ["AllowCode", "AxisFile", "AxisFiles", "Force", "Json", "Out", "SizeLimit", "bytes_asked", "folder_named"]
+__all__ = [
+    "AllowCode",
+    "AxisFile",
+    "AxisFiles",
+    "Data",
+    "Figures",
+    "Force",
+    "Formats",
+    "Json",
+    "Out",
+    "SizeLimit",
+    "bytes_asked",
+    "folder_named",
+]
+
+
+class Format(StrEnum):
+    """A format of figures."""
+
+    svg = "svg"
+    pdf = "pdf"
+    png = "png"
+
+
+class Numbers(StrEnum):
+    """A format of the numbers of figures."""
+
+    csv = "csv"
 
 
 def folder_named(text: str | Path) -> Path:
@@ -44,3 +72,18 @@ SizeLimit = Annotated[
     str | None,
     typer.Option("--size-limit", metavar="SIZE", help="Largest log, such as '2 GB'; 512 MiB by default."),
 ]
+Formats = Annotated[
+    list[Format] | None,
+    typer.Option(
+        "--format", metavar="svg|pdf|png", case_sensitive=False,
+        help="Write each figure into DIR/figures too, to be published; may be given several times.",
+    ),
+]  # fmt: skip
+Data = Annotated[
+    Numbers | None,
+    typer.Option(
+        "--data", metavar="csv", case_sensitive=False, help="Write the numbers that each figure draws into DIR/figures."
+    ),
+]
+Figures = tuple[list[Format] | None, Numbers | None]
+"""How figures are asked for as files: formats, and the format of their numbers."""

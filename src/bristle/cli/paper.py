@@ -8,14 +8,14 @@ from typing import Annotated
 
 import typer
 
-from bristle.cli.options import AllowCode, Force, Json, folder_named
+from bristle.cli.options import AllowCode, Data, Force, Formats, Json, folder_named
 from bristle.cli.terminal import complain, progress, say, show_table
 
 __all__ = ["EXAMPLE", "paper"]
 
 EXAMPLE = """Example:
   bristle paper --out paper-results
-  bristle paper --figure 8
+  bristle paper --figure 8 --format pdf --format svg --data csv
   bristle paper --write experiments"""
 USUAL_PLACE = Path("bristle-paper")
 
@@ -36,6 +36,8 @@ def paper(
     out: Annotated[
         Path, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the results into this folder.")
     ] = USUAL_PLACE,
+    formats: Formats = None,
+    data: Data = None,
     allow_code: AllowCode = False,
     force: Force = False,
     as_json: Json = False,
@@ -43,7 +45,8 @@ def paper(
     """Rebuild the source paper, figure by figure.
 
     Each figure is an experiment on a simulated rig, shown in one report beside what the paper says of it, with what was
-    found and why it differs; and all that is wrong in the paper, corrected.
+    found and why it differs; and all that is wrong in the paper, corrected. To be published, --format writes each
+    figure as a file, with captions.tex and errata.tex for LaTeX, and --data the numbers that it draws.
     """
     if write is not None:
         _write(write, force, as_json)
@@ -52,16 +55,24 @@ def paper(
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
     from bristle.paper import EXPERIMENTS, FIGURES, paper_report, paper_summary, reproduce
+    from bristle.paper.latex import ERRATA_FILE, errata_tex
     from bristle.paper.page import claim_table
+    from bristle.report.figure_files import figure_files
     from bristle.report.results import write_report
 
     # What is not asked for is replaced where nobody keeps it.
-    with results_folder(out, force=force or out == USUAL_PLACE) as folder, progress("the paper") as report:
+    with (
+        results_folder(out, force=force or out == USUAL_PLACE) as folder,
+        progress("the paper") as report,
+        figure_files(folder, formats, data),
+    ):
         found = reproduce(figure or FIGURES, folder=source or EXPERIMENTS, allow_code=allow_code, progress=report)
         made_from = provenance(context.obj, **{Path(one.origin.name).stem: one for one in found})
         summary = paper_summary(found, provenance=made_from)
         report(1.0, "writing the report")
         write_report(folder, paper_report(found, command=context.obj, provenance=made_from), summary)
+        if formats:
+            folder.write(ERRATA_FILE, errata_tex())
     if as_json:
         sys.stdout.write(json_text(summary))
         return

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from bristle.cli.failure import NO
-from bristle.cli.options import AllowCode, AxisFile, Force, Json, Out, SizeLimit, bytes_asked
+from bristle.cli.options import AllowCode, AxisFile, Data, Figures, Force, Formats, Json, Out, SizeLimit, bytes_asked
 from bristle.cli.terminal import complain, progress, say
 
 if TYPE_CHECKING:
@@ -37,6 +37,8 @@ def predict(
     size_limit: SizeLimit = None,
     mode: Annotated[str, typer.Option("--mode", metavar="MODE", help="inverse, closed-loop or open-loop.")] = "inverse",
     out: Out = None,
+    formats: Formats = None,
+    data: Data = None,
     force: Force = False,
     as_json: Json = False,
 ) -> int:
@@ -56,15 +58,16 @@ def predict(
     if holds_operator(file):
         from bristle.cli.operators import predict_operator
 
-        predict_operator(file, log, described, out, force=force, as_json=as_json, command=context.obj, limit=limit)
+        predict_operator(file, log, described, out, force=force, as_json=as_json, command=context.obj, limit=limit,
+                         figures=(formats, data))  # fmt: skip
         return 0
     return _predict_friction(file, log, described, mode, out, allow_code=allow_code, force=force, as_json=as_json,
-                             command=context.obj, limit=limit)  # fmt: skip
+                             command=context.obj, limit=limit, figures=(formats, data))  # fmt: skip
 
 
 def _predict_friction(
     model: Content, log: Path, axis_file: Content | None, mode: str, out: Path | None, *, allow_code: bool, force: bool,
-    as_json: bool, command: str, limit: int,
+    as_json: bool, command: str, limit: int, figures: Figures,
 ) -> int:  # fmt: skip
     from bristle.core import InputError
     from bristle.files.axis import read_axis
@@ -77,12 +80,14 @@ def _predict_friction(
     from bristle.identification import predict as predicted
     from bristle.identification.bands import Bands
     from bristle.logs import read_log
+    from bristle.report.figure_files import figure_files
     from bristle.report.summary import prediction_summary
     from bristle.testing import admit
 
     with (
         results_folder(out, force=force, reads=[model, log, axis_file]) if out else nullcontext() as folder,
         progress("predicting"),
+        figure_files(folder, *figures),
     ):
         plant, friction, known = read_model(model, allow_code=allow_code)
         if plant is None:

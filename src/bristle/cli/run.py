@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from bristle.cli.failure import NO
-from bristle.cli.options import AllowCode, Force, Json, Out, SizeLimit, bytes_asked
+from bristle.cli.options import AllowCode, Data, Force, Formats, Json, Out, SizeLimit, bytes_asked
 from bristle.cli.terminal import complain, progress, say, show_table
 
 if TYPE_CHECKING:
@@ -28,6 +28,8 @@ def run(
     context: typer.Context,
     experiment: Annotated[Path, typer.Argument(metavar="EXPERIMENT.toml", help="An experiment file.")],
     out: Out = None,
+    formats: Formats = None,
+    data: Data = None,
     allow_code: AllowCode = False,
     size_limit: SizeLimit = None,
     force: Force = False,
@@ -49,6 +51,7 @@ def run(
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
     from bristle.report.compensation import gain_of
+    from bristle.report.figure_files import figure_files
     from bristle.report.loop_tables import variant_table
     from bristle.report.results import write_logs, write_report
     from bristle.report.summary import simulation_summary
@@ -62,6 +65,7 @@ def run(
     with (
         results_folder(out, force=force, reads=[experiment]) if out else nullcontext() as folder,
         progress("simulating") as report,
+        figure_files(folder, formats, data),
     ):
         described = read_experiment(experiment, allow_code=allow_code, size_limit=bytes_asked(size_limit))
         for friction in {

@@ -20,6 +20,7 @@ from bristle.figures.error_budget import error_budget
 from bristle.figures.error_distribution import error_distribution
 from bristle.figures.error_over_count import error_over_count
 from bristle.figures.everett_surface import everett_surface
+from bristle.figures.files import figure_file, fits_as_png
 from bristle.figures.following_error import following_error, has_completed
 from bristle.figures.friction_over_velocity import friction_over_velocity
 from bristle.figures.loop_family import loop_family
@@ -28,6 +29,7 @@ from bristle.figures.marked_path import marked_path
 from bristle.figures.minor_loops import minor_loops
 from bristle.figures.model_comparison import model_comparison
 from bristle.figures.motion import expected, motion
+from bristle.figures.numbers import as_csv, numbers_of
 from bristle.figures.parameters import parameters
 from bristle.figures.passages import passages
 from bristle.figures.prediction import prediction
@@ -42,6 +44,7 @@ from bristle.figures.tracking_error import tracking_error
 from bristle.figures.transition_curves import transition_curves
 
 __all__ = [
+    "as_csv",
     "break_away",
     "circles",
     "closure",
@@ -56,6 +59,8 @@ __all__ = [
     "error_over_count",
     "everett_surface",
     "expected",
+    "figure_file",
+    "fits_as_png",
     "following_error",
     "friction_over_velocity",
     "has_completed",
@@ -66,6 +71,7 @@ __all__ = [
     "minor_loops",
     "model_comparison",
     "motion",
+    "numbers_of",
     "parameters",
     "passages",
     "prediction",

@@ -58,7 +58,8 @@ State = Literal["written", "dead", "unknown"]
 class Results:
     """A folder while results are written into it: ``folder / "report.html"`` is where a file of it is written.
 
-    A file may lie in a folder below, ``folder / "figures/time.svg"``, which is made with the first one. A name is noted before its path is given, so that what is bristle's own is known whatever happens.
+    A file may lie in a folder below, ``folder / "figures/time.svg"``, which is made with the first one. A name is noted
+    before its path is given, so that what is bristle's own is known whatever happens.
 
     Parameters
     ----------

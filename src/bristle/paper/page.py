@@ -18,6 +18,7 @@ BANNER = (
     "The rig in these figures is simulated. It is thirty spring-slider elements, a structure that no model compared "
     "with it has; nothing here was measured on a machine."
 )
+SIMULATED = "The rig is simulated."
 
 
 class Section(NamedTuple):
@@ -71,11 +72,13 @@ def paper_report(found: Sequence[Reproduced], *, command: str, provenance: Mappi
 
 
 def _section(one: Reproduced) -> Section:
+    file = f"figure-{one.number:02d}"
     drawn = picture(
-        f"paper-{one.number}", one.draw, one.words.alternative, f"Figure {one.number}. {one.words.alternative}."
-    )
+        f"paper-{one.number}", one.draw, one.words.alternative, f"Figure {one.number}. {one.words.alternative}.",
+        file=file, published=" ".join([f"{one.words.title}.", f"{one.words.alternative}.", *one.found, SIMULATED]),
+    )  # fmt: skip
     extras = [
-        picture(f"paper-{one.number}-{name}", draw, alternative, caption)
+        picture(f"paper-{one.number}-{name}", draw, alternative, caption, file=f"{file}-{name}")
         for name, (draw, alternative, caption) in one.extras.items()
     ]
     return Section(one, drawn._replace(id=f"fig-{one.number}"), extras)

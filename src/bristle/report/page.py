@@ -5,7 +5,9 @@ What a person wrote is shown as it is, but for characters that no page may hold:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -17,7 +19,7 @@ from bristle.core.typography import typeset_sentence
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Picture", "picture", "render"]
+__all__ = ["Picture", "Plate", "picture", "plates", "render"]
 
 LONGEST = 40  # letters of a name that takes one line
 
@@ -30,7 +32,32 @@ class Picture(NamedTuple):
     caption: str
 
 
-def picture(name: str, draw: Callable[[], Figure], alternative: str, caption: str) -> Picture:
+class Plate(NamedTuple):
+    """A figure of a page as it is published by itself: its name for a file, the drawing, what it is and its caption."""
+
+    name: str
+    figure: Figure
+    alternative: str
+    caption: str
+
+
+_plates: ContextVar[list[Plate] | None] = ContextVar("plates", default=None)
+
+
+@contextmanager
+def plates() -> Iterator[list[Plate]]:
+    """Give a list that every figure drawn for a page in this block is added to."""
+    found: list[Plate] = []
+    before = _plates.set(found)
+    try:
+        yield found
+    finally:
+        _plates.reset(before)
+
+
+def picture(
+    name: str, draw: Callable[[], Figure], alternative: str, caption: str, *, file: str = "", published: str = ""
+) -> Picture:
     """Return a figure for a page.
 
     Parameters
@@ -43,10 +70,17 @@ def picture(name: str, draw: Callable[[], Figure], alternative: str, caption: st
         What it is, for people who cannot see it.
     caption : str
         What to see in it.
+    file : str, optional
+        What it is called as a file, where that is not `name`.
+    published : str, optional
+        The caption where it stands without the page, if that is another one.
     """
     from bristle.figures import inline_svg
 
-    return Picture(f"figure-{name}", Markup(inline_svg(draw(), name, alternative)), caption)
+    figure = draw()
+    if (found := _plates.get()) is not None:
+        found.append(Plate(file or name, figure, alternative, published or caption))
+    return Picture(f"figure-{name}", Markup(inline_svg(figure, name, alternative)), caption)
 
 
 def render(template: str, *, provenance: Mapping[str, str], command: str, banner: str | None, **content: Any) -> str:

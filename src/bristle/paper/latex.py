@@ -1,0 +1,43 @@
+"""The errata of the source paper as a table of LaTeX."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bristle.paper.errata import ERRATA, Erratum
+from bristle.report.latex import as_latex
+
+__all__ = ["ERRATA_FILE", "errata_tex"]
+
+ERRATA_FILE = "errata.tex"
+# For each column: its head, and its share of the width. A column that no erratum fills is left out.
+COLUMNS = {
+    "place": ("Place", 0.14),
+    "kind": ("Kind", 0.12),
+    "printed": ("As printed", 0.4),
+    "correct": ("Correct", 0.34),
+}
+HEAD = r"""% What in the source paper cannot stand as printed. In the preamble of your document:
+%   \usepackage{array,longtable}
+% and where the table is to stand: \input{errata}
+"""
+
+
+def errata_tex(errata: Sequence[Erratum] = ERRATA) -> str:
+    """Return the errata as a table that goes on over pages, its head repeated on each."""
+    kept = [name for name in COLUMNS if any(getattr(one, name, "") for one in errata)]
+    whole = sum(COLUMNS[name][1] for name in kept)
+    widths = [
+        rf">{{\raggedright\arraybackslash}}p{{\dimexpr {COLUMNS[name][1] / whole:.3f}\linewidth-2\tabcolsep\relax}}"
+        for name in kept
+    ]
+    heads = " & ".join(rf"\textbf{{{COLUMNS[name][0]}}}" for name in kept)
+    rows = [" & ".join(as_latex(str(getattr(one, name, ""))) for name in kept) for one in errata]
+    return "\n".join([
+        HEAD + r"\begin{longtable}{" + "\n  " + "\n  ".join(widths) + "}",
+        r"  \caption{What is printed in the source paper, and what it must be.}\label{tab:errata}\\", r"  \hline",
+        rf"  {heads} \\ \hline", r"  \endfirsthead", r"  \hline", rf"  {heads} \\ \hline", r"  \endhead", r"  \hline",
+        r"  \endlastfoot",
+        # A bracket right behind the end of a row would be taken for its height.
+        *(rf"  {{}}{row} \\[3pt]" for row in rows), r"\end{longtable}", "",
+    ])  # fmt: skip

@@ -1,0 +1,104 @@
+"""The figures of a report as files of their own, with their captions for LaTeX and the numbers that they draw."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from bristle.core.errors import InputError, InputWarning
+from bristle.core.typography import typeset_sentence
+from bristle.report.latex import as_latex, roman
+from bristle.report.page import Plate, plates
+
+if TYPE_CHECKING:
+    from bristle.files.results import Results
+
+__all__ = ["CAPTIONS", "FOLDER", "captions", "figure_files"]
+
+FOLDER = "figures"
+CAPTIONS = "captions.tex"
+FOR_LATEX = ("pdf", "png")
+HEAD = r"""% The figures of a report of bristle, with their captions. In the preamble of your document:
+%   \usepackage{graphicx}
+%   \graphicspath{{figures/}}  % where they lie
+%   \input{figures/captions}
+% Then each has a command. Its figure is as wide as the page; with [figure] as wide as one column.
+"""
+WITHOUT_FILES = "% pdflatex takes figures in pdf or png: write them with --format pdf.\n"
+
+
+@contextmanager
+def figure_files(folder: Results | None, formats: Iterable[str] | None, data: str | None) -> Iterator[None]:
+    """Write each figure that is drawn for a report in this block into a folder of results.
+
+    Parameters
+    ----------
+    folder : Results or None
+        The folder; None for no results.
+    formats : iterable of str or None
+        Of ``svg``, ``pdf`` and ``png``, one file each; nothing for no files.
+    data : str or None
+        ``csv`` for the numbers of each panel.
+
+    Raises
+    ------
+    InputError
+        If something is to be written and there is no folder.
+    """
+    asked = tuple(dict.fromkeys(str(one) for one in formats or ()))
+    if folder is None and (asked or data):
+        raise InputError("needs a folder to write into", path="--format" if asked else "--data", mend="Add --out DIR")
+    with plates() as found:
+        yield
+    if folder is None:
+        return
+    for plate in found:
+        if data:
+            _write_numbers(folder, plate)
+        for form in asked:
+            _write_figure(folder, plate, form)
+    if asked and found:
+        folder.write(f"{FOLDER}/{CAPTIONS}", captions(found, asked))
+
+
+def _write_figure(folder: Results, plate: Plate, form: str) -> None:
+    from bristle.figures import figure_file, fits_as_png
+
+    if form == "png" and not fits_as_png(plate.figure):
+        warnings.warn(
+            f"the figure {plate.name} would have too many pixels as png, and is written as pdf", InputWarning,
+            stacklevel=2,
+        )  # fmt: skip
+        form = "pdf"
+    folder.write(f"{FOLDER}/{plate.name}.{form}", figure_file(plate.figure, form, plate.alternative))
+
+
+def _write_numbers(folder: Results, plate: Plate) -> None:
+    from bristle.figures import as_csv, numbers_of
+
+    panels = numbers_of(plate.figure)
+    for number, panel in enumerate(panels, 1):
+        behind = f"-panel-{number}" if len(panels) > 1 else ""
+        folder.write(f"{FOLDER}/{plate.name}{behind}.csv", as_csv(panel))
+
+
+def captions(found: Sequence[Plate], formats: Sequence[str] = FOR_LATEX) -> str:
+    """Return the figures for a document of LaTeX: a command for each, with its caption and its label."""
+    return "\n".join([HEAD + ("" if set(formats) & set(FOR_LATEX) else WITHOUT_FILES), *map(_command, found)])
+
+
+def _command(plate: Plate) -> str:
+    # A name of a command has letters only.
+    name = re.sub(r"\d+", lambda digits: roman(int(digits[0])), plate.name)
+    letters = re.sub(r"[^A-Za-z]", "", name)
+    return rf"""\newcommand{{\bristle{letters}}}[1][figure*]{{%
+  \begin{{#1}}
+    \centering
+    \includegraphics[width=\linewidth]{{{plate.name}}}
+    \caption[{{{as_latex(plate.alternative)}}}]{{{as_latex(typeset_sentence(plate.caption))}}}
+    \label{{fig:{plate.name}}}
+  \end{{#1}}}}
+"""

@@ -1,0 +1,143 @@
+r"""Text for LaTeX: what has a meaning there is escaped, and letters, signs and indices of formulas are set as such.
+
+What comes out is plain ASCII, and needs no package: ``σ₀`` is ``$\sigma_{0}$``, ``F_s`` is ``$F_{s}$``.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from itertools import groupby
+
+__all__ = ["as_latex", "roman"]
+
+ESCAPED = {
+    "\\": r"\textbackslash{}", "{": r"\{", "}": r"\}", "$": r"\$", "&": r"\&", "#": r"\#", "_": r"\_", "%": r"\%",
+    "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "<": r"\textless{}", ">": r"\textgreater{}",
+    "|": r"\textbar{}", '"': "''", "`": r"\`{}",
+    "‘": "`", "’": "'", "“": "``", "”": "''", "–": "--", "—": "---", "…": r"\ldots{}", "\u00a0": "~", "\u2009": r"\,",
+    "\u202f": r"\,", "ß": r"\ss{}", "ø": r"\o{}", "Ø": r"\O{}", "æ": r"\ae{}", "Æ": r"\AE{}", "œ": r"\oe{}",
+    "ł": r"\l{}", "Ł": r"\L{}", "ı": r"\i{}", "§": r"\S{}", "©": r"\copyright{}",
+}  # fmt: skip
+SIGNS = {
+    "−": "-", "±": r"\pm", "×": r"\times", "·": r"\cdot", "÷": r"\div", "→": r"\to", "←": r"\leftarrow", "≤": r"\leq",
+    "≥": r"\geq", "≠": r"\neq", "≈": r"\approx", "∝": r"\propto", "∞": r"\infty", "√": r"\surd", "∫": r"\int",
+    "∬": r"\int\!\!\int", "∂": r"\partial", "∇": r"\nabla", "∈": r"\in", "∑": r"\sum", "∏": r"\prod", "′": r"^{\prime}",
+    "″": r"^{\prime\prime}", "°": r"^{\circ}", "ℓ": r"\ell", "‖": r"\|", "µ": r"\mu", "½": r"\frac{1}{2}",
+    "¼": r"\frac{1}{4}", "∘": r"\circ", "≡": r"\equiv", "∆": r"\Delta", "Ω": r"\Omega", "∓": r"\mp", "∼": r"\sim",
+    "⇒": r"\Rightarrow", "∀": r"\forall", "∃": r"\exists", "∩": r"\cap", "∪": r"\cup", "⊂": r"\subset", "≪": r"\ll",
+    "≫": r"\gg",
+}  # fmt: skip
+IN_TEXT = {"\u0300": "`", "\u0301": "'", "\u0302": "^", "\u0303": "~", "\u0304": "=", "\u0306": "u", "\u0307": ".",
+           "\u0308": '"', "\u030a": "r", "\u030b": "H", "\u030c": "v", "\u0327": "c", "\u0328": "k"}  # fmt: skip
+IN_FORMULAS = {"\u0300": "grave", "\u0301": "acute", "\u0302": "hat", "\u0303": "tilde", "\u0304": "bar",
+               "\u0306": "breve", "\u0307": "dot", "\u0308": "ddot", "\u030c": "check"}  # fmt: skip
+GREEK = dict(zip(
+    "αβγδεζηθικλμνξοπρςστυφχψω",
+    (r"\alpha", r"\beta", r"\gamma", r"\delta", r"\varepsilon", r"\zeta", r"\eta", r"\theta", r"\iota", r"\kappa",
+     r"\lambda", r"\mu", r"\nu", r"\xi", "o", r"\pi", r"\rho", r"\varsigma", r"\sigma", r"\tau", r"\upsilon",
+     r"\varphi", r"\chi", r"\psi", r"\omega"),
+    strict=True,
+)) | dict(zip(
+    "ΑΒΓΔΕΖΗΘΙΚΛΜΝΞΟΠΡΣΤΥΦΧΨΩϑϕϖϵ",
+    ("A", "B", r"\Gamma", r"\Delta", "E", "Z", "H", r"\Theta", "I", "K", r"\Lambda", "M", "N", r"\Xi", "O", r"\Pi", "P",
+     r"\Sigma", "T", r"\Upsilon", r"\Phi", "X", r"\Psi", r"\Omega", r"\vartheta", r"\phi", r"\varpi", r"\epsilon"),
+    strict=True,
+))  # fmt: skip
+NUMERALS = ((10, "X"), (9, "IX"), (5, "V"), (4, "IV"), (1, "I"))
+_MARKS = "\u0300-\u036f"
+_INDICES = "₀-₎ₐ-ₜᵢ-ᵪⱼ⁺⁻"
+_SYMBOL = re.compile(
+    # A letter by itself with an index, F_s or K₁, or with a mark, as of a derivative; any letter; all else.
+    rf"(?<![A-Za-z0-9_])(?P<base>[A-Za-z\u0370-\u03ff])(?P<above>[{_MARKS}]*)_(?P<index>[A-Za-z0-9]+|[α-ω])(?![A-Za-z0-9_])"
+    rf"|(?<![A-Za-z{_MARKS}])(?P<alone>[A-Za-z])(?:(?P<marks>[{_MARKS}]+)(?![A-Za-z])|(?=[{_INDICES}]))"
+    rf"|(?P<letter>[A-Za-z\u0370-\u03ff])(?P<accents>[{_MARKS}]*)"
+    r"|(?P<hyphen>(?<=-)-)"
+    r"|(?P<other>.)",
+    re.DOTALL,
+)
+
+
+def as_latex(text: str) -> str:
+    r"""Return a text as LaTeX sets it, in one line.
+
+    Examples
+    --------
+    >>> as_latex("5 % of F_s, ż = v (1 − σ₀ z/G)")
+    '5 \\% of $F_{s}$, $\\dot{z}$ = v (1 $-$ $\\sigma_{0}$ z/G)'
+    """
+    line = unicodedata.normalize("NFD", " ".join(text.split()))
+    parts = [_set(found) for found in _SYMBOL.finditer(line)]
+    return "".join(
+        f"${_formula([part for _, part in group])}$" if is_formula else "".join(part for _, part in group)
+        for is_formula, group in groupby(parts, key=lambda one: one[0])
+    )
+
+
+def roman(number: int) -> str:
+    """Return a number in Roman numerals, as names of commands take no others.
+
+    Examples
+    --------
+    >>> roman(14), roman(9)
+    ('XIV', 'IX')
+    """
+    found = ""
+    for value, letters in NUMERALS:
+        found, number = found + letters * (number // value), number % value
+    return found
+
+
+def _set(found: re.Match[str]) -> tuple[bool, str]:
+    """Return whether a piece belongs into a formula, and how it is set."""
+    if (base := found["base"]) is not None:
+        index = found["index"]
+        told = GREEK.get(index, index if len(index) == 1 or index.isdigit() else rf"\mathrm{{{index}}}")
+        return True, f"{_marked(GREEK.get(base, base), found['above'])}_{{{told}}}"
+    if (alone := found["alone"]) is not None:
+        return True, _marked(alone, found["marks"] or "")
+    if (letter := found["letter"]) in GREEK:
+        return True, _marked(GREEK[letter], found["accents"])
+    if letter is not None:
+        for mark in found["accents"]:
+            letter = rf"\{IN_TEXT[mark]}{{{letter}}}" if mark in IN_TEXT else letter
+        return False, letter if letter.isascii() else _unknown(letter)
+    # Two hyphens side by side would become a dash.
+    return (False, "{}-") if found["hyphen"] else _sign(found["other"])
+
+
+def _sign(sign: str) -> tuple[bool, str]:
+    if sign in ESCAPED:
+        return False, ESCAPED[sign]
+    if sign in SIGNS:
+        return True, SIGNS[sign]
+    if sign.isascii():
+        return False, sign if sign.isprintable() else ""
+    kind, _, code = unicodedata.decomposition(sign).partition(" ")
+    if kind in ("<sub>", "<super>"):
+        inner = "".join(GREEK.get(one, SIGNS.get(one, one)) for one in (chr(int(each, 16)) for each in code.split()))
+        return True, f"{'_' if kind == '<sub>' else '^'}{{{inner}}}"
+    return False, "" if unicodedata.category(sign) in ("Cf", "Cc", "Mn", "Me") else _unknown(sign)
+
+
+def _unknown(sign: str) -> str:
+    """Return the name of a character that the fonts of LaTeX lack, so that nothing goes without notice."""
+    return rf"\texttt{{U+{ord(sign[0]):04X}}}"
+
+
+def _marked(letter: str, marks: str) -> str:
+    for mark in marks:
+        letter = rf"\{IN_FORMULAS[mark]}{{{letter}}}" if mark in IN_FORMULAS else letter
+    return letter
+
+
+def _formula(parts: list[str]) -> str:
+    """Return the pieces of a formula joined: a command ends before a letter, and a letter has one index a side."""
+    told = ""
+    for part in parts:
+        told += " " + part if re.search(r"\\[A-Za-z]+$", told) and part[:1].isalpha() else part
+    for side in "_^":
+        same = re.compile(rf"(\{side}\{{(?:[^{{}}]|\{{[^{{}}]*\}})*)\}}\{side}\{{")
+        while same.search(told):
+            told = same.sub(r"\1", told)
+    return told
