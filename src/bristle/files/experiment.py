@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import shlex
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -18,6 +20,9 @@ from bristle.files.variant import SECTIONS, Tables, variant_from
 __all__ = ["experiment_from", "merged", "read_experiment"]
 
 KEYS = ("schema", "name", "kind", *SECTIONS, "compare")
+# What an experiment on a contact has, and what a loop cannot do without: they are written in the same folder.
+OF_CONTACTS = {"contact", "operator", "path", "torque", "measurement", "transition_branches"}
+OF_LOOPS = {"controller", "reference", "run"}
 
 
 def read_experiment(path: Readable, *, allow_code: bool = False, size_limit: int | str = SIZE_LIMIT) -> Experiment:
@@ -68,6 +73,7 @@ def experiment_from(data: dict[str, Any], source: Path, sources: Sources) -> Exp
     InputError
         With key, value and what is allowed there.
     """
+    _refuse_contact(data, source)
     check_keys(data, KEYS, "")
     check_schema(data)
     name = data.get("name", source.stem)
@@ -84,6 +90,17 @@ def experiment_from(data: dict[str, Any], source: Path, sources: Sources) -> Exp
     if not named:
         variants.insert(0, as_it_stands)
     return Experiment(name=name, kind=as_it_stands.plant.kind, variants=tuple(variants), source=source)
+
+
+def _refuse_contact(data: Mapping[str, Any], source: Path) -> None:
+    """Refuse an experiment on a contact, and tell what runs it: no loop is in it."""
+    if not OF_CONTACTS & data.keys() or OF_LOOPS & data.keys():
+        return
+    named = re.fullmatch(r"fig_0*(\d+)\.toml", source.name)
+    raise InputError(
+        "is an experiment on a contact, not on a loop",
+        mend=f"Run it with: bristle paper --from {shlex.quote(str(source.parent))} --figure {named[1] if named else 'N'}",
+    )
 
 
 def merged(base: Any, override: Any) -> Any:
