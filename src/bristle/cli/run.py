@@ -50,7 +50,7 @@ def run(
     from bristle.files.provenance import provenance
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
-    from bristle.report.compensation import gain_of
+    from bristle.report.best import closing_sentences
     from bristle.report.figure_files import figure_files
     from bristle.report.loop_tables import variant_table
     from bristle.report.results import write_logs, write_report
@@ -92,10 +92,8 @@ def run(
         sys.stdout.write(json_text(summary))
     elif result.variants:
         show_table(variant_table(result))
-        gain = gain_of(result)
-        if gain is not None:
-            for sentence in gain.sentences():
-                say(sentence)
+        for sentence in closing_sentences(result):
+            say(sentence)
     if out:
         complain(f"wrote {out}; open {out / 'report.html'} in a browser")
     failed = [name for name, one in summary["variants"].items() if not one["completed"]]

@@ -97,9 +97,10 @@ def _refuse_contact(data: Mapping[str, Any], source: Path) -> None:
     if not OF_CONTACTS & data.keys() or OF_LOOPS & data.keys():
         return
     named = re.fullmatch(r"fig_0*(\d+)\.toml", source.name)
+    folder, figure = shlex.quote(str(source.parent)), named[1] if named else "N"
     raise InputError(
         "is an experiment on a contact, not on a loop",
-        mend=f"Run it with: bristle paper --from {shlex.quote(str(source.parent))} --figure {named[1] if named else 'N'}",
+        mend=f"Run it with: bristle paper --from {folder} --figure {figure}",
     )
 
 

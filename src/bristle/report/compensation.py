@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from bristle.core.experiment import Experiment, Variant
     from bristle.simulation.result import SimulationResult, VariantResult
 
-__all__ = ["Gain", "gain_of", "pair_of"]
+__all__ = ["Gain", "gain_of", "pair_in", "pair_of"]
 
 NO_CHANGE = 0.05  # relative change below which nothing is claimed
 MOSTLY_LAG = 0.5  # share of the mean square of the following error that is in proportion to velocity
@@ -93,14 +93,18 @@ class Gain(NamedTuple):
             )
         if after > (1.0 + NO_CHANGE) * before:
             return (
-                f"In simulation, feeding the friction forward raises the following error from {old} to {new} "
-                "peak to peak: do not use this compensation as it is."
+                f"In simulation, feeding the friction forward raises the following error from {old} "
+                f"({self.steps[-2].name}) to {new} ({self.steps[-1].name}) peak to peak: do not use this compensation "
+                "as it is."
             )
         if after > (1.0 - NO_CHANGE) * before:
-            return f"In simulation, feeding the friction forward hardly changes the following error: {old}, then {new}."
+            return (
+                f"In simulation, feeding the friction forward hardly changes the following error: {old} "
+                f"({self.steps[-2].name}), then {new} ({self.steps[-1].name})."
+            )
         return (
-            f"In simulation, feeding the friction forward lowers the following error from {old} to {new} "
-            f"peak to peak{_times(before, after)}."
+            f"In simulation, feeding the friction forward lowers the following error from {old} "
+            f"({self.steps[-2].name}) to {new} ({self.steps[-1].name}) peak to peak{_times(before, after)}."
         )
 
     def _about_all(self) -> list[str]:
@@ -141,14 +145,15 @@ def _times(before: float, after: float) -> str:
     return f", by a factor of {number(before / after, digits=2)}" if 0.0 < after < before else ""
 
 
-def pair_of(experiment: Experiment) -> tuple[Variant, Variant] | None:
-    """Return the variant with friction fed forward, and before it the one that lacks nothing but that.
+def pair_of(experiment: Experiment, compensated: Variant | None = None) -> tuple[Variant, Variant] | None:
+    """Return a variant with friction fed forward, the first by default, and before it the one that lacks just that.
 
     Where no variant differs in that alone, the first one without friction fed forward; None where there is none of
     either.
     """
     plain = [one for one in experiment.variants if one.feedforward.friction is None]
-    compensated = next((one for one in experiment.variants if one.feedforward.friction is not None), None)
+    fed = (one for one in experiment.variants if one.feedforward.friction is not None)
+    compensated = compensated or next(fed, None)
     if compensated is None or not plain:
         return None
     mass, law = compensated.feedforward.mass, compensated.controller
@@ -156,14 +161,26 @@ def pair_of(experiment: Experiment) -> tuple[Variant, Variant] | None:
     return (alike or plain)[0], compensated
 
 
+def pair_in(simulation: SimulationResult) -> tuple[Variant, Variant] | None:
+    """Return the pair of the variant with friction fed forward that errs least."""
+    done = [
+        one
+        for one in simulation.experiment.variants
+        if one.feedforward.friction is not None and simulation.variants[one.name].status is not Status.NOT_FINITE
+    ]
+    best = min(done, key=lambda one: simulation.variants[one.name].following_error.peak_to_peak, default=None)
+    return pair_of(simulation.experiment, best)
+
+
 def gain_of(simulation: SimulationResult) -> Gain | None:
     """Return what compensation gains; None where the variants do not show it."""
     experiment = simulation.experiment
-    pair = pair_of(experiment)
+    pair = pair_in(simulation)
     if pair is None:
         return None
     first = experiment.variants[0]
-    chosen = pair if first in pair else (first, *pair)
+    # What another law gains is no gain of what is fed forward.
+    chosen = pair if first in pair or _law(first) != _law(pair[0]) else (first, *pair)
     results = [simulation.variants[one.name] for one in chosen]
     diverged = any(one.status is Status.NOT_FINITE for one in results)
     steps = () if diverged else tuple(_errors(*both) for both in zip(chosen, results, strict=True))
@@ -171,6 +188,12 @@ def gain_of(simulation: SimulationResult) -> Gain | None:
     alone = before.feedforward.mass == after.feedforward.mass and before.controller == after.controller
     velocity_fed = after.controller.values.get("k_ff", 0.0) > 0.0
     return Gain(steps, experiment.kind, _caveat(after), alone, velocity_fed)
+
+
+def _law(variant: Variant) -> tuple[str, dict[str, str]]:
+    """Return the control law without what it feeds forward."""
+    law = variant.controller
+    return law.name, {name: repr(value) for name, value in law.values.items() if name != "k_ff"}
 
 
 def _errors(variant: Variant, result: VariantResult) -> Errors:

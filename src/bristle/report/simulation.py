@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 from bristle.core.status import Status
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
-from bristle.report.compensation import gain_of, pair_of
+from bristle.report.best import closing_sentences
+from bristle.report.compensation import pair_in
 from bristle.report.loop_tables import component_table, direction_table, run_table, variant_table
 from bristle.report.page import Picture, picture, render
 
@@ -73,7 +74,7 @@ def following_picture(result: SimulationResult) -> dict[str, Picture]:
 
 
 def _focus(result: SimulationResult) -> tuple[str, ...]:
-    return tuple(one.name for one in pair_of(result.experiment) or ())
+    return tuple(one.name for one in pair_in(result) or ())
 
 
 def _sentences(result: SimulationResult) -> list[str]:
@@ -86,8 +87,7 @@ def _sentences(result: SimulationResult) -> list[str]:
         for one in result.variants.values()
         if one.name not in failed
     ]
-    gain = gain_of(result)
-    return found if gain is None or not gain.steps else found + gain.sentences()
+    return found + closing_sentences(result)
 
 
 def _parts(variant: Variant) -> list[tuple[str, Model | None]]:
