@@ -121,3 +121,44 @@ def test_logs_need_a_folder(bristle, place):
     ended = bristle("run", "experiment.toml", "--log")
     assert ended.code == 2
     assert "--log: needs a folder" in ended.err
+
+
+@pytest.mark.parametrize("command", ["run", "design"])
+def test_an_experiment_on_a_contact_is_told_which_command_runs_it(bristle, tmp_path, command):
+    assert bristle("paper", "--write", tmp_path / "my copy").code == 0
+    contacts = sorted((tmp_path / "my copy").glob("fig_*.toml"))
+    assert len(contacts) == 9
+    for one in contacts:
+        ended = bristle(command, one)
+        assert ended.code == 2
+        assert ended.err.count("\n") == 1
+        assert "is an experiment on a contact" in ended.err
+        assert f"bristle paper --from '{one.parent}' --figure {int(one.stem[-2:])}\n" in ended.err
+
+
+def test_an_experiment_on_a_contact_is_known_by_its_tables(bristle, place):
+    Path("mine.toml").write_text('schema = 1\n[contact.a]\nmodel = "dahl"\n[path]\nturns = ["1 um"]\n')
+    assert "bristle paper --from . --figure N" in bristle("run", "mine.toml").err
+    text = Path("experiment.toml").read_text()
+    Path("fig_01.toml").write_text(text)
+    assert bristle("run", "fig_01.toml").code == 0
+    # A loop with a table that it has not is one that was mistyped.
+    Path("experiment.toml").write_text(text + '\n[path]\nturns = ["1 um"]\n')
+    assert "path: unknown key" in bristle("run", "experiment.toml").err
+
+
+def test_the_best_variant_is_named_last(bristle, place):
+    text = Path("experiment.toml").read_text().replace("[compare.none.", "[compare.base]\n\n[compare.none.")
+    Path("experiment.toml").write_text(f"{text}\n[compare.half.controller.feedforward]\ngain = 0.5\n")
+    found = bristle("run", "experiment.toml")
+    words = " ".join(found.out.split())
+    assert "No variant errs less than base: " in words
+    assert "The nearest, half, errs by " in words
+    fed = 'friction = { model = "coulomb_viscous", F_C = "8 N", F_v = "40 N*s/m" }'
+    text = text.replace(fed, "", 1).replace('friction = "none"', fed)
+    for velocity, less in (("", "hardly less than base with "), ("\nk_ff = 1", "% less than base with ")):
+        # With the lag of the position loop gone, most of the error is friction.
+        Path("experiment.toml").write_text(text.replace('k_p = "80 1/s"', f'k_p = "80 1/s"{velocity}'))
+        words = " ".join(bristle("run", "experiment.toml").out.split())
+        assert "Of 2 variants, none errs least: " in words
+        assert less in words

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedFormatter, FixedLocator
+from matplotlib.ticker import FixedFormatter, FixedLocator, FuncFormatter
 
 from bristle.figures.drawn import Drawn, drawn_in
 from bristle.figures.series import series_names
@@ -24,6 +24,7 @@ from bristle.figures.series import series_names
 __all__ = ["Panel", "as_csv", "numbers_of"]
 
 DIGITS = ".12g"  # enough to draw it again at any size
+_NUMBER = re.compile(r"[\d.,eE+−-]*")
 
 
 class Panel(NamedTuple):
@@ -87,7 +88,7 @@ def _heads(axes: Axes, others: Sequence[Axes], title: str) -> tuple[str, str]:
         return "angle [rad]", title if "[" in title else "radius"
     x = axes.get_xlabel() or _label_beside(axes, others, "x")
     y = axes.get_ylabel() or _label_beside(axes, others, "y")
-    return (f"x: {x}", f"y: {y}") if x == y else (x or "x", y or "y")
+    return (f"x: {x}", f"y: {y}") if x and x == y else (x or "x", y or "y")
 
 
 def _label_beside(axes: Axes, others: Sequence[Axes], which: str) -> str:
@@ -108,11 +109,13 @@ def _label_beside(axes: Axes, others: Sequence[Axes], which: str) -> str:
 
 def _names_at(axis: Any) -> dict[float, str]:
     """Return the names that stand at an axis in place of numbers, by where they stand."""
-    locator, formatter = axis.get_major_locator(), axis.get_major_formatter()
-    if not (isinstance(locator, FixedLocator) and isinstance(formatter, FixedFormatter)):
+    formatter = axis.get_major_formatter()
+    named = isinstance(formatter, (FixedFormatter, FuncFormatter))
+    if not (named and isinstance(axis.get_major_locator(), FixedLocator)):
         return {}
-    found = {float(place): str(name) for place, name in zip(axis.get_majorticklocs(), formatter.seq, strict=False)}
-    return {} if all(re.fullmatch(r"[\d.,eE+−-]*", name) for name in found.values()) else found
+    places = [float(one) for one in axis.get_majorticklocs()]
+    found = dict(zip(places, formatter.format_ticks(places), strict=True))
+    return {} if all(_NUMBER.fullmatch(name) for name in found.values()) else found
 
 
 def _nearest(place: float, names: dict[float, str]) -> str:

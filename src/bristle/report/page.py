@@ -12,7 +12,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jinja2
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from bristle.core.typography import typeset_sentence
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Picture", "Plate", "picture", "plates", "render"]
 
-LONGEST = 40  # letters of a name that takes one line
+SHORT, LONGEST = 12, 40  # letters of a name that is never broken, and of one that takes one line
 
 
 class Picture(NamedTuple):
@@ -105,6 +105,12 @@ def render(template: str, *, provenance: Mapping[str, str], command: str, banner
     return printable(page.render(provenance=provenance, command=command, banner=banner, **content))
 
 
+def _breakable(text: str) -> Markup:
+    """Return text in which long names, such as those of tests, may go on in the next line behind an underscore."""
+    words = (escape(word).replace("_", Markup("_<wbr>")) if len(word) > SHORT else word for word in text.split(" "))
+    return Markup(" ").join(words)
+
+
 @lru_cache(maxsize=1)
 def _environment() -> jinja2.Environment:
     environment = jinja2.Environment(
@@ -112,6 +118,7 @@ def _environment() -> jinja2.Environment:
         trim_blocks=True, lstrip_blocks=True,
     )  # fmt: skip
     environment.filters["typeset"] = typeset_sentence
+    environment.filters["breakable"] = _breakable
     # Names that would stretch a table: they are broken anywhere instead.
     environment.tests["long"] = lambda text: len(text) > LONGEST
     environment.tests["unbroken"] = lambda text: any(len(word) > LONGEST for word in text.split())

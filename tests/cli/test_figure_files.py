@@ -1,0 +1,93 @@
+"""``--format`` and ``--data``: the figures of every report as files, beside the report."""
+
+import csv
+from pathlib import Path
+
+import pytest
+import typer
+
+from bristle.cli.application import app
+from bristle.files.results import SUMMARY
+
+COMMANDS = typer.main.get_command(app).commands
+WITH_RESULTS = sorted(name for name, one in COMMANDS.items() if any("--out" in each.opts for each in one.params))
+
+
+@pytest.mark.parametrize("name", WITH_RESULTS)
+def test_every_command_that_writes_a_report_takes_them(name):
+    options = {option for one in COMMANDS[name].params for option in one.opts}
+    assert {"--format", "--data"} <= options
+
+
+def test_formats_captions_and_numbers_lie_beside_the_report(bristle, place):
+    found = bristle("log", "log.csv", "--axis", "axis.toml", "--out", "run", "--format", "svg", "--format", "PDF",
+                    "--data", "csv")  # fmt: skip
+    assert found.code == 0, found.err
+    names = {one.name for one in Path("run/figures").iterdir()}
+    assert {"passages.svg", "passages.pdf", "captions.tex"} <= names
+    assert "passages.png" not in names
+    tables = [one for one in names if one.endswith(".csv")]
+    assert tables
+    with (Path("run/figures") / sorted(tables)[0]).open(encoding="utf-8") as file:
+        head, *lines = csv.reader(file)
+    assert head[:6] == ["panel", "series", "mark", "stroke", "Time [s]", "Position [mm]"]
+    assert len(lines) > 100
+    assert (Path("run") / SUMMARY).is_file()
+    # They are results like all others: replaced with them, and kept once they were changed.
+    assert bristle("log", "log.csv", "--axis", "axis.toml", "--out", "run", "--force").code == 0
+    assert not Path("run/figures").exists()
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("run", "experiment.toml"),
+        ("predict", "model.toml", "log.csv", "--axis", "axis.toml"),
+        ("identify", "log.csv", "--axis", "axis.toml", "--draws", "0"),
+        ("log", "log.csv", "--axis", "axis.toml"),
+    ],
+    ids=lambda one: one[0],
+)
+def test_each_figure_of_the_page_is_a_file(bristle, place, command):
+    assert bristle(*command, "--out", "run", "--format", "svg").code == 0
+    page = Path("run/report.html").read_text(encoding="utf-8")
+    assert page.count("<figure id=") == len(list(Path("run/figures").glob("*.svg"))) > 0
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "allowed"), [("--format", "gif", ("svg", "pdf", "png")), ("--data", "xlsx", ("csv",))]
+)
+def test_another_format_is_refused_with_those_there_are(bristle, place, option, value, allowed):
+    ended = bristle("log", "log.csv", "--out", "run", option, value)
+    assert ended.code == 2
+    assert ended.err.count("\n") == 1
+    assert value in ended.err
+    assert all(one in ended.err for one in allowed)
+    assert not Path("run").exists()
+
+
+@pytest.mark.parametrize("option", [("--format", "svg"), ("--data", "csv")])
+def test_they_need_a_folder(bristle, place, option):
+    ended = bristle("run", "experiment.toml", *option)
+    assert ended.code == 2
+    assert f"{option[0]}: needs a folder to write into. Add --out DIR" in ended.err
+
+
+def test_a_log_with_problems_has_no_figures(bristle, place):
+    Path("flat.csv").write_text("t,q\n" + "".join(f"{k},nan\n" for k in range(20)))
+    assert bristle("log", "flat.csv", "--out", "run", "--format", "svg").code == 1
+    assert not Path("run/figures").exists()
+
+
+def test_figures_of_the_paper_by_their_numbers_and_its_errata(bristle, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    found = bristle("paper", "--figure", "4", "--format", "png", "--data", "csv", "--out", "run")
+    assert found.code == 0, found.err
+    names = {one.name for one in Path("run/figures").iterdir()}
+    assert names == {"figure-04.png", "captions.tex", *(f"figure-04-panel-{k}.csv" for k in range(1, 6))}
+    told = Path("run/figures/captions.tex").read_text()
+    assert "As printed they miss by up to 33.4 mN$\\cdot$m." in told
+    assert "The rig is simulated." in told
+    assert "\\begin{longtable}" in Path("run/errata.tex").read_text()
+    assert bristle("paper", "--figure", "4", "--data", "csv", "--out", "run", "--force").code == 0
+    assert not Path("run/errata.tex").exists()

@@ -1,0 +1,123 @@
+"""A figure as a file: text is text, fonts are inside, the ground is white, and the bytes are the same each time."""
+
+import re
+import struct
+import warnings
+import zlib
+from xml.etree import ElementTree
+
+import matplotlib
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+from tests.figures.gallery import gallery
+from tests.figures.hostile_names import NAMES
+
+from bristle.core.errors import InputWarning
+from bristle.figures import figure_file, files, fits_as_png
+
+FORMATS = ("svg", "pdf", "png")
+TWO_COLUMNS = 7.21  # inches: 183 mm
+
+
+@pytest.fixture(scope="module")
+def margins():
+    return gallery()["margins"]()
+
+
+def streams_of(pdf):
+    """What lies compressed in a file of PDF, joined."""
+    found = []
+    for part in re.findall(rb"stream\r?\n(.*?)endstream", pdf, re.DOTALL):
+        try:
+            found.append(zlib.decompress(part))
+        except zlib.error:
+            found.append(part)
+    return b"\n".join(found)
+
+
+def test_text_of_svg_is_text_on_white_and_nothing_is_asked_from_outside(margins):
+    text = figure_file(margins, "svg", "Poles & margins <of a loop>").decode()
+    tree = ElementTree.fromstring(text)
+    words = " ".join(tree.itertext())
+    for told in ("Frequency [Hz]", "small motions", "Phase [°]", "Poles & margins <of a loop>"):
+        assert told in words
+    ground = next(one for one in tree.iter("{http://www.w3.org/2000/svg}path"))
+    assert ground.get("style") == "fill: #ffffff"
+    assert not re.search(r"<image|@import|<script|xlink:href=\"(?!#)", text)
+    assert "dc:date" not in text
+
+
+def test_fonts_of_pdf_are_inside_as_letters_and_no_outlines(margins):
+    pdf = figure_file(margins, "pdf", "Poles")
+    whole = pdf + streams_of(pdf)
+    assert b"/FontFile2" in whole
+    assert b"/Type3" not in whole
+    assert re.search(rb"/Title[^>]*Poles", whole)
+    assert b"CreationDate" not in whole
+
+
+def test_it_is_as_wide_as_two_columns_of_a_journal(margins):
+    _, _, wide, _ = re.search(
+        rb"/MediaBox \[ ?([\d.]+) ([\d.]+) ([\d.]+) ([\d.]+)", figure_file(margins, "pdf", "")
+    ).groups()
+    assert 6.8 < float(wide) / 72.0 < TWO_COLUMNS
+    svg = figure_file(margins, "svg", "").decode()
+    assert 6.8 < float(re.search(r'width="([\d.]+)pt"', svg)[1]) / 72.0 < TWO_COLUMNS
+
+
+def test_png_has_300_dots_an_inch_on_white(margins, tmp_path):
+    png = figure_file(margins, "png", "")
+    wide, high = struct.unpack(">II", png[16:24])
+    assert wide >= 6.8 * 300
+    place = png.index(b"pHYs") + 4
+    assert struct.unpack(">I", png[place : place + 4])[0] * 0.0254 == pytest.approx(300.0, rel=1e-3)
+    (tmp_path / "a.png").write_bytes(png)
+    pixels = imread(tmp_path / "a.png")
+    assert pixels.shape[:2] == (high, wide)
+    assert np.all(pixels[0, 0] == 1.0)
+    assert pixels[..., 3].min() == 1.0  # nothing shines through
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_the_same_figure_gives_the_same_bytes_whatever_is_set(form):
+    first = figure_file(gallery()["expected"](), form, "a")
+    settings = {
+        "font.size": 31,
+        "svg.fonttype": "path",
+        "pdf.fonttype": 3,
+        "savefig.dpi": 20,
+        "savefig.facecolor": "red",
+    }
+    with matplotlib.rc_context(settings):
+        assert figure_file(gallery()["expected"](), form, "a") == first
+        assert matplotlib.rcParams["svg.fonttype"] == "path"
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_any_name_can_be_drawn(form):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", InputWarning)
+        assert (
+            len(figure_file(gallery(NAMES[:2], NAMES)["minor_loops"](), form, "\x00\ud800 \n" + "".join(NAMES))) > 1000
+        )
+
+
+def test_letters_that_the_fonts_lack_are_told_once_and_other_warnings_stay():
+    class Lacking(Figure):
+        def savefig(self, *_, **__):
+            for letter in (36724, 30340):
+                warnings.warn(f"Glyph {letter} missing from font(s) DejaVu Sans.", UserWarning, stacklevel=2)
+            warnings.warn("another", DeprecationWarning, stacklevel=2)
+
+    with pytest.warns() as caught:
+        files.figure_file(Lacking(), "png", "")
+    assert [(one.category, str(one.message)[:7]) for one in caught] == [
+        (DeprecationWarning, "another"), (InputWarning, "letters"),
+    ]  # fmt: skip
+
+
+def test_a_figure_of_very_many_panels_is_no_png(margins):
+    assert fits_as_png(margins)
+    assert not fits_as_png(Figure(figsize=(7.2, 100.0)))

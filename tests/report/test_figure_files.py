@@ -1,0 +1,90 @@
+"""The figures of a report as files of their own: in every format asked for, with captions and numbers."""
+
+import csv
+from pathlib import Path
+
+import pytest
+from matplotlib.figure import Figure
+from tests.figures.gallery import gallery
+
+from bristle.core import InputError
+from bristle.core.errors import InputWarning
+from bristle.files.results import results_folder
+from bristle.report.figure_files import captions, figure_files
+from bristle.report.page import Plate, picture, plates
+
+DRAW = gallery()
+
+
+def write(out: Path, formats=(), data=None, names=("expected", "drive_table")) -> dict[str, int]:
+    """Draw figures for a report; return how large the files are that come of it."""
+    with results_folder(out) as folder, figure_files(folder, formats, data):
+        for name in names:
+            picture(name.replace("_", "-"), DRAW[name], "what it is", "what to see: 5 um, at F_s")
+        folder.write("report.html", "")
+    return {one.name: one.stat().st_size for one in (out / "figures").glob("*")}
+
+
+def test_each_figure_is_written_in_each_format_with_its_numbers(tmp_path):
+    found = write(tmp_path / "run", ["svg", "pdf", "png", "svg"], "csv")
+    assert set(found) == {
+        "expected.svg", "expected.pdf", "expected.png", "expected-panel-1.csv", "expected-panel-2.csv",
+        "drive-table.svg", "drive-table.pdf", "drive-table.png", "drive-table.csv", "captions.tex",
+    }  # fmt: skip
+    assert min(found.values()) > 100
+    with (tmp_path / "run/figures/drive-table.csv").open(encoding="utf-8") as file:
+        assert next(csv.reader(file))[4:] == ["Velocity [mm/s]", "Friction force [N]"]
+
+
+def test_numbers_alone_need_no_captions_and_nothing_asked_is_nothing_written(tmp_path):
+    assert set(write(tmp_path / "a", data="csv", names=("drive_table",))) == {"drive-table.csv"}
+    assert write(tmp_path / "b") == {}
+    assert not (tmp_path / "b/figures").exists()
+
+
+@pytest.mark.parametrize(("formats", "data", "option"), [(["svg"], None, "--format"), (None, "csv", "--data")])
+def test_without_a_folder_it_is_refused_before_any_work(formats, data, option):
+    with pytest.raises(InputError, match=option), figure_files(None, formats, data):
+        pytest.fail("the work must not begin")
+
+
+def test_each_figure_has_a_command_with_its_caption_and_its_label():
+    text = captions([Plate("figure-06-economy", None, "short & [told]", "at 5 um of F_s")])
+    assert r"\newcommand{\bristlefigureVIeconomy}[1][figure*]{%" in text
+    assert r"\includegraphics[width=\linewidth]{figure-06-economy}" in text
+    assert r"\caption[{short \& [told]}]{at 5 $\mu$m of $F_{s}$}" in text
+    assert r"\label{fig:figure-06-economy}" in text
+    assert "--format pdf" not in text
+
+
+def test_captions_without_a_figure_that_latex_takes_say_so():
+    assert "--format pdf" in captions([], ["svg"])
+
+
+def test_what_would_be_too_large_a_png_is_written_as_pdf(tmp_path):
+    def draw():
+        figure = Figure(figsize=(7.2, 90.0))
+        figure.add_subplot().plot([0.0, 1.0])
+        return figure
+
+    with results_folder(tmp_path / "run") as folder, pytest.warns(InputWarning, match="the figure tall would have"), \
+            figure_files(folder, ["png"], None):  # fmt: skip
+        picture("tall", draw, "a", "b")
+    assert {one.name for one in (tmp_path / "run/figures").iterdir()} == {"tall.pdf", "captions.tex"}
+
+
+def test_figures_are_kept_only_for_those_who_ask_and_each_keeps_its_own():
+    with plates() as outer:
+        picture("a", DRAW["expected"], "", "one", file="first", published="another")
+        with plates() as inner:
+            picture("b", DRAW["expected"], "", "two")
+    picture("c", DRAW["expected"], "", "three")
+    assert [(one.name, one.caption) for one in outer] == [("first", "another")]
+    assert [(one.name, one.caption) for one in inner] == [("b", "two")]
+
+
+def test_a_report_is_the_same_whether_its_figures_are_written_or_not(tmp_path):
+    alone = picture("a", DRAW["margins"], "x", "y")
+    with results_folder(tmp_path / "run") as folder, figure_files(folder, ["png", "svg"], "csv"):
+        beside = picture("a", DRAW["margins"], "x", "y")
+    assert alone == beside
