@@ -78,7 +78,14 @@ def _section(one: Reproduced) -> Section:
         file=file, published=" ".join([f"{one.words.title}.", f"{one.words.alternative}.", *one.found, SIMULATED]),
     )  # fmt: skip
     extras = [
-        picture(f"paper-{one.number}-{name}", draw, alternative, caption, file=f"{file}-{name}")
+        picture(
+            f"paper-{one.number}-{name}",
+            draw,
+            alternative,
+            caption,
+            file=f"{file}-{name}",
+            published=f"{caption} {SIMULATED}",
+        )
         for name, (draw, alternative, caption) in one.extras.items()
     ]
     return Section(one, drawn._replace(id=f"fig-{one.number}"), extras)
