@@ -60,8 +60,10 @@ def test_it_writes_a_motion_and_what_its_log_would_tell(bristle, folder):
     again = bristle("excite", "axis.toml", "--out", "motion", "--duration", "16 s", "--for", "stribeck")
     assert again.code == 2
     assert "--force" in again.err
-    replaced = bristle("excite", "axis.toml", "--out", "motion", "--duration", "16 s", "--for", "stribeck", "--force")
+    replaced = bristle("excite", "axis.toml", "--out", "motion", "--duration", "16 s", "--for", "stribeck", "--force",
+                       "--format", "svg")  # fmt: skip
     assert replaced.code == 0
+    assert {one.name for one in Path("motion/figures").glob("*.svg")} == {"motion.svg", "expected.svg"}
     assert "constant velocity" in replaced.out
 
 

@@ -45,6 +45,8 @@ def test_formats_captions_and_numbers_lie_beside_the_report(bristle, place):
         ("predict", "model.toml", "log.csv", "--axis", "axis.toml"),
         ("identify", "log.csv", "--axis", "axis.toml", "--draws", "0"),
         ("log", "log.csv", "--axis", "axis.toml"),
+        ("design", "experiment.toml", "--variant", "base"),
+        ("demo",),
     ],
     ids=lambda one: one[0],
 )

@@ -34,8 +34,9 @@ def loops(tmp_path):
 
 def test_identify_and_predict(bristle, loops):  # noqa: F811
     asked = ("--model", "prandtl_ishlinskii,preisach", "--axis", loops / "axis.toml")
-    found = bristle("identify", loops / "loops.csv", *asked, "--out", loops / "out", "--json")
+    found = bristle("identify", loops / "loops.csv", *asked, "--out", loops / "out", "--json", "--format", "svg")
     assert found.code == 0, found.err
+    assert [one.name for one in (loops / "out" / "figures").glob("*.svg")] == ["curves.svg"]
     assert json.loads((loops / "out" / "summary.json").read_text()) == found.data
     assert found.data["model"] == "preisach"
     assert found.data["parameters"]["s"]["value"] == pytest.approx(1e7, rel=0.02)
@@ -43,11 +44,15 @@ def test_identify_and_predict(bristle, loops):  # noqa: F811
     assert [one["rank"] for one in found.data["models"]] == [1, 2]
     assert found.data["metrics"]["held_out_error_percent"] < 0.3
     said = bristle(
-        "predict", loops / "out" / "model.toml", loops / "loops.csv", "--axis", loops / "axis.toml", "--json"
-    )
+        "predict", loops / "out" / "model.toml", loops / "loops.csv", "--axis", loops / "axis.toml", "--json",
+        "--out", loops / "said", "--format", "pdf", "--data", "csv",
+    )  # fmt: skip
     assert said.code == 0, said.err
     assert said.data["metrics"]["error_percent"] == pytest.approx(found.data["metrics"]["error_percent"])
     assert said.data["metrics"]["unit"] == "N"
+    assert {one.name for one in (loops / "said" / "figures").iterdir()} == {
+        "curves.pdf", "curves-panel-1.csv", "curves-panel-2.csv", "captions.tex",
+    }  # fmt: skip
 
 
 def test_what_was_fitted_before_an_interruption_is_written_and_marked(bristle, loops, monkeypatch):  # noqa: F811

@@ -120,6 +120,14 @@ def test_aids_are_named_after_no_series(axes):
     assert [name for name, _ in numbers_of(axes.figure)[0].drawn] == ["the paper", "line 1", "line 2", "line 3"]
 
 
+def test_an_aid_that_looks_like_one_with_a_name_in_another_panel_is_another():
+    figure = Figure()
+    first, second = figure.subplots(1, 2)
+    first.axhline(1.0, color=GREY, label="what friction takes")
+    second.axhline(0.0, color=GREY)
+    assert [[name for name, _ in one.drawn] for one in numbers_of(figure)] == [["what friction takes"], ["line"]]
+
+
 def test_logarithmic_axes_have_the_numbers_themselves(axes):
     axes.loglog([1.0, 100.0, 1e4], [0.01, 10.0, 1e6], label="a")
     axes.set_xlim(1.0, 1e5)
