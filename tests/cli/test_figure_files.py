@@ -1,6 +1,7 @@
 """``--format`` and ``--data``: the figures of every report as files, beside the report."""
 
 import csv
+import json
 from pathlib import Path
 
 import pytest
@@ -8,6 +9,7 @@ import typer
 
 from bristle.cli.application import app
 from bristle.files.results import SUMMARY
+from bristle.report.latex import as_latex
 
 COMMANDS = typer.main.get_command(app).commands
 WITH_RESULTS = sorted(name for name, one in COMMANDS.items() if any("--out" in each.opts for each in one.params))
@@ -88,7 +90,10 @@ def test_figures_of_the_paper_by_their_numbers_and_its_errata(bristle, tmp_path,
     names = {one.name for one in Path("run/figures").iterdir()}
     assert names == {"figure-04.png", "captions.tex", *(f"figure-04-panel-{k}.csv" for k in range(1, 6))}
     told = Path("run/figures/captions.tex").read_text()
-    assert "As printed they miss by up to 33.4 mN$\\cdot$m." in told
+    found = json.loads(Path("run/summary.json").read_text())["figures"]["4"]["found"]
+    assert found
+    for sentence in found:
+        assert as_latex(sentence) in told
     assert "The rig is simulated." in told
     assert "\\begin{longtable}" in Path("run/errata.tex").read_text()
     assert bristle("paper", "--figure", "4", "--data", "csv", "--out", "run", "--force").code == 0

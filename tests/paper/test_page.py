@@ -80,7 +80,7 @@ def test_the_whole_paper_needs_few_entries(paper, entries):
 
 def test_the_table_of_errata_shares_its_width_by_the_names_of_its_columns():
     html = paper_report([], command="bristle paper", provenance={})
-    (table,) = re.findall(r'<table class="long shared">.*?</table>', html, re.DOTALL)
+    table = re.findall(r'<table class="long shared">.*?</table>', html, re.DOTALL)[-1]
     columns = re.findall(r'<col class="([^"]+)">', table)
     heads = [one.lower().replace(" ", "-") for one in re.findall(r'<th scope="col">([^<]*)</th>', table)]
     assert columns == heads
@@ -88,12 +88,13 @@ def test_the_table_of_errata_shares_its_width_by_the_names_of_its_columns():
     style = html.partition("<style>")[2].partition("</style>")[0]
     shares = {one: float(share) for one, share in re.findall(r"\.shared col\.([\w-]+) { width: (\d+)%; }", style)}
     # Sentences have what the short columns leave.
-    assert sum(shares.values()) < 50.0
+    assert sum(shares[one] for one in columns if one in shares) < 50.0
     assert set(shares) & {"as-printed", "correct"} == set()
     assert "table-layout: fixed" in style
     # Long names of tests go on in the next line behind an underscore, short symbols do not.
     names = [one.test.partition("::")[2] for one in ERRATA]
     for name in names:
         assert name.replace("_", "_<wbr>") in table
-    assert "<wbr>" not in re.sub(r'<td class="test">.*?</td>', "", table)
+    assert "f_p" in table
+    assert not re.search(r"[ (][A-Za-z]_<wbr>", table)
     assert "thead { display: table-header-group; }" in style

@@ -11,12 +11,14 @@ class Page(HTMLParser):
     def __init__(self, text: str) -> None:
         super().__init__(convert_charrefs=True)
         self.open, self.unbalanced, self.tags, self.text, self.cells = [], [], [], [], []
+        self.in_word = False
         self.feed(text)
         self.close()
         self.unbalanced += self.open
 
     def handle_starttag(self, tag, attrs):
         self.tags.append((tag, dict(attrs)))
+        self.in_word = tag == "wbr"
         if tag not in VOID:
             self.open.append(tag)
 
@@ -31,7 +33,8 @@ class Page(HTMLParser):
         if "style" not in self.open:
             self.text.append(data)
         if self.open and self.open[-1] in ("td", "th"):
-            self.cells.append(data)
+            self.cells.append(self.cells.pop() + data if self.in_word else data)
+        self.in_word = False
 
     def named(self, tag):
         return [attrs for name, attrs in self.tags if name == tag]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bristle.paper.errata import ERRATA, Erratum
+from bristle.paper.errata import ERRATA, KINDS, Erratum
 from bristle.report.latex import as_latex
 
 __all__ = ["ERRATA_FILE", "errata_tex"]
@@ -17,7 +17,7 @@ COLUMNS = {
     "printed": ("As printed", 0.4),
     "correct": ("Correct", 0.34),
 }
-HEAD = r"""% What in the source paper cannot stand as printed. In the preamble of your document:
+HEAD = r"""% What in the source paper cannot stand as printed, or not in every reading. In your preamble:
 %   \usepackage{array,longtable}
 % and where the table is to stand: \input{errata}
 """
@@ -31,11 +31,13 @@ def errata_tex(errata: Sequence[Erratum] = ERRATA) -> str:
         rf">{{\raggedright\arraybackslash}}p{{\dimexpr {COLUMNS[name][1] / whole:.3f}\linewidth-2\tabcolsep\relax}}"
         for name in kept
     ]
+    kinds = " ".join(f"{kind.capitalize()}: {what[0].lower()}{what[1:]}" for kind, what in KINDS.items())
     heads = " & ".join(rf"\textbf{{{COLUMNS[name][0]}}}" for name in kept)
     rows = [" & ".join(as_latex(str(getattr(one, name, ""))) for name in kept) for one in errata]
     return "\n".join([
         HEAD + r"\begin{longtable}{" + "\n  " + "\n  ".join(widths) + "}",
-        r"  \caption{What is printed in the source paper, and what it must be.}\label{tab:errata}\\", r"  \hline",
+        rf"  \caption{{What the source paper prints, and what is right. {as_latex(kinds)}}}\label{{tab:errata}}\\",
+        r"  \hline",
         rf"  {heads} \\ \hline", r"  \endfirsthead", r"  \hline", rf"  {heads} \\ \hline", r"  \endhead", r"  \hline",
         r"  \endlastfoot",
         # A bracket right behind the end of a row would be taken for its height.
