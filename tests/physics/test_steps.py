@@ -62,6 +62,8 @@ def test_a_first_step_of_whatever_length_is_the_mean_of_its_parts(model):
 
 @pytest.mark.parametrize("model", [*examples()])
 def test_a_long_step_back_from_sliding_is_the_mean_of_its_parts(model):
+    if "scatter" in model.values:
+        model = model.with_values(scatter=0.0)  # a reversal draws another limit for the steps after it
     fast = np.full(40, 2e-3)
     for distance in (-1e-6, -5e-6, -2e-5, -1e-4, -5e-4):
         parts = 500

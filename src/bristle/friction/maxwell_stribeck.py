@@ -89,9 +89,13 @@ def drawn_scale(state, p):
 
 @kernel
 def limit_of(state, v, p):
-    """Return the force [N or N*m] at which all elements slip at the velocity `v`; a reversal has drawn it anew."""
+    """Return the force [N or N*m] at which all elements slip at the velocity `v`.
+
+    The first limit holds from the first step on. A later one holds from the step after the reversal that drew it, for a
+    force that jumped with the velocity inside of a step would leave an implicit one without a solution.
+    """
     ratio = v / p.v_S
-    scale = drawn_scale(state, p) if reverses(state, v, p) else state.scale
+    scale = drawn_scale(state, p) if state.side == 0.0 else state.scale
     return scale * (p.F_C + (p.F_S - p.F_C) * exp(-ratio * ratio))
 
 
