@@ -19,6 +19,7 @@ from bristle.figures.effort_over_time import effort_over_time
 from bristle.figures.error_budget import error_budget
 from bristle.figures.error_distribution import error_distribution
 from bristle.figures.error_over_count import error_over_count
+from bristle.figures.error_over_level import error_over_level
 from bristle.figures.everett_surface import everett_surface
 from bristle.figures.files import figure_file, fits_as_png
 from bristle.figures.following_error import following_error, has_completed
@@ -57,6 +58,7 @@ __all__ = [
     "error_budget",
     "error_distribution",
     "error_over_count",
+    "error_over_level",
     "everett_surface",
     "expected",
     "figure_file",

@@ -26,6 +26,8 @@ def control_effort(
     close: tuple[float, float],
     arm: float = 1.0,
     effort: Kind = "translational",
+    *,
+    friction: bool = False,
 ) -> Figure:
     """Return the effort of each loop, whole and close up, to one scale.
 
@@ -41,6 +43,8 @@ def control_effort(
         What efforts are multiplied by to be shown: with the travel for a radian, a force becomes a torque.
     effort : {"translational", "rotational"}
         The kind of what is shown then.
+    friction : bool
+        Whether the part of it that goes into friction is drawn over it.
     """
     scale, word = effort_scale(effort, *(arm * one.effort for one in results.values()))
     peak = (
@@ -48,13 +52,19 @@ def control_effort(
         * scale.factor
         * max(float(np.max(np.abs(arm * one.effort[one.time >= settle]))) for one in results.values())
     )
-    figure, grid = style.panels(0.1 + 2.0 * len(results), rows=len(results), columns=2, widths=(2.0, 1.0), between=0.3)
+    top = 0.56 if friction else 0.32
+    figure, grid = style.panels(
+        top - 0.22 + 2.0 * len(results), rows=len(results), columns=2, widths=(2.0, 1.0), between=0.3, top=top
+    )
     for (whole, near), (name, one) in zip(grid, results.items(), strict=True):
         inside = (one.time >= close[0]) & (one.time <= close[1])
         for axes, part in ((whole, one.time >= settle), (near, inside)):
             span = time_scale(one.time[part])
             x, y = line(one.time[part], arm * one.effort[part])
-            axes.plot(x * span.factor, y * scale.factor, **style.PREDICTED)
+            axes.plot(x * span.factor, y * scale.factor, label=f"driving {word.lower()}", **style.PREDICTED)
+            if friction:
+                x, y = line(one.time[part], arm * one.friction[part])
+                axes.plot(x * span.factor, y * scale.factor, label="friction", **style.MEASURED)
             axes.set_ylim(-peak, peak)
             axes.set_xlabel(span.label("Time"))
         whole.set_ylabel(scale.label(f"Driving {word.lower()}"))
@@ -62,4 +72,6 @@ def control_effort(
         style.mark_window(whole, np.array(close))
         style.title(whole, name)
         near.set_title("close up")
+    if friction:
+        style.legend_in_corner(figure, grid[0][0])
     return figure

@@ -17,11 +17,14 @@ if TYPE_CHECKING:
 
 __all__ = ["error_distribution"]
 
+RANGE = "range in the paper"
+
 
 @style.styled
 def error_distribution(
-    results: Mapping[str, VariantResult], settle: float, resolution: float, kind: Kind = "translational"
-) -> Figure:
+    results: Mapping[str, VariantResult], settle: float, resolution: float,
+    published: Mapping[str, tuple[float, float]] | None = None, kind: Kind = "translational",
+) -> Figure:  # fmt: skip
     """Return the distribution of the following error, a panel for each loop.
 
     Parameters
@@ -32,6 +35,8 @@ def error_distribution(
         Time at the start that is left out [s].
     resolution : float
         One count of the encoder [m or rad]; a bar is half as wide. Without one the range is cut into sixty.
+    published : mapping of str to (float, float), optional
+        Ranges to compare with, by the name of the loop [m or rad].
     kind : {"translational", "rotational"}
         The kind of axis.
     """
@@ -49,6 +54,8 @@ def error_distribution(
         axes.stairs(shares[name], edges, fill=True, color="#9db6d0", label="_bars")
         axes.stairs(shares[name], edges, color=style.PREDICTED["color"], linewidth=0.9, label="_outline")
         axes.axvline(mean, color=style.INK, linewidth=1.2, linestyle="--", label="mean")
+        for edge, label in zip((published or {}).get(name, ()), (RANGE, "_same"), strict=False):
+            axes.axvline(edge * length.factor, color=style.GREY, linewidth=1.2, linestyle=(0, (1, 1.5)), label=label)
         style.title(axes, name)
         axes.set_ylim(0.0, top)
         axes.set_xlabel(length.label("Following error"))

@@ -58,10 +58,13 @@ def legend(axes: Axes, columns: int = 4, *, handle: float = HANDLE, top: bool = 
 
 
 def legend_in_corner(figure: Figure, axes: Axes) -> float:
-    """Put the legend of a panel, of two names, into the upper left corner; return how far it reaches over it [inch]."""
+    """Put the legend of a panel, in one line, into the upper left corner; return how far it reaches over it [inch]."""
     handles, labels = axes.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="upper left", ncols=2, frameon=False, handlelength=HANDLE, columnspacing=BETWEEN)
-    end = CORNER * EM + sum(_tops(labels, 2)) + _beside_names(2, HANDLE)
+    columns = len(labels)
+    figure.legend(
+        handles, labels, loc="upper left", ncols=columns, frameon=False, handlelength=HANDLE, columnspacing=BETWEEN
+    )
+    end = CORNER * EM + sum(_tops(labels, columns)) + _beside_names(columns, HANDLE)
     return max(end + BETWEEN * EM - WIDTH * axes.get_position().x0, 0.0)
 
 
