@@ -84,12 +84,30 @@ def staircase(turning_points: Sequence[float], u: float) -> np.ndarray:
     return np.array([*corners, (u, u)])
 
 
-def draw_plane(axes: Axes, corners: np.ndarray, extent: float, length: Scale) -> None:
-    """Draw the plane up to a threshold of `extent` [m or rad], with the corners of the staircase in it."""
+def draw_plane(
+    axes: Axes, corners: np.ndarray, extent: float, length: Scale, name: str = "relays up", hatch: str | None = None
+) -> None:
+    """Draw the plane up to a threshold of `extent` [m or rad], with the corners of the staircase in it.
+
+    Parameters
+    ----------
+    axes : Axes
+        Where it is drawn.
+    corners : ndarray, shape (corner, 2)
+        What `staircase` returns.
+    extent : float
+        Largest threshold shown [m or rad].
+    length : Scale
+        The unit of thresholds.
+    name, hatch : str
+        What the set of relays that are up is called, and how it is hatched.
+    """
     edge = extent * length.factor
     line = np.vstack(([-edge, edge], corners * length.factor))
     up = np.vstack((line, [-edge, -edge]))
-    axes.fill(up[:, 0], up[:, 1], color="#d7dee6", linewidth=0, label="relays up")
+    axes.fill(
+        up[:, 0], up[:, 1], facecolor="#d7dee6", edgecolor="#a9b6c5", hatch=hatch, linewidth=0, label=name
+    )  # fmt: skip
     axes.plot([-edge, edge], [-edge, edge], color=style.GREY, linewidth=0.9, label="_diagonal")
     axes.plot(line[:, 0], line[:, 1], color="#0b3c6f", linewidth=1.6, label="memory")
     axes.plot(*line[-1], "o", color="#e0a83c", markersize=5.0, label="input now")

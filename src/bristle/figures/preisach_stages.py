@@ -6,9 +6,11 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from bristle.core.contracts import Model
+from bristle.core.typography import Scale
 from bristle.core.variable import Kind
 from bristle.engine import response
 from bristle.engine.path import after
@@ -19,7 +21,8 @@ from bristle.figures.preisach_plane import draw_plane, staircase
 __all__ = ["preisach_stages"]
 
 SAMPLES = 100
-LETTERS = "abcdefgh"
+LETTERS, INDICES = "abcdefgh", "₁₂₃₄"
+HATCHES, HATCH = ("////", "\\\\\\\\", "....", "xxxx"), "#55708f"
 
 
 @style.styled
@@ -45,25 +48,63 @@ def preisach_stages(
     length = scale_for("length", operator.kind, np.array(path))
     extent = 1.1 * max(map(abs, path))
     figure, (above, (below,)) = style.panels(
-        5.6, rows=2, columns=len(turns), heights=(1.0, 1.35), undivided=(1,), between=0.3, gap=0.8
+        5.3, rows=2, columns=len(turns), heights=(1.0, 1.45), undivided=(1,), between=0.22, gap=0.7
     )
     for index, axes in enumerate(above):
         state, memory = after(operator, [0.0, *path[: index + 2]])
-        draw_plane(axes, staircase(memory[: state.depth].tolist(), state.z), extent, length)
+        corners = staircase(memory[: state.depth].tolist(), state.z)
+        draw_plane(axes, corners, extent, length, "S⁺: relays up", "----")
+        _hatch(axes, path[: index + 2], length)
         axes.set_title(f"({LETTERS[index]})", loc="left")
         if index:
             axes.set_ylabel("")
             axes.tick_params(labelleft=False)
     handles = above[0].get_legend_handles_labels()
     figure.legend(
-        *handles, loc="upper right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False, handlelength=1.2,
+        *handles, loc="upper right", bbox_to_anchor=(1.0, 1.0), ncols=4, frameon=False, handlelength=1.2,
         columnspacing=1.4, borderaxespad=0.1,
     )  # fmt: skip
     _draw_force(below, operator, path, arm, effort or operator.kind)
     return figure
 
 
-def _draw_force(axes: style.Axes, operator: Model, path: Sequence[float], arm: float, effort: Kind) -> None:
+def trapezoids(path: Sequence[float]) -> list[np.ndarray]:
+    """Return the corners (beta, alpha) of what the sums over the extremes add up, one part a term.
+
+    Between one minimum and the next relays are up to the maximum before: a trapezoid on the diagonal. While the input
+    rises the last one is still a triangle, with the input at its tip.
+
+    Parameters
+    ----------
+    path : sequence of float
+        Saturation far down first, then maxima and minima each inside the ones before, the input now last [m or rad].
+    """
+    minima, maxima = list(path[::2]), list(path[1::2])
+    ends = minima[1:] if len(minima) > len(maxima) else [*minima[1:], maxima[-1]]
+    return [
+        np.array([(left, left), (left, top), (right, top), (right, right)])
+        for left, right, top in zip(minima, ends, maxima, strict=False)
+    ]
+
+
+def _hatch(axes: Axes, path: Sequence[float], length: Scale) -> None:
+    """Hatch the trapezoids Q_k, one unlike the next."""
+    for index, corners in enumerate(trapezoids(path)):
+        shown = corners * length.factor
+        axes.fill(
+            shown[:, 0], shown[:, 1], facecolor="none", edgecolor=HATCH, hatch=HATCHES[index % len(HATCHES)],
+            linewidth=0.8, label="trapezoids Qₖ" if index == 0 else "_trapezoid",
+        )  # fmt: skip
+        (left, _), (_, top), (right, _), _ = shown
+        # The middle of a trapezoid over a slanted base.
+        x = 0.5 * (left + right) - 0.08 * (right - left)
+        axes.text(
+            x, 0.5 * (top + x), f"Q{INDICES[index]}", ha="center", va="center", fontsize=8.0, color=style.INK,
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8},
+        )  # fmt: skip
+
+
+def _draw_force(axes: Axes, operator: Model, path: Sequence[float], arm: float, effort: Kind) -> None:
     share = np.linspace(0.0, 1.0, SAMPLES) ** 2
     u = np.concatenate([a + (b - a) * share for a, b in pairwise(path)])
     f = arm * response(operator, u, history=[path[0]])
