@@ -11,7 +11,7 @@ from bristle.figures.break_away import break_away
 from bristle.figures.circles import circles
 from bristle.figures.closure import closure
 from bristle.figures.control_effort import control_effort
-from bristle.figures.control_scheme import control_scheme
+from bristle.figures.control_scheme import control_scheme, rig_layout
 from bristle.figures.correlation import correlation
 from bristle.figures.drift import drift
 from bristle.figures.drive_table import drive_table
@@ -27,6 +27,7 @@ from bristle.figures.friction_over_velocity import friction_over_velocity
 from bristle.figures.loop_family import loop_family
 from bristle.figures.margins import margins
 from bristle.figures.marked_path import marked_path
+from bristle.figures.mechanical_layout import Mechanics
 from bristle.figures.minor_loops import minor_loops
 from bristle.figures.model_comparison import model_comparison
 from bristle.figures.motion import expected, motion
@@ -46,6 +47,7 @@ from bristle.figures.transition_curves import transition_curves
 
 __all__ = [
     "as_csv",
+    "Mechanics",
     "break_away",
     "circles",
     "closure",
@@ -81,6 +83,7 @@ __all__ = [
     "preisach_stages",
     "recorded_curves",
     "residuals",
+    "rig_layout",
     "ripple",
     "tracking",
     "tracking_error",

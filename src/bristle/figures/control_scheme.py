@@ -1,4 +1,7 @@
-"""A loop as a block diagram, drawn from the experiment that runs it: what it is made of, with its numbers."""
+"""A loop as a block diagram, drawn from the experiment that runs it: what it is made of, with its numbers.
+
+Alone, or below the mechanics that it moves.
+"""
 
 from __future__ import annotations
 
@@ -13,13 +16,14 @@ from bristle.core.typography import number, typeset, with_unit
 from bristle.core.variable import unit_of
 from bristle.figures import style
 from bristle.figures.drawing import Drawing
+from bristle.figures.mechanical_layout import LAYOUT_HEIGHT, Mechanics, draw_layout
 from bristle.figures.names import shortened
 
 if TYPE_CHECKING:
     from bristle.core.contracts import Model
     from bristle.core.experiment import Variant
 
-__all__ = ["control_scheme"]
+__all__ = ["control_scheme", "rig_layout"]
 
 WIDTH, HEIGHT = 100.0, 62.0
 LINE = 8.0  # points
@@ -69,7 +73,30 @@ def control_scheme(variant: Variant) -> Figure:
         The loop: every block and every number is read from it.
     """
     figure = Drawing(figsize=(style.WIDTH, style.WIDTH * HEIGHT / WIDTH))
-    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    draw_scheme(figure.add_axes((0.0, 0.0, 1.0, 1.0)), variant)
+    return figure
+
+
+@style.styled
+def rig_layout(mechanics: Mechanics, variant: Variant) -> Figure:
+    """Return the mechanics of a rig, and below them the block diagram of its loop.
+
+    Parameters
+    ----------
+    mechanics : Mechanics
+        Its numbers.
+    variant : Variant
+        The loop.
+    """
+    whole = HEIGHT + LAYOUT_HEIGHT
+    figure = Drawing(figsize=(style.WIDTH, style.WIDTH * whole / WIDTH))
+    draw_layout(figure.add_axes((0.0, HEIGHT / whole, 1.0, LAYOUT_HEIGHT / whole)), mechanics)
+    draw_scheme(figure.add_axes((0.0, 0.0, 1.0, HEIGHT / whole)), variant)
+    return figure
+
+
+def draw_scheme(axes: Axes, variant: Variant) -> None:
+    """Draw the block diagram of a loop."""
     axes.set_xlim(0.0, WIDTH)
     axes.set_ylim(0.0, HEIGHT)
     axes.set_axis_off()
@@ -101,7 +128,6 @@ def control_scheme(variant: Variant) -> Figure:
         _arrow(axes, [(10.75, 38.0), (10.75, 49.75), compensator.left])
         _arrow(axes, [compensator.right, (53.0, 49.75), (53.0, 31.0)])
         axes.text(54.0, 32.2, "+", fontsize=LINE)
-    return figure
 
 
 def _told(model: Model, skip: tuple[str, ...] = ()) -> list[str]:
