@@ -94,7 +94,7 @@ def gallery(names=PLAIN, many=None):
     few, turns = {name: traces[name] for name in names}, {name: [0, 100, 300] for name in names}
     told = {name: f"{name}: 0.5 µm" for name in names}
     errors = {name: np.array([[9.0, 8.0], [5.0, 4.0]]) + k for k, name in enumerate(names)}
-    variant = loop(one)
+    variant, both = loop(one), {"friction": traces[one], "read": traces[other]}
     return {
         "break_away": lambda: figures.break_away(few, dict.fromkeys(names, 1e-5), 7e-6),
         "circles": lambda: figures.circles(circles(names), "translational"),
@@ -126,7 +126,12 @@ def gallery(names=PLAIN, many=None):
         "preisach_stages": lambda: figures.preisach_stages(exact, -6e-5, [4e-5, -3e-5, 2e-5, -1e-5]),
         "recorded_curves": lambda: figures.recorded_curves([(X, F)], [0.97 * F], "translational"),
         "residuals": lambda: figures.residuals(best),
+        "marked_path_beneath": lambda: figures.marked_path(
+            few, turns, "abc", told, beneath=dict.fromkeys(names, (2e-3 * X, F + 3.0)), names=("friction", "read")
+        ),
+        "rig_layout": lambda: figures.rig_layout(figures.Mechanics(5e-3, 4e-4, 2.5e-4, 200.0, 1.25e-7), variant),
         "ripple": lambda: figures.ripple(T, F, few, 200, told),
+        "ripple_close_up": lambda: figures.ripple(T, F, few, 200, told, close_up=(other, both)),
         "tracking": lambda: figures.tracking(simulated(names), 0.5, (1.0, 2.0)),
         "tracking_error": lambda: figures.tracking_error(simulated(names), 0.5),
         "transition_curves": lambda: figures.transition_curves(dict.fromkeys(names, exact), 5e-5),

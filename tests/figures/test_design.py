@@ -65,3 +65,15 @@ def test_the_circle_is_drawn_around_and_unrolled(round_trip):
 def test_a_rotational_axis_is_told_in_angles(budget, round_trip):
     assert figures.error_budget(budget, "rotational").axes[0].get_xlabel().endswith("[µrad]")
     assert figures.circles(round_trip, "rotational").axes[1].get_ylabel().endswith("rad]")
+
+
+@pytest.mark.parametrize(("cutoff", "resolution"), [(200.0, 1.25e-7), (np.inf, 0.0)])
+def test_the_mechanics_stand_above_the_scheme_with_their_numbers(cutoff, resolution):
+    figure = figures.rig_layout(figures.Mechanics(0.01, 4e-4, 3e-4, cutoff, resolution), loop("one"))
+    assert_legible(figure)
+    above, below = figure.axes
+    assert above.get_position().y0 >= below.get_position().y1 - 1e-9
+    texts = " ".join(one.get_text() for one in above.texts)
+    assert all(part in texts for part in ("lead 10 mm", "J_m = 3 kg·cm²", "J − J_m = 1 kg·cm²"))
+    assert ("80 000 counts a turn" in texts) == ("filter 200 Hz" in texts) == (resolution > 0.0)
+    assert ("perfect" in texts) == (resolution == 0.0)

@@ -78,3 +78,29 @@ def test_what_has_no_turning_points_has_no_plane_and_no_surface():
         figures.preisach_plane(hysteresis.preisach(s=1.0, f_p=1.0), [])
     with pytest.raises(InputError, match="no Everett function"):
         figures.everett_surface(hysteresis.play(r=1.0), 1.0)
+
+
+def test_a_close_up_shows_what_is_left_of_a_straight_line():
+    time, x = np.linspace(0.0, 1.0, 201), 1e-6 * np.sin(np.linspace(0.0, 4.0 * np.pi, 201))
+    straight, bent = 2.0 + 3e6 * x, 2.0 + 3e6 * x + 1e12 * x**2
+    close_up = "close", {"straight": (x, straight), "bent": (x, bent)}
+    axes = figures.ripple(time, straight, {"one": (x, straight)}, 100, {"one": "one"}, close_up=close_up).axes[2]
+    first, second = (line.get_ydata() for line in axes.get_lines())
+    assert first == pytest.approx(0.0, abs=1e-9)
+    assert second == pytest.approx(bent - straight, abs=1e-9)
+
+
+def test_what_is_compared_lies_wide_and_light_beneath():
+    x = np.linspace(0.0, 1.0, 50)
+    traces = {"one": (x, x), "two": (x, 2.0 * x)}
+    figure = figures.marked_path(
+        traces, {name: [0, 20, 49] for name in traces}, "abc", {name: name for name in traces},
+        beneath={"one": (x, 5.0 + x), "two": (x, 9.0 + x)}, names=("measured", "modelled"),
+    )  # fmt: skip
+    for axes, first in zip(figure.axes, (5.0, 9.0), strict=True):
+        beneath, trace = axes.get_lines()[:2]
+        assert (beneath.get_label(), trace.get_label()) == ("measured", "modelled")
+        assert beneath.get_ydata()[0] == first
+        assert beneath.get_linewidth() > trace.get_linewidth()
+        assert axes.get_ylim()[1] > 10.0
+        assert trace.get_xdata().size == x.size

@@ -13,6 +13,8 @@ from bristle.figures.small_multiples import FIRST, LAST, Traces, force_over_posi
 
 __all__ = ["marked_path"]
 
+BELOW, ABOVE = 0.08, 0.03  # room for letters, over the height
+
 
 @style.styled
 def marked_path(
@@ -22,8 +24,13 @@ def marked_path(
     titles: Mapping[str, str],
     kind: Kind = "translational",
     effort: Kind | None = None,
+    beneath: Traces | None = None,
+    names: tuple[str, str] = ("there", "back and on"),
 ) -> Figure:
     """Return force over position with the turning points marked, one panel for each model.
+
+    The way to the first turning point is wide and light, and what follows it narrow and dark; or, where something is
+    compared, that is wide and light and all of the trace narrow and dark.
 
     Parameters
     ----------
@@ -37,16 +44,24 @@ def marked_path(
         What stands above each panel.
     kind, effort : {"translational", "rotational"}
         The kind of axis, and that of the forces where it is another one.
+    beneath : mapping of str to (x, force), optional
+        What a trace is compared with, by the same names.
+    names : (str, str)
+        What the wide line is called, and the narrow one.
     """
-    figure, panels, _ = force_over_position(traces, titles, kind, effort, columns=min(2, len(traces)), top=0.56)
+    columns, under = min(2, len(traces)), (names[0], beneath) if beneath else None
+    figure, panels, _ = force_over_position(traces, titles, kind, effort, columns, top=0.56, beneath=under)
     for name, axes, x, force in panels:
         places = np.asarray(turns[name])
-        first = int(places[1])
-        axes.plot(x[: first + 1], force[: first + 1], label="there", **FIRST)
-        axes.plot(x[first:], force[first:], label="back and on", **LAST)
+        first = 0 if beneath else int(places[1])
+        if not beneath:
+            axes.plot(x[: first + 1], force[: first + 1], label=names[0], **FIRST)
+        axes.plot(x[first:], force[first:], label=names[1], **LAST)
         axes.plot(
             x[places], force[places], "o", color=style.INK, fillstyle="none", markersize=4.5, label="_turns",
         )  # fmt: skip
+        low, high = axes.get_ylim()
+        axes.set_ylim(low - BELOW * (high - low), high + ABOVE * (high - low))
         _write_letters(axes, x[places], force[places], letters)
         axes.margins(x=0.08)
     style.legend_in_corner(figure, figure.axes[0])

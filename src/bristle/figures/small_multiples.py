@@ -30,6 +30,7 @@ def force_over_position(
     effort: Kind | None = None,
     columns: int = COLUMNS,
     top: float = 0.32,
+    beneath: tuple[str, Traces] | None = None,
 ) -> tuple[Figure, Iterator[tuple[str, Axes, np.ndarray, np.ndarray]], Scale]:
     """Return a figure with one panel for each trace, the panels with what to draw in them, and the scale of positions.
 
@@ -47,6 +48,8 @@ def force_over_position(
         Panels in a row.
     top : float
         Room above the first row [inch].
+    beneath : (str, mapping of str to (x, force)), optional
+        What is drawn in the panels first, wide and light: what it is called, and by the same names what it is.
 
     Returns
     -------
@@ -57,18 +60,24 @@ def force_over_position(
     length : Scale
         The unit of the positions.
     """
-    length = scale_for("length", kind, *(x for x, _ in traces.values()))
-    force, word = effort_scale(effort or kind, *(f for _, f in traces.values()))
+    under, first = beneath or ("", {})
+    every = [*traces.values(), *first.values()]
+    length = scale_for("length", kind, *(x for x, _ in every))
+    force, word = effort_scale(effort or kind, *(f for _, f in every))
     rows = -(-len(traces) // columns)
     figure, grid = style.panels(
         0.03 + top + (ROW if columns > 1 else WIDE_ROW) * rows, rows, columns, between=0.2, gap=0.72, top=top
     )
     places = [axes for row in grid for axes in row]
-    low = min(float(np.min(f)) for _, f in traces.values()) * force.factor
-    high = max(float(np.max(f)) for _, f in traces.values()) * force.factor
+    low = min(float(np.min(f)) for _, f in every) * force.factor
+    high = max(float(np.max(f)) for _, f in every) * force.factor
     room = 0.05 * (high - low)
     for unused in places[len(traces) :]:
         unused.remove()
+    for axes, name in zip(places, traces, strict=False):
+        if name in first:
+            x, f = first[name]
+            axes.plot(x * length.factor, f * force.factor, label=under, **FIRST)
     for index, (axes, name) in enumerate(zip(places, traces, strict=False)):
         style.title(axes, titles[name], name)
         axes.set_ylim(low - room, high + room)

@@ -11,7 +11,7 @@ from bristle.core.typography import Scale, number, scale_of
 
 __all__ = ["Quantity", "Table"]
 
-_NUMBER = re.compile(r"[−+±]? ?[\d.]+(e[−+]?\d+)?|–|[−+]?∞")
+_NUMBER = re.compile(r"[−+±]? ?[\d.]+(e[−+]?\d+)?( ± [\d.]+)?|–|[−+]?∞")
 
 
 class Table(NamedTuple):
