@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bristle.files import read_experiment
-from bristle.paper import EXPERIMENTS, write_experiments
+from bristle.paper import EXPERIMENTS, reproduce, write_experiments
 from bristle.paper.setting import SECTIONS, read_setting
 
 ROOT = Path(__file__).parents[2]
@@ -16,10 +16,11 @@ PAGE = (ROOT / "docs/theory/the-source-paper.md").read_text(encoding="utf-8").re
 
 def test_the_experiment_in_the_docs_is_one(tmp_path):
     page = (ROOT / "docs/how-to/contact-experiment.md").read_text(encoding="utf-8")
-    text = re.search(r"```toml contact\n(.*?)```", page, re.DOTALL)[1]
-    own = write_experiments(tmp_path / "mine")[0].with_name("own.toml")
-    own.write_text(text, encoding="utf-8")
-    found = read_setting(own)
+    texts = re.findall(r"```toml contact\n(.*?)```", page, re.DOTALL)
+    own = write_experiments(tmp_path / "mine")[0].with_name("fig_08.toml")
+    found, on_bench = [own.write_text(text, encoding="utf-8") and read_setting(own) for text in texts]
+    assert reproduce([8], folder=own.parent)[0].verdict == "holds"
+    assert set(on_bench.numbers["bench"]) == set(SECTIONS["bench"])
     assert list(found.contacts) == ["LuGre", "virtual rig"]
     assert found.contacts["virtual rig"].values["scatter"] == 0.0
     told = set(re.findall(r"^\| `\[(\w+)", page, re.MULTILINE))
@@ -49,7 +50,12 @@ def test_the_errors_over_branches(first, key, place, paper):
     told = [cell.strip() for cell in lines[-1].split("|")[2:-1]]
     found = [float(one[place]) for one in paper[6].numbers[key].values()]
     for text, value in zip(told, found, strict=True):
-        assert np.isnan(value) if text == "–" else float(text) == pytest.approx(value, abs=0.06)
+        mean, _, _ = text.partition(" ± ")
+        assert np.isnan(value) if text == "–" else float(mean) == pytest.approx(value, abs=0.06)
+    if key == "error_percent":
+        spread = [float(one[place]) for one in paper[6].numbers["error_deviation_percent"].values()]
+        deviations = [np.nan if text == "–" else float(text.partition(" ± ")[2]) for text in told]
+        assert deviations == pytest.approx(spread, abs=0.06, nan_ok=True)
     assert paper[6].numbers["scatter_percent"] == pytest.approx(2.3, abs=0.05)
 
 
@@ -68,17 +74,37 @@ def test_the_drift(paper):
 
 
 def test_the_other_figures(paper):
-    rests, width = row("3")[:2]
-    assert 1e9 * abs(paper[3].numbers["drift_per_cycle"]["virtual rig"]) == pytest.approx(rests, abs=0.5)
+    rests, apart, width = row("3")[:3]
+    assert f"−{rests} ± {apart} nm in a cycle" in paper[3].found[0]
     drift, share = (paper[3].numbers[key]["virtual rig"] for key in ("drift_per_cycle", "share_of_the_orbit"))
     assert 1e6 * abs(drift) / share == pytest.approx(width, abs=0.006)
-    bottom, top, tip = row("5")[:3]
+    bottom, top, tip, wander = row("5")[:4]
     assert 1e3 * np.array(paper[5].numbers["largest_loop"]) == pytest.approx((bottom, top), abs=0.6)
-    assert 1e3 * np.ptp(paper[5].numbers["forward_tips"]) == pytest.approx(tip, abs=0.5)
-    assert f"{row('8')[1]:.0f} % of it after" not in " ".join(paper[8].found)
-    assert f"of which it has {row('8')[1]:.0f} % after {row('8')[2]:.1f} µm" in " ".join(paper[8].found)
+    assert f"its forward tip is at {tip} ± {wander} mN·m" in " ".join(paper[5].found)
+    share, at, spread, *printed = row("8")[1:]
+    assert f"{share:.0f} % of it after {at} ± {spread} µm" in " ".join(paper[8].found)
+    assert f"of which it has {printed[0]:.0f} % after {printed[1]:.1f} µm" in " ".join(paper[8].found)
+
+
+def test_wiping_out(paper):
+    *told, apart, with_offset = row("9, 10")
+    runs = [100.0 * one["B"] for one in paper[9].numbers["missing_of_runs"]["virtual rig"]]
+    assert told[:2] == pytest.approx((np.mean(runs), np.std(runs, ddof=1)), abs=0.06)
     printed = paper[10].numbers["missing_at_return"]["equations (5)–(7)"]["B"]
-    assert -100.0 * printed == pytest.approx(row("9, 10")[-1], abs=0.5)
+    assert -100.0 * printed == pytest.approx(told[-1], abs=0.5)
+    beside = paper[10].numbers["apart_from_rig"]["100 branches, over z"]
+    assert 100.0 * beside["as_it_is"] == pytest.approx(apart, abs=0.5)
+    assert 100.0 * beside["with_offset"] == pytest.approx(with_offset, abs=0.06)
+
+
+def test_how_far_the_torque_sensor_is_from_friction(paper):
+    led, rippled, pushed = map(float, re.search(
+        r"reads friction to\n([\d.]+) % .*? to ([\d.]+) %, and to ([\d.]+) % where", PAGE, re.DOTALL
+    ).groups())  # fmt: skip
+    for number in (5, 8, 9):
+        assert 100.0 * paper[number].numbers["torque_sensor"]["apart"] == pytest.approx(led, abs=0.05)
+    assert 100.0 * paper[3].numbers["torque_sensor"]["apart"] == pytest.approx(rippled, abs=0.05)
+    assert 100.0 * paper[3].numbers["torque_sensor_at_break_away"]["apart"] == pytest.approx(pushed, abs=0.05)
 
 
 def test_the_tracking(paper):

@@ -1,13 +1,21 @@
 """What the figures of the source paper show here, and that a reader can read them."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from tests.figures.test_figures import assert_legible
 from tests.figures.test_figures import test_lines_with_a_name_differ_without_colour as lines_differ_without_colour
 
-from bristle.paper import FIGURES
+from bristle.core.dispatch import everett
+from bristle.figures.preisach_stages import trapezoids
+from bristle.files import read_experiment
+from bristle.paper import EXPERIMENTS, FIGURES
+from bristle.paper.bench import SETS
+from bristle.paper.ripple import rippled
+from bristle.paper.sums import summed
+from bristle.paper.torque_bench import plant_of
 
 WITHOUT_AXES, WITHOUT_UNIT = {7}, {"Branches measured"}
 
@@ -55,6 +63,34 @@ def test_3_rig_and_gate_go_round_closed_orbits(paper):
     assert paper[3].numbers["share_of_the_orbit"]["with a gate"] < 1e-4
 
 
+def test_3_its_torque_is_not_that_of_figure_2_and_has_its_course(paper, setting):
+    second, third = (rippled(setting(number), next(iter(setting(number).contacts.values()))) for number in (2, 3))
+    assert third.driving.max() > 1.2 * second.driving.max()
+    assert np.corrcoef(second.driving, third.driving)[0, 1] > 0.99
+    assert "same torque" not in paper[3].words.title
+
+
+def test_3_a_filter_makes_the_orbit_slimmer_and_a_slow_one_turns_it_about(paper, setting):
+    taken, enclosed = (paper[3].numbers[name] for name in ("work_of_friction", "work_by_torque_sensor"))
+    assert np.all(enclosed < taken)
+    assert np.all(enclosed > 0.5 * taken)
+    slow = setting(3)
+    slow = replace(slow, numbers=dict(slow.numbers) | {"bench": slow.numbers["bench"] | {"torque_filter": 20.0}})
+    one = rippled(slow, slow.contact("virtual rig"))
+    last = slice(one.cycles[-2], one.cycles[-1])
+    assert np.sum((one.sensed.read * np.diff(one.x))[last]) < 0.0 < np.sum((one.sensed.friction * np.diff(one.x))[last])
+
+
+@pytest.mark.parametrize("number", [3, 5, 8, 9])
+def test_what_is_measured_is_shown_by_the_torque_sensor_and_as_friction(number, paper):
+    seen = [axes.get_legend_handles_labels()[1] for axes in paper[number].draw().axes]
+    shown = {text for labels in seen for text in labels}
+    assert any(text.endswith("torque sensor") for text in shown)
+    assert any(text.endswith("friction") for text in shown)
+    told = " ".join(paper[number].found)
+    assert f"to {100.0 * paper[number].numbers['torque_sensor']['apart']:.1f} % of the largest" in told
+
+
 def test_4_the_sums_are_the_operator_once_corrected(paper):
     numbers = {name: np.array(values) for name, values in paper[4].numbers.items()}
     assert np.max(np.abs(numbers["by_corrected_sums"] - numbers["torque"])) < 1e-15
@@ -64,6 +100,37 @@ def test_4_the_sums_are_the_operator_once_corrected(paper):
     assert too_much[0] == pytest.approx(numbers["half_of_the_saturation_loop"], abs=1e-15)
     assert 1e3 * too_much[0] == pytest.approx(39.147, abs=5e-4)
     assert np.ptp(numbers["by_printed_sums_of_relays_of_both_signs"] - numbers["torque"]) > 0.02
+
+
+def test_4_the_trapezoids_drawn_are_the_terms_of_the_sums(paper, setting):
+    operator, path = setting(4).operator, setting(4)["path", "turns"].tolist()
+    q = operator.component.measure(operator.parameters)
+    for count in range(2, len(path) + 1):
+        parts = [(corners[0, 0], corners[1, 1], corners[2, 0]) for corners in trapezoids(path[:count])]
+        # F over a trapezoid is that of the triangle from its left side less that from its right one.
+        terms = [everett(top, left, q) - everett(top, right, q) for left, top, right in parts]
+        assert sum(terms) == pytest.approx(summed(operator, path[:count], as_printed=True), rel=1e-12)
+    *planes, _ = paper[4].draw().axes
+    assert [len(axes.texts) for axes in planes] == [1, 1, 2, 2]
+    for axes in planes:
+        hatches = [one.get_hatch() for one in axes.patches]
+        assert all(hatches)
+        assert len(set(hatches)) == len(hatches) == 1 + len(axes.texts)
+
+
+def test_5_the_tips_are_told_with_their_spread(paper):
+    tips = 1e3 * np.array(paper[5].numbers["forward_tips"])
+    *_, largest = paper[5].tables[0].rows
+    mean, spread = map(float, largest[2].split(" ± "))
+    assert (mean, spread) == pytest.approx((tips.mean(), tips.std(ddof=1)), abs=0.06)
+    assert all(" ± " in cell for row in paper[5].tables[0].rows for cell in row[2:])
+
+
+def test_6_every_mean_over_seeds_has_its_spread(paper):
+    for first, *cells in paper[6].tables[0].rows:
+        assert all(" ± " in cell for cell in cells[:3] if cell != "–"), first
+        assert not any("±" in cell for cell in cells[3:])
+    assert re.search(r"nearer than reformed Dahl in 6 of 6 repetitions, by 0\.\d+ ± 0\.\d+ %", " ".join(paper[6].found))
 
 
 def test_5_the_loops_are_uneven_and_do_not_repeat(paper):
@@ -110,12 +177,46 @@ def test_9_and_10_loops_are_wiped_out_by_the_operator_and_not_over_the_position(
     assert missing["(16) and (17) alone"]["B"] < -0.15
     assert abs(missing["with a gate"]["B"]) < 0.02
     assert abs(missing["virtual rig"]["B"]) < 0.1
+    itself = paper[9].numbers["missing_of_friction"]
+    for name, pair in itself.items():
+        assert missing[name] == pytest.approx(pair, abs=1e-3)
+    every = paper[9].numbers["missing_of_runs"]
+    assert len({one["B"] for one in every["virtual rig"]}) == 6
+    assert len({one["B"] for one in every["without its scatter"]}) == 1
 
 
-def test_7_the_scheme_is_drawn_from_the_experiment(paper):
-    texts = " ".join(one.get_text() for one in paper[7].draw().axes[0].texts)
+def test_10_the_models_are_laid_over_the_curve_of_figure_9(paper):
+    sensor = paper[9].draw().axes[0].get_lines()[1]
+    for axes in paper[10].draw().axes:
+        beneath, model = axes.get_lines()[:2]
+        assert beneath.get_xydata() == pytest.approx(sensor.get_xydata())
+        assert beneath.get_linewidth() > model.get_linewidth()
+    for name, one in paper[10].numbers["apart_from_rig"].items():
+        assert one["with_offset"] < 0.5 * one["as_it_is"], name
+    raised = paper[10].extras["raised"][0]().axes[0].get_lines()[1].get_ydata()
+    lower = paper[10].draw().axes[0].get_lines()[1].get_ydata()
+    offset = 1e3 * paper[10].numbers["apart_from_rig"]["100 branches, over z"]["offset"]
+    assert raised - lower == pytest.approx(offset)
+
+
+def test_7_the_mechanics_and_the_scheme_are_drawn_from_the_experiments(paper):
+    texts = " ".join(one.get_text() for axes in paper[7].draw().axes for one in axes.texts)
     for part in ("sliding mode", "maxwell_stribeck+asymmetry", "30 elements", "125 nm", "gain 0.64", "M = 632 kg"):
         assert part in texts
+    for part in ("DC motor", "couplings", "torque sensor", "ball screw", "linear guide", "table", "encoder"):
+        assert part in texts
+    for number in ("lead 5 mm", "40 000 counts a turn", "J_m = 2.5 kg·cm²", "J − J_m = 1.5 kg·cm²", "filter 200 Hz"):
+        assert number in texts
+
+
+def test_7_the_mechanics_are_those_of_the_loop_and_of_the_measurements(paper, setting):
+    variant = next(one for one in read_experiment(EXPERIMENTS / "set_a.toml").variants if one.name == "paper")
+    drawn = setting(7)
+    assert plant_of(drawn).values["M"] == pytest.approx(variant.plant.values["M"], rel=1e-4)
+    assert 2.0 * np.pi * drawn.arm == pytest.approx(SETS["set_a"].lead)
+    for number in (3, 5, 8, 9, 10):
+        assert setting(number).arm == drawn.arm
+        assert drawn.numbers["bench"].items() <= setting(number).numbers["bench"].items()
 
 
 def test_11_the_table_is_nearer_to_the_command_with_the_compensator(paper):

@@ -76,6 +76,17 @@ def test_a_bad_file_is_told_with_its_place(old, new, said, tmp_path):
         (6, "branches = [1, 2", "branches = [0, 2", "measurement.branches"),
         (6, "seeds = 6", "seeds = 2.5", "measurement.seeds"),
         (8, '["14 um"]', '["-14 um"]', "path.turns"),
+        (3, "[bench]", "[plant]", "plant"),
+        (3, 'J = "4e-4 kg*m^2"', "", "bench.J"),
+        (5, "[bench]", "[bank]", "bank"),
+        (5, 'J_m = "2.5e-4 kg*m^2"', 'J_m = "4.5e-4 kg*m^2"', "bench.J_m"),
+        (7, 'J_m = "2.5e-4 kg*m^2"', 'J_m = "-1 kg*m^2"', "bench.J_m"),
+        (7, 'J_m = "2.5e-4 kg*m^2"', "", "bench.J_m"),
+        (8, 'torque_filter = "200 Hz"', 'torque_filter = "0 Hz"', "bench.torque_filter"),
+        (8, 'acceleration = "1 mm/s^2"', "", "bench.acceleration"),
+        (9, 'acceleration = "1 mm/s^2"', 'acceleration = "1 mm/s"', "bench.acceleration"),
+        (9, "seeds = 6", "", "measurement.seeds"),
+        (10, '[contact."virtual rig"]', "[contact.rig]", "virtual rig"),
     ],
 )
 def test_an_experiment_says_what_it_needs(number, old, new, said, tmp_path):

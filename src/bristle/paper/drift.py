@@ -5,14 +5,20 @@ from __future__ import annotations
 import numpy as np
 
 from bristle.core.typography import with_unit
-from bristle.paper.reproduced import Reproduced, percent
+from bristle.paper.reproduced import Reproduced, percent, spread
 from bristle.paper.ripple import Rippled, rippled
 from bristle.paper.setting import Setting
+from bristle.paper.torque_bench import Sensed, bench_of, sensor_numbers, sensor_says
 
 __all__ = ["figure_2", "figure_3"]
 
-LUGRE, RIG = "LuGre", "virtual rig"
+LUGRE, RIG, SENSOR = "LuGre", "virtual rig", "torque sensor"
 RESTS = 0.02  # of the width of the orbit: what counts as no drift where limits scatter
+COURSE = (
+    "Torque over position from the start on, as the torque sensor reads it and as friction is",
+    "The rig from the start on, pushed over break-away and let back: what the torque sensor reads, narrow and dark, "
+    "and the friction torque itself. Where the table slows down, the inertia behind the sensor pushes against it.",
+)
 
 
 def figure_2(setting: Setting) -> Reproduced:
@@ -36,24 +42,51 @@ def figure_2(setting: Setting) -> Reproduced:
 
 
 def figure_3(setting: Setting) -> Reproduced:
-    """Return figure 3: the rig goes round closed orbits."""
+    """Return figure 3: the rig goes round closed orbits, by its torque sensor and by its friction."""
+    bench = bench_of(setting)
     setting.contact(RIG)
     runs = {name: rippled(setting, model) for name, model in setting.contacts.items()}
     drifts = {name: _drift(one) for name, one in runs.items()}
     shares = {name: abs(drifts[name]) / _width(one) for name, one in runs.items()}
-    found = [
-        f"{name}: {with_unit(abs(drifts[name]), 'm') if shares[name] > 1e-5 else 'nothing'} in a cycle, on an orbit "
-        f"{with_unit(_width(one), 'm')} wide."
-        for name, one in runs.items()
-    ]
+    sensed, start = runs[RIG].sensed, int(runs[RIG].cycles[0])
+    assert sensed is not None
+    ripple, push = (
+        sensor_numbers([Sensed(*(torque[part] for torque in sensed))]) for part in (slice(start, None), slice(start))
+    )
+    taken, enclosed = (_work(setting, runs[RIG], torque) for torque in (sensed.friction, sensed.read))
     return Reproduced(
         number=3,
         verdict="holds" if max(shares.values()) < RESTS else "does not hold",
-        found=found,
-        draw=lambda: _draw(runs, drifts),
+        found=[
+            *(_goes_round(name, one, shares[name]) for name, one in runs.items()),
+            sensor_says(bench, ripple, "While the torque goes up and down"),
+            f"In a cycle friction takes {_microjoules(taken)}; the orbit by the torque sensor encloses "
+            f"{_microjoules(enclosed)}, as its filter is late.",
+            f"Where the rig is pushed over break-away, it reads up to {percent(push['apart'])} beside friction.",
+        ],
+        draw=lambda: _draw(runs, drifts, runs[RIG]),
         origin=setting.origin,
-        numbers={"drift_per_cycle": drifts, "share_of_the_orbit": shares},
-    )
+        numbers={"drift_per_cycle": drifts, "share_of_the_orbit": shares, "torque_sensor": ripple,
+                 "torque_sensor_at_break_away": push, "work_of_friction": taken, "work_by_torque_sensor": enclosed},
+        extras={"course": (lambda: _draw_all(sensed, runs[RIG].x), *COURSE)},
+    )  # fmt: skip
+
+
+def _goes_round(name: str, one: Rippled, share: float) -> str:
+    """Return in words how far a contact drifts in a cycle, on how wide an orbit, with the spread of the cycles."""
+    moved = one.moved[one.moved.size // 2 :]
+    step = f"{spread(1e9 * moved)} nm" if share > 1e-5 else "nothing"
+    return f"{name}: {step} in a cycle, on an orbit {with_unit(_width(one), 'm')} wide."
+
+
+def _work(setting: Setting, one: Rippled, torque: np.ndarray) -> np.ndarray:
+    """Return the work of a torque [N*m] in each cycle of the second half [J]."""
+    turned = torque * np.diff(one.x) / setting.arm
+    return np.add.reduceat(turned, one.cycles[:-1])[one.moved.size // 2 :]
+
+
+def _microjoules(work: np.ndarray) -> str:
+    return f"{spread(1e6 * work)} µJ"
 
 
 def _drift(one: Rippled) -> float:
@@ -67,16 +100,39 @@ def _width(one: Rippled) -> float:
     return float(np.ptp(one.x[one.cycles[-2] : one.cycles[-1]]))
 
 
-def _draw(runs: dict[str, Rippled], drifts: dict[str, float]):
+def _draw(runs: dict[str, Rippled], drifts: dict[str, float], measured: Rippled | None = None):
+    """Draw the driving torque and what it does; of a rig that is `measured`, what the torque sensor reads as well."""
     from bristle.figures import ripple
 
     one = next(iter(runs.values()))
     start, end = int(one.cycles[0]), int(one.cycles[1])
     widest = max(_width(run) for run in runs.values())
-    return ripple(
-        one.time, one.driving,
-        {name: (run.x[start:] - run.x[start], run.torque[start:]) for name, run in runs.items()}, end - start,
-        {name: f"{name}: {with_unit(step, 'm') if abs(step) > RESTS * widest else 'none'}"
-         for name, step in drifts.items()},
-        "translational", "rotational",
-    )  # fmt: skip
+    traces, titles, close_up = {}, {}, None
+    if measured is not None and measured.sensed is not None:
+        traces[SENSOR] = _since(measured, measured.sensed.read, start)
+        titles[SENSOR] = f"{RIG}, {SENSOR}"
+        last = int(one.cycles[-2])
+        shown = {"friction": measured.sensed.friction, SENSOR: measured.sensed.read}
+        close_up = (
+            f"{RIG}, last cycle less a line",
+            {name: _since(measured, torque, last) for name, torque in shown.items()},
+        )
+    for name, run in runs.items():
+        traces[name] = _since(run, run.torque, start)
+        step = f"{with_unit(drifts[name], 'm')} a cycle" if abs(drifts[name]) > RESTS * widest else "no drift"
+        titles[name] = f"{name}, friction: {step}" if run is measured else f"{name}: {step}"
+    return ripple(one.time, one.driving, traces, end - start, titles, "translational", "rotational", close_up=close_up)
+
+
+def _since(one: Rippled, torque: np.ndarray, start: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return how far the table has gone since the ripple began [m], and a torque [N*m], from a sample on."""
+    return one.x[start : torque.size] - one.x[one.cycles[0]], torque[start:]
+
+
+def _draw_all(sensed: Sensed, x: np.ndarray):
+    """Draw the whole course of a contact, as the torque sensor reads it and as friction is."""
+    from bristle.figures import loop_family
+
+    shown = {"friction": sensed.friction, SENSOR: sensed.read}
+    panel = {name: [(x[: torque.size], torque)] for name, torque in shown.items()}
+    return loop_family({"from the start on": panel}, "translational", "rotational")

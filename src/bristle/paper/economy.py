@@ -29,7 +29,8 @@ from bristle.paper.measurement import Record, measured
 from bristle.paper.setting import Setting
 
 __all__ = [
-    "WAYS", "Economy", "Fitted", "economy", "fitted_reformed_dahl", "fitted_stops", "fitted_table", "quiet", "seeded",
+    "WAYS", "Economy", "Fitted", "economy", "fitted_reformed_dahl", "fitted_stops", "fitted_table", "quiet", "repeated",
+    "seeded",
 ]  # fmt: skip
 
 STOPS = 25
@@ -73,6 +74,12 @@ class Economy(NamedTuple):
 def seeded(friction: Model, seed: int) -> Model:
     """Return a contact with another seed of its scatter; one that repeats itself exactly as it is."""
     return friction.with_values(seed=seed) if "seed" in friction.values else friction
+
+
+def repeated(setting: Setting, friction: Model) -> list[Model]:
+    """Return a contact for each of the `seeds` of an experiment, the first one as it is."""
+    first = round(friction.values.get("seed", 0))
+    return [seeded(friction, first + index) for index in range(round(setting["measurement", "seeds"]))]
 
 
 def quiet(friction: Model) -> Model:

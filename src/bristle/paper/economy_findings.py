@@ -8,7 +8,7 @@ import numpy as np
 
 from bristle.core.typography import number
 from bristle.paper.economy import WAYS, Economy
-from bristle.paper.reproduced import Verdict
+from bristle.paper.reproduced import Verdict, spread
 from bristle.report.table import Table
 
 __all__ = ["CAPTION", "numbers", "sentences", "table", "verdict"]
@@ -55,8 +55,21 @@ def sentences(cost: Economy, still: Economy) -> list[str]:
     """
     return [
         f"On motions that were not measured: {_both_ends(cost)}. A branch takes {number(cost.duration, digits=2)} s.",
+        *_pairwise(cost),
         f"The scatter of the rig alone is {number(cost.floor, digits=2)} %; no model of it does better.",
         f"On a rig that repeated itself exactly: {_both_ends(still)}.",
+    ]
+
+
+def _pairwise(cost: Economy) -> list[str]:
+    """Return in words how often the second way is nearer than the first, from the same records of fewest branches."""
+    first, second = list(WAYS)[:2]
+    gained = cost.errors[first][0] - cost.errors[second][0]
+    if gained.size < 2:
+        return []
+    return [
+        f"From the same {'branch' if cost.counts[0] == 1 else 'branches'}, {second} is nearer than {first} in "
+        f"{np.count_nonzero(gained > 0.0)} of {gained.size} repetitions, by {spread(gained)} %."
     ]
 
 
@@ -68,8 +81,13 @@ def _both_ends(cost: Economy) -> str:
 
 
 def _listed(cost: Economy, row: int) -> str:
-    means = {name: float(one[row]) for name, one in _means(cost).items()}
-    return ", ".join(f"{name} {number(one, digits=2)} %" for name, one in means.items() if np.isfinite(one))
+    told = {name: one[row] for name, one in cost.errors.items() if np.all(np.isfinite(one[row]))}
+    return ", ".join(f"{name} {_told(one, 2)} %" for name, one in told.items())
+
+
+def _told(errors: np.ndarray, digits: int) -> str:
+    """Return errors over seeds as text: the mean and its spread, or the mean alone to so many digits."""
+    return spread(errors) if errors.size > 1 else number(float(errors[0]), digits=digits)
 
 
 def numbers(cost: Economy, still: Economy) -> dict[str, Any]:
@@ -85,9 +103,15 @@ def numbers(cost: Economy, still: Economy) -> dict[str, Any]:
     return {
         "branches": cost.counts,
         "error_percent": _means(cost),
+        "error_deviation_percent": {name: _deviation(one) for name, one in cost.errors.items()},
         "error_percent_without_scatter": _means(still),
         "scatter_percent": cost.floor,
     }
+
+
+def _deviation(errors: np.ndarray) -> np.ndarray:
+    """Return the standard deviation over seeds, by the number of branches; nothing from a single one."""
+    return np.std(errors, axis=1, ddof=1) if errors.shape[1] > 1 else np.zeros(errors.shape[0])
 
 
 def table(cost: Economy, still: Economy) -> Table:
@@ -100,10 +124,12 @@ def table(cost: Economy, still: Economy) -> Table:
     still : Economy
         Those on one that repeats itself exactly.
     """
-    columns = [one.errors[name].mean(axis=1) for one in (cost, still) for name in WAYS]
+    columns = [one.errors[name] for one in (cost, still) for name in WAYS]
     rows = [
-        (str(count), *(number(float(column[row]), resolution=0.1) for column in columns))
-        for row, count in enumerate(cost.counts)
-    ]
+        (str(count), *(spread(column[row], 0.1) for column in columns)) for row, count in enumerate(cost.counts)
+    ]  # fmt: skip
     heads = ("Branches", *WAYS, *(f"{name}, no scatter" for name in WAYS))
-    return Table("Error on motions that were not measured [%], of the largest torque; mean over seeds", heads, rows)
+    caption = (
+        "Error on motions that were not measured [%], of the largest torque; mean and standard deviation over seeds"
+    )
+    return Table(caption, heads, rows)

@@ -10,8 +10,10 @@ from bristle.core.typography import number
 from bristle.paper.economy import economy, fitted_reformed_dahl, quiet, seeded
 from bristle.paper.economy_findings import CAPTION, numbers, sentences, table, verdict
 from bristle.paper.measurement import Record, measured, measured_loop
-from bristle.paper.reproduced import Reproduced, percent
+from bristle.paper.reproduced import Reproduced, percent, spread
 from bristle.paper.setting import Setting
+from bristle.paper.torque_bench import bench_of, led, sensor_numbers, sensor_says
+from bristle.report.table import Table
 
 __all__ = ["figure_5", "figure_6"]
 
@@ -19,41 +21,62 @@ RIG = "virtual rig"
 
 
 def figure_5(setting: Setting) -> Reproduced:
-    """Return figure 5: loops before break-away, as the rig would record them."""
-    from bristle.figures import loop_family
-
-    loops, repeats = _loops(setting), round(setting["measurement", "repeats"])
-    largest = float(np.max(setting["measurement", "amplitudes"]))
-    again = measured_loop(setting, setting.contact(RIG), largest, repeats, np.random.default_rng(1))
+    """Return figure 5: loops before break-away, as the torque sensor of the rig reads them."""
+    bench, rig, repeats = bench_of(setting), setting.contact(RIG), round(setting["measurement", "repeats"])
+    rounds = _loops(setting, repeats)
+    loops, largest = [first for first, *_ in rounds.values()], max(rounds)
+    again = measured_loop(setting, rig, largest, repeats, np.random.default_rng(1))
     tops = np.array([one.torque.max() for one in again])
     top, bottom = float(loops[-1].torque.max()), float(loops[-1].torque.min())
     # Beyond six standard deviations of the noise a difference is one of friction.
-    noise, uneven, spread = 6.0 * setting["measurement", "noise"], abs(top + bottom), float(np.ptp(tops))
+    noise, uneven, apart = 6.0 * setting["measurement", "noise"], abs(top + bottom), float(np.ptp(tops))
+    led_once = led(setting, rig, [largest, -largest, largest], setting["measurement", "speed"])
+    sensor = sensor_numbers([led_once.sensed])
     return Reproduced(
         number=5,
-        verdict="holds" if uneven > noise and spread > noise else "does not hold",
+        verdict="holds" if uneven > noise and apart > noise else "does not hold",
         found=[
             f"The largest loop runs from {number(1e3 * bottom, digits=3)} to {number(1e3 * top, digits=3)} mN·m.",
-            f"Repeated {repeats} times, its forward tip lies within {number(1e3 * spread, digits=2)} "
-            f"mN·m.",
+            f"Repeated {repeats} times, its forward tip is at {spread(1e3 * tops)} mN·m, within "
+            f"{number(1e3 * apart, digits=2)} mN·m.",
+            sensor_says(bench, sensor, "At this speed"),
         ],
-        draw=lambda: loop_family(
-            {"amplitude by amplitude": {"measured": [(one.x, one.torque) for one in loops]},
-             f"the largest, {repeats} times": {"measured": [(one.x, one.torque) for one in again]}},
-            "translational", "rotational",
-        ),
+        draw=lambda: _draw({"amplitude by amplitude": loops, f"the largest, {repeats} times": again}),
         origin=setting.origin,
-        numbers={"largest_loop": [bottom, top], "forward_tips": tops.tolist()},
+        numbers={"largest_loop": [bottom, top], "forward_tips": tops.tolist(), "torque_sensor": sensor},
+        tables=(_table(rounds | {largest: again}),),
     )  # fmt: skip
 
 
-def _loops(setting: Setting) -> list[Record]:
-    """Return one loop of each amplitude, the smallest first, each on a contact that scatters in its own way."""
+def _draw(panels: dict[str, list[Record]]):
+    """Draw loops as they are read, narrow and dark, over friction itself."""
+    from bristle.figures import loop_family
+
+    return loop_family(
+        {title: {"friction": [(one.itself.x, one.itself.torque) for one in loops],
+                 "torque sensor": [(one.x, one.torque) for one in loops]} for title, loops in panels.items()},
+        "translational", "rotational",
+    )  # fmt: skip
+
+
+def _table(loops: dict[float, list[Record]]) -> Table:
+    """Return where the loops of each amplitude end, repeated."""
+    rows = [
+        (number(1e6 * amplitude, digits=2), str(len(rounds)),
+         *(spread(1e3 * np.array([edge(one.torque) for one in rounds])) for edge in (np.max, np.min)))
+        for amplitude, rounds in loops.items()
+    ]  # fmt: skip
+    heads = ("Amplitude [µm]", "Rounds", "Forward tip", "Backward tip")
+    return Table("Torque at the tips of the loops [mN·m], mean and standard deviation over the rounds", heads, rows)
+
+
+def _loops(setting: Setting, rounds: int = 1) -> dict[float, list[Record]]:
+    """Return rounds of each amplitude [m], the smallest first, each on a contact that scatters in its own way."""
     amplitudes = sorted(setting["measurement", "amplitudes"].tolist())
-    return [
-        measured_loop(setting, seeded(setting.contact(RIG), index), one, 1, np.random.default_rng(index))[0]
+    return {
+        one: measured_loop(setting, seeded(setting.contact(RIG), index), one, rounds, np.random.default_rng(index))
         for index, one in enumerate(amplitudes)
-    ]
+    }
 
 
 def figure_6(setting: Setting, progress: Callable[[float, str], None] | None = None) -> Reproduced:
@@ -68,7 +91,7 @@ def figure_6(setting: Setting, progress: Callable[[float, str], None] | None = N
     """
     from bristle.figures import error_over_count, loop_family
 
-    loops = _loops(setting)
+    loops = [one for (one,) in _loops(setting).values()]
     extent = setting["measurement", "extent"]
     run_in = measured(
         setting, setting.contact(RIG), [-extent, extent, -extent, extent, -extent], np.random.default_rng(0)

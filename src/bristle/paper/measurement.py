@@ -10,11 +10,13 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.paper.setting import Setting
-from bristle.paper.walk import walk
+from bristle.paper.torque_bench import led
+from bristle.paper.walk import Walk, walk
 
 __all__ = ["Record", "measured", "measured_loop"]
 
 SWEEP = 6  # rounds of falling amplitude
+APART = 5e-8  # of the table between two readings [m]
 
 
 class Record(NamedTuple):
@@ -28,16 +30,26 @@ class Record(NamedTuple):
         Torque [N*m].
     turns : ndarray of int, shape (turn,)
         The samples at which the table turned.
+    itself : Walk
+        Where the table really was, and the friction torque itself.
     """
 
     x: np.ndarray
     torque: np.ndarray
     turns: np.ndarray
+    itself: Walk
 
     def since(self, turn: int) -> Record:
         """Return what was read from a turning point on."""
-        start = int(self.turns[turn])
-        return Record(self.x[start:], self.torque[start:], self.turns[turn:] - start)
+        return self.part(int(self.turns[turn]), self.x.size, turn)
+
+    def part(self, start: int, end: int, turn: int) -> Record:
+        """Return what was read from one sample to another, and the turning points from one on."""
+        part = slice(start, end)
+        turns = self.turns[turn:]
+        turns = turns[turns < end] - start
+        itself = Walk(self.itself.x[part], self.itself.torque[part], turns)
+        return Record(self.x[part], self.torque[part], turns, itself)
 
 
 def measured(setting: Setting, friction: Model, turns: Iterable[float], generator: np.random.Generator) -> Record:
@@ -55,9 +67,23 @@ def measured(setting: Setting, friction: Model, turns: Iterable[float], generato
         Where the noise comes from.
     """
     resolution, noise = setting["measurement", "resolution"], setting["measurement", "noise"]
-    done = walk(friction, turns, setting["measurement", "speed"], setting.arm, step=5e-8)
+    done, itself = _moved(setting, friction, list(turns))
     read = resolution * np.round(done.x / resolution) if resolution > 0.0 else done.x
-    return Record(read, done.torque + noise * generator.standard_normal(done.torque.size), done.turns)
+    return Record(read, done.torque + noise * generator.standard_normal(done.torque.size), done.turns, itself)
+
+
+def _moved(setting: Setting, friction: Model, turns: list[float]) -> tuple[Walk, Walk]:
+    """Return what the torque sensor reads over the position, and friction itself: the same where there is no bench."""
+    speed = setting["measurement", "speed"]
+    if "bench" not in setting.numbers:
+        done = walk(friction, turns, speed, setting.arm, step=APART)
+        return done, done
+    sensor, itself, _ = led(setting, friction, turns, speed)
+    travelled = np.cumsum(np.abs(np.diff(sensor.x, prepend=0.0)))
+    now_and_then = np.searchsorted(travelled, np.arange(0.0, travelled[-1], APART))
+    read = np.union1d(now_and_then, sensor.turns)
+    ends = np.searchsorted(read, sensor.turns)
+    return Walk(sensor.x[read], sensor.torque[read], ends), Walk(itself.x[read], itself.torque[read], ends)
 
 
 def measured_loop(
@@ -85,6 +111,4 @@ def measured_loop(
     sweep = falling * np.tile([1.0, -1.0], SWEEP)
     record = measured(setting, friction, [*sweep, *([amplitude, -amplitude] * rounds)], generator)
     starts = record.turns[sweep.size - 1 :: 2]
-    return [
-        Record(record.x[a : b + 1], record.torque[a : b + 1], np.array([b - a])) for a, b in pairwise(starts.tolist())
-    ]
+    return [record.part(a, b + 1, sweep.size + 2 * k) for k, (a, b) in enumerate(pairwise(starts.tolist()))]

@@ -9,13 +9,15 @@ from bristle.core.errors import InputError
 from bristle.paper.drift import figure_2, figure_3
 from bristle.paper.experiment_files import EXPERIMENTS
 from bristle.paper.following import figure_11, figure_12, figure_13, figure_14
+from bristle.paper.layout import figure_7
 from bristle.paper.loops import figure_5, figure_6
 from bristle.paper.plane import figure_4
-from bristle.paper.pre_sliding import figure_1, figure_8, figure_9, figure_10
+from bristle.paper.pre_sliding import figure_1, figure_8
 from bristle.paper.reproduced import Reproduced
 from bristle.paper.setting import Setting, read_setting
 from bristle.paper.sound_loop import Sound
 from bristle.paper.tracking import Tracked
+from bristle.paper.wiping_out import figure_9, figure_10
 
 __all__ = ["FIGURES", "reproduce"]
 
@@ -25,9 +27,9 @@ CONTACTS: dict[int, Callable[[Setting], Reproduced]] = {
     1: figure_1, 2: figure_2, 3: figure_3, 4: figure_4, 5: figure_5, 8: figure_8, 9: figure_9, 10: figure_10,
 }  # fmt: skip
 LOOPS: dict[int, Callable[[Tracked], Reproduced]] = {
-    7: figure_7, 11: figure_11, 12: figure_12, 13: figure_13, 14: figure_14,
+    11: figure_11, 12: figure_12, 13: figure_13, 14: figure_14,
 }  # fmt: skip
-FIGURES = tuple(sorted({*CONTACTS, *LOOPS, 6}))
+FIGURES = tuple(sorted({*CONTACTS, *LOOPS, 6, 7}))
 # How long the branches of figure 6 and the loops take, against other figures.
 BRANCHES, TRACKING = 6.0, 20.0
 
@@ -72,11 +74,12 @@ def reproduce(
         if number in LOOPS:
             tracked.listeners[:] = [part]
             found.append(LOOPS[number](tracked))
-        elif number == 6:
-            found.append(figure_6(read_setting(folder / "fig_06.toml", allow_code=allow_code), part))
         else:
-            file = folder / f"fig_{number:02d}.toml"
-            found.append(CONTACTS[number](read_setting(file, allow_code=allow_code)))
+            setting = read_setting(folder / f"fig_{number:02d}.toml", allow_code=allow_code)
+            if number == 6:
+                found.append(figure_6(setting, part))
+            else:
+                found.append(figure_7(tracked, setting) if number == 7 else CONTACTS[number](setting))
         done += weight
     return found
 
@@ -85,7 +88,7 @@ def _weights(wanted: list[int]) -> list[float]:
     """Return how long each figure takes, against the others: the first that shows the loops simulates them."""
     weights = [BRANCHES if number == 6 else 1.0 for number in wanted]
     for index, number in enumerate(wanted):
-        if number in LOOPS and number != 7:
+        if number in LOOPS:
             weights[index] = TRACKING
             break
     return weights

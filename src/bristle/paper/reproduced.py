@@ -9,16 +9,19 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
+import numpy as np
+
 from bristle.core.content import Origin
 from bristle.core.typography import number
 from bristle.files.toml import read_toml
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from numpy.typing import ArrayLike
 
     from bristle.report.table import Table
 
-__all__ = ["Reproduced", "Verdict", "Words", "in_micrometres", "percent"]
+__all__ = ["Reproduced", "Verdict", "Words", "in_micrometres", "percent", "spread"]
 
 Verdict = Literal["holds", "holds in part", "does not hold", "shown"]
 
@@ -99,3 +102,25 @@ def percent(share: float, step: float = 0.1) -> str:
 def in_micrometres(length: float, digits: int = 3) -> str:
     """Return a length [m] as text, in micrometres."""
     return f"{number(1e6 * length, digits=digits)} µm"
+
+
+def spread(values: ArrayLike, step: float = 0.0) -> str:
+    """Return mean and standard deviation of what was repeated, as text; the mean alone where nothing is spread.
+
+    Parameters
+    ----------
+    values : array_like
+        What came out each time.
+    step : float
+        A mean alone is told to two digits of it.
+
+    Examples
+    --------
+    >>> spread([4.1, 4.3, 4.6]), spread([0.93])
+    ('4.33 ± 0.25', '0.9300')
+    """
+    found = np.asarray(values, dtype=float)
+    mean, deviation = float(np.mean(found)), float(np.std(found, ddof=1)) if found.size > 1 else 0.0
+    if deviation > max(1e-9 * abs(mean), 0.01 * step):
+        return f"{number(mean, deviation)} ± {number(deviation, deviation)}"
+    return number(mean, step or None)

@@ -10,6 +10,7 @@ from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.engine import run_open_loop
 from bristle.paper.setting import Setting
+from bristle.paper.torque_bench import Sensed, bench_of, plant_of, read_torque
 
 __all__ = ["Rippled", "rippled", "torque_of"]
 
@@ -31,6 +32,8 @@ class Rippled(NamedTuple):
         Friction torque [N*m].
     cycles : ndarray of int, shape (cycle + 1,)
         The samples at which cycles begin, and the last one ends.
+    sensed : Sensed or None
+        What the torque sensor makes of it, where there is one; from each sample to the next.
     """
 
     time: np.ndarray
@@ -38,6 +41,7 @@ class Rippled(NamedTuple):
     x: np.ndarray
     torque: np.ndarray
     cycles: np.ndarray
+    sensed: Sensed | None = None
 
     @property
     def moved(self) -> np.ndarray:
@@ -68,10 +72,16 @@ def rippled(setting: Setting, friction: Model) -> Rippled:
     Parameters
     ----------
     setting : Setting
-        The experiment: plant and torque.
+        The experiment: plant or bench, and torque.
     friction : Model
         The contact.
     """
     driving, cycles = torque_of(setting)
-    trace = run_open_loop(setting.mass, friction, driving / setting.arm, SAMPLE_TIME, steps=STEPS, hold="linear")
-    return Rippled(trace.time, driving, trace.position, trace.friction * setting.arm, cycles)
+    arm = setting.arm
+    trace = run_open_loop(plant_of(setting), friction, driving / arm, SAMPLE_TIME, steps=STEPS, hold="linear")
+    torque, sensed = trace.friction * arm, None
+    if "bench" in setting.numbers:
+        # Between samples the torque runs straight from one to the next.
+        mean = 0.5 * (driving[:-1] + driving[1:])
+        sensed = read_torque(bench_of(setting), mean, trace.velocity / arm, torque[:-1], SAMPLE_TIME)
+    return Rippled(trace.time, driving, trace.position, torque, cycles, sensed)

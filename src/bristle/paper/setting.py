@@ -8,6 +8,9 @@ The tables of such a file, all but the first line optional; an experiment refuse
 ``[contact.NAME]``        friction models by name, each as in the ``[friction]`` of an experiment file
 ``[operator.NAME]``       hysteresis operators by name, with ``model`` and its parameters
 ``[plant]``               the inertia that a torque drives
+``[bench]``               where torques are measured: a motor of inertia ``J_m``, the torque sensor, and behind it the
+                          rest of ``J``, screw and table, all counted at the screw; ``torque_filter`` of the sensor,
+                          and the ``acceleration`` with which a table that is led changes its speed
 ``[path]``                where the table turns (``turns``) and how fast it moves (``speed``)
 ``[torque]``              a torque that breaks the contact away (``break_away``) and then goes up and down between
                           ``low`` and ``high``, with a ``period``, for a number of ``cycles``
@@ -61,6 +64,12 @@ TORQUE = Key(Variable("force", "torque of the screw"), "rotational")
 COUNT = Key(Variable("1", "a number of times", min=1.0, max=MOST), whole=True)
 COUNTS = Key(Variable("1", "numbers of branches", min=1.0, max=MOST), several=True, whole=True)
 SECTIONS: dict[str, dict[str, Key]] = {
+    "bench": {
+        "J": Key(Variable("mass", "inertia of all that turns or is pulled along", min=1e-12), "rotational"),
+        "J_m": Key(Variable("mass", "inertia of the motor, before the torque sensor", min=0.0), "rotational"),
+        "acceleration": Key(Variable("length/time^2", "of the table where it starts, turns and stops", min=1e-9)),
+        "torque_filter": Key(Variable("frequency", "cut-off of the torque sensor", min=1e-3)),
+    },
     "path": {"turns": LENGTHS, "speed": SPEED},
     "torque": {
         "break_away": TORQUE,

@@ -71,7 +71,11 @@ class Sound:
             "at_sound_margins": {name: one.as_dict() for name, one in self.loop.result.variants.items()},
             "margins": {name: {"phase_deg": phase, "gain": gain} for name, (phase, gain) in self.margins.items()},
             "over_break_away": [
-                {"break_away": level, "peak_to_peak": one.following_error.peak_to_peak, "mean": one.following_error.mean}
+                {
+                    "break_away": level,
+                    "peak_to_peak": one.following_error.peak_to_peak,
+                    "mean": one.following_error.mean,
+                }
                 for level, one in self.at_levels
             ],
         }
@@ -89,7 +93,14 @@ def sound_table(sound: Sound) -> Table:
             )
         ]  # fmt: skip
         rows.append((name, PART.get(name, ""), *cells, number(phase, digits=3), number(gain, digits=3)))
-    heads = ("Variant", "Against friction works", "Peak to peak [µm]", "True error [µm]", "Phase margin [°]", "Gain margin")
+    heads = (
+        "Variant",
+        "Against friction works",
+        "Peak to peak [µm]",
+        "True error [µm]",
+        "Phase margin [°]",
+        "Gain margin",
+    )
     return Table("The same motion in a loop of sound margins", heads, rows)
 
 

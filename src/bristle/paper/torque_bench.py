@@ -1,0 +1,228 @@
+r"""The bench of the figures that are measured: a motor, a torque sensor, a screw with its table.
+
+The motor leads the screw slowly along a path, or drives it with a torque. The inertia behind the sensor hangs on the
+shaft beside the friction :math:`F_p` of (18), so that what the shaft carries, and what its sensor reads, is
+
+.. math:: T = F_p + (J - J_m)\,\dot\omega, \qquad \tau\,\dot{\tilde T} = T - \tilde T
+
+The screw is rigid, as in (18): an angle of the motor is a travel of the table.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import accumulate
+from typing import NamedTuple
+
+import numpy as np
+
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError
+from bristle.core.typography import number, with_unit
+from bristle.engine import force_along
+from bristle.paper.reproduced import percent
+from bristle.paper.setting import Setting
+from bristle.paper.walk import STEP, Walk
+from bristle.plants import inertia
+from bristle.references.legs import legs_through
+from bristle.sensors import torque_seen
+
+__all__ = ["Bench", "Reading", "Sensed", "bench_of", "led", "plant_of", "read_torque", "sensor_numbers", "sensor_says"]
+
+SAMPLE_TIME = 5e-4  # [s]
+MOST = 4_000_000  # samples: a slower motion is sampled more rarely
+
+
+class Bench(NamedTuple):
+    """What the torque sensor sits between.
+
+    Parameters
+    ----------
+    J : float
+        Inertia of everything that turns or is pulled along, at the screw [kg*m^2].
+    J_m : float
+        That before the sensor, of the motor [kg*m^2].
+    cutoff : float
+        Of the filter of the sensor, of first order [Hz]; infinite without one.
+    """
+
+    J: float
+    J_m: float
+    cutoff: float
+
+
+class Sensed(NamedTuple):
+    """Torques of one motion, each of shape (step,), as means over its steps [N*m].
+
+    Parameters
+    ----------
+    friction : ndarray
+        Friction, the F_p of (18).
+    shaft : ndarray
+        What the shaft carries.
+    read : ndarray
+        What the sensor makes of it.
+    """
+
+    friction: np.ndarray
+    shaft: np.ndarray
+    read: np.ndarray
+
+
+class Reading(NamedTuple):
+    """A path of the table, as the torque sensor reads it and as friction is.
+
+    Parameters
+    ----------
+    sensor, friction : Walk
+        Positions of the table with the torque read there, and with the friction torque itself.
+    sensed : Sensed
+        The torques, and what the shaft carries.
+    """
+
+    sensor: Walk
+    friction: Walk
+    sensed: Sensed
+
+
+def bench_of(setting: Setting) -> Bench:
+    """Return the bench of an experiment.
+
+    Parameters
+    ----------
+    setting : Setting
+        The experiment.
+
+    Raises
+    ------
+    InputError
+        If it has none, or a motor with more inertia than there is.
+    """
+    J, J_m = float(setting["bench", "J"]), float(setting["bench", "J_m"])
+    if J_m > J:
+        raise InputError(
+            "is more than all inertia together, of which it is a part", path=f"{setting.source}: bench.J_m",
+            value=f"{J_m:g} kg*m^2", allowed=f"0 to bench.J = {J:g} kg*m^2",
+        )  # fmt: skip
+    return Bench(J, J_m, float(setting.numbers["bench"].get("torque_filter", math.inf)))
+
+
+def plant_of(setting: Setting) -> Model:
+    """Return what a torque drives: the bench, its inertia counted at the table, or the plant of the experiment."""
+    if "bench" not in setting.numbers:
+        return setting.mass
+    return inertia(M=bench_of(setting).J / setting.arm**2)
+
+
+def read_torque(bench: Bench, effort: np.ndarray, omega: np.ndarray, friction: np.ndarray, dt: float) -> Sensed:
+    """Return what the torque sensor makes of a motion.
+
+    Parameters
+    ----------
+    bench : Bench
+        What it sits between.
+    effort, friction : ndarray, shape (step,)
+        Mean torque of the motor and of friction in each step [N*m].
+    omega : ndarray, shape (step + 1,)
+        Speed of the motor before, between and after the steps [rad/s].
+    dt : float
+        Length of a step [s].
+    """
+    shaft = torque_seen(np.append(effort, 0.0), omega, dt, bench.J_m)
+    return Sensed(friction, shaft, _filtered(shaft, bench.cutoff, dt))
+
+
+def _filtered(signal: np.ndarray, cutoff: float, dt: float) -> np.ndarray:
+    """Return a signal behind a filter of first order that has settled on its first value."""
+    gain = 1.0 - math.exp(-2.0 * math.pi * cutoff * dt)
+    return np.fromiter(accumulate(signal.tolist(), lambda was, now: was + gain * (now - was)), float, signal.size)
+
+
+def led(setting: Setting, friction: Model, turns: Iterable[float], speed: float) -> Reading:
+    """Lead a virgin contact on the bench from the origin from turning point to turning point.
+
+    Parameters
+    ----------
+    setting : Setting
+        The experiment: its bench, and how soon that changes its speed (`bench.acceleration`).
+    friction : Model
+        The contact, at the table.
+    turns : iterable of float
+        Where the table turns [m].
+    speed : float
+        Speed of the table between the turns [m/s].
+    """
+    bench, arm = bench_of(setting), setting.arm
+    dt, x, v, ends = _motion(list(turns), speed, float(setting["bench", "acceleration"]))
+    force = arm * force_along(friction, np.diff(x) / dt, dt, x[1:])
+    omega = v / arm
+    sensed = read_torque(bench, force + bench.J * np.diff(omega) / dt, omega, force, dt)
+    middle = 0.5 * (x[:-1] + x[1:])
+    return Reading(Walk(middle, sensed.read, ends), Walk(middle, sensed.friction, ends), sensed)
+
+
+def _motion(turns: list[float], speed: float, acceleration: float) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
+    """Return sample time [s], positions [m], speeds [m/s], and the steps that end at the turning points.
+
+    Each leg is stretched to whole samples, by less than one, so that the table turns exactly where it is to.
+    """
+    legs = [legs_through([b - a], speed, acceleration) for a, b in zip([0.0, *turns], turns, strict=False)]
+    fastest = max((float(np.max(np.abs(leg.velocity))) for leg in legs), default=0.0)
+    # What a change of speed does is read in some samples, however short it is.
+    dt = min(SAMPLE_TIME, STEP / fastest, 0.25 * fastest / acceleration) if fastest > 0.0 else SAMPLE_TIME
+    dt = max(dt, sum(leg.end for leg in legs) / MOST)
+    x, v, ends, here = [np.zeros(1)], [np.zeros(1)], [], 0.0
+    for leg, turn in zip(legs, turns, strict=True):
+        count = max(math.ceil(leg.end / dt - 1e-9), 1)
+        moved, velocity, _ = leg.sample(leg.end * np.arange(1, count) / count)
+        x += [here + moved, np.array([turn])]
+        v += [velocity * (leg.end / (count * dt)), np.zeros(1)]
+        ends.append(count)
+        here = turn
+    return dt, np.concatenate(x), np.concatenate(v), np.cumsum(ends) - 1
+
+
+def sensor_numbers(several: Sequence[Sensed]) -> dict[str, float]:
+    """Return how far what the sensor reads is from friction, at most.
+
+    Parameters
+    ----------
+    several : sequence of Sensed
+        What it reads, of one motion or more.
+
+    Returns
+    -------
+    dict of str to float
+        ``apart``, over the largest friction torque, and what ``inertia`` and ``filter`` do to it [N*m].
+    """
+    largest = max(float(np.max(np.abs(one.friction))) for one in several)
+    return {
+        "apart": max(float(np.max(np.abs(one.read - one.friction))) for one in several) / largest,
+        "inertia": max(float(np.max(np.abs(one.shaft - one.friction))) for one in several),
+        "filter": max(float(np.max(np.abs(one.read - one.shaft))) for one in several),
+    }
+
+
+def sensor_says(bench: Bench, apart: Mapping[str, float], when: str) -> str:
+    """Return in words how far what the sensor reads is from friction.
+
+    Parameters
+    ----------
+    bench : Bench
+        Where the sensor sits.
+    apart : mapping of str to float
+        What `sensor_numbers` returns.
+    when : str
+        In which motion, with a capital.
+    """
+    parts = [
+        f"the inertia behind it, {with_unit(bench.J - bench.J_m, 'kg*m^2')}, adds up to {_milli(apart['inertia'])}"
+    ]
+    if math.isfinite(bench.cutoff):
+        parts.append(f"its filter of {with_unit(bench.cutoff, 'Hz')} holds back up to {_milli(apart['filter'])}")
+    return f"{when} the torque sensor reads friction to {percent(apart['apart'])} of the largest: {', '.join(parts)}."
+
+
+def _milli(torque: float) -> str:
+    return f"{number(1e3 * torque, digits=2)} mN·m"
