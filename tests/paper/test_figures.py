@@ -70,6 +70,14 @@ def test_3_its_torque_is_not_that_of_figure_2_and_has_its_course(paper, setting)
     assert "same torque" not in paper[3].words.title
 
 
+def test_3_each_panel_shows_what_its_title_says(paper, setting):
+    one = rippled(setting(3), setting(3).contact("virtual rig"))
+    shown = {axes.get_title(loc="right"): axes.get_lines()[-1].get_ydata() for axes in paper[3].draw().axes}
+    later = slice(one.cycles[1], None)
+    assert shown["virtual rig, torque sensor"] == pytest.approx(1e3 * one.sensed.read[later])
+    assert shown["virtual rig, friction: no drift"] == pytest.approx(1e3 * one.torque[later])
+
+
 def test_3_a_filter_makes_the_orbit_slimmer_and_a_slow_one_turns_it_about(paper, setting):
     taken, enclosed = (paper[3].numbers[name] for name in ("work_of_friction", "work_by_torque_sensor"))
     assert np.all(enclosed < taken)
@@ -130,6 +138,8 @@ def test_6_every_mean_over_seeds_has_its_spread(paper):
     for first, *cells in paper[6].tables[0].rows:
         assert all(" ± " in cell for cell in cells[:3] if cell != "–"), first
         assert not any("±" in cell for cell in cells[3:])
+    for name, one in paper[6].numbers["error_percent"].items():
+        assert np.isnan(one[0]) or re.search(rf"from 1 branch .*{name} {one[0]:.1f}\d* ± \d", paper[6].found[1])
     assert re.search(r"nearer than reformed Dahl in 6 of 6 repetitions, by 0\.\d+ ± 0\.\d+ %", " ".join(paper[6].found))
 
 
