@@ -126,3 +126,19 @@ def test_the_smooth_step_rises_as_half_a_sine():
     assert max(abs(a - b) for a, b in zip(ours, true, strict=True)) < 2 * UNIT
     ours = [mathematics.smooth_step_slope(one) for one in y.tolist()]
     assert max(abs(a - b) for a, b in zip(ours, slope, strict=True)) < 4 * UNIT
+
+
+def test_means_of_a_decay_are_exact_to_rounding_for_every_argument():
+    rates = np.abs(np.concatenate([decades(-300.0, 2.5), decades(-3.0, 0.0), [0.03, 0.01, np.nextafter(0.01, 1.0)]]))
+    with mpmath.workprec(300):
+        for one in rates.tolist():
+            y = mpmath.mpf(one)
+            assert abs(mathematics.relaxation(one) / (-mpmath.expm1(-y) / y) - 1) < 4 * UNIT
+            assert abs(mathematics.hyperbolic_mean(one) / (mpmath.log1p(y) / y) - 1) < 3 * UNIT
+            if one < 1.0:
+                assert abs(mathematics.hyperbolic_mean(-one) / (mpmath.log1p(-y) / -y) - 1) < 3 * UNIT
+
+
+def test_powers_of_a_half_are_square_roots():
+    for x in np.abs(decades(-300.0, 300.0, 200)).tolist():
+        assert mathematics.power(x, 0.5) == math.sqrt(x)

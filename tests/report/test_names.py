@@ -80,7 +80,7 @@ def operator(bench):
 
 def paper(bench):
     draw = gallery(NAMES[1:4])["ripple"]
-    one = Reproduced(2, "holds", [ALL], draw, Path(FILE), {}, extras={"more": (draw, ALL, ALL)})
+    one = Reproduced(2, "found", [ALL], draw, Path(FILE), {}, extras={"more": (draw, ALL, ALL)})
     return paper_report([one], **COMMON)
 
 

@@ -245,6 +245,8 @@ def power(x, y):
         return x * x
     if y == 1.0:
         return x
+    if y == 0.5:
+        return math.sqrt(x)
     return exp(y * log(x))
 
 
@@ -260,9 +262,13 @@ def relaxation(rate):
 
     Exact to rounding for every :math:`\Lambda \ge 0`; 1 at :math:`\Lambda = 0`.
     """
-    # The smallest rate keeps the quotient defined, and exact: 1.
-    positive = max(rate, 1e-30)
-    return -expm1(-positive) / positive
+    if rate < 0.03:
+        # The series, to the last place.
+        return 1.0 - rate * (
+            1.0 / 2.0 - rate * (1.0 / 6.0 - rate * (1.0 / 24.0 - rate * (1.0 / 120.0 - rate * (
+                1.0 / 720.0 - rate * (1.0 / 5040.0 - rate / 40320.0)))))
+        )  # fmt: skip
+    return -expm1(-rate) / rate
 
 
 @kernel
@@ -282,8 +288,11 @@ def fitted_weight(rate):
 @kernel
 def hyperbolic_mean(u):
     r"""Return :math:`\ln(1 + u)/u`, the mean of :math:`1/(1 + u t)` over :math:`0 \le t \le 1`, for :math:`u > -1`."""
-    if abs(u) < 1e-8:
-        return 1.0 - 0.5 * u
+    if abs(u) < 0.01:
+        # The series, to the last place.
+        square = u * u
+        odd = 0.5 + square * (0.25 + square * (1.0 / 6.0 + 0.125 * square))
+        return 1.0 + square * (1.0 / 3.0 + square * (0.2 + square / 7.0)) - u * odd
     return log1p(u) / u
 
 

@@ -46,8 +46,8 @@ from bristle.figures.tracking_error import tracking_error
 from bristle.figures.transition_curves import transition_curves
 
 __all__ = [
-    "as_csv",
     "Mechanics",
+    "as_csv",
     "break_away",
     "circles",
     "closure",

@@ -18,7 +18,7 @@ from typing import Annotated, NamedTuple
 
 from bristle.core.contracts import FrictionModel
 from bristle.core.kernel import kernel
-from bristle.core.mathematics import direction, exp, hyperbolic_mean, log1p, power, relaxation
+from bristle.core.mathematics import direction, exp, hyperbolic_mean, power, relaxation
 from bristle.core.variable import Variable
 from bristle.friction.quantities import CoulombForceAboveZero, ViscousCoefficient
 
@@ -59,11 +59,12 @@ def decayed(r, kappa, i):
     u = (i - 1.0) * kappa * steepness
     if u <= -1.0:
         return 0.0, r / ((2.0 - i) * kappa * steepness)
-    logarithm = log1p(u) / (i - 1.0)
+    mean = hyperbolic_mean(u)
+    logarithm = kappa * steepness * mean
     if i <= 2.0:
-        return r * exp(-logarithm), r * hyperbolic_mean(u) * relaxation((2.0 - i) * logarithm)
+        return r * (1.0 - logarithm * relaxation(logarithm)), r * mean * relaxation((2.0 - i) * logarithm)
     grown = (i - 2.0) * logarithm
-    return r * exp(-logarithm), r * hyperbolic_mean(u) * exp(grown) * relaxation(grown)
+    return r * exp(-logarithm), r * mean * exp(grown) * relaxation(grown)
 
 
 @kernel

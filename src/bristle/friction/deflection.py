@@ -68,42 +68,30 @@ def deflect(stack, memory, dx, side, G, law, q, scale):
     `scale` [m or rad] the length over which it turns, f_p/s. A return by no more than `TOLERANCE` of that is not
     remembered.
     """
-    free = 1.0 - slip(side * stack.f / G, law)
-    if dx * free == 0.0:
-        return Deflection(stack.f, 0.0, StackMove(stack.z, stack.f, stack.side, stack.depth))
-    if abs(dx * free) <= FIRST * scale:
-        done = stroke(stack, memory, stack.z, stack.f, dx, dx * free, side / G, law, q)
-    else:
-        done = in_strokes(stack, memory, dx, side / G, law, q, FIRST * scale)
-    change = done.z - stack.z
-    if abs(change) <= TOLERANCE * scale and change * stack.side < 0.0:
-        return Deflection(done.mean, change, StackMove(stack.z, stack.f, stack.side, stack.depth))
-    return Deflection(done.mean, change, StackMove(done.z, done.f, done.branch.side, done.branch.depth))
-
-
-@kernel(inline=False)
-def in_strokes(stack, memory, dx, inverse, law, q, longest):
-    """Return the `Stroke` of a long step, made in parts: none deflects the contact by more than a length that grows.
-
-    The last one takes what is left, however little: a step that grows goes through no jump. `inverse` is sgn(v)/G.
-    """
-    z, f, left, total = stack.z, stack.f, dx, 0.0
+    inverse, longest = side / G, FIRST * scale
+    z, f, left, total, branch = stack.z, stack.f, dx, 0.0, onward(stack, memory, side)
+    # A long step is made in parts that deflect by no more than a length that grows. The last one takes what is left,
+    # however little: a step that grows goes through no jump.
     for k in range(STROKES):
         free = 1.0 - slip(inverse * f, law)
         part = left
         if abs(left * free) > longest and k < STROKES - 1:
             part = math.copysign(longest / abs(free), left)
-        if part * free != 0.0:
+        if part * free == 0.0:
+            total += f * part
+        else:
             done = stroke(stack, memory, z, f, part, part * free, inverse, law, q)
             total += done.mean * part
-            z, f = done.z, done.f
-        else:
-            total += f * part
+            z, f, branch = done.z, done.f, done.branch
         left -= part
         longest *= GROWTH
         if left == 0.0:
             break
-    return Stroke(total / dx, z, f, branch_at(stack, memory, z))
+    change = z - stack.z
+    mean = total / dx if dx != 0.0 else stack.f
+    if change == 0.0 or (abs(change) <= TOLERANCE * scale and change * stack.side < 0.0):
+        return Deflection(mean, change, StackMove(stack.z, stack.f, stack.side, stack.depth))
+    return Deflection(mean, change, StackMove(z, f, branch.side, branch.depth))
 
 
 @kernel

@@ -37,6 +37,7 @@ from bristle.friction.stribeck import STATIC_ABOVE_COULOMB
 
 # However large the scatter, a limit keeps a part of itself.
 SMALLEST_SCALE = 0.05
+BEYOND = 1e300  # [N or N*m]
 
 
 class Parameters(NamedTuple):
@@ -81,7 +82,7 @@ def reverses(state, v, p):
     return abs(v) > p.v_r and (direction(v) * state.side < 0.0 or state.side == 0.0)
 
 
-@kernel
+@kernel(inline=False)
 def drawn_scale(state, p):
     """Return the factor on the limit from the next reversal on."""
     return max(1.0 + p.scatter * normal(p.seed, state.reversals), SMALLEST_SCALE)
@@ -125,11 +126,11 @@ def trial(state, memory, motion, dt, p):
 @kernel
 def commit(state, memory, move, p):
     """Pull every element by the displacement of the step; a reversal draws a new limit."""
-    if move.v == 0.0:
-        return state  # nothing moves: no limit, of neither direction, takes anything from an element
     side = direction(move.v)
+    # Where nothing moves no limit, of neither direction, takes anything from an element.
+    limit = move.limit if move.v != 0.0 else BEYOND
     for i in range(p.k_i.size):
-        memory[i] = side * min(side * memory[i] + p.k_i[i] * move.way, p.nu_i[i] * move.limit)
+        memory[i] = side * min(side * memory[i] + p.k_i[i] * move.way, p.nu_i[i] * limit)
     return State(side, state.reversals + 1, drawn_scale(state, p)) if reverses(state, move.v, p) else state
 
 

@@ -33,7 +33,7 @@ def figure_2(setting: Setting) -> Reproduced:
             found.append(f"{name}: {percent(abs(more), 1.0)} {'more' if more > 0.0 else 'less'} than {LUGRE}.")
     return Reproduced(
         number=2,
-        verdict="holds" if drifts[LUGRE] > RESTS * _width(runs[LUGRE]) else "does not hold",
+        verdict="found" if drifts[LUGRE] > RESTS * _width(runs[LUGRE]) else "refuted",
         found=found,
         draw=lambda: _draw(runs, drifts),
         origin=setting.origin,
@@ -56,7 +56,7 @@ def figure_3(setting: Setting) -> Reproduced:
     taken, enclosed = (_work(setting, runs[RIG], torque) for torque in (sensed.friction, sensed.read))
     return Reproduced(
         number=3,
-        verdict="holds" if max(shares.values()) < RESTS else "does not hold",
+        verdict="found" if max(shares.values()) < RESTS else "refuted",
         found=[
             *(_goes_round(name, one, shares[name]) for name, one in runs.items()),
             sensor_says(bench, ripple, "While the torque goes up and down"),

@@ -39,8 +39,8 @@ def verdict(cost: Economy) -> Verdict:
     means = _means(cost)
     few, many = float(means["reformed Dahl"][0]), float(means["tabulated surface"][-1])
     if few > AS_GOOD * many:
-        return "does not hold"
-    return "holds in part" if float(means["Prandtl-Ishlinskii"][0]) < few else "holds"
+        return "refuted"
+    return "found in part" if float(means["Prandtl-Ishlinskii"][0]) < few else "found"
 
 
 def sentences(cost: Economy, still: Economy) -> list[str]:

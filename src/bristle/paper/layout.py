@@ -8,7 +8,7 @@ from bristle.core.typography import number, with_unit
 from bristle.paper.reproduced import Reproduced, in_micrometres
 from bristle.paper.setting import Setting
 from bristle.paper.torque_bench import bench_of
-from bristle.paper.tracking import AFTER, Tracked
+from bristle.paper.tracking import CALIBRATED, Tracked
 
 __all__ = ["figure_7"]
 
@@ -25,7 +25,7 @@ def figure_7(tracked: Tracked, setting: Setting) -> Reproduced:
     """
     from bristle.figures import Mechanics, rig_layout
 
-    variant = next(one for one in tracked.experiment.variants if one.name == AFTER)
+    variant = next(one for one in tracked.experiment.variants if one.name == CALIBRATED)
     run, resolution = variant.run, float(variant.sensor.values["resolution"])
     law, fed = variant.controller.name.replace("_", " "), variant.feedforward.friction
     compensator = fed.name.replace("_", " ") if fed else "none"

@@ -34,7 +34,7 @@ def figure_5(setting: Setting) -> Reproduced:
     sensor = sensor_numbers([led_once.sensed])
     return Reproduced(
         number=5,
-        verdict="holds" if uneven > noise and apart > noise else "does not hold",
+        verdict="reproduced by calibration" if uneven > noise and apart > noise else "refuted",
         found=[
             f"The largest loop runs from {number(1e3 * bottom, digits=3)} to {number(1e3 * top, digits=3)} mN·m.",
             f"Repeated {repeats} times, its forward tip is at {spread(1e3 * tops)} mN·m, within "

@@ -76,8 +76,8 @@ def _rounding(apart: float) -> str:
 def _verdict(apart: float, constant: float) -> Verdict:
     """Return the verdict: right but for the constant, unless the two differ by more than rounding."""
     if apart > 1e-9 * constant:
-        return "does not hold"
-    return "holds in part" if constant > 0.0 else "holds"
+        return "refuted"
+    return "found in part" if constant > 0.0 else "found"
 
 
 def _must_nest(setting: Setting, path: list[float]) -> None:

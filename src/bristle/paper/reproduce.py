@@ -16,7 +16,7 @@ from bristle.paper.pre_sliding import figure_1, figure_8
 from bristle.paper.reproduced import Reproduced
 from bristle.paper.setting import Setting, read_setting
 from bristle.paper.sound_loop import Sound
-from bristle.paper.tracking import Tracked
+from bristle.paper.tracking import BEFORE, Tracked
 from bristle.paper.wiping_out import figure_9, figure_10
 
 __all__ = ["FIGURES", "reproduce"]
@@ -26,12 +26,11 @@ Progress = Callable[[float, str], None]
 CONTACTS: dict[int, Callable[[Setting], Reproduced]] = {
     1: figure_1, 2: figure_2, 3: figure_3, 4: figure_4, 5: figure_5, 8: figure_8, 9: figure_9, 10: figure_10,
 }  # fmt: skip
-LOOPS: dict[int, Callable[[Tracked], Reproduced]] = {
-    11: figure_11, 12: figure_12, 13: figure_13, 14: figure_14,
-}  # fmt: skip
-FIGURES = tuple(sorted({*CONTACTS, *LOOPS, 6, 7}))
+LOOPS: dict[int, Callable[[Tracked], Reproduced]] = {11: figure_11, 13: figure_13, 14: figure_14}
+FIGURES = tuple(sorted({*CONTACTS, *LOOPS, 6, 7, 12}))
 # How long the branches of figure 6 and the loops take, against other figures.
 BRANCHES, TRACKING = 6.0, 20.0
+ALL_LOOPS = (*LOOPS, 12)
 
 
 def reproduce(
@@ -71,9 +70,11 @@ def reproduce(
     for number, weight in zip(wanted, weights, strict=True):
         part = _part_of(progress, done / whole, weight / whole, f"figure {number}")
         part(0.0, "")
-        if number in LOOPS:
+        if number in ALL_LOOPS:
             tracked.listeners[:] = [part]
-            found.append(LOOPS[number](tracked))
+            found.append(
+                figure_12(tracked, _beside(folder, allow_code, part)) if number == 12 else LOOPS[number](tracked)
+            )
         else:
             setting = read_setting(folder / f"fig_{number:02d}.toml", allow_code=allow_code)
             if number == 6:
@@ -88,10 +89,16 @@ def _weights(wanted: list[int]) -> list[float]:
     """Return how long each figure takes, against the others: the first that shows the loops simulates them."""
     weights = [BRANCHES if number == 6 else 1.0 for number in wanted]
     for index, number in enumerate(wanted):
-        if number in LOOPS:
+        if number in ALL_LOOPS:
             weights[index] = TRACKING
             break
-    return weights
+    return [TRACKING if number == 12 else weight for number, weight in zip(wanted, weights, strict=True)]
+
+
+def _beside(folder: Path, allow_code: bool, report: Progress) -> Sound:
+    """Return the experiments that belong to figure 12 besides that of the loop."""
+    loop = Tracked(folder / "set_c.toml", allow_code, (BEFORE,), [report])
+    return Sound(loop, Tracked(folder / "set_a_break_away.toml", allow_code, (), [report]))
 
 
 def _part_of(progress: Progress | None, start: float, share: float, name: str) -> Progress:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Reproduced", "Verdict", "Words", "in_micrometres", "percent", "spread"]
 
-Verdict = Literal["holds", "holds in part", "does not hold", "shown"]
+Verdict = Literal["found", "found in part", "reproduced by calibration", "refuted", "shown"]
 
 
 class Words(NamedTuple):
@@ -63,8 +63,9 @@ class Reproduced:
     ----------
     number : int
         Of the figure.
-    verdict : {"holds", "holds in part", "does not hold", "shown"}
-        What became of the claim; ``shown`` where there is none to be tested.
+    verdict : {"found", "found in part", "reproduced by calibration", "refuted", "shown"}
+        What became of the claim: ``found`` where it comes out with nothing chosen for it, ``reproduced by calibration``
+        where something was chosen so that it does, ``shown`` where there is none to be tested.
     found : list of str
         What came out here, with the numbers.
     draw : callable

@@ -139,8 +139,8 @@ def break_away_extra(sound: Sound) -> tuple[Callable[[], Figure], str, str]:
     return (
         draw,
         "Following error with the printed equations over the break-away torque that is assumed in them",
-        "Equations (5) to (7) with gain 1, by the break-away torque that they assume; the paper tells none. Bars: standard "
-        "deviation over the runs.",
+        "Equations (5) to (7) with gain 1, by the break-away torque that they assume; the paper tells none. Bars: "
+        "standard deviation over the runs.",
     )
 
 

@@ -44,7 +44,7 @@ def figure_9(setting: Setting) -> Reproduced:
     sensor = sensor_numbers([one.sensed for several in runs.values() for one in several])
     return Reproduced(
         number=9,
-        verdict="holds" if worst < REPEATS else "does not hold",
+        verdict="found" if worst < REPEATS else "refuted",
         found=[*_sentences(missing), sensor_says(bench, sensor, "At this speed")],
         draw=lambda: _draw(
             {name: one.sensor for name, (one, *_) in runs.items()}, missing,
@@ -75,7 +75,7 @@ def figure_10(setting: Setting) -> Reproduced:
     names = (f"{RIG}, torque sensor", "model")
     return Reproduced(
         number=10,
-        verdict="holds in part" if open_ and name not in open_ else "holds" if not open_ else "does not hold",
+        verdict="found in part" if open_ and name not in open_ else "found" if not open_ else "refuted",
         found=[*_sentences(missing), _no_operator(branches), _beside(apart, name)],
         draw=lambda: _draw(walks, missing, dict.fromkeys(walks, rig), names),
         origin=setting.origin,
@@ -114,7 +114,8 @@ def _table(every: Mapping[str, Sequence[Missing]]) -> Table:
 
 def _no_operator(branches: TransitionBranches) -> str:
     return (
-        f"As branches that leave one loop the {branches.inputs.size - 1} are not those of an operator: at the end of the descending ones "
+        f"As branches that leave one loop the {branches.inputs.size - 1} are not those of an operator: at the end of "
+        f"the descending ones "
         f"{percent(branches.corner_error)} of the tip is missing, and the two directions differ by "
         f"{percent(branches.symmetry_error)} of the largest Everett value."
     )
