@@ -99,7 +99,7 @@ class Sources:
         return described.plant, make_model(component, values, kind=kind, validate=True, path=path)
 
     def fitted_to(self, table: Any, path: str) -> str:
-        """Return the digest of the friction that the model file of a table was identified on, "" where it tells none."""
+        """Return the digest of the friction that the model of a table was identified on, "" where it tells none."""
         file = table_at(table, path).get("file")
         if not isinstance(file, str) or not file.endswith(".toml"):
             return ""

@@ -97,7 +97,7 @@ def _forward_over_backward(one: VariantResult) -> float:
 
 
 def _verdict_12(tracked: Tracked, peaks: dict[str, float], worse: dict[str, float]) -> Verdict:
-    """Return what became of the claim: half of the error gone, and forward motion the worse, by the paper's equations."""
+    """Return what became of the claim: half of the error gone, and forward motion the worse, by its own equations."""
     wanted = 1.0 - IN_PAPER[CALIBRATED] / IN_PAPER[BEFORE]
     halved = {name: abs(1.0 - peaks[name] / peaks[BEFORE] - wanted) <= HALVED for name in tracked.shown}
     if tracked.after == CALIBRATED:
@@ -170,8 +170,8 @@ def figure_13(tracked: Tracked) -> Reproduced:
         number=13,
         verdict="found" if after.std < before.std and abs(after.mean) < abs(before.mean) else "refuted",
         found=[
-            f"{NAMES[name]}: mean {_told(tracked, name, 'mean')}, standard deviation {_told(tracked, name, 'std')}, range "
-            f"from {in_micrometres(one.min)} to {in_micrometres(one.max)}."
+            f"{NAMES[name]}: mean {_told(tracked, name, 'mean')}, standard deviation {_told(tracked, name, 'std')}, "
+            f"range from {in_micrometres(one.min)} to {in_micrometres(one.max)}."
             for name, one in errors.items()
         ],
         draw=lambda: error_distribution(

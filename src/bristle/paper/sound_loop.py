@@ -1,4 +1,4 @@
-"""Beyond figure 12: the same motion in a loop of sound margins, and the printed equations over the break-away torque."""
+"""Beyond figure 12: the same motion at sound margins, and the printed equations over the break-away torque."""
 
 from __future__ import annotations
 
@@ -117,8 +117,8 @@ def sound_extra(sound: Sound) -> tuple[Callable[[], Figure], str, str]:
     return (
         draw,
         "Following error over time in a loop of sound margins, by what works against friction",
-        f"The same motion with gains that a person would run, at phase margins of {number(least, digits=2)}° and more: what "
-        "each part brings.",
+        f"The same motion with gains that a person would run, at phase margins of {number(least, digits=2)}° and more: "
+        "what each part brings.",
     )
 
 
