@@ -36,7 +36,7 @@ def plant() -> Model:
 
 
 def friction() -> Model:
-    """Return the friction of the simulated axis: a structure that no model of the demonstration has."""
+    """Return the friction of the simulated axis: thirty elements that slip one after the other."""
     return example_of(truth.MODEL)
 
 

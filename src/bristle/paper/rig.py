@@ -1,10 +1,11 @@
-r"""The virtual rig: a ball-screw table whose friction has a structure that no compensator has.
+r"""The virtual rig: a ball-screw table with the friction of thirty elements that slip one after the other.
 
 Thirty spring-slider elements in parallel break away one after the other, the last one after 7 µm: distances
 :math:`r_j = 7\,\text{µm} \cdot \rho_j^{1.6}`, :math:`\rho_j` even from 0.15 to 1, weights
 :math:`w_j = (r_j/7\,\text{µm})^{-0.75} e^{0.35\,\xi_j}` with :math:`\xi_j` standard normal from one fixed seed, shares
 :math:`\nu_j \propto w_j r_j`. Their limits follow a Stribeck curve, may be larger forward than backward,
-and scatter by 5 % from reversal to reversal; an offset is added. Everything is told for the table: a torque
+and scatter by 5 % from reversal to reversal; an offset is added. A Maxwell-slip model is its kin, and what is
+identified as one knows neither the fall with speed, nor the directions, nor the scatter. Everything is told for the table: a torque
 of the screw is a force :math:`2\pi/\ell` times as large, an inertia a mass :math:`(2\pi/\ell)^2` times.
 
 Nothing here comes from a measurement: inertia, torque and lead of the rig in the paper are not told, and these are
