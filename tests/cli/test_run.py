@@ -127,7 +127,7 @@ def test_logs_need_a_folder(bristle, place):
 def test_an_experiment_on_a_contact_is_told_which_command_runs_it(bristle, tmp_path, command):
     assert bristle("paper", "--write", tmp_path / "my copy").code == 0
     contacts = sorted((tmp_path / "my copy").glob("fig_*.toml"))
-    assert len(contacts) == 9
+    assert len(contacts) == 10
     for one in contacts:
         ended = bristle(command, one)
         assert ended.code == 2
@@ -162,3 +162,15 @@ def test_the_best_variant_is_named_last(bristle, place):
         words = " ".join(bristle("run", "experiment.toml").out.split())
         assert "Of 2 variants, none errs least: " in words
         assert less in words
+
+
+def test_a_compensator_that_was_identified_on_another_rig_says_so(bristle, tmp_path):
+    assert bristle("paper", "--write", tmp_path / "mine").code == 0
+    rig, short = tmp_path / "mine" / "set_a_rig.toml", tmp_path / "mine" / "short.toml"
+    rig.write_text(rig.read_text(encoding="utf-8").replace("scatter = 0.05", "scatter = 0.08"), encoding="utf-8")
+    text = (tmp_path / "mine" / "set_c.toml").read_text(encoding="utf-8")
+    brief = text.replace("seeds = 6", "seeds = 1").replace('duration = "28 s"', 'duration = "3 s"')
+    short.write_text(brief, encoding="utf-8")
+    told = " ".join(bristle("run", short).err.split())
+    assert "identified: its compensator was identified on another friction than the one here" in told
+    assert "observer: its compensator" not in told

@@ -108,6 +108,9 @@ def gallery(names=PLAIN, many=None):
         "error_budget": lambda: figures.error_budget(budget(), "translational"),
         "error_distribution": lambda: figures.error_distribution(simulated(names, 0.0), 0.5, 0.0),
         "error_over_count": lambda: figures.error_over_count([2, 4], errors, 1.0, "Loops", "Error [%]"),
+        "error_over_level": lambda: figures.error_over_level(
+            [1.0, 2.0, 4.0], [0.7, 0.6, 0.5], [0.02, 0.01, 0.0], {one: 0.65}, "Level [N]", "Error [µm]"
+        ),
         "everett_surface": lambda: figures.everett_surface(exact, 5e-5),
         "expected": lambda: figures.expected(planned, F),
         "following_error": lambda: figures.following_error(looped(many)),

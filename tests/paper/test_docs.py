@@ -19,7 +19,7 @@ def test_the_experiment_in_the_docs_is_one(tmp_path):
     texts = re.findall(r"```toml contact\n(.*?)```", page, re.DOTALL)
     own = write_experiments(tmp_path / "mine")[0].with_name("fig_08.toml")
     found, on_bench = [own.write_text(text, encoding="utf-8") and read_setting(own) for text in texts]
-    assert reproduce([8], folder=own.parent)[0].verdict == "found"
+    assert reproduce([8], folder=own.parent)[0].verdict == "reproduced by calibration"
     assert set(on_bench.numbers["bench"]) == set(SECTIONS["bench"])
     assert list(found.contacts) == ["LuGre", "virtual rig"]
     assert found.contacts["virtual rig"].values["scatter"] == 0.0

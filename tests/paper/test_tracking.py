@@ -1,11 +1,15 @@
 """Sets A and B: the numbers of the paper, through the experiment files, and past them."""
 
+import re
+from dataclasses import replace
 from importlib.resources import files
 
 import pytest
 
 from bristle.files.experiment import read_experiment
+from bristle.paper import write_experiments
 from bristle.simulation import simulate
+from bristle.simulation.compensation import on_another_rig
 
 FOLDER = files("bristle.paper") / "experiments"
 
@@ -64,3 +68,29 @@ def test_the_numbers_are_means_over_six_runs_with_their_spread(set_a):
     error = told["following_error"]
     assert 0.0 < error["peak_to_peak_spread"] < 0.1 * error["peak_to_peak"]
     assert told["effort"]["rms_spread"] > 0.0
+
+
+def test_set_c_the_faster_the_motion_the_more_the_model_is_worth():
+    described = read_experiment(FOLDER / "set_c_faster.toml")
+    fewer = tuple(
+        replace(one, run=replace(one.run, seeds=1))
+        for one in described.variants
+        if one.name.startswith("observer")
+    )  # fmt: skip
+    found = {
+        name: one.following_error.peak_to_peak
+        for name, one in simulate(replace(described, variants=fewer)).variants.items()
+    }
+    for speed in ("1hz", "2hz", "4hz"):
+        assert found[f"observer_feedforward_{speed}"] <= 0.5 * found[f"observer_{speed}"]
+
+
+def test_a_compensator_knows_the_rig_that_it_was_identified_on(tmp_path):
+    folder = tmp_path / "mine"
+    write_experiments(folder)
+    assert on_another_rig(read_experiment(folder / "set_c.toml")) == {}
+    rig = folder / "set_a_rig.toml"
+    rig.write_text(re.sub(r"seed = 1\b", "seed = 2", rig.read_text(encoding="utf-8")), encoding="utf-8")
+    assert on_another_rig(read_experiment(folder / "set_c.toml")) == {}  # the same rig, on another day
+    rig.write_text(re.sub(r"scatter = 0.05", "scatter = 0.08", rig.read_text(encoding="utf-8")), encoding="utf-8")
+    assert sorted(on_another_rig(read_experiment(folder / "set_c.toml"))) == ["identified", "observer_feedforward"]

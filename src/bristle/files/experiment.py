@@ -21,7 +21,7 @@ __all__ = ["experiment_from", "merged", "read_experiment"]
 
 KEYS = ("schema", "name", "kind", *SECTIONS, "compare")
 # What an experiment on a contact has, and what a loop cannot do without: they are written in the same folder.
-OF_CONTACTS = {"contact", "operator", "path", "torque", "measurement", "transition_branches"}
+OF_CONTACTS = {"contact", "operator", "path", "torque", "measurement", "transition_branches", "bench"}
 OF_LOOPS = {"controller", "reference", "run"}
 
 

@@ -15,9 +15,9 @@ __all__ = ["claim_table", "equation_table", "paper_report", "paper_summary"]
 
 TITLE = "Pre-sliding friction control using the sliding mode controller with hysteresis friction compensator"
 BANNER = (
-    "The rig in these figures is simulated; nothing here was measured on a machine. It is thirty spring-slider elements "
-    "with Stribeck limits, larger forward than backward, that scatter from reversal to reversal. The compensator called "
-    "identified is of the same kind, eighteen elements without these three; the others are not."
+    "The rig in these figures is simulated; nothing here was measured on a machine. It is thirty spring-slider "
+    "elements with Stribeck limits, larger forward than backward, that scatter from reversal to reversal. The "
+    "compensator called identified is of the same kind, eighteen elements without these three; the others are not."
 )
 SIMULATED = "The rig is simulated."
 

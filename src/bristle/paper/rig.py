@@ -5,8 +5,8 @@ Thirty spring-slider elements in parallel break away one after the other, the la
 :math:`w_j = (r_j/7\,\text{µm})^{-0.75} e^{0.35\,\xi_j}` with :math:`\xi_j` standard normal from one fixed seed, shares
 :math:`\nu_j \propto w_j r_j`. Their limits follow a Stribeck curve, may be larger forward than backward,
 and scatter by 5 % from reversal to reversal; an offset is added. A Maxwell-slip model is its kin, and what is
-identified as one knows neither the fall with speed, nor the directions, nor the scatter. Everything is told for the table: a torque
-of the screw is a force :math:`2\pi/\ell` times as large, an inertia a mass :math:`(2\pi/\ell)^2` times.
+identified as one knows neither the fall with speed, nor the directions, nor the scatter. Everything is told for the
+table: a torque of the screw is a force :math:`2\pi/\ell` times as large, an inertia a mass :math:`(2\pi/\ell)^2` times.
 
 Nothing here comes from a measurement: inertia, torque and lead of the rig in the paper are not told, and these are
 values with which its figures come out.

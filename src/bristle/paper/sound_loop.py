@@ -20,13 +20,12 @@ if TYPE_CHECKING:
 __all__ = ["Sound", "break_away_extra", "sound_extra", "sound_table"]
 
 PART = {
-    BEFORE: "nothing",
-    "paper": "the operator calibrated to the paper",
-    "identified": "a model identified on the rig",
-    "observer": "an observer",
-    "observer_feedforward": "both",
+    BEFORE: "no compensator",
+    "paper": "operator calibrated to the paper",
+    "identified": "model identified on the rig",
+    "observer": "observer, no model",
+    "observer_feedforward": "observer and identified model",
 }
-LINES = {BEFORE: "without compensator", "paper": "the paper’s result"}
 IN_PAPER = 0.69e-6
 
 

@@ -26,9 +26,9 @@ __all__ = [
 
 BEFORE, PRINTED, CALIBRATED = "none", "printed", "paper"
 NAMES = {
-    BEFORE: "without compensator",
-    PRINTED: "(5)–(7) as printed, fed forward",
-    CALIBRATED: "operator on x, × 0.64: calibrated",
+    BEFORE: "no compensator",
+    PRINTED: "(5)–(7) as printed",
+    CALIBRATED: "calibrated, × 0.64",
 }
 NEEDED = (BEFORE, CALIBRATED)
 
