@@ -5,10 +5,11 @@ r"""The implicit step of a contact with memory: how far it deflects while the bo
     \bar f = (1 - \vartheta)\,f_0 + \vartheta\,f_h(z_0 + D), \qquad
     \vartheta = \frac{1}{1 - e^{-\Lambda}} - \frac1\Lambda
 
-with :math:`\Lambda = |\Delta x|\,k_t\,\Phi'/G`: exponentially fitted, of second order, and without ringing however
-stiff the contact is in sliding. The right side falls with :math:`D`, so that there is one root, between 0 and the
-step without feedback; Newton's method inside that bracket finds it in one or two iterations. Where a gate stays
-closed over the whole step nothing is solved at all. The contact moves with the body while it is below the force in
+with :math:`\Lambda = |\Delta x|\,k\,\Phi'/G` and :math:`k` the slope of a chord of the curve: exponentially fitted, of
+second order, and without ringing however stiff the contact is in sliding. The right side falls with :math:`D`, so that
+there is one root, between 0 and the step without feedback; Newton's method finds it, and the middle of that interval
+where a step of it does not halve the last. A long step is made in parts that grow. Where a gate stays closed over a
+whole part nothing is solved at all. The contact moves with the body while it is below the force in
 sliding and against it above, so that memory follows the sign of the deflection, not that of the velocity. No motion at
 constant velocity passes the force in sliding; a step so long that it would ends there.
 """
