@@ -109,7 +109,7 @@ def gallery(names=PLAIN, many=None):
         "error_distribution": lambda: figures.error_distribution(simulated(names, 0.0), 0.5, 0.0),
         "error_over_count": lambda: figures.error_over_count([2, 4], errors, 1.0, "Loops", "Error [%]"),
         "error_over_level": lambda: figures.error_over_level(
-            [1.0, 2.0, 4.0], [0.7, 0.6, 0.5], [0.02, 0.01, 0.0], {one: 0.65}, "Level [N]", "Error [µm]"
+            [1.0, 2.0, 4.0], [0.7, 0.6, 0.5], [0.02, 0.01, 0.0], {one: 0.65, other: 0.4}, "Level [N]", "Error [µm]"
         ),
         "everett_surface": lambda: figures.everett_surface(exact, 5e-5),
         "expected": lambda: figures.expected(planned, F),

@@ -7,8 +7,12 @@ from collections.abc import Mapping, Sequence
 from matplotlib.figure import Figure
 
 from bristle.figures import style
+from bristle.figures.legends import LINE, lines
+from bristle.figures.names import label
 
 __all__ = ["error_over_level"]
+
+FOUND = "found"
 
 
 @style.styled
@@ -29,13 +33,14 @@ def error_over_level(
     level_name, error_name : str
         What stands at the axes.
     """
-    figure, ((axes,),) = style.panels(2.9)
+    more = LINE * (lines([FOUND, *map(label, compared)]) - 1)
+    figure, ((axes,),) = style.panels(2.9 + more, top=0.32 + more)
     look = style.SERIES[1]
-    axes.plot(levels, errors, label="found", markersize=4.0, **look)
+    axes.plot(levels, errors, label=FOUND, markersize=4.0, **look)
     low, high = ([one + side * spread for one, spread in zip(errors, spreads, strict=True)] for side in (-1.0, 1.0))
     axes.vlines(levels, low, high, color=look["color"], linewidth=1.2)
     for name, value in compared.items():
-        axes.axhline(value, color=style.GREY, linewidth=1.0, linestyle=(0, (1, 2)), label=name)
+        axes.axhline(value, color=style.GREY, linewidth=1.0, linestyle=(0, (1, 2)), label=label(name))
     axes.set_ylim(0.0, 1.15 * max(*high, *compared.values()))
     axes.margins(x=0.06)
     axes.set_xlabel(level_name)
