@@ -163,9 +163,9 @@ def _feedforward(tables: Tables, kind: Kind, sources: Sources) -> Feedforward:
         for name, variable in FEEDFORWARD.items()
         if name in given
     }
-    if friction == "none":
-        return Feedforward(along=along, **values)
-    compensator, fitted_to = sources.friction(friction, kind, where)[1], sources.fitted_to(friction, where)
+    compensator, fitted_to = None, ""
+    if friction != "none":
+        compensator, fitted_to = sources.friction(friction, kind, where)[1], sources.fitted_to(friction, where)
     return Feedforward(friction=compensator, along=along, fitted_to=fitted_to, **values)
 
 
