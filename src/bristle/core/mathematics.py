@@ -262,13 +262,9 @@ def relaxation(rate):
 
     Exact to rounding for every :math:`\Lambda \ge 0`; 1 at :math:`\Lambda = 0`.
     """
-    if rate < 0.03:
-        # The series, to the last place.
-        return 1.0 - rate * (
-            1.0 / 2.0 - rate * (1.0 / 6.0 - rate * (1.0 / 24.0 - rate * (1.0 / 120.0 - rate * (
-                1.0 / 720.0 - rate * (1.0 / 5040.0 - rate / 40320.0)))))
-        )  # fmt: skip
-    return -expm1(-rate) / rate
+    # The smallest rate keeps the quotient defined, and exact: 1.
+    positive = max(rate, 1e-30)
+    return -expm1(-positive) / positive
 
 
 @kernel
