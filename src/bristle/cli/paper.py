@@ -67,7 +67,8 @@ def paper(
         figure_files(folder, formats, data),
     ):
         found = reproduce(figure or FIGURES, folder=source or EXPERIMENTS, allow_code=allow_code, progress=report)
-        made_from = provenance(context.obj, **{Path(one.origin.name).stem: one for one in found})
+        sources = {Path(one.name).stem: [one] for each in found for one in (each.origin, *each.beside)}
+        made_from = provenance(context.obj, **sources)
         summary = paper_summary(found, provenance=made_from)
         report(1.0, "writing the report")
         write_report(folder, paper_report(found, command=context.obj, provenance=made_from), summary)

@@ -18,20 +18,16 @@ import math
 from typing import NamedTuple
 
 from bristle.core.kernel import kernel
-from bristle.core.mathematics import NEWTON_ROUNDS, fitted_weight, newton_from, newton_next
-from bristle.friction.slip_law import slip, slip_slope, slip_weight
+from bristle.core.mathematics import NEWTON_LAST, fitted_weight, newton_from, newton_next
+from bristle.friction.slip_law import FIRST, GROWTH, PARTS, slip, slip_slope, slip_weight
 from bristle.hysteresis.turning_points import Branch, StackMove, branch_at, branch_output, branch_slope
 
 __all__ = ["TOLERANCE", "Deflection", "deflect", "mean_output"]
 
-# Of these, 64 halve the interval of the root, to the last place of whatever step.
-ROUNDS = NEWTON_ROUNDS + 64
 # Newton's method squares what is left: neither shows in the force.
 RELATIVE = 1e-7
 OF_SLIDING = 1e-9
 TOLERANCE = 1e-12
-# The longest deflection of a first part of a step, over the length in which the contact turns, and how parts grow.
-FIRST, GROWTH, STROKES = 0.05, 1.3, 80
 CHORD = 0.125  # of the step without feedback
 
 
@@ -73,10 +69,10 @@ def deflect(stack, memory, dx, side, G, law, q, scale):
     z, f, left, total, branch = stack.z, stack.f, dx, 0.0, onward(stack, memory, side)
     # A long step is made in parts that deflect by no more than a length that grows. The last one takes what is left,
     # however little: a step that grows goes through no jump.
-    for k in range(STROKES):
+    for k in range(PARTS):
         free = 1.0 - slip(inverse * f, law)
         part = left
-        if abs(left * free) > longest and k < STROKES - 1:
+        if abs(left * free) > longest and k < PARTS - 1:
             part = math.copysign(longest / abs(free), left)
         if part * free == 0.0:
             total += f * part
@@ -99,13 +95,13 @@ def deflect(stack, memory, dx, side, G, law, q, scale):
 def mean_output(stack, memory, u, f, q, scale):
     """Return the mean output [N or N*m] on the way to the input `u` [m or rad], where it is `f`.
 
-    By trapezia; a long way in parts, as `in_strokes`. `scale` is the length over which the operator turns.
+    By trapezia; a long way in parts, as `deflect`. `scale` is the length over which the operator turns.
     """
     if abs(u - stack.z) <= FIRST * scale:
         return 0.5 * (stack.f + f)
     z, before, total, longest = stack.z, stack.f, 0.0, math.copysign(FIRST * scale, u - stack.z)
-    for k in range(STROKES):
-        if abs(u - z) <= abs(longest) or k == STROKES - 1:
+    for k in range(PARTS):
+        if abs(u - z) <= abs(longest) or k == PARTS - 1:
             break
         after = branch_output(branch_at(stack, memory, z + longest), z + longest, q)
         total += 0.5 * (before + after) * longest
@@ -144,7 +140,7 @@ def slipping(stack, memory, z, f, dx, far, weight, inverse, law, q, branch):
     # The first step of Newton's method from the start, or from the far end while a gate is closed at the start.
     search = newton_from(reach, reach / (1.0 + travel * theta * k * slip_slope(r, law)))
     steepest = k
-    for _ in range(ROUNDS):
+    for _ in range(NEWTON_LAST):
         u = z + way * search.x
         if way * (u - branch.begin) < 0.0 or way * (u - branch.end) >= 0.0:
             branch = branch_at(stack, memory, u)
@@ -167,7 +163,7 @@ def reaching(stack, memory, z, far, level, q, branch):
     """Return the deflection, short of `far`, at which the force reaches `level` [N or N*m], and the branch there."""
     way = 1.0 if far > 0.0 else -1.0
     search = newton_from(abs(far), abs(far))
-    for _ in range(ROUNDS):
+    for _ in range(NEWTON_LAST):
         u = z + way * search.x
         if way * (u - branch.begin) < 0.0 or way * (u - branch.end) >= 0.0:
             branch = branch_at(stack, memory, u)

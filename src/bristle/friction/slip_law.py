@@ -23,7 +23,7 @@ from typing import NamedTuple
 
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import (
-    NEWTON_ROUNDS,
+    NEWTON_LAST,
     fitted_weight,
     newton_from,
     newton_next,
@@ -32,11 +32,10 @@ from bristle.core.mathematics import (
     smooth_step_slope,
 )
 
-__all__ = ["SlipLaw", "Stretch", "slip", "slip_slope", "slip_weight", "stretch"]
+__all__ = ["FIRST", "GROWTH", "PARTS", "SlipLaw", "Stretch", "slip", "slip_slope", "slip_weight", "stretch"]
 
-# The longest change of the ratio in the first part of a step, and how parts grow.
+# Of a long step: the longest first part, over the length in which the contact turns, how parts grow, how many.
 FIRST, GROWTH, PARTS = 0.05, 1.3, 80
-ROUNDS = NEWTON_ROUNDS + 64
 TOLERANCE = 1e-8  # of the ratio; the last step of Newton's method squares it
 
 
@@ -145,7 +144,7 @@ def stretch_once(r, kappa, law):
     far = min(far, limit) if r < 1.0 else max(far, limit)
     way = 1.0 if far > 0.0 else -1.0
     search = newton_from(abs(far), abs(far))
-    for _ in range(ROUNDS):
+    for _ in range(NEWTON_LAST):
         mean = r + theta * way * search.x
         residual = search.x - way * kappa * (1.0 - slip(mean, law))
         search = newton_next(search, residual, 1.0 + kappa * theta * slip_slope(mean, law))

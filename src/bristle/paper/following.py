@@ -71,14 +71,12 @@ def figure_12(tracked: Tracked, sound: Sound | None = None) -> Reproduced:
         verdict=_verdict_12(tracked, peaks, worse),
         found=[
             *_found_12(tracked, peaks),
-            "Root mean square forward over backward: "
-            + ", ".join(f"{number(worse[name], digits=3)} {NAMES[name]}" for name in tracked.shown)
-            + ". At gain 1 forward is not the worse: that takes half of the asymmetry known and two thirds of the gain."
-            * (PRINTED in worse and worse[PRINTED] < 1.0 < worse[CALIBRATED]),
-            *(f"{name}: {text}." for name, text in on_another_rig(tracked.experiment).items()),
+            *_directions(tracked, worse),
+            *_strangers(tracked, *((sound.loop,) if sound else ())),
         ],
         draw=lambda: tracking_error(tracked.pictured, tracked.settle),
         origin=tracked.origin,
+        beside=(sound.loop.origin, sound.levels.origin) if sound else (),
         numbers={
             "peak_to_peak": peaks,
             "peak_to_peak_spread": {
@@ -90,6 +88,25 @@ def figure_12(tracked: Tracked, sound: Sound | None = None) -> Reproduced:
         tables=(_by_variant(tracked), _by_direction(tracked), *((sound_table(sound),) if sound else ())),
         extras={"break-away": break_away_extra(sound), "sound-margins": sound_extra(sound)} if sound else {},
     )  # fmt: skip
+
+
+def _directions(tracked: Tracked, worse: dict[str, float]) -> list[str]:
+    told = ", ".join(f"{number(worse[name], digits=3)} {NAMES[name]}" for name in tracked.shown)
+    found = [f"Root mean square forward over backward: {told}."]
+    if PRINTED in worse and worse[PRINTED] < 1.0 < worse[CALIBRATED]:
+        found.append(
+            "At gain 1 forward is not the worse: that takes half of the asymmetry known and two thirds of the gain."
+        )
+    return found
+
+
+def _strangers(*several: Tracked) -> list[str]:
+    """Return what is to be said of compensators that were identified on another rig."""
+    return [
+        f"{one.experiment.name}, {name}: {text}."
+        for one in several
+        for name, text in on_another_rig(one.experiment).items()
+    ]
 
 
 def _forward_over_backward(one: VariantResult) -> float:

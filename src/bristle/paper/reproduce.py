@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import partial
 from pathlib import Path
 
 from bristle.core.errors import InputError
@@ -71,7 +72,7 @@ def reproduce(
         part = _part_of(progress, done / whole, weight / whole, f"figure {number}")
         part(0.0, "")
         if number in ALL_LOOPS:
-            tracked.listeners[:] = [part]
+            tracked.listeners[:] = [partial(_third, part, 0) if number == 12 else part]
             found.append(
                 figure_12(tracked, _beside(folder, allow_code, part)) if number == 12 else LOOPS[number](tracked)
             )
@@ -95,10 +96,23 @@ def _weights(wanted: list[int]) -> list[float]:
     return [TRACKING if number == 12 else weight for number, weight in zip(wanted, weights, strict=True)]
 
 
-def _beside(folder: Path, allow_code: bool, report: Progress) -> Sound:
-    """Return the experiments that belong to figure 12 besides that of the loop."""
-    loop = Tracked(folder / "set_c.toml", allow_code, (BEFORE,), [report])
-    return Sound(loop, Tracked(folder / "set_a_break_away.toml", allow_code, (), [report]))
+def _beside(folder: Path, allow_code: bool, report: Progress) -> Sound | None:
+    """Return the experiments that belong to figure 12 besides that of the loop; None in a copy that has none of them.
+
+    They are simulated once the figure's own loop is: what they report of is the second and the last third of it.
+    """
+    files = [folder / "set_c.toml", folder / "set_a_break_away.toml"]
+    if not any(one.exists() for one in files):
+        return None
+    loop, levels = (
+        Tracked(file, allow_code, needed, [partial(_third, report, number)])
+        for number, (file, needed) in enumerate(zip(files, ((BEFORE,), ()), strict=True), 1)
+    )
+    return Sound(loop, levels)
+
+
+def _third(report: Progress, number: int, done: float, text: str) -> None:
+    report((number + done) / 3.0, text)
 
 
 def _part_of(progress: Progress | None, start: float, share: float, name: str) -> Progress:

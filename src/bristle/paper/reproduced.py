@@ -78,6 +78,8 @@ class Reproduced:
         What was found, side by side.
     extras : mapping of str to (callable, str, str)
         Further figures by name: how to draw them, what they are, what to see in them.
+    beside : tuple of Origin
+        Experiments besides `origin` that it is made from.
     """
 
     number: int
@@ -88,6 +90,7 @@ class Reproduced:
     numbers: Mapping[str, Any]
     tables: tuple[Table, ...] = ()
     extras: Mapping[str, tuple[Callable[[], Figure], str, str]] = field(default_factory=dict)
+    beside: tuple[Origin, ...] = ()
 
     @property
     def words(self) -> Words:
