@@ -9,11 +9,11 @@ import numpy as np
 from benchmarks.coverage import AXIS, FITTED, MAXWELL, motion, recorded
 from benchmarks.timing import Ratio, wall
 from bristle.friction import find
-from bristle.identification.asked import known_of, unknowns_of
 from bristle.identification.elements import Elements
+from bristle.identification.preprocessing import treat
+from bristle.identification.request import known_of, unknowns_of
 from bristle.identification.resampling.bootstrap import bootstrap as resampled
 from bristle.identification.shaped import shaped
-from bristle.identification.treatment import treat
 
 __all__ = ["bootstrap"]
 

@@ -21,8 +21,9 @@ from bristle.core import Axis
 from bristle.core.cores import core_count
 from bristle.core.packing import pack
 from bristle.engine import force_in_turns
-from bristle.identification import identify, predict
+from bristle.identification import identify
 from bristle.logs.log import Channel, Log
+from bristle.prediction import predict
 
 __all__ = ["CASES", "STRANGERS", "Inside", "Share", "Trial", "coverage", "predicted_shares", "tried"]
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import bristle as br
 from bristle.demo import axis_simulated
-from bristle.identification import drive_table
+from bristle.prediction import drive_table
 
 with tempfile.TemporaryDirectory() as folder:
     file = Path(folder) / "log.csv"

@@ -10,8 +10,9 @@ from bristle import controllers, friction, plants
 from bristle.core import Axis
 from bristle.core.content import Origin
 from bristle.core.variable import KINDS, Kind, unit_of
-from bristle.identification import Identification, drive_table, identify, predict
+from bristle.identification import Identification, identify
 from bristle.logs.log import Channel, Log
+from bristle.prediction import drive_table, predict
 from bristle.simulation import Prediction, SimulationResult, simulate
 from bristle.simulation.compensation import compensation_experiment
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from bristle import figures
 from bristle.demo import run
-from bristle.identification import drive_table
+from bristle.prediction import drive_table
 
 with tempfile.TemporaryDirectory() as folder:
     best = run(Path(folder), command="bristle demo").identification.best

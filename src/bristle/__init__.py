@@ -21,10 +21,11 @@ if TYPE_CHECKING:
     from bristle.engine import response
     from bristle.excitation import excite
     from bristle.files import read_axis, read_curves, read_experiment, read_model
-    from bristle.identification import identify, predict
-    from bristle.identification.operators import identify_operator
+    from bristle.hysteresis_identification import identify_operator
+    from bristle.identification import identify
     from bristle.logs import read_log
     from bristle.loop_design import design
+    from bristle.prediction import predict
     from bristle.simulation import simulate
 
 __version__ = "0.1.0"
@@ -39,8 +40,8 @@ _FROM = {
     "read_experiment": "bristle.files",
     "read_model": "bristle.files",
     "identify": "bristle.identification",
-    "identify_operator": "bristle.identification.operators",
-    "predict": "bristle.identification",
+    "identify_operator": "bristle.hysteresis_identification",
+    "predict": "bristle.prediction",
     "read_log": "bristle.files",
     "simulate": "bristle.simulation",
 }

@@ -7,7 +7,7 @@ import pytest
 from tests.cli.conftest import bristle  # noqa: F401
 
 from bristle import hysteresis, response
-from bristle.identification.operators import FITTED
+from bristle.hysteresis_identification import FITTED
 
 AXIS = """
 schema = 1

@@ -9,9 +9,10 @@ import pytest
 from tests.docs.conftest import ROOT
 
 from bristle.files.axis import read_axis
-from bristle.identification import identify, predict
-from bristle.identification.loop import loop_of
+from bristle.identification import identify
 from bristle.logs import read_log
+from bristle.prediction import predict
+from bristle.prediction.loop import loop_of
 from bristle.simulation import simulate
 
 pytestmark = pytest.mark.measured

@@ -15,10 +15,10 @@ from tests.loop_design.conftest import loop
 import bristle as br
 from bristle.core.cores import Abreast
 from bristle.core.experiment import Experiment, Run
+from bristle.core.interruption import BestSoFar
 from bristle.engine import compilation, interpreted, is_interpreted
 from bristle.identification.differences import Differences
 from bristle.identification.global_search import Side, evolved
-from bristle.identification.interruption import BestSoFar
 
 
 def in_threads(*works):

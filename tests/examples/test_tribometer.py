@@ -7,8 +7,9 @@ import pytest
 from tests.cli.conftest import bristle  # noqa: F401
 
 from bristle.files import read_axis, read_log
-from bristle.identification import identify, predict
+from bristle.identification import identify
 from bristle.logs.span import within
+from bristle.prediction import predict
 
 AXIS = Path(__file__).parents[2] / "examples" / "tribometer" / "axis.toml"
 MIDDLE = 108.5  # [s]

@@ -13,7 +13,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 
 from bristle import figures
-from bristle.identification import drive_table
+from bristle.prediction import drive_table
 
 WITHOUT_UNIT = {"Parameter", "Model"}
 

@@ -12,7 +12,7 @@ from bristle.excitation import excite
 from bristle.friction import find
 from bristle.identification import identify
 from bristle.identification.break_away import break_aways
-from bristle.identification.treatment import treat
+from bristle.identification.preprocessing import treat
 from bristle.plants import inertia
 
 AXIS = replace(STAGE, resolution=2e-8, sample_time=5e-4, jerk_limit=None)

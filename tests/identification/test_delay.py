@@ -9,9 +9,10 @@ from bristle.core.errors import InputError
 from bristle.engine import force_along
 from bristle.files import read_axis
 from bristle.friction import find
-from bristle.identification import identify, predict
+from bristle.identification import identify
 from bristle.identification.delay import delay_in
-from bristle.identification.treatment import treat
+from bristle.identification.preprocessing import treat
+from bristle.prediction import predict
 
 PHASES, DT = (0.3, 1.1, 2.5), 1e-3
 

@@ -10,8 +10,9 @@ from bristle.core.errors import InputError
 from bristle.engine import force_along
 from bristle.files.model import read_model, write_model
 from bristle.friction import find
-from bristle.identification import identify, predict
+from bristle.identification import identify
 from bristle.logs.log import Channel
+from bristle.prediction import predict
 
 # Level by level: 20 N, of which each element takes its share where it slips: 2, 6, 15 um.
 ELEMENTS = {"F_C": 20.0, "nu_i": [0.3, 0.4, 0.3], "k_i": [3e6, 8e6 / 6.0, 0.4e6]}

@@ -93,7 +93,7 @@ def test_seven_reversals_do_not_show_presliding(emps):
 
 def test_the_closed_loop_of_the_second_half_is_predicted_from_a_fit_to_the_first(emps):
     from bristle.files import read_axis, read_log
-    from bristle.identification import predict
+    from bristle.prediction import predict
 
     axis = read_axis(Path(__file__).parents[2] / "examples" / "emps" / "axis_refined.toml")
     whole = read_log(Path(os.environ["BRISTLE_DATA"]) / "emps" / "DATA_EMPS.mat", axis)

@@ -8,12 +8,12 @@ from tests.identification.test_output_error import AXIS as OPEN
 from tests.identification.test_output_error import recorded
 
 from bristle import friction
+from bristle.core.interruption import BestSoFar
 from bristle.identification import identify
 from bristle.identification.global_search import box_of
-from bristle.identification.interruption import BestSoFar
-from bristle.identification.problem import Problem
+from bristle.identification.inverse_dynamics import Problem
+from bristle.identification.parameters import coordinates_of
 from bristle.identification.refinement import Refinement
-from bristle.identification.unknowns import coordinates_of
 
 PRESLIDING = friction.dahl(F_C=20.0, sigma_0=5e6, sigma_2=200.0)
 

@@ -7,7 +7,8 @@ from tests.identification.known_logs import held_log, sliding_log
 
 from bristle import friction
 from bristle.core import Axis
-from bristle.identification import identify, predict
+from bristle.identification import identify
+from bristle.prediction import predict
 
 TRUTH = {"F_C": 35.0, "F_S": 44.0, "v_S": 5e-3, "sigma_0": 1e6, "sigma_1": 2e3, "sigma_2": 200.0}
 

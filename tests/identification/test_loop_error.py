@@ -8,9 +8,10 @@ from benchmarks.loops import AXIS, MASS, recorded_in_loop
 
 from bristle import friction
 from bristle.core import InputError
-from bristle.identification import identify, predict
+from bristle.identification import identify
+from bristle.identification.inverse_dynamics import Problem
 from bristle.identification.output_error import OutputError
-from bristle.identification.problem import Problem
+from bristle.prediction import predict
 
 TRUTH = friction.stribeck(F_C=20.0, F_S=28.0, v_S=3e-3, F_v=200.0)
 LAG = 0.8e-3

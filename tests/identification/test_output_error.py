@@ -10,8 +10,9 @@ from bristle import friction, plants
 from bristle.core import InputError
 from bristle.core.axis import Axis
 from bristle.engine import run_open_loop
-from bristle.identification import identify, predict
+from bristle.identification import identify
 from bristle.logs.log import Channel, Log
+from bristle.prediction import predict
 
 RATE, SIZE, FINE = 750.0, 1500, 40
 PLANT = plants.oscillator(M=2.0, c=40.0, k=5e4)

@@ -6,8 +6,8 @@ from tests.identification.known_logs import Motion, log_of, sines, sliding_effor
 
 from bristle.core import Axis, InputError
 from bristle.identification import identify
+from bristle.identification.covariance import uncertainty_of
 from bristle.identification.solution import Solution
-from bristle.identification.uncertainty import uncertainty_of
 
 
 def one_way(forward: bool = True) -> Motion:

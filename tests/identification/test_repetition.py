@@ -12,8 +12,8 @@ from bristle.core.errors import InputError
 from bristle.engine import force_along
 from bristle.friction import find
 from bristle.identification import identify
+from bristle.identification.preprocessing import treat
 from bristle.identification.repetition import half_cycles, repeats_after
-from bristle.identification.treatment import treat
 
 TRUTH = {"F_C": 20.0, "nu_i": [0.3, 0.4, 0.3], "k_i": [3e6, 8e6 / 6.0, 0.4e6]}
 

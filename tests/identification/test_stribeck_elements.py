@@ -7,8 +7,9 @@ from tests.identification.known_logs import Motion, log_of, sines
 from bristle.engine import force_along
 from bristle.files.model import read_model, write_model
 from bristle.friction import find
-from bristle.identification import identify, predict
-from bristle.identification.bands import Bands
+from bristle.identification import identify
+from bristle.identification.prediction_interval import Bands
+from bristle.prediction import predict
 
 LEVEL, REACH = np.array([0.3, 0.4, 0.3]), np.array([2e-6, 6e-6, 15e-6])  # shares, and where each breaks away
 SHAPE = {"v_S": 1e-3, "C": 2e3, "k_i": 28.0 * LEVEL / REACH, "nu_i": LEVEL}

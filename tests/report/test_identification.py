@@ -15,8 +15,9 @@ from tests.report.test_pages import identification_page
 from bristle.core.typography import typeset_sentence
 from bristle.core.units import factor
 from bristle.friction import MODELS, find
-from bristle.identification import drive_table, identify, predict
-from bristle.identification.loop import loop_of
+from bristle.identification import identify
+from bristle.prediction import drive_table, predict
+from bristle.prediction.loop import loop_of
 from bristle.report.advice import ADVICE, next_measurements
 from bristle.report.identification import identification_report
 from bristle.report.model_tables import as_csv, drive_rows, parameter_table

@@ -115,10 +115,10 @@ def _identify_friction(
     from bristle.files.provenance import provenance
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
-    from bristle.identification import drive_table
     from bristle.identification import identify as identified
-    from bristle.identification.given import axes_for
+    from bristle.identification.inputs import axes_for
     from bristle.logs import read_log
+    from bristle.prediction import drive_table
     from bristle.report.figure_files import figure_files
     from bristle.report.summary import identification_summary
 
@@ -221,8 +221,8 @@ def _in_the_loop(
 
     What was fitted to the position is told by the position, and that takes no loop.
     """
-    from bristle.identification import predict
-    from bristle.identification.loop import loop_of
+    from bristle.prediction import predict
+    from bristle.prediction.loop import loop_of
     from bristle.simulation import simulate
 
     best = found.best

@@ -77,9 +77,9 @@ def _predict_friction(
     from bristle.files.summary import as_json as json_text
     from bristle.files.user_model import origins_of_code
     from bristle.friction import base_of
-    from bristle.identification import predict as predicted
-    from bristle.identification.bands import Bands
+    from bristle.identification.prediction_interval import Bands
     from bristle.logs import read_log
+    from bristle.prediction import predict as predicted
     from bristle.report.figure_files import figure_files
     from bristle.report.summary import prediction_summary
     from bristle.testing import admit

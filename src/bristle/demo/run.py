@@ -12,7 +12,8 @@ from bristle.demo import axis_simulated
 from bristle.files.log import read_log
 from bristle.files.provenance import provenance
 from bristle.files.results import Results
-from bristle.identification import drive_table, identify, predict
+from bristle.identification import identify
+from bristle.prediction import drive_table, predict
 from bristle.report.identification import identification_report
 from bristle.report.results import write_identification
 from bristle.report.summary import identification_summary

@@ -47,7 +47,7 @@ def _short(value: Any) -> Any:
 
 
 def bands_at(value: Any, known: Collection[str]) -> dict[str, Any] | None:
-    """Return the table as `bristle.identification.bands.Bands` takes it; None where there is none.
+    """Return the table as `bristle.identification.prediction_interval.Bands` takes it; None where there is none.
 
     Raises
     ------

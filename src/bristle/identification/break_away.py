@@ -20,7 +20,7 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.core.least_squares import unbounded
 from bristle.core.normal import NORMAL_95
-from bristle.identification.regression import Regression, mechanical
+from bristle.identification.dataset import Regression, mechanical
 from bristle.logs.legs import Leg
 from bristle.logs.stretch import Stretch as Recorded
 

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from bristle.core.errors import InputError
-from bristle.identification.regression import Regression
+from bristle.identification.dataset import Regression
 
 __all__ = ["delay_in", "shifted"]
 

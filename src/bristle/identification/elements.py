@@ -31,14 +31,14 @@ from bristle.core.lazy import cached_property
 from bristle.core.least_squares import unbounded
 from bristle.friction import maxwell_slip
 from bristle.friction.slots import SlottedModel
-from bristle.identification.operators.stops import thresholds_over
-from bristle.identification.operators.weights import NormalEquations
-from bristle.identification.problem import Problem
-from bristle.identification.regression import Regression, Stretch
+from bristle.hysteresis_identification.stops import thresholds_over
+from bristle.hysteresis_identification.weights import NormalEquations
+from bristle.identification.dataset import Regression, Stretch
+from bristle.identification.inverse_dynamics import Problem
+from bristle.identification.parameters import Held, Unknowns
 from bristle.identification.resampling.refit import Space
 from bristle.identification.shaped import shaped
 from bristle.identification.solution import Solution
-from bristle.identification.unknowns import Held, Unknowns
 
 __all__ = ["Elements", "of_one_speed"]
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from bristle.core.typography import with_unit
 from bristle.core.variable import Variable, unit_of
-from bristle.identification.regression import Regression
-from bristle.identification.unknowns import Scales
+from bristle.identification.dataset import Regression
+from bristle.identification.parameters import Scales
 from bristle.logs.passages import passages_along
 
 __all__ = ["out_of_sight", "why_unidentifiable"]

@@ -13,14 +13,14 @@ from bristle.core.errors import InputError
 from bristle.core.typography import with_unit
 from bristle.core.variable import Kind, Variable
 from bristle.engine.part import finite
+from bristle.identification.covariance import Uncertainty, uncertainty_of
 from bristle.identification.excitation import out_of_sight, why_unidentifiable
-from bristle.identification.problem import Problem
+from bristle.identification.inverse_dynamics import Problem
+from bristle.identification.parameters import Scales
 from bristle.identification.repetition import about_amplitudes
 from bristle.identification.residual import about_held_effort, about_noise, about_residual, about_rise
 from bristle.identification.result import Estimate, Fit, Traces
 from bristle.identification.solution import Solution
-from bristle.identification.uncertainty import Uncertainty, uncertainty_of
-from bristle.identification.unknowns import Scales
 from bristle.simulation.result import relative_error_percent
 
 __all__ = ["fit_of"]

@@ -18,8 +18,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.core.cores import Abreast
-from bristle.identification.interruption import BestSoFar
-from bristle.identification.unknowns import Coordinate
+from bristle.core.interruption import BestSoFar
+from bristle.identification.parameters import Coordinate
 
 __all__ = ["EVOLUTION_SEED", "Side", "box_of", "evolved"]
 

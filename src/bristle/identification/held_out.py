@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from bristle.core.errors import InputError
-from bristle.identification.regression import Regression
+from bristle.identification.dataset import Regression
 from bristle.identification.result import HeldOut
 from bristle.identification.time_blocks import BLOCKS, beside, time_blocks
 from bristle.simulation.result import relative_error_percent

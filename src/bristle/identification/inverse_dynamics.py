@@ -1,215 +1,158 @@
-r"""From a log to friction models with their uncertainty, by inverse dynamics.
-
-.. math:: u = M \ddot q + F(\dot q, \dots) + \text{offset}
-
-holds in every row of a regression; the parameters minimise the sum of squares of what is left over. No simulation is
-involved, and the controller that was running does not matter.
-"""
+"""Inverse dynamics as a least-squares problem: measured effort against plant and friction, on regression rows."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
-from functools import partial
-from os import PathLike
-from typing import Any
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
-from bristle.core.axis import Axis
-from bristle.core.contracts import FrictionModel
-from bristle.core.cores import cores_for_simulations
-from bristle.core.edge import FLAG, NAMES, PROGRESS, among, guarded, optional, whole
-from bristle.core.errors import InputError
-from bristle.identification.asked import METHODS, Known, as_asked, freed, known_of, models_of
-from bristle.identification.break_away import break_aways
-from bristle.identification.given import logs_and_axes, treatment_of
-from bristle.identification.held_out import TOO_SHORT, blocks_for
-from bristle.identification.information import with_information
-from bristle.identification.interruption import obey
-from bristle.identification.output_error import one_period, simulated_loop
-from bristle.identification.ranking import in_order
-from bristle.identification.regression import Regression
-from bristle.identification.result import Fit, Identification
-from bristle.identification.search import Report
-from bristle.identification.several import treat_all
-from bristle.identification.workbench import Simulated, Workbench
-from bristle.logs.log import Log
+from bristle.core.contracts import Model
+from bristle.core.lazy import cached_property
+from bristle.identification.dataset import Regression, mechanical
+from bristle.identification.parameters import Unknowns
 
-__all__ = ["identify"]
+__all__ = ["Problem", "Residual", "Sought"]
 
-FEWEST_DRAWS, MOST_DRAWS = 20, 100_000
-
-Progress = Callable[[float, str], None]
+NUDGE = 1e-4  # of where a contact stood, from -1 to 1
 
 
-@guarded(
-    blocks=optional(whole(2, 10_000, none=True)), free=NAMES, draws=whole(FEWEST_DRAWS, MOST_DRAWS, none=True),
-    method=optional(among(*METHODS)), global_search=optional(FLAG), progress=PROGRESS,
-)  # fmt: skip
-@cores_for_simulations()
-def identify(
-    log: Log | str | PathLike[str] | Sequence[Log | str | PathLike[str]], model: Any = "coulomb_viscous", *,
-    axis: Axis | str | PathLike[str] | Sequence[Axis | str | PathLike[str]] | None = None,
-    cutoff: float | str | None = None, decimation: int | None = None, blocks: int | None = None,
-    offset: float | str | None = None, mass: float | str | None = None, free: str | Sequence[str] = (),
-    draws: int = 100, method: str | None = None, global_search: bool | None = None, progress: Progress | None = None,
-) -> Identification:  # fmt: skip
-    """Identify one friction model or several from a log, with the inertia, and rank them.
+class Residual(Protocol):
+    """What a fit makes small."""
+
+    def residual(self, free: Mapping[str, float]) -> np.ndarray:
+        """Return what is left over, shape (row,)."""
+        ...
+
+
+class Sought(Residual, Protocol):
+    """What a search makes small."""
+
+    @property
+    def unknowns(self) -> Unknowns:
+        """What is free and what is held."""
+        ...
+
+    @property
+    def norm(self) -> float:
+        """Root of the sum of squares of what was measured."""
+        ...
+
+    def near(self, free: Mapping[str, float]) -> Sought:
+        """Return the problem around some parameters, what is found on the way held; itself where there is nothing."""
+        ...
+
+    def without_found(self, columns: np.ndarray, free: Mapping[str, float], rows: np.ndarray | slice) -> np.ndarray:
+        """Return derivatives of the residual without what is made up for by what is found on the way."""
+        ...
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Rows ``effort = M acceleration + ... + F(motion)`` for one plant and one friction model.
 
     Parameters
     ----------
-    log : Log or path-like, or list of either
-        Position and effort, or the file that holds them. Of several logs, each is held out in turn.
-    model : str, FrictionModel, or list of either
-        ``"lugre"``, ``"coulomb_viscous,stribeck+asymmetry"``, a model of your own; ``"all"`` for every one of bristle.
-    axis : Axis or path-like, or list of either, optional
-        One for all logs, or one for each. What is known, or the file that says it: mass, offset, encoder resolution,
-        cut-off and decimation.
-    cutoff : float or str, optional
-        Cut-off of the zero-phase filter [Hz], or text such as ``"100 Hz"``; a tenth of the sampling frequency by
-        default.
-    decimation : int, optional
-        Of how many samples one row is kept; 10 by default.
-    blocks : int, optional
-        Time blocks, each held out in turn, by whose error models are ranked; 0 for none. Five, or as many as a short
-        log has room for, where not given.
-    offset : float, str or "identify", optional
-        Constant part of the force [N or N*m] if known, or text with a unit; the axis decides where it is not given.
-    mass : float or str, optional
-        Moving mass [kg] or inertia [kg*m^2] if known, or text with a unit; the axis decides where it is not given.
-    free : str or sequence of str
-        Shapes that are identified too, instead of being kept at their default: ``"exponent"`` of the Dahl model;
-        several separated by commas.
-    draws : int
-        Logs that are simulated with the best model and fitted again, for its 95 % intervals; 0 for none.
-    method : {"inverse_dynamics", "output_error"}, optional
-        What is made small: the error of the effort along the measured motion, or that of a simulation; the axis decides
-        where it is not given.
-    global_search : bool, optional
-        Whether the whole range of each parameter is looked at, where a search is needed at all; the axis decides where
-        it is not given.
-    progress : callable, optional
-        Called with the share of the work done and what is being done.
-
-    Returns
-    -------
-    Identification
-        The models, best first.
-
-    Raises
-    ------
-    InputError
-        If the log or the axis does not serve, or there is no such model.
-
-    References
-    ----------
-    .. [1] A. Janot, P.-O. Vandanjon, M. Gautier, "A generic instrumental variable approach for industrial robot
-       identification", IEEE Transactions on Control Systems Technology 22(1), 2014. doi:10.1109/TCST.2013.2246163
+    regression : Regression
+        The rows.
+    unknowns : Unknowns
+        The model, what is free and what is held.
+    places : tuple of float or None, optional
+        Where the contact stood before each stretch; found from the effort where not given.
     """
-    given = as_asked(logs_and_axes(log, axis), method, global_search)
-    logs, axes = [log for log, _ in given], [axis for _, axis in given]
-    components = models_of(model)
-    _refuse_without_effort(logs)
-    kind = logs[0].kind
-    known = replace(known_of(axes[0], mass, offset, kind), free=freed(free, components))
-    workbench = _workbench(given, known, *treatment_of(cutoff, decimation, kind))
-    regression, held_out = workbench.regression, blocks_for(workbench.regression, blocks)
-    count = len(components) + bool(draws)
-    fits, left_out = _fits(workbench, components, held_out, partial(_share, progress, count))
-    first, *others = (replace(fit, rank=rank) for rank, fit in enumerate(with_information(in_order(fits)), 1))
-    if blocks is None and not held_out:
-        first = replace(first, warnings=(TOO_SHORT, *first.warnings))
-    unfinished = _unfinished(fits, [one.name for one in components if one.name not in left_out])
-    if draws and not unfinished:
-        report = _share(progress, count, len(components), f"fitting {first.name} to simulated logs")
-        first, unfinished = _assessed(workbench, first, draws, report)
-    treatment, away = _treatment(regression, first), break_aways(regression, first.plant, first.friction)
-    return Identification((first, *others), logs[0], treatment, tuple(logs[1:]), unfinished, away, left_out)
 
+    regression: Regression
+    unknowns: Unknowns
+    places: tuple[float | None, ...] | None = None
 
-def _workbench(
-    given: Sequence[tuple[Log, Axis | None]], known: Known, cutoff: float | None, decimation: int | None
-) -> Workbench:
-    """Return what the fits of all models to some logs share."""
-    logs, axes = [log for log, _ in given], [axis for _, axis in given]
-    simulated = _simulated(logs, axes)
-    opened = simulated is not None and simulated.loop == "open"
-    treated = [one_period(log, axis) for log, axis in given] if opened else logs
-    everywhere = any(axis is not None and axis.global_search for axis in axes)
-    return Workbench.of(treat_all(treated, axes, cutoff, decimation), known, simulated, everywhere=everywhere)
+    def friction(self, values: Mapping[str, float]) -> np.ndarray:
+        """Return the friction force of each row [N or N*m], of the model run along the recorded motion."""
+        plant = self.plant(values) if self.unknowns.component.start is not None else None
+        return self.regression.rows_of(self.regression.friction_along(self.model(values), plant, self.places))
 
+    def near(self, free: Mapping[str, float]) -> Problem:
+        """Return the problem around some parameters: where the contact stood before each stretch does not change."""
+        if self.unknowns.component.start is None or self.places is not None:
+            return self
+        values = self.unknowns.complete(free)
+        return replace(self, places=self.regression.places(self.model(values), self.plant(values)))
 
-def _simulated(logs: Sequence[Log], axes: Sequence[Axis | None]) -> Simulated | None:
-    """Return what is simulated to be compared with the logs; None where nothing is."""
-    if not any(axis is not None and axis.method == "output_error" for axis in axes):
-        return None
-    return Simulated(logs, axes, simulated_loop(logs, axes))
+    def without_found(self, columns: np.ndarray, free: Mapping[str, float], rows: np.ndarray | slice) -> np.ndarray:
+        """Return derivatives of the residual, shape (row, free), without what the start of the contact makes up for.
 
+        Where the contact stood follows the parameters: what of a derivative it can explain is none (variable
+        projection [1]_). At an end of its range it does not follow.
 
-def _assessed(workbench: Workbench, fit: Fit, draws: int, report: Report) -> tuple[Fit, str]:
-    """Return a fit with its intervals, and what was interrupted, in words."""
-    try:
-        return workbench.assessed(fit, draws, report), ""
-    except KeyboardInterrupt as error:
-        obey(error)
-        return fit, "interrupted: the intervals are not those of simulated logs"
+        References
+        ----------
+        .. [1] L. Kaufman, "A variable projection method for solving separable nonlinear least squares problems", BIT
+           15(1), 1975. doi:10.1007/BF01932995
+        """
+        if self.places is None or self.unknowns.component.start is None:
+            return columns
+        moved = tuple(one - math.copysign(NUDGE, one) if one is not None else None for one in self.places)
+        change = (self.residual(free) - replace(self, places=moved).residual(free))[rows]
+        stretch = self.regression.stretch_of_row[rows]
+        found = columns.copy()
+        for number, place in enumerate(self.places):
+            there = stretch == number
+            direction = change[there]
+            length = float(direction @ direction)
+            if place is not None and abs(place) < 1.0 and length > 0.0:
+                found[there] -= np.outer(direction, direction @ columns[there]) / length
+        return found
 
+    def model(self, values: Mapping[str, float]) -> Model:
+        """Return the friction model with these values, whether or not it allows them."""
+        component = self.unknowns.component
+        parameters = component.assemble({name: values[name] for name in component.variables})
+        return Model(component, parameters, self.regression.kind)
 
-def _fits(
-    workbench: Workbench, components: Sequence[FrictionModel], blocks: int, share: Callable[[int, str], Report]
-) -> tuple[list[Fit], dict[str, str]]:
-    """Return the fits of several models, as many as a person waits for, and why others cannot be compared."""
-    fits: list[Fit] = []
-    left_out: dict[str, InputError] = {}
-    for number, component in enumerate(components):
-        try:
-            fits.append(workbench.fit(component, blocks, share(number, f"fitting {component.name}")))
-        except InputError as error:
-            if error.path != "model":
-                raise
-            left_out[component.name] = error
-        except KeyboardInterrupt as error:
-            obey(error, anything=bool(fits))
-            break
-        if fits and fits[-1].unfinished:
-            break
-    if left_out and not fits:
-        raise next(iter(left_out.values()))
-    return fits, {name: error.message for name, error in left_out.items()}
+    def predicted(self, values: Mapping[str, float]) -> np.ndarray:
+        """Return the effort of each row [N or N*m] from all parameters, held ones included."""
+        one = self.regression
+        return one.rows_of(one.explained(self.plant(values), self.model(values), self.places))
 
+    def mechanical(self, values: Mapping[str, float]) -> np.ndarray:
+        """Return the effort that the plant takes in each row, friction apart [N or N*m]."""
+        one = self.regression
+        return mechanical(self.plant(values), one.position, one.velocity, one.acceleration)
 
-def _treatment(regression: Regression, best: Fit) -> dict[str, float]:
-    found = {
-        "cutoff": regression.cutoff,
-        "decimation": float(regression.decimation),
-        "dropped": float(regression.dropped),
-        "rows": float(regression.effort.size),
-        "rest_percent": 100.0 * regression.rest_share,
-        "velocity_max": float(np.max(np.abs(regression.velocity))),
-    }
-    found |= {"delay": regression.delay} if regression.delay else {}
-    return found | ({"lag": best.lag} if best.lag is not None else {})
+    def plant(self, values: Mapping[str, float]) -> Model:
+        """Return the plant with these values, whether or not it allows them."""
+        component = self.unknowns.plant
+        parameters = component.assemble({name: values[name] for name in component.variables})
+        return Model(component, parameters, self.regression.kind)
 
+    def residual(self, free: Mapping[str, float]) -> np.ndarray:
+        """Return measured minus predicted effort of each row [N or N*m], from the free parameters."""
+        return self.regression.effort - self.predicted(self.unknowns.complete(free))
 
-def _refuse_without_effort(logs: Sequence[Log]) -> None:
-    for one in logs:
-        if one.effort is None:
-            raise InputError("has no effort, which inverse dynamics needs", path=f"log {one.source.name}".strip(),
-                             mend="Name the column of force, torque or current in the axis file")  # fmt: skip
+    @property
+    def norm(self) -> float:
+        """Root of the sum of squares of the effort [N or N*m]."""
+        return float(np.linalg.norm(self.regression.effort))
 
+    @cached_property
+    def columns(self) -> np.ndarray:
+        """Regressor of a model that is linear in its parameters, shape (row, free), by its own trial.
 
-def _unfinished(fits: Sequence[Fit], asked: Sequence[str]) -> str:
-    """Return what was interrupted, in words; nothing where all was done."""
-    missing = asked[len(fits) :]
-    said = [f"{fit.name} is the best found until then" for fit in fits if fit.unfinished]
-    said += [f"{', '.join(missing)} {'was' if len(missing) == 1 else 'were'} not fitted"] if missing else []
-    return f"interrupted: {'; '.join(said)}" if said else ""
+        Each column is what the model answers to one parameter of 1 with all others 0.
+        """
+        names, held = self.unknowns.component.variables, self.unknowns.held
+        # What a force does not depend on linearly keeps its value.
+        shapes = {name: held[name].value for name in ("pitch",) if name in names}
+        found = []
+        for name in self.unknowns.free:
+            if name in self.unknowns.plant.variables:
+                found.append(self.mechanical({one: float(one == name) for one in self.unknowns.plant.variables}))
+            else:
+                found.append(self.friction({one: float(one == name) for one in names} | shapes))
+        return np.stack(found, axis=1) if found else np.empty((self.regression.effort.size, 0))
 
-
-def _share(progress: Progress | None, count: int, number: int, what: str) -> Report:
-    def report(share: float, remark: str = "") -> None:
-        if progress is not None:
-            progress((number + share) / count, f"{what}{remark and f', {remark}'}")
-
-    return report
+    @cached_property
+    def held_effort(self) -> np.ndarray:
+        """Effort of each row [N or N*m] due to the held parameters alone, for a linear model."""
+        return self.predicted(self.unknowns.complete(dict.fromkeys(self.unknowns.free, 0.0)))

@@ -20,12 +20,12 @@ from bristle.core.contracts import FrictionModel
 from bristle.core.errors import InputError
 from bristle.core.variable import Variable
 from bristle.friction import base_of, gms, maxwell_slip
-from bristle.identification.closed_loop import closed_loop_of
-from bristle.identification.open_loop import FINE, open_loop_of
+from bristle.identification.inverse_dynamics import Problem
 from bristle.identification.outputs import LAG, Effort, Output, Position
-from bristle.identification.problem import Problem
-from bristle.identification.unknowns import Unknowns
+from bristle.identification.parameters import Unknowns
 from bristle.logs.log import Log
+from bristle.simulation.recorded.closed_loop import closed_loop_of
+from bristle.simulation.recorded.open_loop import FINE, open_loop_of
 from bristle.simulation.result import relative_error_percent
 
 __all__ = ["COARSE", "OutputError", "one_period", "refuse_elements", "simulated_loop"]

@@ -10,9 +10,9 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.friction import is_static, with_presliding
-from bristle.identification.closed_loop import ClosedLoop
-from bristle.identification.open_loop import OpenLoop
 from bristle.sensors import encoder
+from bristle.simulation.recorded.closed_loop import ClosedLoop
+from bristle.simulation.recorded.open_loop import OpenLoop
 
 __all__ = ["LAG", "Effort", "Output", "Position", "Reading"]
 

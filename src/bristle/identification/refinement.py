@@ -8,18 +8,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.identification.interruption import BestSoFar, obey
-from bristle.identification.open_loop import FINE
+from bristle.core.interruption import BestSoFar, obey
+from bristle.identification.inverse_dynamics import Problem
 from bristle.identification.output_error import COARSE, OutputError
 from bristle.identification.outputs import LAG
-from bristle.identification.problem import Problem
+from bristle.identification.parameters import Scales
 from bristle.identification.resampling.refit import Refit, Space
 from bristle.identification.result import HeldOut
 from bristle.identification.search import Report, Search, silent
 from bristle.identification.solution import Solution
 from bristle.identification.time_blocks import TIME
-from bristle.identification.unknowns import Scales
 from bristle.logs.log import Log
+from bristle.simulation.recorded.open_loop import FINE
 from bristle.simulation.result import relative_error_percent
 
 __all__ = ["Refinement", "held_out_output"]

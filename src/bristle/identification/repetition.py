@@ -8,7 +8,7 @@ from bristle.core.contracts import Model
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
 from bristle.friction import is_static
-from bristle.identification.regression import Regression
+from bristle.identification.dataset import Regression
 
 __all__ = ["about_amplitudes", "about_repeated_logs", "about_repetition", "half_cycles", "repeats_after"]
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from bristle.core.typography import with_unit
 from bristle.friction import is_static
-from bristle.identification.problem import Problem
+from bristle.identification.inverse_dynamics import Problem
 from bristle.identification.result import Estimate
 
 __all__ = ["about_held_effort", "about_noise", "about_residual", "about_rise"]

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from bristle.core.held_out import HeldOut
 from bristle.core.normal import NORMAL_95
 from bristle.simulation.result import relative_error_percent
 
 if TYPE_CHECKING:
     from bristle.core import Model
-    from bristle.identification.bands import Bands
     from bristle.identification.break_away import BreakAway
+    from bristle.identification.prediction_interval import Bands
     from bristle.logs.log import Log
 
 __all__ = ["Estimate", "Fit", "HeldOut", "Identification", "Information", "Resampling", "Scatter", "Traces"]
@@ -74,16 +75,6 @@ class Estimate:
         if self.larger_std is None or self.value == 0.0:
             return None
         return NORMAL_95 * 100.0 * self.larger_std / abs(self.value)
-
-
-@dataclass(frozen=True)
-class HeldOut:
-    """Error on time blocks, or whole logs, that were not fitted: 100 ||y - y_hat|| / ||y|| one by one [%]."""
-
-    block_errors_percent: tuple[float, ...]
-    mean_percent: float
-    std_percent: float
-    of: str = "time blocks"
 
 
 class Information(NamedTuple):

@@ -10,13 +10,13 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from bristle.core.interruption import BestSoFar, obey
 from bristle.core.variable import Variable
 from bristle.identification.differences import STEP, Differences
 from bristle.identification.global_search import EVOLUTION_SEED, box_of, evolved
-from bristle.identification.interruption import BestSoFar, obey
-from bristle.identification.problem import Sought
+from bristle.identification.inverse_dynamics import Sought
+from bristle.identification.parameters import Coordinate, Scales, coordinates_of, natural_derivative
 from bristle.identification.solution import Solution
-from bristle.identification.unknowns import Coordinate, Scales, coordinates_of, natural_derivative
 
 __all__ = ["Report", "Search", "silent"]
 

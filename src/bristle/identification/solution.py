@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bristle.core.least_squares import bounded, unbounded
-from bristle.identification.problem import Problem
+from bristle.identification.inverse_dynamics import Problem
 
 __all__ = ["Solution", "solve_linear"]
 

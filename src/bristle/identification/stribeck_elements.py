@@ -20,15 +20,15 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.friction import find, gms, maxwell_slip
 from bristle.friction.slots import SlottedModel
-from bristle.identification.asked import Known, unknowns_of
+from bristle.identification.dataset import Regression
 from bristle.identification.elements import Elements, of_one_speed
-from bristle.identification.problem import Problem
-from bristle.identification.regression import Regression
+from bristle.identification.inverse_dynamics import Problem
+from bristle.identification.parameters import Scales
+from bristle.identification.request import Known, unknowns_of
 from bristle.identification.resampling.refit import Space, space_of
 from bristle.identification.search import EVALUATIONS, Report, Search
 from bristle.identification.shaped import ShapedModel, shaped
 from bristle.identification.solution import Solution
-from bristle.identification.unknowns import Scales
 
 __all__ = ["StribeckElements"]
 

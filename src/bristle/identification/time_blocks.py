@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bristle.identification.regression import Regression
+from bristle.identification.dataset import Regression
 
 __all__ = ["BLOCKS", "SHORT", "TIME", "beside", "time_blocks"]
 

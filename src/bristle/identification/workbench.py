@@ -11,29 +11,29 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel
 from bristle.core.errors import InputError
+from bristle.core.interruption import UNFINISHED, obey
 from bristle.core.least_squares import unbounded
 from bristle.friction import base_of, find, gms, maxwell_slip
 from bristle.friction.slots import SlottedModel
-from bristle.identification.asked import Known, refuse_reversed_effort, unknowns_of
+from bristle.identification.dataset import Regression
 from bristle.identification.elements import Elements, of_one_speed
 from bristle.identification.findings import fit_of
 from bristle.identification.held_out import held_out_error
-from bristle.identification.interruption import UNFINISHED, obey
+from bristle.identification.inverse_dynamics import Problem
 from bristle.identification.output_error import refuse_elements
-from bristle.identification.places import pitch_in
-from bristle.identification.problem import Problem
+from bristle.identification.parameters import Scales, scales_of
 from bristle.identification.refinement import Refinement, held_out_output
-from bristle.identification.regression import Regression
 from bristle.identification.repetition import about_repeated_logs, about_repetition
+from bristle.identification.request import Known, refuse_reversed_effort, unknowns_of
 from bristle.identification.resampling.assessment import assessed
 from bristle.identification.resampling.output_assessment import assessed_output
 from bristle.identification.resampling.refit import coordinates_around, space_of
 from bristle.identification.result import Fit, HeldOut
 from bristle.identification.search import Report, Search
 from bristle.identification.shaped import in_lists, shaped
+from bristle.identification.slot_parameters import pitch_in
 from bristle.identification.solution import Solution, solve_linear
 from bristle.identification.stribeck_elements import StribeckElements
-from bristle.identification.unknowns import Scales, scales_of
 from bristle.logs.log import Log
 
 __all__ = ["Simulated", "Workbench"]

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
-from bristle.identification.drive_table import largest_deviation, steady_curve
 from bristle.logs.passages import passages
+from bristle.prediction.drive_table import largest_deviation, steady_curve
 from bristle.report.advice import next_measurements
 from bristle.report.certificates import certificate_table
 from bristle.report.compensation import gain_of

@@ -11,7 +11,7 @@ from bristle.report.table import Quantity, Table
 
 if TYPE_CHECKING:
     from bristle.core.contracts import Model
-    from bristle.identification.operators.result import OperatorFit, OperatorIdentification, OperatorPrediction
+    from bristle.hysteresis_identification.result import OperatorFit, OperatorIdentification, OperatorPrediction
     from bristle.logs.curves import Curves
 
 __all__ = [

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from bristle.core.status import Status
 from bristle.core.variable import unit_of
-from bristle.identification.drive_table import largest_deviation
+from bristle.prediction.drive_table import largest_deviation
 
 if TYPE_CHECKING:
     from bristle.certificates import Certificate

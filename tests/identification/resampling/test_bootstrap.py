@@ -7,13 +7,14 @@ from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
 
 from bristle import friction
 from bristle.core import Axis, InputError
-from bristle.identification import identify, predict
-from bristle.identification.asked import Known, unknowns_of
-from bristle.identification.problem import Problem
+from bristle.identification import identify
+from bristle.identification.inverse_dynamics import Problem
+from bristle.identification.preprocessing import treat
+from bristle.identification.request import Known, unknowns_of
 from bristle.identification.resampling.bootstrap import basic_interval
 from bristle.identification.resampling.half_cycles import HalfCycles
-from bristle.identification.resampling.twin import Disturbance, Twin
-from bristle.identification.treatment import treat
+from bristle.identification.resampling.replicate import Disturbance, Twin
+from bristle.prediction import predict
 
 PAIRS = 15
 

@@ -9,14 +9,14 @@ import numpy as np
 
 from bristle.core.typography import number, with_unit
 from bristle.core.variable import Variable, unit_of
-from bristle.identification.bands import Bands, half_width
-from bristle.identification.problem import Problem
+from bristle.identification.inverse_dynamics import Problem
+from bristle.identification.prediction_interval import Bands, half_width
 from bristle.identification.resampling.bootstrap import Bootstrap, bootstrap
 from bristle.identification.resampling.half_cycles import Groups, HalfCycles, level_slope, within_cycles
+from bristle.identification.resampling.identifiability import Unseen, unseen
 from bristle.identification.resampling.jackknife import jackknife_std
 from bristle.identification.resampling.refit import Refit, Space
-from bristle.identification.resampling.sight import Unseen, unseen
-from bristle.identification.resampling.twin import lasting_of
+from bristle.identification.resampling.replicate import lasting_of
 from bristle.identification.resampling.whiteness import is_white
 from bristle.identification.result import Estimate, Fit, Resampling
 from bristle.identification.time_blocks import BLOCKS, beside, time_blocks

@@ -24,11 +24,11 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from bristle.core.cores import Abreast
-from bristle.identification.problem import Problem, Residual
+from bristle.identification.inverse_dynamics import Problem, Residual
 from bristle.identification.resampling.chi_square import CERTAIN, ChiSquare
 from bristle.identification.resampling.half_cycles import Groups, HalfCycles, level_slope, scatter_seen
 from bristle.identification.resampling.refit import Refit, Space
-from bristle.identification.resampling.twin import Disturbance, Twin, disturbance_of
+from bristle.identification.resampling.replicate import Disturbance, Twin, disturbance_of
 from bristle.identification.result import Scatter
 
 __all__ = ["Bootstrap", "Drawing", "basic_interval", "bootstrap", "fitted_to_twins", "seen_in"]

@@ -28,9 +28,9 @@ from itertools import pairwise
 import numpy as np
 
 from bristle.core.lazy import cached_property
-from bristle.identification.problem import Problem
-from bristle.identification.regression import Regression
-from bristle.identification.resampling.levels import scaled
+from bristle.identification.dataset import Regression
+from bristle.identification.inverse_dynamics import Problem
+from bristle.identification.resampling.friction_scale import scaled
 
 __all__ = ["Groups", "HalfCycles", "least_way", "level_slope", "scatter_seen", "turns_of", "within_cycles"]
 

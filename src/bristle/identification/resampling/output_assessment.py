@@ -10,15 +10,15 @@ import numpy as np
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
 from bristle.friction import is_static
-from bristle.identification.bands import Bands, half_width
 from bristle.identification.output_error import OutputError
+from bristle.identification.prediction_interval import Bands, half_width
 from bristle.identification.resampling.assessment import at_odds, how_sure, with_interval
 from bristle.identification.resampling.bootstrap import fitted_to_twins, seen_in
 from bristle.identification.resampling.half_cycles import within_cycles
 from bristle.identification.resampling.jackknife import jackknife_std
-from bristle.identification.resampling.output_twin import OutputTwin, level_slope_of, moves_of
+from bristle.identification.resampling.output_replicate import OutputTwin, level_slope_of, moves_of
 from bristle.identification.resampling.refit import Refit, Space
-from bristle.identification.resampling.twin import disturbance_of, lasting_of
+from bristle.identification.resampling.replicate import disturbance_of, lasting_of
 from bristle.identification.resampling.whiteness import is_white
 from bristle.identification.result import Fit, Resampling
 

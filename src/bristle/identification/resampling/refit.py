@@ -19,9 +19,9 @@ import numpy as np
 
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import bounded, non_negative
-from bristle.identification.problem import Problem, Residual
+from bristle.identification.inverse_dynamics import Problem, Residual
+from bristle.identification.parameters import Scales, Unknowns, coordinates_of
 from bristle.identification.solution import Solution
-from bristle.identification.unknowns import Scales, Unknowns, coordinates_of
 
 __all__ = ["Refit", "Space", "coordinates_around", "space_of"]
 

@@ -1,0 +1,90 @@
+r"""Is a Preisach operator adequate at all? Its minor loops between the same inputs are congruent.
+
+Branches that turned at the same input must change alike from there on, whatever came before. The residual is the root
+mean square by which a branch differs, at the same distance from the turning point, from what two others that turned
+just before and behind it say in between; scaled so that it reads as the error of one. Noise of the output is part of
+it, and so is its error at the turning point. If branches are alike wherever they turned, the operator is one of Prandtl
+and Ishlinskii.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bristle.hysteresis_identification.trace import trace_of
+from bristle.logs.curves import Curves
+
+__all__ = ["Congruency", "congruency_of"]
+
+SAME = 0.02  # of the range of inputs: turning points between which branches change evenly
+SAMPLES_LEAST = 5  # of a branch
+POINTS = 20  # of a branch, at which it is compared
+
+
+class Congruency(NamedTuple):
+    """By how much branches differ [N, N*m or A*m^2]; None where no two can be compared.
+
+    ``alike`` compares branches that turned at the same input: an error that no Preisach operator can avoid.
+    ``anywhere`` compares branches that turned far apart: one that no Prandtl-Ishlinskii operator can avoid.
+    """
+
+    alike: float | None
+    anywhere: float | None
+
+
+class Branch(NamedTuple):
+    """What followed on a turning point, mirrored if need be so that it rises."""
+
+    turn: float
+    travel: np.ndarray
+    change: np.ndarray
+
+
+def congruency_of(recorded: Curves) -> Congruency:
+    """Return how far recorded branches are from congruent.
+
+    Parameters
+    ----------
+    recorded : Curves
+        Input and output.
+    """
+    same, far = [], []
+    nearness = SAME * (recorded.high - recorded.low)
+    for side in (1.0, -1.0):
+        branches = _branches(recorded, side)
+        third = len(branches) // 3
+        near = zip(branches, branches[1:], branches[2:], strict=False)
+        same += [_difference(*three) for three in near if three[2].turn - three[0].turn <= nearness]
+        apart = zip(branches, branches[third:], branches[2 * third :], strict=False)
+        far += [_difference(one, last, middle) for one, middle, last in apart if third]
+    return Congruency(_level(same), _level(far))
+
+
+def _branches(recorded: Curves, side: float) -> list[Branch]:
+    """Return the branches in one direction, in the order of where they turned."""
+    found = []
+    for curve in recorded.curves:
+        trace = trace_of(curve.u, recorded.history(curve))
+        base, rising = trace.base[trace.first :] - trace.first, trace.side[trace.first :] == side
+        for turned in np.unique(base[rising & (base >= 0)]):
+            part = np.flatnonzero((base == turned) & rising)
+            if part.size >= SAMPLES_LEAST:
+                travel, change = side * (curve.u[part] - curve.u[turned]), side * (curve.f[part] - curve.f[turned])
+                found.append(Branch(float(curve.u[turned]), travel, change))
+    return sorted(found, key=lambda one: one.turn)
+
+
+def _difference(before: Branch, branch: Branch, behind: Branch) -> np.ndarray:
+    """Return by how much a branch differs from what two others say in between, over the part that all have."""
+    three = (before, branch, behind)
+    travel = np.linspace(0.0, min(one.travel[-1] for one in three), POINTS + 1)[1:]
+    low, here, high = (np.interp(travel, [0.0, *one.travel], [0.0, *one.change]) for one in three)
+    width = behind.turn - before.turn
+    share = float(np.clip((branch.turn - before.turn) / width, 0.0, 1.0)) if width > 0.0 else 0.5
+    return (here - low - share * (high - low)) / np.sqrt(1.0 + share**2 + (1.0 - share) ** 2)
+
+
+def _level(differences: list[np.ndarray]) -> float | None:
+    return float(np.sqrt(np.mean(np.square(differences)))) if differences else None

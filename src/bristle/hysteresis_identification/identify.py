@@ -1,0 +1,213 @@
+"""From recorded hysteresis to an operator: of friction or of a magnet, whatever sign its measure has."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bristle.core.contracts import Model
+from bristle.core.edge import NAMES, PROGRESS, guarded, instance, whole
+from bristle.core.errors import InputError, did_you_mean
+from bristle.core.held_out import HeldOut
+from bristle.core.interruption import obey
+from bristle.core.typography import with_unit
+from bristle.core.variable import unit_of
+from bristle.hysteresis import table_of_curves
+from bristle.hysteresis_identification.closed_form import fit_closed_form
+from bristle.hysteresis_identification.congruency import Congruency, congruency_of
+from bristle.hysteresis_identification.grid import CELLS, fit_grid
+from bristle.hysteresis_identification.result import OperatorFit, OperatorIdentification, predict_operator
+from bristle.hysteresis_identification.smoothing import smoothed
+from bristle.hysteresis_identification.stops import COUNT, fit_stops
+from bristle.hysteresis_identification.trace import Rows
+from bristle.logs.curves import Curves
+
+__all__ = ["FITTED", "identify_operator"]
+
+FOLDS = 5
+SAMPLES_LEAST = 20  # of a recording, for each fold
+
+Progress = Callable[[float, str], None]
+
+
+class Fitted(NamedTuple):
+    """An operator, the constant beside it, and what to say of it."""
+
+    operator: Model
+    offset: float
+    notes: tuple[str, ...] = ()
+
+
+class Size(NamedTuple):
+    """How finely an operator is resolved: stops, and cells along a side of a grid."""
+
+    stops: int = COUNT
+    cells: int = CELLS
+
+
+def _stops(recorded: Curves, rows: Rows, size: Size) -> Fitted:
+    found = fit_stops(recorded, count=size.stops, rows=rows)
+    return Fitted(found.operator, found.offset, (f"{len(found.operator.parameters.weights)} stops have a weight",))
+
+
+def _closed_form(recorded: Curves, rows: Rows, size: Size) -> Fitted:
+    found = fit_closed_form(recorded, rows=rows)
+    return Fitted(found.operator, found.offset)
+
+
+def _grid(recorded: Curves, rows: Rows, size: Size) -> Fitted:
+    found = fit_grid(recorded, cells=size.cells, rows=rows)
+    notes = [f"off the diagonal the measure has the sign of a {found.sign}: that sign fits better"]
+    if found.unseen > 0.0:
+        notes.append(f"no curve crosses {100.0 * found.unseen:.3g} % of the cells, which are left empty")
+    return Fitted(found.operator, 0.0, tuple(notes))
+
+
+def _table(recorded: Curves, rows: Rows, size: Size) -> Fitted:
+    if recorded.start != "saturated" or len(recorded.curves) < 2:
+        raise InputError(
+            "needs first-order reversal curves, which all start from saturation", path="model", value="reversal_table",
+            mend='Write start = "saturated" if they do, or fit preisach_grid',
+        )  # fmt: skip
+    behind = smoothed(recorded)
+    table = table_of_curves([(one.u, one.f) for one in behind.recorded.curves], kind=recorded.kind)
+    told = f"each curve is smoothed over {behind.window} samples: so it says more of the curves beside it"
+    return Fitted(table, 0.0, (told,) if behind.window > 1 else ())
+
+
+FITTED: dict[str, Callable[[Curves, Rows, Size], Fitted]] = {
+    "prandtl_ishlinskii": _stops,
+    "preisach": _closed_form,
+    "preisach_grid": _grid,
+    "reversal_table": _table,
+}
+"""The operators that can be identified, and how."""
+
+
+@guarded(
+    recorded=instance(Curves, "recorded curves", "Write read_curves(...)"), model=NAMES, stops=whole(1, 10_000),
+    cells=whole(2, 1000), folds=whole(2, 1000, none=True), progress=PROGRESS,
+)  # fmt: skip
+def identify_operator(
+    recorded: Curves, model: Any = tuple(FITTED), *, stops: int = COUNT, cells: int = CELLS, folds: int = FOLDS,
+    progress: Progress | None = None,
+) -> OperatorIdentification:  # fmt: skip
+    """Identify hysteresis operators from recorded input and output, and rank them by what they were not fitted to.
+
+    Parameters
+    ----------
+    recorded : Curves
+        Input and output along one path or several, such as first-order reversal curves.
+    model : str or sequence of str
+        ``"prandtl_ishlinskii"``, stops with non-negative weights; ``"preisach"``, the best closed form;
+        ``"preisach_grid"``, the measure of each cell, its sign off the diagonal chosen by the data;
+        ``"reversal_table"``, the Everett function along the recorded curves. Several separated by commas; all that
+        the data allow by default.
+    stops, cells : int
+        Number of stops, and of cells along a side of the grid.
+    folds : int
+        In how many parts the data are left out in turn: every fifth curve, say, where there are at least twice as
+        many, else blocks of samples. The first and the last curve are always fitted. 0 for none.
+    progress : callable, optional
+        Called with the share of the work done and what is being done.
+
+    Returns
+    -------
+    OperatorIdentification
+        The operators, best first; interrupted (Ctrl-C), those that were fitted until then.
+
+    Raises
+    ------
+    InputError
+        If there is no such operator, or the data do not serve.
+    """
+    names = _names(model, recorded)
+    size, fits = Size(stops, cells), []
+    for number, name in enumerate(names):
+        if progress is not None:
+            progress(number / len(names), f"fitting {name}")
+        try:
+            fits.append(_fit(name, recorded, size, folds))
+        except KeyboardInterrupt as error:
+            obey(error, anything=bool(fits))
+            break
+    missing = names[len(fits) :]
+    fits.sort(key=lambda one: one.held_out.mean_percent if one.held_out else one.prediction.error_percent)
+    congruency = congruency_of(recorded)
+    ranked = tuple(
+        replace(fit, rank=rank, notes=(*fit.notes, *_adequacy(fit, congruency))) for rank, fit in enumerate(fits, 1)
+    )
+    were = "was" if len(missing) == 1 else "were"
+    unfinished = f"interrupted: {', '.join(missing)} {were} not fitted" if missing else ""
+    return OperatorIdentification(ranked, recorded, congruency, unfinished)
+
+
+def _names(model: Sequence[str], recorded: Curves) -> list[str]:
+    asked = list(model)
+    for name in asked:
+        if name not in FITTED:
+            raise InputError("is no operator that can be identified", path="model", value=name,
+                             allowed=", ".join(FITTED), mend=did_you_mean(str(name), FITTED))  # fmt: skip
+    if tuple(asked) == tuple(FITTED) and recorded.start != "saturated":
+        asked.remove("reversal_table")
+    if not asked or len(set(asked)) < len(asked):
+        raise InputError("must name operators, each once", path="model", value=model, allowed=", ".join(FITTED))
+    return asked
+
+
+def _fit(name: str, recorded: Curves, size: Size, folds: int) -> OperatorFit:
+    found = FITTED[name](recorded, None, size)
+    prediction = predict_operator(found.operator, recorded, found.offset)
+    fit = OperatorFit(found.operator, found.offset, prediction, notes=found.notes)
+    if not folds:
+        return fit
+    by_curve = len(recorded.curves) >= 2 * folds
+    if name == "reversal_table" and not by_curve:
+        return fit
+    errors = (_without_curves if by_curve else _without_blocks)(name, recorded, size, folds)
+    return replace(fit, held_out=HeldOut(tuple(errors), float(np.mean(errors)), float(np.std(errors, ddof=1))))
+
+
+def _without_curves(name: str, recorded: Curves, size: Size, folds: int) -> list[float]:
+    """Return the error over full scale [%] on every fifth curve, say, fitted to all others."""
+    order = sorted(recorded.curves, key=lambda one: float(one.u[0]))
+    errors = []
+    for fold in range(folds):
+        out = [k for k in range(1, len(order) - 1) if k % folds == fold]
+        held = replace(recorded, curves=tuple(order[k] for k in out))
+        fitted = replace(recorded, curves=tuple(one for k, one in enumerate(order) if k not in out))
+        found = FITTED[name](fitted, None, size)
+        errors.append(100.0 * predict_operator(found.operator, held, found.offset).rmse / recorded.full_scale)
+    return errors
+
+
+def _without_blocks(name: str, recorded: Curves, size: Size, folds: int) -> list[float]:
+    """Return the error over full scale [%] on blocks of samples, fitted to all others; the memory runs through."""
+    sizes = [one.u.size for one in recorded.curves]
+    if sum(sizes) < SAMPLES_LEAST * folds:
+        raise InputError("is too short for so many folds", path="folds", value=folds,
+                         allowed=f"2 to {max(sum(sizes) // SAMPLES_LEAST, 2)}, or 0")  # fmt: skip
+    fold_of = np.arange(sum(sizes)) * folds // sum(sizes)
+    parts = np.split(fold_of, np.cumsum(sizes)[:-1])
+    errors = []
+    for fold in range(folds):
+        found = FITTED[name](recorded, [np.flatnonzero(part != fold) for part in parts], size)
+        said = np.concatenate(predict_operator(found.operator, recorded, found.offset).outputs)
+        there = np.concatenate([one.f for one in recorded.curves])
+        error = (said - there)[fold_of == fold]
+        errors.append(100.0 * float(np.sqrt(np.mean(error**2))) / recorded.full_scale)
+    return errors
+
+
+def _adequacy(fit: OperatorFit, congruency: Congruency) -> tuple[str, ...]:
+    """Return what the congruency of the data says of an operator, in words."""
+    limit = congruency.anywhere if fit.name == "prandtl_ishlinskii" else congruency.alike
+    if limit is None:
+        return ()
+    told = with_unit(limit, unit_of("force", fit.operator.kind))
+    share = 100.0 * limit / fit.prediction.full_scale
+    where = "wherever they turned" if fit.name == "prandtl_ishlinskii" else "that turned at the same input"
+    return (f"branches {where} differ by {told} ({share:.2g} % of full scale), which no such operator can follow",)

@@ -1,0 +1,97 @@
+r"""Prandtl and Ishlinskii from data: stops with thresholds laid out beforehand, weights by non-negative least squares.
+
+.. math:: f = f_0 + k u + \sum_i w_i\,\mathcal S_{r_i}[u], \qquad w_i \ge 0, \quad k \ge 0
+
+The problem is convex and has one solution. What it says is the virgin curve
+:math:`f_v(x) = k x + \sum_i w_i \min(x, r_i)`: neighbouring weights trade places under noise, the curve does not.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError
+from bristle.hysteresis import prandtl_ishlinskii
+from bristle.hysteresis_identification.trace import Rows, Trace, outputs_of, stacked, trace_of
+from bristle.hysteresis_identification.weights import NormalEquations
+from bristle.logs.curves import Curves
+
+__all__ = ["StopsFit", "fit_stops", "thresholds_over", "virgin_curve_of"]
+
+COUNT = 30
+DECADES = 2.0  # from the smallest threshold to the largest
+NOTHING = 1e-5  # of the largest force of a stop: a weight that rounding left
+
+
+class StopsFit(NamedTuple):
+    """A Prandtl-Ishlinskii operator from data, and the constant output beside it."""
+
+    operator: Model
+    offset: float
+    rms: float
+
+
+def thresholds_over(largest: float, count: int = COUNT, smallest: float | None = None) -> np.ndarray:
+    """Return thresholds spaced evenly in their logarithm, shape (count,) [m or rad].
+
+    Raises
+    ------
+    InputError
+        If there is no range, or the count is below 2.
+    """
+    if count != int(count) or count < 2:
+        raise InputError("must be a whole number", path="count", value=count, allowed=">= 2")
+    low = largest * 10.0**-DECADES if smallest is None else smallest
+    if not 0.0 < low < largest < np.inf:
+        raise InputError("there is no range for the thresholds", path="thresholds", value=f"{low} to {largest}",
+                         mend="The input must move, and by more than its smallest step")  # fmt: skip
+    return np.geomspace(low, largest, int(count))
+
+
+def fit_stops(
+    recorded: Curves, *, count: int = COUNT, thresholds: np.ndarray | None = None, rows: Rows = None
+) -> StopsFit:
+    """Fit stops and a spring to recorded hysteresis.
+
+    Parameters
+    ----------
+    recorded : Curves
+        Input and output.
+    count : int
+        Number of stops; 20 to 40 suit. Those that get no weight are left out of the operator.
+    thresholds : ndarray, optional
+        Thresholds [m or rad] to use instead of `count` evenly in the logarithm, up to the largest that can slip: half
+        the range of the input, or all that a virgin start went through.
+    rows : sequence of ndarray, optional
+        Which samples of each curve are fitted; all of them where not given.
+    """
+    traces = [trace_of(one.u, recorded.history(one)) for one in recorded.curves]
+    reach = max(_reach(one) for one in traces)
+    r = thresholds_over(reach, count) if thresholds is None else np.asarray(thresholds, dtype=float)
+
+    def features(alpha: np.ndarray, beta: np.ndarray) -> np.ndarray:
+        half = 0.5 * (alpha - beta)[:, None]
+        return np.hstack([np.minimum(half, r), half])
+
+    columns = stacked(traces, features, rows)
+    target = outputs_of(recorded, rows)
+    found = NormalEquations.of(columns, target).solve()
+    weights, spring = found.weights[:-1], float(found.weights[-1])
+    kept = weights * r > NOTHING * float(np.max(weights * r))
+    kept[-1] |= not kept.any()
+    operator = prandtl_ishlinskii(kind=recorded.kind, thresholds=r[kept], weights=weights[kept], spring=spring)
+    return StopsFit(operator, found.offset, found.rms)
+
+
+def _reach(trace: Trace) -> float:
+    """Return the largest threshold that slips along a path: half the way from a turning point, or from the origin."""
+    return 0.5 * float(np.max(trace.alpha - trace.beta))
+
+
+def virgin_curve_of(operator: Model, x: np.ndarray) -> np.ndarray:
+    """Return the virgin curve of a `prandtl_ishlinskii` operator at the displacements `x` >= 0 [m or rad]."""
+    p = operator.parameters
+    return p.spring * x + np.minimum(x[:, None], p.thresholds) @ p.weights

@@ -1,0 +1,314 @@
+"""The rows of a regression: what becomes of a signal along the stretches of a log."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError
+from bristle.core.lazy import cached_property
+from bristle.core.variable import Kind
+from bristle.engine.initial_contact import place_of, state_at
+from bristle.engine.motion import along
+
+__all__ = ["Regression", "Stretch", "low_passed", "mechanical"]
+
+REST_IN_ROW = 0.01  # weight of samples at rest that a row may contain
+REACH = 10  # rows on either side that the decimating filter takes in
+REACH_PERIODS = 2  # of the cut-off, over which the zero-phase filter mixes samples
+
+
+def low_passed(signal: np.ndarray, cutoff: float, sample_time: float) -> np.ndarray:
+    """Return signals, shape (..., sample), behind the zero-phase Butterworth filter of fourth order, cut-off in Hz."""
+    from scipy.signal import sosfiltfilt
+
+    return sosfiltfilt(_sections(cutoff, sample_time), signal)
+
+
+@cache
+def _sections(cutoff: float, sample_time: float) -> np.ndarray:
+    from scipy.signal import butter
+
+    return np.asarray(butter(4, cutoff, fs=1.0 / sample_time, output="sos"))
+
+
+@cache
+def _taps(decimation: int) -> np.ndarray:
+    from scipy.signal import firwin
+
+    return np.asarray(firwin(2 * REACH * decimation + 1, 1.0 / decimation, window="hamming"))
+
+
+def mechanical(plant: Model, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
+    """Return the effort [N or N*m] that a plant takes along a motion, friction apart, shape (sample,)."""
+    inverse = plant.component.inverse
+    if inverse is None:
+        raise InputError("has no inverse: it cannot be identified from a motion", path="plant", value=plant.name,
+                         allowed="inertia, oscillator")  # fmt: skip
+    return inverse(x, v, a, plant.parameters)
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A stretch of the log without gaps, at the rate of the log, filtered.
+
+    Each array has shape (sample,): time [s], position [m or rad], velocity, acceleration, effort [N or N*m].
+    Position and effort have passed one and the same filter.
+    A velocity of +0.0 or -0.0 stands for rest after a motion forward or backward. The edges are still there: a model
+    with a memory runs in over them. `log` counts the logs that a regression was made of. A model with a memory has been
+    through the samples of `first_cycle` before: the motion repeats.
+    """
+
+    time: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    effort: np.ndarray
+    log: int = 0
+    load: np.ndarray | None = None
+    temperature: np.ndarray | None = None
+    first_cycle: int = 0
+
+    @property
+    def surroundings(self) -> dict[str, np.ndarray]:
+        """Load over its nominal value and temperature [K], as far as they were recorded."""
+        found = {"load": self.load, "temperature": self.temperature}
+        return {name: values for name, values in found.items() if values is not None}
+
+    def signals(self, dt: float) -> dict[str, np.ndarray]:
+        """Return what friction depends on along the stretch, with its first cycle before it where that is known."""
+        # The velocity at a sample is the mean over the step around it, which ends half a step later.
+        found = {"v": self.velocity, "x": self.position + 0.5 * dt * self.velocity} | self.surroundings
+        return {name: np.concatenate([values[: self.first_cycle], values]) for name, values in found.items()}
+
+    def place(self, friction: Model, dt: float, plant: Model) -> float:
+        """Return where the contact stood before the stretch, from -1 to 1, that fits the effort best beside `plant`."""
+        wanted = self.effort - mechanical(plant, self.position, self.velocity, self.acceleration)
+        ahead = {name: values[self.first_cycle :] for name, values in self.signals(dt).items()}
+        return place_of(friction, ahead, dt, wanted)
+
+    def answer(self, friction: Model, dt: float, place: float | None = None) -> np.ndarray:
+        """Return the force of a friction model along the stretch, after its first cycle where that is known.
+
+        Parameters
+        ----------
+        friction : Model
+            The friction model.
+        dt : float
+            Sample time [s].
+        place : float or None
+            Where the contact stood before, from -1 to 1; virgin where not given.
+        """
+        state = None if place is None else state_at(friction, place)
+        return along(friction, dt=dt, state=state, **self.signals(dt))[self.first_cycle :]
+
+
+@dataclass(frozen=True)
+class Regression:
+    """The stretches of a log, and how a signal along them becomes rows of a regression.
+
+    Parameters
+    ----------
+    stretches : tuple of Stretch
+        What is left of the log.
+    kind : {"translational", "rotational"}
+        The kind of axis.
+    sample_time : float
+        Of the log [s].
+    resolution : float
+        Step of the position encoder [m or rad].
+    noise : float
+        Standard deviation of the noise of the position [m or rad].
+    cutoff : float
+        Of the zero-phase filter [Hz].
+    decimation : int
+        One row for so many samples.
+    dropped : int
+        Samples dropped at each edge of each stretch.
+    held : bool or None
+        Whether the recorded effort acts until the next sample; None where nobody said so.
+    delay : float
+        By which the effort lagged the position before it was moved back [s].
+    keeps_rests : bool
+        Whether rows at rest are kept.
+    kept : ndarray or None
+        Which of the decimated samples are rows, shape (sample,) of bool; those in motion where not given.
+    effort_noise : float
+        Standard deviation of the noise of the effort, sample by sample [N or N*m].
+    """
+
+    stretches: tuple[Stretch, ...]
+    kind: Kind
+    sample_time: float
+    resolution: float
+    noise: float
+    cutoff: float
+    decimation: int
+    dropped: int
+    held: bool | None = None
+    keeps_rests: bool = False
+    delay: float = 0.0
+    kept: np.ndarray | None = None
+    effort_noise: float = 0.0
+
+    def rows_of(self, parts: Sequence[np.ndarray]) -> np.ndarray:
+        """Return the rows of a signal, which is given along each whole stretch, shape (row,)."""
+        return self._thinned(parts)[self.in_motion]
+
+    def explained(
+        self, plant: Model, friction: Model, places: Sequence[float | None] | None = None
+    ) -> list[np.ndarray]:
+        """Return the effort that plant and friction take along each stretch [N or N*m]; `places` as below."""
+        return [
+            mechanical(plant, stretch.position, stretch.velocity, stretch.acceleration) + force
+            for stretch, force in zip(self.stretches, self.friction_along(friction, plant, places), strict=True)
+        ]
+
+    def places(self, friction: Model, plant: Model | None) -> tuple[float | None, ...]:
+        """Return where the contact stood before each stretch: what fits the effort best beside `plant`.
+
+        None of a model to which that does not matter, and where no plant is given.
+        """
+        if plant is None or friction.component.start is None:
+            return (None,) * len(self.stretches)
+        return tuple(one.place(friction, self.sample_time, plant) for one in self.stretches)
+
+    def friction_along(
+        self, friction: Model, plant: Model | None = None, places: Sequence[float | None] | None = None
+    ) -> list[np.ndarray]:
+        """Return the friction force along each stretch [N or N*m], filtered as the effort is.
+
+        Where the state of the contact before the log matters, it is that of `places`, or else the one that fits the
+        effort best beside `plant`.
+        """
+        dt, there = self.sample_time, self.places(friction, plant) if places is None else places
+        return [self.filtered(one.answer(friction, dt, at)) for one, at in zip(self.stretches, there, strict=True)]
+
+    def filtered(self, part: np.ndarray) -> np.ndarray:
+        """Return a signal along a stretch behind the filter that effort and position have passed."""
+        return low_passed(part, self.cutoff, self.sample_time)
+
+    def without_edges(self, part: np.ndarray) -> np.ndarray:
+        """Return a signal along a stretch without the transients of the filter at its edges."""
+        return part[self.dropped : part.size - self.dropped]
+
+    def _thinned(self, whole: Sequence[np.ndarray]) -> np.ndarray:
+        parts = [self.without_edges(part) for part in whole]
+        if self.decimation == 1:
+            return np.concatenate(parts)
+        from scipy.signal import resample_poly
+
+        return np.concatenate(
+            [
+                np.asarray(resample_poly(part, 1, self.decimation, window=_taps(self.decimation), padtype="edge"))
+                for part in parts
+            ]
+        )
+
+    @cached_property
+    def in_motion(self) -> np.ndarray:
+        """Which of the decimated samples are rows, shape (sample,) of bool."""
+        if self.kept is not None:
+            return self.kept
+        if self.keeps_rests:
+            return np.ones(self._thinned([one.time for one in self.stretches]).size, dtype=bool)
+        rests = [self.filtered((stretch.velocity == 0.0).astype(float)) for stretch in self.stretches]
+        return np.abs(self._thinned(rests)) < REST_IN_ROW
+
+    @property
+    def reach(self) -> int:
+        """By how many rows the filters reach to either side."""
+        periods = math.ceil(REACH_PERIODS / (self.cutoff * self.sample_time * self.decimation))
+        return periods + (REACH if self.decimation > 1 else 0)
+
+    @cached_property
+    def time(self) -> np.ndarray:
+        """Time of each row [s]."""
+        return self.sampled([stretch.time for stretch in self.stretches])
+
+    def sampled(self, parts: Sequence[np.ndarray]) -> np.ndarray:
+        """Return the values of a signal at the rows, not mixed with those between."""
+        return np.concatenate([self.without_edges(part)[:: self.decimation] for part in parts])[self.in_motion]
+
+    @cached_property
+    def samples_from_reversal(self) -> np.ndarray:
+        """Samples between each row and the nearest reversal of its stretch; infinite where there is none."""
+        found = []
+        for number, stretch in enumerate(self.stretches):
+            turns = np.array([-math.inf, *(k for one, k in self.reversals if one == number), math.inf])
+            sample = np.arange(stretch.velocity.size)
+            after = np.searchsorted(turns, sample)
+            found.append(np.minimum(sample - turns[after - 1], turns[after] - sample))
+        return self.sampled(found)
+
+    @cached_property
+    def log_of_row(self) -> np.ndarray:
+        """Which log each row is from."""
+        return self.sampled([np.full(stretch.time.size, stretch.log) for stretch in self.stretches])
+
+    @cached_property
+    def stretch_of_row(self) -> np.ndarray:
+        """Which stretch each row is from."""
+        return self.sampled([np.full(one.time.size, number) for number, one in enumerate(self.stretches)])
+
+    @cached_property
+    def position(self) -> np.ndarray:
+        """Position of each row [m or rad]."""
+        return self.rows_of([stretch.position for stretch in self.stretches])
+
+    @cached_property
+    def velocity(self) -> np.ndarray:
+        """Velocity of each row [m/s or rad/s]."""
+        return self.rows_of([stretch.velocity for stretch in self.stretches])
+
+    @cached_property
+    def acceleration(self) -> np.ndarray:
+        """Acceleration of each row [m/s^2 or rad/s^2]."""
+        return self.rows_of([stretch.acceleration for stretch in self.stretches])
+
+    @property
+    def bandwidth(self) -> float:
+        """Highest frequency that the rows contain [Hz]."""
+        return min(self.cutoff, 0.5 / (self.sample_time * self.decimation))
+
+    @property
+    def acceleration_noise_share(self) -> float:
+        r"""Share of noise in the mean square of the acceleration, by which the inertia comes out too small.
+
+        White noise of the position, differentiated twice up to the bandwidth `f`, has the mean square
+        :math:`\tfrac{2}{5} \Delta t \sigma^2 (2\pi)^4 f^5`.
+        """
+        square = 0.4 * self.sample_time * self.noise**2 * (2.0 * np.pi) ** 4 * self.bandwidth**5
+        whole = float(np.mean(self.acceleration**2))
+        return min(square / whole, 1.0) if whole > 0.0 else 1.0
+
+    @cached_property
+    def effort(self) -> np.ndarray:
+        """Effort of each row [N or N*m]."""
+        return self.rows_of([stretch.effort for stretch in self.stretches])
+
+    @cached_property
+    def all_velocities(self) -> np.ndarray:
+        """Velocity of every sample [m/s or rad/s], edges left out."""
+        return np.concatenate([self.without_edges(stretch.velocity) for stretch in self.stretches])
+
+    @property
+    def rest_share(self) -> float:
+        """Share of the samples at rest."""
+        return float(np.mean(self.all_velocities == 0.0))
+
+    @cached_property
+    def reversals(self) -> tuple[tuple[int, int], ...]:
+        """Where the direction changes: number of the stretch, and of the first sample after it."""
+        found = []
+        for number, stretch in enumerate(self.stretches):
+            forward = ~np.signbit(stretch.velocity)
+            turns = np.flatnonzero(forward[1:] != forward[:-1]) + 1
+            inside = (turns > self.dropped) & (turns < forward.size - self.dropped)
+            found += [(number, int(k)) for k in turns[inside]]
+        return tuple(found)

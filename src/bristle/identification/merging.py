@@ -1,0 +1,79 @@
+"""Several logs of one axis as one regression."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from bristle.core.axis import Axis
+from bristle.core.errors import InputError
+from bristle.core.typography import with_unit
+from bristle.identification.dataset import Regression
+from bristle.identification.delay import delay_in, shifted
+from bristle.identification.preprocessing import treat
+from bristle.logs.log import Log
+
+__all__ = ["treat_all"]
+
+ALIKE = 1e-3  # relative difference of sample times that is none
+
+
+def treat_all(
+    logs: Sequence[Log], axes: Sequence[Axis | None], cutoff: float | None = None, decimation: int | None = None,
+    delay: float | None = None,
+) -> Regression:  # fmt: skip
+    """Return the regression rows of several logs, one after the other.
+
+    Parameters
+    ----------
+    logs : sequence of Log
+        Logs of the same axis.
+    axes : sequence of Axis or None
+        What is known of the axis as each log records it.
+    cutoff, decimation : float, int, optional
+        As in `treat`; the same for all logs.
+    delay : float, optional
+        By how much the effort lags the position [s]. Where it is not given, an axis may ask for it to be found.
+
+    Raises
+    ------
+    InputError
+        If a log does not serve, or they are of different kinds, sample times, or treatments.
+    """
+    parts = [treat(log, axis, cutoff, decimation) for log, axis in zip(logs, axes, strict=True)]
+    first = parts[0]
+    for log, one in zip(logs, parts, strict=True):
+        _refuse_unlike(log, one, first)
+    stretches, end = [], first.stretches[0].time[0]
+    for number, one in enumerate(parts):
+        # Rows are told apart by their time: a log begins where the one before it ends.
+        later = end - one.stretches[0].time[0]
+        stretches += [replace(stretch, log=number, time=stretch.time + later) for stretch in one.stretches]
+        end = stretches[-1].time[-1] + first.sample_time
+    whole = replace(
+        first,
+        stretches=tuple(stretches),
+        resolution=max(one.resolution for one in parts),
+        noise=float(np.sqrt(np.mean([one.noise**2 for one in parts]))),
+        effort_noise=float(np.sqrt(np.mean([one.effort_noise**2 for one in parts]))),
+    )
+    if delay is None and any(axis is not None and axis.seeks_delay for axis in axes):
+        delay, _ = delay_in(whole)
+    return shifted(whole, delay) if delay else whole
+
+
+def _refuse_unlike(log: Log, one: Regression, first: Regression) -> None:
+    path = f"log {log.source.name}"
+    if one.kind != first.kind:
+        raise InputError("is of another kind of axis than the first log", path=path, value=one.kind, allowed=first.kind)
+    if abs(one.sample_time / first.sample_time - 1.0) > ALIKE:
+        times = (with_unit(time, "s") for time in (one.sample_time, first.sample_time))
+        found, wanted = times
+        raise InputError(f"was sampled every {found}, the first log every {wanted}", path=path,
+                         mend="Resample one of them, or identify them one by one")  # fmt: skip
+    for name in ("cutoff", "decimation", "held"):
+        if getattr(one, name) != getattr(first, name):
+            raise InputError(f"is to be treated with another {name} than the first log", path=path,
+                             value=getattr(one, name), mend="Write the same into both axis files")  # fmt: skip

@@ -1,0 +1,122 @@
+r"""Bands around a prediction: where 95 % of the measured effort is expected.
+
+The model runs along the motion with each of several sets of parameters that the log of the identification allows, and
+with a level of friction drawn anew for each half-cycle. Their variance, that of the noise and that of what the model
+leaves over beyond noise, encoder and scatter make up the width,
+
+.. math:: \hat u \pm 1.96\, \kappa \sqrt{\operatorname{var}(u_b) + \sigma^2 + \varepsilon^2}
+
+and :math:`\kappa \ge 1` is set on blocks that were held out: there 95 % of what was measured lay inside (split
+conformal prediction [1]_, with the width as the score).
+
+References
+----------
+.. [1] J. Lei, M. G'Sell, A. Rinaldo, R. J. Tibshirani, L. Wasserman, "Distribution-free predictive inference for
+   regression", Journal of the American Statistical Association 113(523), 2018. doi:10.1080/01621459.2017.1307116
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from bristle.core.contracts import FrictionModel, Model
+from bristle.core.normal import NORMAL_95
+from bristle.identification.dataset import Regression, mechanical
+from bristle.identification.resampling.friction_scale import Levels
+from bristle.identification.resampling.half_cycles import HalfCycles
+
+__all__ = ["Bands", "half_width", "with_parameters"]
+
+MEMBERS = 40
+SEED = 95
+
+
+@dataclass(frozen=True)
+class Bands:
+    """What it takes to draw a band around a prediction.
+
+    Parameters
+    ----------
+    draws : mapping of str to array_like, shape (member,) or (member, element)
+        Sets of free parameters that the log of the identification allows [SI], as the model takes them.
+    scatter : float
+        Standard deviation of the level of friction from reversal to reversal, as a share of it.
+    noise : float
+        Standard deviation of the noise of the effort, sample by sample [N or N*m].
+    unexplained : float
+        Root mean square of what the model leaves over beyond noise, encoder and scatter [N or N*m].
+    lasting : float
+        How long that keeps its side [s].
+    inflation : float
+        Factor set on held-out blocks.
+    """
+
+    draws: Mapping[str, np.ndarray]
+    scatter: float
+    noise: float
+    unexplained: float
+    lasting: float = 0.0
+    inflation: float = 1.0
+
+    @property
+    def count(self) -> int:
+        """Number of sets of parameters."""
+        return min((len(one) for one in self.draws.values()), default=0)
+
+
+def half_width(bands: Bands, plant: Model, friction: Model, regression: Regression) -> np.ndarray:
+    """Return the half-width of the 95 % band around the effort of each row [N or N*m], shape (row,).
+
+    Parameters
+    ----------
+    bands : Bands
+        What the width is made of.
+    plant, friction : Model
+        The model; parameters that were not fitted are those of it.
+    regression : Regression
+        The motion.
+    """
+    cycles, rng = HalfCycles(regression), np.random.default_rng(SEED)
+    values = {**plant.values, **numbers_of(friction)}
+    members = [
+        _member(bands, index, values, plant, friction.component, cycles, rng)
+        for index in range(min(bands.count, MEMBERS))
+    ]
+    spread = np.var(members, axis=0, ddof=1) if len(members) > 1 else np.zeros(regression.time.size)
+    in_rows = bands.noise**2 * min(2.0 * regression.bandwidth * regression.sample_time, 1.0)
+    return NORMAL_95 * bands.inflation * np.sqrt(spread + in_rows + bands.unexplained**2)
+
+
+def numbers_of(model: Model) -> dict[str, float]:
+    """Return the values of a model as its kernels receive them: a choice by its place."""
+    variables = model.component.variables
+    return {
+        name: variables[name].code(value, name) if variables[name].choices else value
+        for name, value in model.values.items()
+    }
+
+
+def with_parameters(bands: Bands, index: int, model: Model) -> Model:
+    """Return a model with one of the sets of parameters, as far as they are its own."""
+    own = {name: np.asarray(one[index])[()] for name, one in bands.draws.items() if name in model.values}
+    return Model(model.component, model.component.assemble(numbers_of(model) | own), model.kind)
+
+
+def _member(
+    bands: Bands, index: int, values: Mapping[str, float], plant: Model, component: FrictionModel, cycles: HalfCycles,
+    rng: np.random.Generator,
+) -> np.ndarray:  # fmt: skip
+    """Return the effort of each row with one set of parameters [N or N*m]."""
+    regression = cycles.regression
+    mine = dict(values) | {name: np.asarray(one[index])[()] for name, one in bands.draws.items()}
+    levels = Levels(component, mine, regression.kind)
+    body = with_parameters(bands, index, plant)
+    parts = []
+    for stretch, starts in zip(regression.stretches, cycles.starts, strict=True):
+        force = levels.force(stretch, starts, regression.sample_time, bands.scatter, rng)
+        inertial = mechanical(body, stretch.position, stretch.velocity, stretch.acceleration)
+        parts.append(inertial + regression.filtered(force))
+    return regression.rows_of(parts)

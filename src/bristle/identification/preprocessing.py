@@ -1,0 +1,242 @@
+r"""From a log to regression rows: the standard treatment of inverse dynamics, and nothing else.
+
+The position passes a zero-phase Butterworth filter of fourth order and is differentiated twice by central differences.
+The effort and each column of the friction model, its sign included, pass the same filter: what one side of the
+equation loses at high frequency, the other loses too. What lies within five periods of the cut-off from an edge is
+dropped; all that is left is decimated alike. Rows at rest are left out: there friction balances whatever effort
+there is.
+
+An effort that a controller holds until its next sample leads the position by half a sample: the mean of two values
+that follow each other acts at the sample between them.
+
+Both sides alike is exact for what is linear in the motion. The columns of friction are computed from a motion that is
+filtered already: a reversal that the filter displaces, or a shape shorter than its period, stays an error.
+
+References
+----------
+.. [1] A. Janot, P.-O. Vandanjon, M. Gautier, "A generic instrumental variable approach for industrial robot
+   identification", IEEE Transactions on Control Systems Technology 22(1), 2014. doi:10.1109/TCST.2013.2246163
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from bristle.core.axis import Axis
+from bristle.core.errors import InputError
+from bristle.core.normal import DEVIATION_OVER_MEDIAN
+from bristle.core.typography import with_unit
+from bristle.core.variable import Kind, unit_of
+from bristle.identification.dataset import Regression, Stretch, low_passed
+
+__all__ = ["CUTOFF_SHARE", "stretch_of", "treat"]
+
+CUTOFF_SHARE = 0.1  # of the sampling frequency
+DECIMATION = 10
+EDGE_PERIODS = 5  # of the cut-off frequency: the transient of the filter
+REST_PERIODS = 5  # of the cut-off frequency, without an encoder step, make a rest
+ROWS_MIN = 50
+COVERED, RETURNED = 0.9, 0.02  # of the range: a whole cycle is through, the motion is back
+
+
+def treat(
+    log: Any, axis: Axis | None, cutoff: float | None = None, decimation: int | None = None,
+    like: Regression | None = None,
+) -> Regression:  # fmt: skip
+    """Return the regression rows of a log.
+
+    Parameters
+    ----------
+    log : Log
+        Position and effort over time, in SI.
+    axis : Axis or None
+        Its cut-off, decimation and encoder resolution hold where no argument overrides them; whether the effort is
+        held until the next sample.
+    cutoff : float, optional
+        Cut-off of the zero-phase filter [Hz]; a tenth of the sampling frequency where nothing is given.
+    decimation : int, optional
+        Of how many samples one row is kept; 10 where nothing is given.
+    like : Regression, optional
+        One of the same motion, which noise and rows are taken from instead of being found once more.
+
+    Raises
+    ------
+    InputError
+        If the cut-off or the decimation cannot be used, the log is too short for them, or nothing moves.
+    """
+    dt = float(log.sample_time)
+    cutoff = _cutoff(cutoff if cutoff is not None else axis and axis.cutoff, dt)
+    decimation = _decimation(decimation if decimation is not None else axis and axis.decimation)
+    position = np.asarray(log.position.values, dtype=float)
+    _refuse_non_finite(log)
+    given = axis.resolution if axis is not None else None
+    held = axis.held if axis is not None else None
+    resolution = _smallest_step(position) if given is None else given
+    dropped = max(round(EDGE_PERIODS / (cutoff * dt)), 1)
+    shortest = 2 * dropped + ROWS_MIN * decimation
+    segments = log.segments or (slice(0, position.size),)
+    lengths = [len(range(*part.indices(position.size))) for part in segments]
+    kept = [part for part, length in zip(segments, lengths, strict=True) if length >= shortest]
+    if not kept:
+        raise InputError(
+            "is too short for this filter and decimation", path="log", value=f"{max(lengths)} samples without a gap",
+            allowed=f"at least {shortest}",
+            mend="Record a longer motion, raise the cut-off or lower the decimation",
+        )  # fmt: skip
+    known = None if like is None else (like.noise, like.effort_noise)
+    treated = [stretch_of(log, part, cutoff, resolution, known, held=bool(held)) for part in kept]
+    moving = tuple(stretch for stretch, *_ in treated if np.any(stretch.velocity != 0.0))
+    if axis is not None and axis.in_cycle:
+        moving = tuple(replace(one, first_cycle=_first_cycle(one, log.kind)) for one in moving)
+    noise, effort_noise = (
+        float(np.mean(one)) for one in ([two for _, two, _ in treated], [two for *_, two in treated])
+    )
+    keeps = axis is not None and axis.keeps_rests
+    regression = Regression(moving, log.kind, dt, resolution, noise, cutoff, decimation, dropped, held, keeps,
+                            kept=None if like is None else like.in_motion, effort_noise=effort_noise)  # fmt: skip
+    if not moving or regression.time.size < ROWS_MIN:
+        raise InputError(
+            "the axis hardly moves", path="log.position",
+            value=f"a range of {with_unit(float(np.ptp(position)), unit_of('length', log.kind))}",
+            mend="Record a motion in both directions, over the speeds at which the axis works",
+        )  # fmt: skip
+    return regression
+
+
+def _refuse_non_finite(log: Any) -> None:
+    for name in ("time", "position", "effort"):
+        values = getattr(log, name).values
+        bad = np.flatnonzero(~np.isfinite(values))
+        if bad.size:
+            raise InputError(
+                "is not a finite number", path=f"log.{name}[{bad[0]}]", value=float(values[bad[0]]),
+                mend=f"Cut the log before that sample, or repair it ({bad.size} samples)",
+            )  # fmt: skip
+
+
+def _cutoff(given: float | None, dt: float) -> float:
+    if given is None:
+        return CUTOFF_SHARE / dt
+    if not (np.isfinite(given) and 0.0 < given < 0.5 / dt):
+        raise InputError("out of range", path="cutoff", value=given, allowed=f"between 0 and {0.5 / dt:g} Hz, half "
+                         "the sampling frequency")  # fmt: skip
+    return float(given)
+
+
+def _decimation(given: int | None) -> int:
+    if given is None:
+        return DECIMATION
+    if isinstance(given, bool) or given != int(given) or not 1 <= given <= 10_000:
+        raise InputError("must be a whole number", path="decimation", value=given, allowed="1 to 10000")
+    return int(given)
+
+
+def _smallest_step(position: np.ndarray) -> float:
+    steps = np.abs(np.diff(position))
+    steps = steps[steps > 0.0]
+    return float(steps.min()) if steps.size else 0.0
+
+
+def stretch_of(
+    log: Any, part: slice, cutoff: float, resolution: float, known: tuple[float, float] | None = None, *,
+    held: bool = False,
+) -> tuple[Stretch, float, float]:  # fmt: skip
+    """Return a stretch of a log, and the standard deviations of the noise of its position and of its effort.
+
+    Parameters
+    ----------
+    log : Log
+        Position and effort over time, in SI.
+    part : slice
+        Samples without a gap.
+    cutoff : float
+        Of the zero-phase filter [Hz].
+    resolution : float
+        Step of the position encoder [m or rad].
+    known : tuple of float, optional
+        Those standard deviations, where they need not be found.
+    held : bool
+        Whether the recorded effort acts until the next sample.
+    """
+    dt = float(log.sample_time)
+    raw = np.asarray(log.position.values[part], dtype=float)
+    # The offset of a long stroke would cost digits in the second difference.
+    origin = raw[0]
+    effort = np.asarray(log.effort.values[part], dtype=float)
+    effort = _at_samples(effort) if held else effort
+    smooth, smooth_effort = low_passed(np.stack([raw - origin, effort]), cutoff, dt)
+    noise, effort_noise = known or _noises(raw - origin - smooth, effort - smooth_effort, cutoff * dt)
+    velocity = np.gradient(smooth, dt)
+    acceleration = np.gradient(velocity, dt)
+    window = max(round(REST_PERIODS / (cutoff * dt)), 1)
+    rest = _rests(smooth, window, max(1.5 * resolution, 4.0 * noise))
+    stretch = Stretch(
+        time=np.asarray(log.time.values[part], dtype=float),
+        position=smooth + origin,
+        velocity=_with_sides(velocity, rest),
+        acceleration=acceleration,
+        effort=smooth_effort,
+        load=None if log.load is None else low_passed(log.load.values[part], cutoff, dt),
+        temperature=None if log.temperature is None else low_passed(log.temperature.values[part], cutoff, dt),
+    )
+    return stretch, noise, effort_noise
+
+
+def _noises(position: np.ndarray, effort: np.ndarray, cutoff: float) -> tuple[float, float]:
+    """Return the standard deviations of the noise, of what a filter takes away; its cut-off over the sampling rate."""
+    # White noise above the cut-off tells how much there is in all.
+    above = max(1.0 - 2.0 * cutoff, 0.1)
+    found, its = (DEVIATION_OVER_MEDIAN * float(np.median(np.abs(one))) for one in (position, effort))
+    return found, its / above**0.5
+
+
+def _first_cycle(one: Stretch, kind: Kind) -> int:
+    """Return after how many samples a motion that repeats is where it began, and moves on alike.
+
+    Raises
+    ------
+    InputError
+        If it never is.
+    """
+    covered = np.maximum.accumulate(one.position) - np.minimum.accumulate(one.position)
+    away = np.abs(one.position - one.position[0])
+    back = (covered > COVERED * covered[-1]) & (away < RETURNED * covered[-1])
+    back &= np.signbit(one.velocity) == np.signbit(one.velocity[0])
+    if not back.any():
+        raise InputError(
+            "does not come back to where it began, so that its first cycle is not known", path="log.start",
+            value=f"cycle, from {with_unit(float(one.position[0]), unit_of('length', kind))}",
+            mend='Write start = "moving" under [log] of the axis file, or begin with a whole cycle',
+        )  # fmt: skip
+    first = int(np.argmax(back))
+    stay = int(np.argmin(back[first:])) or back.size - first
+    return first + int(np.argmin(away[first : first + stay]))
+
+
+def _at_samples(held: np.ndarray) -> np.ndarray:
+    """Return the effort that acts around each sample, of values that act from theirs until the next one."""
+    return 0.5 * (held + np.concatenate([held[:1], held[:-1]]))
+
+
+def _rests(position: np.ndarray, window: int, step: float) -> np.ndarray:
+    """Return the windows in which the position goes no further than a step, shape (sample,) of bool.
+
+    From its middle to either end, because around a turning point both ends are alike though the body moves.
+    """
+    padded = np.pad(position, window, mode="edge")
+    before, after = padded[: -2 * window], padded[2 * window :]
+    middles = (np.abs(after - position) <= step) & (np.abs(position - before) <= step)
+    counted = np.concatenate([[0], np.cumsum(np.pad(middles, window))])
+    return counted[2 * window + 1 :] > counted[: -2 * window - 1]
+
+
+def _with_sides(velocity: np.ndarray, rest: np.ndarray) -> np.ndarray:
+    """Return the velocity with a zero at rest, which carries the sign of the last motion."""
+    if rest.all():
+        return np.zeros_like(velocity)
+    first = int(np.argmin(rest))
+    last = np.maximum.accumulate(np.where(rest, first, np.arange(velocity.size)))
+    return np.where(rest, np.copysign(0.0, velocity[last]), velocity)

@@ -1,0 +1,291 @@
+"""What a person asks to be identified, checked against what the log and the model allow."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from bristle.core.axis import Axis
+from bristle.core.contracts import FrictionModel, Model, Plant
+from bristle.core.errors import InputError
+from bristle.core.typography import with_unit
+from bristle.core.units import quantity
+from bristle.core.variable import Kind, Variable, unit_of
+from bristle.friction import MODELS, base_of, find, gms, maxwell_slip
+from bristle.friction.slots import OFFSET, SlottedModel, slotted
+from bristle.identification.dataset import Regression
+from bristle.identification.inputs import number_or_text
+from bristle.identification.parameters import Held, Unknowns, stroke_of
+from bristle.identification.slot_parameters import places_of
+from bristle.logs.log import Log
+from bristle.plants import PLANTS, inertia
+
+__all__ = ["METHODS", "Known", "as_asked", "freed", "known_of", "models_of", "unknowns_of"]
+
+ALL = "all"
+METHODS = ("inverse_dynamics", "output_error")
+MASS = Variable("mass", "moving mass or inertia")
+PUT_IN = 0.1  # share of the work besides inertia from which friction that puts energy in is a wrong sign
+ONE_WAY = 0.01  # share of the samples below which a direction counts as not seen
+
+
+@dataclass(frozen=True)
+class Known:
+    """What is known of the axis beforehand: the plant, those of its parameters that are known, and the offset.
+
+    An offset of None is to be identified; so is the pitch of the screw. Shapes in `free` are identified too.
+    """
+
+    offset: float | None = None
+    values: Mapping[str, float] = field(default_factory=dict)
+    plant: Plant = inertia
+    pitch: float | None = None
+    free: tuple[str, ...] = ()
+
+
+def models_of(model: Any) -> tuple[FrictionModel, ...]:
+    """Return the friction models that are asked for.
+
+    Parameters
+    ----------
+    model : str, FrictionModel or a list of either
+        Names with slots, ``"coulomb_viscous+asymmetry"``, several separated by commas. ``"all"`` is each model that can
+        be identified and is not named beside it, ``"all+asymmetry"`` each with its slot.
+
+    Raises
+    ------
+    InputError
+        If there is no such model or slot, one is given twice or under a name that is taken, or it has parameters that
+        this method does not identify.
+    """
+    asked = _one_by_one(model)
+    found: dict[str, FrictionModel] = {}
+    for component in (_component_of(one) for one in asked if not _is_all(one)):
+        if component.name in found:
+            raise InputError("is asked for twice", path="model", value=component.name,
+                             mend="Write it once; give a model of your own a name of its own")  # fmt: skip
+        _refuse_arrays(component)
+        found[component.name] = component
+    for one in (one for one in asked if _is_all(one)):
+        found |= {each.name: each for each in _every(one) if each.name not in found}
+    if not found:
+        raise InputError("names no friction model", path="model", value=model, mend='Write "coulomb_viscous"')
+    return tuple(found.values())
+
+
+def _one_by_one(model: Any) -> list[Any]:
+    """Return what is asked for, names apart."""
+    found: list[Any] = []
+    for one in model if isinstance(model, (list, tuple)) else [model]:
+        found += [name.strip() for name in one.split(",")] if isinstance(one, str) else [one]
+    return found
+
+
+def _is_all(one: Any) -> bool:
+    return isinstance(one, str) and one.split("+")[0] == ALL
+
+
+def _every(name: str) -> list[FrictionModel]:
+    """Return each model that can be identified, with the slots behind ``"all"``."""
+    slots = name.removeprefix(ALL)
+    every = [find(f"{base}{slots}", path="model") for base in MODELS]
+    return [one for one in every if not _not_identified(one)]
+
+
+def _component_of(one: Any) -> SlottedModel:
+    if isinstance(one, str):
+        return find(one, path="model")
+    if isinstance(one, Model):
+        raise InputError("has values already, which are to be identified", path="model", value=one,
+                         mend=f"Write model={one.name!r}, or model.component for one of your own")  # fmt: skip
+    if not isinstance(one, FrictionModel):
+        raise InputError("must be a name, a friction model or a list of them", path="model", value=one)
+    component = one if isinstance(one, SlottedModel) else slotted(one, asymmetry=False)
+    base = base_of(component)
+    if MODELS.get(base.name, base) is not base:
+        raise InputError("is the name of a model of bristle, and this is another one", path="model", value=base.name,
+                         mend='Give yours a name of its own: FrictionModel(name="...")')  # fmt: skip
+    return component
+
+
+def _not_identified(component: FrictionModel) -> list[tuple[list[str], str]]:
+    """Return the parameters that no fit here finds, and what they are."""
+    slips = base_of(component) in (maxwell_slip, gms)
+    arrays = [name for name in component.variables if component.is_array(name) and not slips]
+    choices = [
+        name for name, variable in component.variables.items() if variable.choices and name not in component.defaults
+    ]
+    return [one for one in ((arrays, "lists of numbers"), (choices, "choices of names")) if one[0]]
+
+
+def _refuse_arrays(component: FrictionModel) -> None:
+    for names, what in _not_identified(component):
+        raise InputError(
+            f"{component.name} has {what} ({', '.join(names)}), which inverse dynamics does not identify",
+            path="model", value=component.name,
+            mend="Fit dahl, lugre, maxwell_slip or gms, or write the parameters into a model file yourself",
+        )  # fmt: skip
+
+
+def freed(free: Sequence[str], components: Sequence[FrictionModel]) -> tuple[str, ...]:
+    """Return the shapes that are to be identified.
+
+    Raises
+    ------
+    InputError
+        If none of the models has a shape of that name.
+    """
+    shapes = {
+        name
+        for one in components
+        for name, variable in one.variables.items()
+        if name in one.defaults and not variable.excitation and not variable.choices and name not in ("offset", "x_0")
+    }
+    for name in free:
+        if name not in shapes:
+            raise InputError("is no shape that is kept at a default", path="free", value=name,
+                             allowed=", ".join(sorted(shapes)) or "none for these models")  # fmt: skip
+    return tuple(free)
+
+
+def as_asked(
+    given: Sequence[tuple[Log, Axis | None]], method: str | None, global_search: bool | None
+) -> list[tuple[Log, Axis | None]]:
+    """Return logs with their axes, which say what is made small, and where it is looked for, as a person asks."""
+    changes = {"method": method, "global_search": global_search}
+    changes = {name: value for name, value in changes.items() if value is not None}
+    return [(log, replace(axis or Axis(kind=log.kind), **changes) if changes else axis) for log, axis in given]
+
+
+def known_of(axis: Axis | None, mass: float | str | None, offset: float | str | None, kind: Kind) -> Known:
+    """Return what is known beforehand: the arguments, else the axis file.
+
+    Numbers are in SI of the kind of axis; text has a unit.
+
+    Raises
+    ------
+    InputError
+        If a mass is not positive or an offset is not a number.
+    """
+    given_mass = mass if mass is not None else (axis.mass if axis is not None else None)
+    chosen_mass = number_or_text(given_mass, MASS, kind, "mass")
+    if chosen_mass is not None and not (math.isfinite(chosen_mass) and chosen_mass >= 1e-15):
+        raise InputError("out of range", path="mass", value=chosen_mass, allowed="> 0",
+                         mend="Leave it out to have it identified")  # fmt: skip
+    values = {} if axis is None else {"c": axis.damping, "k": axis.stiffness}
+    values = {name: value for name, value in ({"M": chosen_mass} | values).items() if value is not None}
+    plant = PLANTS[axis.plant] if axis is not None else inertia
+    pitch = axis.pitch if axis is not None else None
+    chosen = offset if offset is not None else (axis.offset if axis is not None else "identify")
+    if isinstance(chosen, str) and chosen == "identify":
+        return Known(None, values, plant, pitch)
+    value = quantity(chosen, OFFSET, kind, path="offset")
+    if not math.isfinite(value):
+        raise InputError("must be a number", path="offset", value=chosen, allowed='a force, or "identify"')
+    return Known(value, values, plant, pitch)
+
+
+def unknowns_of(component: FrictionModel, known: Known, regression: Regression) -> Unknowns:
+    """Return which parameters of a model are free and which are held, with the reason.
+
+    Raises
+    ------
+    InputError
+        If parameters by direction are asked of a log that moves in one direction only.
+    """
+    held = {name: Held(value, "given as known") for name, value in known.values.items()}
+    held |= _redundant(component, stroke_of(regression))
+    held |= places_of(component, regression, known.pitch)
+    for name, variable in component.variables.items():
+        if name == "offset":
+            continue
+        if "c" in known.plant.variables and _is_damping(variable):
+            held[name] = Held(0.0, "it cannot be told from the damping c of the plant")
+        elif name in component.defaults and not variable.excitation and name not in (*held, *known.free):
+            default = component.defaults[name]
+            code = variable.code(default, name) if variable.choices else default
+            held[name] = Held(code, "a shape that is kept at its default")
+    reason = _why_no_offset(component, regression)
+    if known.offset is not None:
+        held["offset"] = Held(known.offset, "given as known")
+    elif reason:
+        held["offset"] = Held(0.0, reason)
+    free = tuple(name for name in (*known.plant.variables, *component.variables) if name not in held)
+    return Unknowns(component, free, held, known.plant)
+
+
+def _is_damping(variable: Variable) -> bool:
+    return (variable.quantity, variable.excitation) == ("force*time/length", "speed")
+
+
+def _redundant(component: FrictionModel, stroke: float) -> dict[str, Held]:
+    """Return the parameters that no log can tell, each held at a round number of the right magnitude."""
+    found = {}
+    for one in component.redundancies:
+        others = " and ".join(f"{one.name}*{other}" for other in one.factor_of)
+        length = 10.0 ** math.floor(math.log10(stroke))
+        value = 1.0 / length if component.variables[one.name].quantity == "1/length" else 1.0
+        found[one.name] = Held(value, f"only {others} show in the force, whatever {one.name} is", redundant=True)
+    return found
+
+
+def _why_no_offset(component: FrictionModel, regression: Regression) -> str:
+    """Return why the offset cannot be told from the rest, or nothing where it can."""
+    side = _only_direction(regression)
+    split = [name for name in component.variables if name.endswith(("_pos", "_neg"))]
+    if side and split:
+        raise InputError(
+            f"the log moves {side} only, which does not show the friction of the other direction",
+            path="model", value=component.name, mend="Record both directions, or drop +asymmetry",
+        )  # fmt: skip
+    force = unit_of("force", regression.kind)
+    levels = [name for name in split if component.variables[name].unit(regression.kind) == force]
+    if levels:
+        return f"it cannot be told from the difference between {levels[0]} and {levels[1]}"
+    constant = [
+        name for name, one in component.variables.items() if name != "offset" and one.unit(regression.kind) == force
+    ]
+    if side and constant:
+        return f"it cannot be told from {constant[0]}: the log moves {side} only"
+    return ""
+
+
+def _only_direction(regression: Regression) -> str:
+    velocity = regression.all_velocities
+    forward = float(np.mean(~np.signbit(velocity)))
+    return "backward" if forward < ONE_WAY else "forward" if forward > 1.0 - ONE_WAY else ""
+
+
+def refuse_reversed_effort(regression: Regression, sliding: Mapping[str, float]) -> None:
+    """Refuse a log whose effort drives the friction backward: friction would put energy in.
+
+    Parameters
+    ----------
+    regression : Regression
+        The rows.
+    sliding : mapping
+        ``M``, ``F_v``, ``F_C``, ``offset`` and what else the plant has, of an unbounded Coulomb and viscous fit in
+        which nothing is held [SI].
+
+    Raises
+    ------
+    InputError
+        If so.
+    """
+    speed = np.abs(regression.velocity)
+    damping = sliding["F_v"] + sliding.get("c", 0.0)
+    power = float(np.mean(sliding["F_C"] * speed + damping * speed * speed))
+    elastic = sliding.get("k", 0.0) * regression.position
+    rest = regression.effort - sliding["M"] * regression.acceleration - elastic - sliding["offset"]
+    clearly = -PUT_IN * float(np.mean(np.abs(rest * regression.velocity)))
+    if power < clearly or (power < 0.0 and sliding["M"] <= 0.0):
+        dissipated = f"{power:.3g} W dissipated by friction, and an inertia of "
+        raise InputError(
+            "the sign of effort seems reversed", path="log.effort",
+            value=dissipated + with_unit(sliding["M"], unit_of("mass", regression.kind)),
+            mend="Turn the sign of the effort in the axis file: sign = -1 where it has none or 1, else 1",
+        )  # fmt: skip

@@ -1,0 +1,199 @@
+r"""What a log does not see: parameters that can be moved far away without a price, once the others follow.
+
+A parameter is changed by 30 %, up and down, and all others are fitted again, on three quarters of the rows in turn. If
+the error on the last quarter rises in neither case by more than the 95 % threshold of a likelihood ratio,
+
+.. math:: \sum_\text{quarters} \left(\|r'\|^2 - \|r\|^2\right) < \chi^2_{1,\,0.95}\; s^2,
+
+the log does not see that parameter. With it held where it is, the others are asked again: of a product of two, only
+one is not seen. Where the rise is a hundred times that in the linear fit around the solution, nobody needs to ask.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from bristle.core.cores import Abreast
+from bristle.core.lazy import cached_property
+from bristle.core.least_squares import unbounded
+from bristle.identification.inverse_dynamics import Problem
+from bristle.identification.resampling.refit import Refit, Space
+
+__all__ = ["Unseen", "unseen"]
+
+CHANGES = (1.3, 0.7)
+THRESHOLD = 3.841  # of chi-square with one degree of freedom, 95 %
+BEYOND_DOUBT = 100.0  # times the threshold
+CHUNKS = 40
+FLAT = 0.1  # rise of the error, in units of the variance, that is none
+FOLLOWS = 0.1  # relative change of another parameter that makes up for it
+
+
+@dataclass(frozen=True)
+class Unseen:
+    """A parameter that the log does not see.
+
+    Parameters
+    ----------
+    name : str
+        The parameter.
+    rise : float
+        By how much the error on rows that were held out rises at most, in units of the variance of the residual.
+    flat : bool
+        Whether the error on the fitted rows does not rise either: nothing in the log depends on it.
+    instead : tuple of str
+        Parameters that take its place: the log sees its combination with them only.
+    """
+
+    name: str
+    rise: float
+    flat: bool
+    instead: tuple[str, ...]
+
+    @property
+    def note(self) -> str:
+        """Why, in words."""
+        if self.instead:
+            return (
+                f"the log sees it only together with {', '.join(self.instead)}: changed by 30 %, it is made up for by "
+                "them, and the error on held-out blocks does not rise noticeably"
+            )
+        return "changed by 30 %, with all others fitted again, the error on held-out blocks does not rise noticeably"
+
+
+def unseen(problem: Problem, space: Space, candidates: frozenset[str]) -> tuple[Unseen, ...]:
+    """Return the parameters that a log does not see, each with those found before it held.
+
+    Parameters
+    ----------
+    problem : Problem
+        What was fitted.
+    space : Space
+        The coordinates of the solution.
+    candidates : frozenset of str
+        Parameters that are asked about; those that are zero, or on an edge, have no 30 %.
+    """
+    free = np.ones(len(space.names), dtype=bool)
+    found: list[Unseen] = []
+    asked = [name for name in space.names if name in candidates and space.values(space.phi)[name] != 0.0]
+    asked = _Followed(problem, space, free).in_doubt(asked)
+    while asked:
+        around = _Followed(problem, space, free)
+        with Abreast() as pool:
+            rises = dict(zip(asked, pool.map(around.without, asked), strict=True))
+        least = min(asked, key=lambda name: rises[name].rise)
+        if rises[least].rise >= THRESHOLD:
+            break
+        found.append(rises[least])
+        free[space.names.index(least)] = False
+        # Those that are clearly seen now are seen with one parameter less to follow, too.
+        asked = [name for name in asked if name != least and rises[name].rise < THRESHOLD]
+    return tuple(found)
+
+
+@dataclass(frozen=True)
+class _Followed:
+    """One parameter after another moved away, the others in pursuit.
+
+    `free` are those that may follow, shape (coordinate,) of bool.
+    """
+
+    problem: Problem
+    space: Space
+    free: np.ndarray
+
+    def in_doubt(self, names: Iterable[str]) -> list[str]:
+        """Return the names of parameters of which the linear fit does not make sure that they are seen."""
+        rises = {name: min(self._linear_rise(name, change) for change in CHANGES) for name in names}
+        return [name for name, rise in rises.items() if not rise >= BEYOND_DOUBT * THRESHOLD]
+
+    def without(self, name: str) -> Unseen:
+        """Return by how much the error rises where one parameter is changed, and which made up for the change."""
+        count = self.problem.regression.effort.size
+        fitted, instead = self._rises(name, np.ones(count, dtype=bool), slice(None), self._whole)
+        held_out = np.zeros(len(CHANGES))
+        for quarter, before in zip(_quarters(count), self._before, strict=True):
+            held_out += self._rises(name, ~quarter, quarter, before)[0]
+        names = tuple(one for one in self.space.names if one in instead)
+        variance = self._variance
+        return Unseen(name, float(np.max(held_out)) / variance, bool(np.max(fitted) < FLAT * variance), names)
+
+    @cached_property
+    def _variance(self) -> float:
+        start = self.problem.residual(self.space.values(self.space.phi))
+        return float(start @ start) / max(start.size - len(self.space.names), 1)
+
+    @cached_property
+    def _triangle(self) -> np.ndarray:
+        """The Jacobian in coordinates of its own range: as good for lengths, and much smaller."""
+        return np.asarray(np.linalg.qr(self.space.jacobian, mode="r"))
+
+    @cached_property
+    def _whole(self) -> np.ndarray:
+        """The residual of the fit to all rows."""
+        return Refit(self.space, self.free, slice(None)).solve(self.problem, self.space.phi)[1]
+
+    @cached_property
+    def _before(self) -> list[np.ndarray]:
+        """The residual of the fits without each quarter."""
+        quarters = _quarters(self.problem.regression.effort.size)
+        return [Refit(self.space, self.free, ~one).solve(self.problem, self.space.phi)[1] for one in quarters]
+
+    def _linear_rise(self, name: str, change: float) -> float:
+        """Return the rise of the error, over its variance, of a linear fit in which a parameter is another one."""
+        index = self.space.names.index(name)
+        own, others = self._triangle[:, index], np.delete(self._triangle, index, axis=1)
+        alone = own - others @ unbounded(others, own)
+        way = self._moved(name, change)[index] - self.space.phi[index]
+        return float(alone @ alone) * way**2 / self._variance if self._variance > 0.0 else np.inf
+
+    def _rises(
+        self, name: str, fitted: np.ndarray, judged: np.ndarray | slice, before: np.ndarray
+    ) -> tuple[np.ndarray, set[str]]:
+        """Return the rise of the squared error on some rows for each change, and what made up for it."""
+        followers = self.free.copy()
+        followers[self.space.names.index(name)] = False
+        refit, rises, instead = Refit(self.space, followers, fitted), [], set()
+        for change in CHANGES:
+            phi, after = refit.solve(self.problem, self._moved(name, change))
+            rises.append(float(np.sum(after[judged] ** 2) - np.sum(before[judged] ** 2)))
+            instead |= self._made_up(name, phi)
+        return np.array(rises), instead
+
+    def _moved(self, name: str, change: float) -> np.ndarray:
+        """Return the coordinates at which only this parameter is another one."""
+        index = self.space.names.index(name)
+        phi, goal = self.space.phi.copy(), change * self.space.values(self.space.phi)[name]
+        for _ in range(30):
+            slope = self._slope(name, phi, index)
+            if slope == 0.0:
+                break
+            step = (goal - self.space.values(phi)[name]) / slope
+            phi[index] = np.clip(phi[index] + step, self.space.low[index], self.space.high[index])
+            if abs(step * slope) <= 1e-9 * abs(goal):
+                break
+        return phi
+
+    def _slope(self, name: str, phi: np.ndarray, index: int) -> float:
+        nudged = phi.copy()
+        nudge = 1e-6 * max(abs(phi[index]), 1e-3)
+        nudged[index] += nudge
+        return (self.space.values(nudged)[name] - self.space.values(phi)[name]) / nudge
+
+    def _made_up(self, name: str, phi: np.ndarray) -> set[str]:
+        now, then = self.space.values(phi), self.space.values(self.space.phi)
+        return {
+            one
+            for one in self.space.names
+            if one in now and one != name and abs(now[one] - then[one]) > FOLLOWS * abs(then[one]) > 0.0
+        }
+
+
+def _quarters(count: int) -> list[np.ndarray]:
+    """Return four sets of rows, each of short stretches from all over the log, as arrays of bool."""
+    chunk = np.arange(count) * CHUNKS // count
+    quarter = np.random.default_rng(CHUNKS).permutation(CHUNKS) % 4
+    return [quarter[chunk] == one for one in range(4)]

@@ -1,0 +1,124 @@
+"""The twin of a log of which a simulation was fitted: what its axis would have recorded, had the model been the truth.
+
+All that disturbs a log is small beside its signal, so each cause changes the signal by itself: the encoder as far as
+it shows in the loop, friction whose level is another one in each half-cycle, and what the model leaves over besides,
+block by block with a sign drawn by chance. Their sum is what a fit to a twin would be asked to explain.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bristle.core.contracts import Model
+from bristle.core.lazy import cached_property
+from bristle.identification.output_error import OutputError
+from bristle.identification.outputs import Output, Reading
+from bristle.identification.resampling.friction_scale import scaled
+from bristle.identification.resampling.half_cycles import NUDGE, Groups, least_way, turns_of
+from bristle.identification.resampling.replicate import Disturbance, signs_of
+
+__all__ = ["OutputTwin", "level_slope_of", "moves_of"]
+
+FAR = 1e12  # of a signal that left the finite numbers
+
+
+@dataclass(frozen=True)
+class Changed:
+    """The same fit to a signal that is changed, shape (sample,)."""
+
+    error: OutputError
+    pure: np.ndarray
+    change: np.ndarray
+    solution: Mapping[str, float]
+
+    def residual(self, free: Mapping[str, float]) -> np.ndarray:
+        """Return what these parameters leave of the changed signal; at the solution of the fit it is the change."""
+        if all(free[name] == value for name, value in self.solution.items()):
+            return self.change
+        simulated = self.error.simulated(self.error.unknowns.complete(free))
+        return self.pure + self.change - np.where(np.isfinite(simulated), simulated, FAR)
+
+
+@dataclass(frozen=True)
+class OutputTwin:
+    """A fitted simulation and what disturbs its log.
+
+    Parameters
+    ----------
+    error : OutputError
+        What was fitted.
+    values : mapping
+        All parameters [SI].
+    groups : Groups
+        The half-cycles of the log.
+    disturbance : Disturbance
+        Scatter, encoder, and the share of the residual that is neither.
+    slope, left : ndarray, shape (sample,)
+        By how much the signal rises with the level of friction; what the fit left over.
+    """
+
+    error: OutputError
+    values: Mapping[str, float]
+    groups: Groups
+    disturbance: Disturbance
+    slope: np.ndarray
+    left: np.ndarray
+
+    def disturbed(self, **changes: float) -> OutputTwin:
+        """Return the same with another disturbance."""
+        return replace(self, disturbance=replace(self.disturbance, **changes))
+
+    def drawn(self, rng: np.random.Generator, ratio: float = 1.0, side: float = 1.0) -> Changed:
+        """Return the same fit to a twin drawn anew, with `ratio` times the scatter, or to its mirror image (-1)."""
+        levels = (ratio * self.disturbance.scatter * rng.standard_normal(self.groups.count))[self.groups.index]
+        reading = Reading(self.disturbance.resolution, self.disturbance.jitter)
+        changes, first = [], 0
+        for one, pure, leaning in self._pure:
+            push = levels[first : first + pure.size] * leaning
+            change = np.nan_to_num(one.read(*self._models, self.values, pure, push, reading, rng))
+            part = slice(first, first + pure.size)
+            changes.append(change + self.disturbance.unexplained * signs_of(pure.size, rng) * self.left[part])
+            first += pure.size
+        solution = {name: self.values[name] for name in self.error.unknowns.free}
+        return Changed(
+            self.error, np.concatenate([pure for _, pure, _ in self._pure]), side * np.concatenate(changes), solution
+        )
+
+    @cached_property
+    def _pure(self) -> list[tuple[Output, np.ndarray, np.ndarray]]:
+        """Each stretch, its signal without disturbance, and what a level of friction that is higher adds to it."""
+        found, first = [], 0
+        for one in self.error.outputs:
+            slope = self.slope[first : first + one.measured.size]
+            leaning = np.nan_to_num(one.leaning(*self._models, self.values, slope))
+            found.append((one, one.simulated(*self._models, self.values), leaning))
+            first += slope.size
+        return found
+
+    @property
+    def _models(self) -> tuple[Model, Model]:
+        return self.error.inverse.plant(self.values), self.error.inverse.model(self.values)
+
+
+def level_slope_of(error: OutputError, values: Mapping[str, float]) -> np.ndarray:
+    """Return by how much the signal of each sample rises with the level of friction, shape (sample,)."""
+    nudged = scaled(error.unknowns.component, values, 1.0 + NUDGE)
+    return np.nan_to_num((error.simulated(nudged) - error.simulated(values)) / NUDGE)
+
+
+def moves_of(error: OutputError) -> Groups:
+    """Return the samples of each half-cycle of the logs, trembles and steps of the encoder left out."""
+    regression, parts, before = error.inverse.regression, [], 0
+    least = least_way(regression.resolution, regression.noise)
+    for one in error.outputs:
+        steps = np.sign(np.diff(one.position, prepend=one.position[0]))
+        moving = np.flatnonzero(steps)
+        turned = moving[1:][steps[moving[1:]] != steps[moving[:-1]]]
+        # A sample whose step goes the other way comes after the turn.
+        starts = [0, *turns_of(one.position, (turned - 1).tolist(), least)]
+        parts.append(before + np.searchsorted(starts, np.arange(one.position.size), side="right") - 1)
+        before += len(starts)
+    return Groups(np.concatenate(parts))

@@ -1,0 +1,100 @@
+"""What the slots of a model need to know of a log: range of positions, pitch of the screw, load, temperature."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from bristle.core.contracts import FrictionModel
+from bristle.core.errors import InputError
+from bristle.core.least_squares import unbounded
+from bristle.core.typography import with_unit
+from bristle.core.variable import unit_of
+from bristle.identification.dataset import Regression
+from bristle.identification.inverse_dynamics import Problem
+from bristle.identification.parameters import Held
+
+__all__ = ["pitch_in", "places_of"]
+
+TURNS_LEAST = 3.0  # over the range, for a pitch to be looked for
+STEPS_A_TURN = 8.0  # of the scan, over one more turn in the whole range
+SCAN_MOST = 20_000
+REFINED = 40
+SIGNALS = {"k_L": "load", "k_T": "temperature"}
+
+
+def places_of(component: FrictionModel, regression: Regression, pitch: float | None) -> dict[str, Held]:
+    """Return the parameters of slots that are not identified but read off the log or the axis.
+
+    Parameters
+    ----------
+    component : FrictionModel
+        The friction model.
+    regression : Regression
+        The log.
+    pitch : float or None
+        Travel for one turn of the screw [m or rad].
+
+    Raises
+    ------
+    InputError
+        If the log lacks the load or the temperature that a slot asks for, or is too short for a pitch to be found.
+    """
+    for name, signal in SIGNALS.items():
+        if name in component.variables and any(getattr(one, signal) is None for one in regression.stretches):
+            raise InputError(
+                f"has no {signal}, which +{signal} needs", path="log",
+                mend=f"Name its column under [columns] of the axis file: {signal} = ..., or drop +{signal}",
+            )  # fmt: skip
+    found: dict[str, Held] = {}
+    if "x_0" in component.variables:
+        low = min(float(np.min(one.position)) for one in regression.stretches)
+        high = max(float(np.max(one.position)) for one in regression.stretches)
+        found["x_0"] = Held(0.5 * (low + high), "the middle of the range of the log")
+        found["x_L"] = Held(0.5 * (high - low), "half of the range of the log")
+    if "pitch" in component.variables and pitch is not None:
+        found["pitch"] = Held(pitch, "the lead of the axis file, or else the period of what simple friction leaves")
+    return found
+
+
+def pitch_in(problem: Problem, values: Mapping[str, float]) -> float:
+    """Return the period over the position of what a model leaves of a log [m or rad].
+
+    The wave that takes most of the residual is looked for, evenly in the number of turns over the range, and refined.
+
+    Parameters
+    ----------
+    problem : Problem
+        A simple model, without the slot.
+    values : mapping of str to float
+        All of its parameters [SI].
+
+    Raises
+    ------
+    InputError
+        If the log goes through less than three turns of any pitch that passes its filter.
+    """
+    regression = problem.regression
+    x, residual = regression.position, regression.effort - problem.predicted(values)
+    stroke = float(np.ptp(x))
+    # At half of the speeds the wave passes the filter.
+    most = stroke * regression.cutoff / float(np.median(np.abs(regression.velocity)))
+    if most <= TURNS_LEAST:
+        raise InputError("does not resolve a pitch", path="log.position",
+                         value=f"a range of {with_unit(stroke, unit_of('length', regression.kind))}",
+                         mend="Give the lead in [transmission] of the axis file")  # fmt: skip
+    turns = np.linspace(TURNS_LEAST, most, int(min(STEPS_A_TURN * (most - TURNS_LEAST) + 2, SCAN_MOST)))
+    step = turns[1] - turns[0]
+    best = turns[int(np.argmax([_explained(x, residual, one / stroke) for one in turns.tolist()]))]
+    near = np.linspace(best - step, best + step, REFINED)
+    best = near[int(np.argmax([_explained(x, residual, one / stroke) for one in near.tolist()]))]
+    return stroke / float(best)
+
+
+def _explained(x: np.ndarray, residual: np.ndarray, frequency: float) -> float:
+    """Return the sum of squares that a wave of this frequency [1/m or 1/rad] takes from a residual."""
+    phase = 2.0 * np.pi * frequency * x
+    waves = np.stack([np.cos(phase), np.sin(phase), np.ones_like(x)], axis=1)
+    gram, right = waves.T @ waves, waves.T @ residual
+    return float(right @ unbounded(gram, right))

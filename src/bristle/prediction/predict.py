@@ -1,0 +1,308 @@
+"""What a model predicts of a log, seen or unseen, against what was measured."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from os import PathLike
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bristle.core.axis import Axis
+from bristle.core.contracts import Model
+from bristle.core.edge import Amount, among, amount, guarded, instance, model, optional
+from bristle.core.errors import InputError
+from bristle.core.experiment import substeps_for
+from bristle.core.status import Status
+from bristle.core.typography import number, with_unit
+from bristle.core.variable import Variable, unit_of
+from bristle.engine import Trace, run_open_loop
+from bristle.engine.part import finite
+from bristle.files.given import AXIS, LOG
+from bristle.friction import is_static, with_presliding
+from bristle.identification.dataset import Regression
+from bristle.identification.inputs import CUTOFF, checked_model, log_and_axis, treatment_of
+from bristle.identification.merging import treat_all
+from bristle.identification.prediction_interval import Bands, half_width
+from bristle.logs.log import Log
+from bristle.prediction.doubts import with_doubts
+from bristle.prediction.simulated_bands import Widths, simulated_widths
+from bristle.simulation.recorded.between_samples import finer
+from bristle.simulation.recorded.closed_loop import START_SAMPLES, beginning_of, closed_loop_of
+from bristle.simulation.recorded.open_loop import open_loop_of
+from bristle.simulation.result import Prediction, relative_error_percent
+
+__all__ = ["MODES", "predict", "unexplained_force"]
+
+MODES = ("inverse", "closed-loop", "open-loop")
+MOST = 0.4  # of the sampling frequency, for a cut-off
+
+
+@guarded(
+    mode=among(*MODES), velocity_max=optional(amount(Variable("length/time", "largest speed", min=0.0))),
+    delay=optional(amount(Variable("time", "delay of the effort"))),
+    lag=optional(amount(Variable("time", "lag of the drive", min=0.0))), bands=optional(instance(Bands, "a Bands")),
+)  # fmt: skip
+def predict(
+    plant: Model, friction: Model, log: Log | str | PathLike[str], axis: Axis | str | PathLike[str] | None = None,
+    mode: str = "inverse", *, cutoff: float | str | None = None, decimation: int | None = None,
+    velocity_max: Amount | None = None, delay: Amount | None = None, lag: Amount | None = None,
+    bands: Bands | None = None,
+) -> Prediction:  # fmt: skip
+    """Predict a log with a model.
+
+    Parameters
+    ----------
+    plant, friction : Model
+        The inertia and the friction model.
+    log : Log or path-like
+        What was measured, or its file. Its known inputs are injected in closed loop.
+    axis : Axis or path-like, optional
+        Gives the controller that was running (needed in closed loop), encoder resolution, limit of the effort.
+    mode : {"inverse", "closed-loop", "open-loop"}
+        ``inverse``: the effort from the measured motion, filtered and decimated as in the identification.
+        ``closed-loop``: effort and motion from the reference. ``open-loop``: the motion from the measured effort; it
+        begins at the 20th sample, where the velocity is known from both sides, or at the first one where the axis
+        says that its logs begin at rest.
+    cutoff, decimation : float or str, int, optional
+        Those of the identification [Hz, or text with a unit], for the inverse mode; the axis decides where they are
+        not given.
+
+    velocity_max : float or str, optional
+        Largest speed that the model was fitted to [m/s or rad/s]: a log that goes far beyond it is told.
+    delay : float or str, optional
+        By how much the effort lags the position, as the identification found [s], for the inverse mode.
+    lag : float or str, optional
+        Time constant with which the drive follows its controller, as the identification found [s], for the closed loop;
+        the axis decides where it is not given.
+    bands : Bands, optional
+        How sure the model is; what is predicted then has a 95 % band.
+
+    Returns
+    -------
+    Prediction
+        Measured and predicted signals, and the errors ``100 ||y - y_hat|| / ||y||`` [%].
+
+    Raises
+    ------
+    InputError
+        If the log or the axis lacks what the mode needs.
+    """
+    plant, friction = checked_model(plant, "plant", "plant"), checked_model(friction, "friction", "friction")
+    log, axis = log_and_axis(log, axis)
+    if plant.kind != log.kind:
+        raise InputError(
+            "model and log are of different kinds of axis",
+            path="model",
+            value=plant.kind,
+            allowed=log.kind,
+            mend="Use the axis file that the model was identified with",
+        )
+    if log.effort is None:
+        raise InputError("has no effort to compare with or to apply", path="log", mend="Name its column in the axis")
+    if mode == "inverse":
+        given, told = _within_reach(log, *treatment_of(cutoff, decimation, log.kind), axis)
+        regression = treat_all([log], [axis], *given, delay)
+        width = None if bands is None else half_width(bands, plant, friction, regression)
+        found = replace(_inverse(plant, friction, log, regression), half_width=width)
+        return with_doubts(replace(found, notes=(*told, *found.notes)), log, velocity_max)
+    axis = axis or Axis(kind=log.kind)
+    axis = axis if lag is None else replace(axis, lag=lag)
+    return with_doubts(_simulated(plant, friction, log, axis, mode, bands), log, velocity_max)
+
+
+def _simulated(
+    plant: Model, friction: Model, log: Log, axis: Axis, mode: str, bands: Bands | None
+) -> Prediction:  # fmt: skip
+    notes = []
+    if axis.presliding and is_static(friction):
+        friction = with_presliding(friction, axis.presliding)
+        distance = with_unit(axis.presliding, unit_of("length", log.kind))
+        notes.append(f"friction turns over a pre-sliding distance of {distance} (axis file)")
+    run = _closed_loop if mode == "closed-loop" else _from_rest if axis.at_rest else _open_loop
+    segments = log.segments or (slice(0, len(log)),)
+    runs, used, widths = [], [], []
+    for part in segments:
+        first, last, _ = part.indices(len(log))
+        first += START_SAMPLES if run is _open_loop else 0
+        if last - first <= START_SAMPLES:
+            notes.append(f"a stretch of {last - first} samples is too short to be predicted, and was left out")
+            continue
+        here = slice(first, last)
+        simulate = partial(run, log, axis, here)
+        runs.append(simulate(plant, friction, np.zeros(last - first)))
+        used.append(slice(first, first + runs[-1].position.size))
+        notes += runs[-1].notes
+        if bands is not None:
+            step = axis.resolution or 0.0
+            widths.append(simulated_widths(bands, plant, friction, runs[-1], log, here, step, simulate))
+    if not runs:
+        raise InputError("no stretch of the log is long enough", path="log", allowed=f"> {2 * START_SAMPLES} samples")
+    return _with_widths(_compare(mode, log, runs, used, tuple(dict.fromkeys(notes))), widths)
+
+
+def _about_start(places: Sequence[float | None]) -> tuple[str, ...]:
+    """Return where the contact stood before each stretch, in words; nothing where that does not matter."""
+    told = ", ".join(f"{number(100.0 * one, 10.0)} %" for one in places if one is not None)
+    where = "of the way from its middle to slip (below 0: backward), found from the first samples"
+    return (f"the contact began at {told} {where}",) if told else ()
+
+
+def _within_reach(
+    log: Log, cutoff: float | None, decimation: int | None, axis: Axis | None
+) -> tuple[tuple[float | None, int | None], tuple[str, ...]]:
+    """Return cut-off [Hz] and decimation for a log that may be sampled too slowly for those of the identification."""
+    wanted = cutoff if cutoff is not None else axis.cutoff if axis is not None else None
+    if wanted is None or wanted * log.sample_time < 0.5:
+        return (cutoff, decimation), ()
+    most = MOST / log.sample_time
+    note = (
+        f"the log is sampled too slowly for the filter of the identification, {wanted:g} Hz: {most:.3g} Hz in its place"
+    )
+    return (most, 1), (note,)
+
+
+def _inverse(plant: Model, friction: Model, log: Log, regression: Regression) -> Prediction:
+    predicted = finite(regression.rows_of(regression.explained(plant, friction)), friction, "friction")
+    return Prediction(
+        mode="inverse",
+        time=regression.time,
+        effort=regression.effort,
+        effort_predicted=predicted,
+        position=regression.rows_of([one.position for one in regression.stretches]),
+        position_predicted=None,
+        metrics=_metrics(log, regression.effort, predicted, None, None),
+        notes=(
+            *_about_start(regression.places(friction, plant)),
+            f"effort and motion are filtered at {regression.cutoff:g} Hz"
+            + (f", and one row is kept for {regression.decimation} samples" if regression.decimation > 1 else ""),
+        ),
+    )
+
+
+class _Run(NamedTuple):
+    """What became of one stretch of a log."""
+
+    position: np.ndarray
+    command: np.ndarray
+    status: Status
+    notes: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, trace: Trace) -> _Run:
+        return cls(trace.measured, trace.command, trace.status)
+
+
+def _closed_loop(log: Log, axis: Axis, part: slice, plant: Model, friction: Model, unseen: np.ndarray) -> _Run:
+    return _Run.of(closed_loop_of(log, axis, part).run(plant, friction, disturbance=unseen))
+
+
+def _open_loop(log: Log, axis: Axis, part: slice, plant: Model, friction: Model, unseen: np.ndarray) -> _Run:
+    assert log.effort is not None
+    start = beginning_of(log, part.start, axis.resolution).state(friction)
+    effort, steps = log.effort.values[part] - unseen, substeps_for(log.sample_time)
+    if axis.hold != "band_limited":
+        hold = axis.hold or "zero"
+        return _Run.of(run_open_loop(plant, friction, effort, log.sample_time, steps=steps, hold=hold, **start))
+    fine = finer(effort, steps, periodic=False)
+    trace = run_open_loop(plant, friction, fine, log.sample_time / steps, steps=1, hold="linear", **start)
+    return _Run(trace.position[::steps], effort, trace.status)
+
+
+def _from_rest(log: Log, axis: Axis, part: slice, plant: Model, friction: Model, unseen: np.ndarray) -> _Run:
+    loop = open_loop_of(log, axis, part)
+    position, status = loop.position(plant, friction, unseen)
+    assert log.effort is not None
+    return _Run(position[np.isfinite(position)], log.effort.values[part], status, (loop.in_words,))
+
+
+def _compare(mode: str, log: Log, runs: list[_Run], used: list[slice], notes: tuple[str, ...]) -> Prediction:
+    assert log.effort is not None
+    effort = np.concatenate([log.effort.values[part] for part in used])
+    position = np.concatenate([log.position.values[part] for part in used])
+    command = np.concatenate([run.command for run in runs]) if mode == "closed-loop" else None
+    reached = np.concatenate([run.position for run in runs])
+    status = max((run.status for run in runs), key=int)
+    return Prediction(
+        mode=mode,
+        time=np.concatenate([log.time.values[part] for part in used]),
+        effort=effort,
+        effort_predicted=command,
+        position=position,
+        position_predicted=reached,
+        metrics=_metrics(log, effort, command, position, reached, failed=status == Status.NOT_FINITE),
+        status=status,
+        notes=notes,
+    )
+
+
+def _with_widths(prediction: Prediction, widths: list[Widths]) -> Prediction:
+    if not widths:
+        return prediction
+    position, effort = (np.concatenate([one[side] for one in widths]) for side in range(2))
+    return replace(
+        prediction, position_half_width=position, half_width=None if prediction.effort_predicted is None else effort
+    )  # fmt: skip
+
+
+def _metrics(
+    log: Log, effort: Any, effort_hat: Any, position: Any, position_hat: Any, *, failed: bool = False
+) -> dict[str, float | str | None]:
+    rmse = force_rmse = None
+    if effort_hat is not None and not failed:
+        force_rmse = float(np.sqrt(np.mean((effort - effort_hat) ** 2)))
+    if position_hat is not None and not failed:
+        rmse = float(np.sqrt(np.mean((position - position_hat) ** 2)))
+    return {
+        "force_error_percent": None if failed else _error_percent(effort, effort_hat),
+        "force_rmse": force_rmse,
+        "force_unit": unit_of("force", log.kind),
+        "position_error_percent": None if failed else _error_percent(position, position_hat),
+        "position_rmse": rmse,
+        "position_unit": unit_of("length", log.kind),
+    }
+
+
+def _error_percent(signal: Any, predicted: Any) -> float | None:
+    return None if predicted is None else relative_error_percent(signal, predicted)
+
+
+@guarded(
+    plant=model("plant"), friction=model("friction"), log=LOG, axis=optional(AXIS),
+    cutoff=optional(amount(CUTOFF, exclusive=True)),
+)  # fmt: skip
+def unexplained_force(
+    plant: Model, friction: Model, log: Log, axis: Axis | None = None, *, cutoff: Amount | None = None
+) -> np.ndarray:
+    """Return the force that a model does not explain, at the rate of the log.
+
+    It is what remains of the effort after inertia and friction, behind the filter of the identification; zero at
+    rest, where friction balances whatever effort there is, and at the edges of a stretch. Replayed as a disturbance it
+    puts into a simulation what the model leaves out, so that a compensator is not judged on its own model.
+
+    Parameters
+    ----------
+    plant, friction : Model
+        The model.
+    log : Log
+        The log.
+    axis : Axis, optional
+        Its cut-off and encoder resolution are used.
+    cutoff : float or str, optional
+        Cut-off of the identification [Hz]; the axis decides where it is not given.
+
+    Returns
+    -------
+    ndarray, shape (sample,)
+        Force [N or N*m].
+    """
+    regression = treat_all([log], [axis], cutoff)
+    force = np.zeros(len(log))
+    for one, explained in zip(regression.stretches, regression.explained(plant, friction), strict=True):
+        residual = np.where(one.velocity == 0.0, 0.0, one.effort - explained)
+        residual[: regression.dropped] = residual[residual.size - regression.dropped :] = 0.0
+        first = int(np.searchsorted(log.time.values, one.time[0]))
+        force[first : first + residual.size] = residual
+    return finite(force, friction, "friction")

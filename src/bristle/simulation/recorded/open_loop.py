@@ -1,0 +1,140 @@
+"""The open loop of a log: the motion that its effort makes of a plant with friction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bristle.core.axis import Axis
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError
+from bristle.core.status import Status
+from bristle.engine import Trace, run_open_loop
+from bristle.logs.log import Log
+from bristle.simulation.recorded.between_samples import closes, finer, period_of
+
+__all__ = ["FINE", "OpenLoop", "open_loop_of"]
+
+FINE = 20  # steps for one sample of a band-limited effort
+SETTLED = 1e-6  # of the range of the position: a difference from period to period that is none
+LEADS = (1, 2, 4, 8, 16)  # periods to run in
+
+
+@dataclass(frozen=True)
+class OpenLoop:
+    """A log that begins at rest, or repeats itself, ready to be run with any model.
+
+    Parameters
+    ----------
+    effort : ndarray, shape (sample * steps,)
+        Effort on the grid of the integration: of one period, or of the whole record [N or N*m].
+    steps : int
+        Steps for one sample.
+    sample_time : float
+        Of the log [s].
+    count : int
+        Samples of the record.
+    periodic : bool
+        Whether the effort is one period of a motion that has run in.
+    hold : {"zero", "linear"}
+        Between the points of that grid the effort is held, or runs straight on.
+    leads : tuple of int
+        Periods that are tried to run in, until the motion repeats itself.
+    """
+
+    effort: np.ndarray
+    steps: int
+    sample_time: float
+    count: int
+    periodic: bool
+    hold: str = "linear"
+    leads: tuple[int, ...] = LEADS
+
+    @property
+    def in_words(self) -> str:
+        """How the motion begins."""
+        if not self.periodic:
+            return "the motion begins at rest"
+        periods = self.count * self.steps / self.effort.size
+        what = "is one period" if periods == 1.0 else f"is {periods:g} equal periods"
+        return f"the log {what} of a motion that has run in: it is run from rest until it repeats itself"
+
+    def position(
+        self, plant: Model, friction: Model, unseen: np.ndarray | None = None
+    ) -> tuple[np.ndarray, Status]:  # fmt: skip
+        """Return the position at each sample of the record [m or rad], NaN from where it left the finite numbers.
+
+        Parameters
+        ----------
+        plant, friction : Model
+            The mechanism.
+        unseen : ndarray, shape (sample,), optional
+            Force against the effort [N or N*m]; in a motion that repeats itself, that of the first period.
+        """
+        effort = self.effort
+        if unseen is not None:
+            effort = effort - np.repeat(unseen, self.steps)[: effort.size]
+        if not self.periodic:
+            trace = self._run(plant, friction, effort)
+            return self._filled(trace.position[:: self.steps], self.count), trace.status
+        size = effort.size
+        reached, status = np.full(size, np.nan), Status.NOT_FINITE
+        for lead in self.leads:
+            # One step beyond, for the position that the period comes back to.
+            trace = self._run(plant, friction, np.concatenate([np.tile(effort, lead + 1), effort[:1]]))
+            status, found = trace.status, trace.position[lead * size :]
+            if found.size <= size:
+                break
+            reached = found[:size]
+            if abs(found[size] - found[0]) <= SETTLED * np.ptp(reached):
+                break
+        samples = reached[:: self.steps]
+        return np.tile(samples, -(-self.count // samples.size))[: self.count], status
+
+    def rough(self, most: int) -> OpenLoop:
+        """Return one period, run in for another one, or so many samples; with one step for each sample."""
+        effort = self.effort[:: self.steps]
+        effort = effort if self.periodic else effort[:most]
+        return replace(self, effort=effort, steps=1, count=effort.size, leads=LEADS[:1])
+
+    def _run(self, plant: Model, friction: Model, effort: np.ndarray) -> Trace:
+        return run_open_loop(plant, friction, effort, self.sample_time / self.steps, steps=1, hold=self.hold)
+
+    @staticmethod
+    def _filled(position: np.ndarray, count: int) -> np.ndarray:
+        return np.concatenate([position, np.full(count - position.size, np.nan)])
+
+
+def open_loop_of(log: Log, axis: Axis, part: slice, steps: int = FINE) -> OpenLoop:
+    """Return the open loop of a stretch of a log that begins at rest or repeats itself.
+
+    Parameters
+    ----------
+    log : Log
+        The log.
+    axis : Axis
+        What its effort does between the samples, and whether it is periodic; where nothing is said, a record is
+        periodic that holds two equal periods, or is one: effort and position go on from its end to its beginning.
+    part : slice
+        The stretch.
+    steps : int
+        Steps for one sample.
+    """
+    if log.effort is None:
+        raise InputError("has no effort to apply", path="log", mend="Name its column in the axis file")
+    effort, position = log.effort.values[part], log.position.values[part]
+    period = None if axis.periodic is False else period_of(effort)
+    if period is None and (axis.periodic or (axis.periodic is None and closes(effort) and closes(position))):
+        period = effort.size
+    one = effort if period is None else effort[:period]
+    if axis.hold == "band_limited":
+        fine = finer(one, steps, periodic=period is not None)
+    elif axis.hold == "linear":
+        after = effort[0] if period is not None else one[-1]
+        at = np.arange(one.size * steps) / steps
+        fine = np.interp(at, np.arange(one.size + 1), np.append(one, after))
+    else:
+        fine = np.repeat(one, steps)
+    hold = "linear" if axis.hold in ("band_limited", "linear") else "zero"
+    return OpenLoop(fine, steps, log.sample_time, effort.size, period is not None, hold)

@@ -1,0 +1,62 @@
+"""A start that is searched for follows the parameters: derivatives leave out what it makes up for."""
+
+import numpy as np
+import pytest
+
+import bristle as br
+from bristle.engine import force_along
+from bristle.identification.dataset import Regression, Stretch
+from bristle.identification.inverse_dynamics import Problem
+from bristle.identification.request import Known, unknowns_of
+from bristle.logs.log import Channel, Log
+from bristle.plants import inertia
+
+DT = 1e-3
+TRUTH = {"F_C": 20.0, "give": 2e-3, "gap": 4e-3, "n": 2.5, "share": 0.1, "sigma_2": 10.0}
+
+
+@pytest.fixture(scope="module")
+def problem():
+    """Two stretches that begin elsewhere in the backlash, as one regression."""
+    rng, model, stretches = np.random.default_rng(4), br.friction.find("gap_slider")(**TRUTH), []
+    for number, place in enumerate((0.6, -0.3)):
+        t = np.arange(6000) * DT
+        x = 8e-3 * np.sin(2.0 * np.pi * (0.4 + 0.2 * number) * t)
+        v, a = np.gradient(x, DT), np.gradient(np.gradient(x, DT), DT)
+        state = model.component.start(place, model.parameters)
+        force = force_along(model, v, DT, x + 0.5 * DT * v, state=state) + rng.normal(0.0, 0.2, t.size)
+        stretches.append(Stretch(t + 6.0 * number, x, v, a, force + 2.0 * a, number))
+    regression = Regression(tuple(stretches), "translational", DT, 1e-9, 0.0, 100.0, 4, 50)
+    unknowns = unknowns_of(model.component, Known(plant=inertia), regression)
+    return Problem(regression, unknowns)
+
+
+def test_the_derivative_is_that_of_the_fit_with_its_start_found_anew(problem):
+    values = {name: (TRUTH | {"M": 2.0, "offset": 0.0})[name] for name in problem.unknowns.free}
+    near = problem.near(values)
+    assert near.places == pytest.approx((0.6, -0.3), abs=0.02)
+    for name in ("F_C", "give", "share"):
+        step = 0.02 * values[name]
+        up, down = values | {name: values[name] + step}, values | {name: values[name] - step}
+
+        def slope(of, up=up, down=down, step=step):
+            return (of.residual(up) - of.residual(down)) / (2.0 * step)
+
+        held, anew = slope(near), slope(problem)
+        found = near.without_found(held[:, None], values, slice(None))[:, 0]
+        left, size = np.linalg.norm(found - anew), np.linalg.norm(anew)
+        assert left < 0.05 * size
+        assert left < 0.4 * np.linalg.norm(held - anew)
+
+
+def test_a_prediction_tells_where_the_contact_began(problem):
+    stretch = problem.regression.stretches[0]
+    log = Log(
+        time=Channel(stretch.time, "s", "t"), position=Channel(stretch.position, "m", "q"),
+        effort=Channel(stretch.effort, "N", "u"), sample_time=DT, segments=(slice(0, stretch.time.size),),
+        kind="translational",
+    )  # fmt: skip
+    notes = br.predict(inertia(M=2.0), br.friction.find("gap_slider")(**TRUTH), log).notes
+    (told,) = [note for note in notes if note.startswith("the contact began at")]
+    assert float(told.split()[4]) == pytest.approx(60.0, abs=3.0)
+    assert not any("began at" in note for note in br.predict(inertia(M=2.0), br.friction.coulomb(F_C=20.0), log).notes)

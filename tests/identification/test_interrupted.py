@@ -1,0 +1,121 @@
+"""Ctrl-C in the middle of an identification: the best found until then, marked unfinished."""
+
+import json
+
+import numpy as np
+import pytest
+from tests.identification.known_logs import log_of, sines, sliding_effort, slow_log
+
+from bristle import friction
+from bristle.cli.signals import SignalledError
+from bristle.identification import identify, workbench
+from bristle.identification.inverse_dynamics import Problem
+
+TRUTH = friction.lugre(sigma_0=1e5, sigma_1=200.0, F_C=8.0, F_S=10.0, v_S=2e-3, sigma_2=30.0)
+
+
+@pytest.fixture(scope="module")
+def log():
+    return slow_log(TRUTH, duration=8.0)
+
+
+@pytest.fixture
+def interrupted_after(monkeypatch):
+    """Raise an interruption at a residual, counted from when a search of a model with more parameters begins."""
+
+    def arrange(count, error=KeyboardInterrupt):
+        residual, seen = Problem.residual, [0]
+
+        def counting(self, free):
+            seen[0] += 1
+            if seen[0] == count:
+                raise error
+            return residual(self, free)
+
+        monkeypatch.setattr(Problem, "residual", counting)
+        return seen
+
+    return arrange
+
+
+def test_the_best_until_then_is_returned_and_marked(log, interrupted_after):
+    whole = identify(log, "lugre", blocks=0)
+    seen = interrupted_after(60)
+    part = identify(log, "lugre", blocks=0)
+    assert seen[0] > 60
+    assert (part.best.unfinished, whole.best.unfinished) == (True, False)
+    assert part.unfinished == "interrupted: lugre is the best found until then"
+    assert whole.unfinished == ""
+    assert part.best.warnings[0].startswith("unfinished: ")
+    # Not yet the end, but better than any start alone.
+    assert whole.best.force_error_percent <= part.best.force_error_percent < 60.0
+    assert np.isfinite(part.best.parameters["M"].std)
+
+
+def test_models_that_were_whole_come_first_and_what_is_missing_is_named(interrupted_after):
+    motion = sines()
+    interrupted_after(50)
+    found = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous,lugre,dahl", blocks=2)
+    assert [fit.name for fit in found.fits] == ["coulomb_viscous", "lugre"]
+    assert [fit.unfinished for fit in found.fits] == [False, True]
+    assert found.unfinished == "interrupted: lugre is the best found until then; dahl was not fitted"
+
+
+def test_one_that_explains_far_more_already_is_not_put_behind_those_that_were_whole(log, interrupted_after):
+    interrupted_after(150)
+    found = identify(log, "coulomb_viscous,lugre", blocks=2)
+    assert [fit.name for fit in found.fits] == ["lugre", "coulomb_viscous"]
+    assert [fit.unfinished for fit in found.fits] == [True, False]
+    assert [fit.rank for fit in found.fits] == [1, 2]
+    assert found.best.error_percent < 0.7 * found.fits[1].held_out.mean_percent
+
+
+def test_elements_are_kept_where_what_is_held_out_was_interrupted(log, monkeypatch):
+    def interrupted(*given):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(workbench, "held_out_error", interrupted)
+    found = identify(log, "maxwell_slip,dahl", blocks=2)
+    assert [(fit.name, fit.unfinished, fit.held_out) for fit in found.fits] == [("maxwell_slip", True, None)]
+    assert len(found.best.friction.values["k_i"]) >= 1
+    assert found.unfinished == "interrupted: maxwell_slip is the best found until then; dahl was not fitted"
+
+
+def test_before_anything_was_tried_there_is_nothing_to_return(log, interrupted_after):
+    interrupted_after(1)
+    with pytest.raises(KeyboardInterrupt):
+        identify(log, "lugre", blocks=0)
+
+
+def test_progress_tells_the_best_so_far(log):
+    told = []
+    identify(log, "lugre", blocks=0, progress=lambda share, text: told.append((share, text)))
+    assert [share for share, _ in told] == sorted(share for share, _ in told)
+    best = [float(text.split("best so far ")[1].split(" %")[0]) for _, text in told if "best so far" in text]
+    assert len(best) == 2
+    assert best == sorted(best, reverse=True)
+
+
+def test_who_asks_the_program_to_end_is_obeyed(log, interrupted_after):
+    interrupted_after(60, SignalledError(15))
+    with pytest.raises(SignalledError):
+        identify(log, "lugre", blocks=0)
+
+
+def test_the_command_line_writes_what_there_is_and_says_so(tmp_path, log, interrupted_after, capsys):
+    from bristle.cli.main import main
+
+    rows = np.stack([log.time.values, log.position.values, log.effort.values], axis=1)
+    np.savetxt(tmp_path / "log.csv", rows, delimiter=",", header="t,q,u", comments="")
+    (tmp_path / "axis.toml").write_text(
+        'schema = 1\nkind = "translational"\n[columns]\ntime = { column = "t", unit = "s" }\n'
+        'position = { column = "q", unit = "m" }\neffort = { column = "u", unit = "N" }\n'
+    )
+    interrupted_after(60)
+    out = tmp_path / "out"
+    asked = [str(tmp_path / "log.csv"), "--axis", str(tmp_path / "axis.toml"), "--out", str(out)]
+    assert main(["identify", *asked, "--model", "lugre", "--json"]) == 130
+    printed = capsys.readouterr()
+    assert json.loads(printed.out)["unfinished"].startswith("interrupted: lugre")
+    assert "interrupted: lugre is the best found until then" in printed.err
+    assert 'unfinished = "interrupted' in (out / "model.toml").read_text()

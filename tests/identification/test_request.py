@@ -1,0 +1,40 @@
+"""Which models a person asks for."""
+
+import pytest
+from tests.identification.known_logs import TRUTH, sliding_log
+
+from bristle.core import InputError
+from bristle.friction import MODELS
+from bristle.identification import identify
+from bristle.identification.request import models_of
+
+REFUSED = {"maxwell_stribeck"}  # its elements are given, not found
+
+
+def names(model):
+    return [one.name for one in models_of(model)]
+
+
+def test_all_is_every_model_that_can_be_identified():
+    assert set(names("all")) == set(MODELS) - REFUSED
+    assert names("all+asymmetry") == [f"{name}+asymmetry" for name in MODELS if name not in REFUSED]
+
+
+def test_what_is_named_beside_all_comes_first_and_once():
+    assert names("lugre, all")[0] == "lugre"
+    assert sorted(names("lugre,all")) == sorted(names("all"))
+    assert names(["all", "coulomb+asymmetry"])[0] == "coulomb+asymmetry"
+
+
+@pytest.mark.parametrize("model", ["all+speed", "all+asymmetry+asymmetry", "every", "coulomb,coulomb"])
+def test_a_wrong_word_is_refused(model):
+    with pytest.raises(InputError):
+        models_of(model)
+
+
+@pytest.mark.slow
+def test_all_models_are_ranked_and_the_one_that_made_the_log_is_not_beaten():
+    found = identify(sliding_log(), "all", blocks=3, draws=0)
+    assert len(found.fits) + len(found.left_out) == len(MODELS) - len(REFUSED)
+    assert found.best.name == "coulomb_viscous"
+    assert found.best.parameters["M"].value == pytest.approx(TRUTH["M"], rel=0.01)

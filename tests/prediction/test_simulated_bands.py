@@ -1,0 +1,93 @@
+"""Bands around simulated motions: of axes whose friction is another than the model's, and what makes them wide."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from bristle import controllers, friction, sensors
+from bristle.core import Axis
+from bristle.engine import run_closed_loop
+from bristle.identification import identify
+from bristle.logs.log import Channel, Log
+from bristle.plants import inertia
+from bristle.prediction import predict
+
+DT = 1e-3
+PLANT = inertia(M=12.0)
+TRUTH = friction.find("stribeck+asymmetry")(
+    F_C_pos=8.0, F_C_neg=6.0, F_S_pos=10.0, F_S_neg=7.5, v_S=5e-3, F_v_pos=30.0, F_v_neg=35.0, offset=1.0
+)
+AXIS = Axis(controller=controllers.cascade(k_p=80.0, k_v=3000.0), resolution=1e-7)
+
+
+def recorded(slow: float, quick: float) -> Log:
+    """The log of the axis on a sum of two sines [rad/s]."""
+    t = DT * np.arange(8000)
+    desired = np.zeros((4, t.size))
+    desired[0] = 0.02 * (np.sin(slow * t) + 0.4 * np.sin(quick * t)) * np.minimum(t, 1.0)
+    trace = run_closed_loop(
+        PLANT, TRUTH, AXIS.controller, sensors.encoder(resolution=AXIS.resolution), desired, DT, steps=8
+    )
+    effort = trace.command + 0.1 * np.random.default_rng(3).normal(size=t.size)
+    return Log(
+        time=Channel(t, "s", "t"), position=Channel(trace.measured, "m", "q"), effort=Channel(effort, "N", "u"),
+        reference=Channel(desired[0], "m", "r"), sample_time=DT, segments=(slice(0, t.size),),
+    )  # fmt: skip
+
+
+@cache
+def fitted(name: str):
+    return identify(recorded(3.1, 10.7), name, axis=AXIS, blocks=0, draws=40).best
+
+
+@pytest.mark.parametrize("name", ["coulomb_viscous", "coulomb_viscous+asymmetry"])
+def test_in_closed_loop_they_hold_effort_and_motion_though_the_model_lacks_something(name):
+    fit = fitted(name)
+    found = predict(fit.plant, fit.friction, recorded(2.3, 7.9), AXIS, "closed-loop", bands=fit.resampling.bands)
+    assert 85.0 < found.inside_percent < 100.0
+    assert 85.0 < found.position_inside_percent <= 100.0
+    # What the model lacks is more than noise alone, and less than friction itself.
+    assert 0.2 < np.median(found.half_width) < 8.0
+
+
+def test_in_open_loop_they_grow_as_the_motion_drifts_away():
+    fit = fitted("coulomb_viscous+asymmetry")
+    found = predict(fit.plant, fit.friction, recorded(2.3, 7.9), AXIS, "open-loop", bands=fit.resampling.bands)
+    width = found.position_half_width
+    parts = [np.median(one) for one in np.array_split(width, 8)]
+    assert 3.0 * parts[0] < 1.5 * parts[2] < parts[7]
+    assert found.position_inside_percent > 85.0
+    assert found.half_width is None
+    assert found.inside_percent is None
+
+
+def test_each_source_widens_them_and_noise_alone_is_its_own_width():
+    fit, log = fitted("coulomb_viscous+asymmetry"), recorded(2.3, 7.9)
+    whole = fit.resampling.bands
+    sure = {name: np.repeat(fit.parameters[name].value, 5) for name in whole.draws}
+    noise = replace(whole, draws=sure, scatter=0.0, unexplained=0.0, inflation=1.0)
+
+    def width(bands):
+        return predict(fit.plant, fit.friction, log, AXIS, "closed-loop", bands=bands).half_width
+
+    alone = width(noise)
+    np.testing.assert_allclose(alone, 1.96 * whole.noise, rtol=1e-9)
+    for wider in (
+        replace(noise, draws=whole.draws), replace(noise, scatter=0.05), replace(noise, unexplained=0.5),
+        replace(noise, inflation=1.5),
+    ):  # fmt: skip
+        assert np.median(width(wider)) > 1.1 * np.median(alone)
+
+
+def test_without_bands_the_prediction_is_the_same_to_the_bit():
+    fit, log = fitted("coulomb_viscous"), recorded(2.3, 7.9)
+    one, other = (
+        predict(fit.plant, fit.friction, log, AXIS, "closed-loop", bands=bands)
+        for bands in (None, fit.resampling.bands)
+    )
+    assert one.half_width is None
+    assert one.position_half_width is None
+    np.testing.assert_array_equal(one.position_predicted, other.position_predicted)
+    np.testing.assert_array_equal(one.effort_predicted, other.effort_predicted)
