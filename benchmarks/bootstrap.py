@@ -11,7 +11,7 @@ from benchmarks.timing import Ratio, wall
 from bristle.friction import find
 from bristle.identification.elements import Elements
 from bristle.identification.preprocessing import treat
-from bristle.identification.request import known_of, unknowns_of
+from bristle.identification.request import parameters_of, prior_knowledge_of
 from bristle.identification.resampling.bootstrap import bootstrap as resampled
 from bristle.identification.shaped import shaped
 
@@ -24,12 +24,12 @@ AFRESH = 10
 def bootstrap() -> Iterator[Ratio]:
     """Time 500 draws of the bootstrap of a fit by non-negative least squares, the treatment of each log included."""
     log = recorded(MAXWELL, motion(*FITTED, pairs=11), seed=0)
-    component, known = find("maxwell_slip"), known_of(AXIS, None, None, log.kind)
+    component, known = find("maxwell_slip"), prior_knowledge_of(AXIS, None, None, log.kind)
     regression = treat(log, AXIS)
 
     def elements() -> Elements:
         prototype = shaped(component, np.ones(1), np.ones(1))
-        return Elements(regression, component, unknowns_of(prototype, known, regression))
+        return Elements(regression, component, parameters_of(prototype, known, regression))
 
     problem, space = elements().space()
     resampled(problem, space, 20)

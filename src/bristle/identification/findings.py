@@ -13,9 +13,9 @@ from bristle.core.errors import InputError
 from bristle.core.typography import with_unit
 from bristle.core.variable import Kind, Variable
 from bristle.engine.part import finite
-from bristle.identification.covariance import Uncertainty, uncertainty_of
+from bristle.identification.covariance import Covariance, covariance_of
 from bristle.identification.excitation import out_of_sight, why_unidentifiable
-from bristle.identification.inverse_dynamics import Problem
+from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameters import Scales
 from bristle.identification.repetition import about_amplitudes
 from bristle.identification.residual import about_held_effort, about_noise, about_residual, about_rise
@@ -33,13 +33,13 @@ INSEPARABLE = 0.99  # correlation
 
 
 def fit_of(
-    problem: Problem, solution: Solution, scales: Scales, residual: np.ndarray | None = None, small: str = ""
+    problem: InverseDynamics, solution: Solution, scales: Scales, residual: np.ndarray | None = None, small: str = ""
 ) -> Fit:
     """Return the fit at a solution, all but its error on held-out blocks.
 
     Parameters
     ----------
-    problem : Problem
+    problem : InverseDynamics
         Inverse dynamics of the model.
     solution : Solution
         Where the search ended.
@@ -50,30 +50,30 @@ def fit_of(
     small : str
         The same in words.
     """
-    regression, component = problem.regression, problem.unknowns.component
-    values = problem.unknowns.complete(solution.values)
+    dataset, component = problem.dataset, problem.parameters.component
+    values = problem.parameters.complete(solution.values)
     predicted = finite(problem.predicted(values), problem.model(values))
-    uncertainty = uncertainty_of(solution, regression.effort - predicted if residual is None else residual)
+    uncertainty = covariance_of(solution, dataset.effort - predicted if residual is None else residual)
     estimates = _Findings(problem, solution, scales, uncertainty, values, filtered=residual is None).estimates()
     names = tuple(solution.values)
-    error = relative_error_percent(regression.effort, predicted)
-    about = (*about_rise(problem, values), *about_amplitudes(regression, problem.model(values)))
+    error = relative_error_percent(dataset.effort, predicted)
+    about = (*about_rise(problem, values), *about_amplitudes(dataset, problem.model(values)))
     if residual is None:
         rows = about_held_effort(problem, estimates), about_noise(problem), about_residual(problem, values, error)
         about = (*(told for one in rows for told in one), *about)
     return Fit(
         plant=problem.plant(values),
-        friction=_valid(component, values, regression.kind),
+        friction=_valid(component, values, dataset.kind),
         estimates=estimates,
         combinations=_combinations(component, {one.name: one for one in estimates}),
         correlation=uncertainty.correlation,
         correlation_names=names,
         condition_number=uncertainty.condition_number,
         traces=Traces(
-            regression.time,
-            regression.velocity,
-            regression.acceleration,
-            regression.effort,
+            dataset.time,
+            dataset.velocity,
+            dataset.acceleration,
+            dataset.effort,
             predicted,
             problem.mechanical(values),
         ),
@@ -116,24 +116,24 @@ class _Findings:
     """Judges each parameter of one fit."""
 
     def __init__(
-        self, problem: Problem, solution: Solution, scales: Scales, uncertainty: Uncertainty, values: dict[str, float],
-        *, filtered: bool,
+        self, problem: InverseDynamics, solution: Solution, scales: Scales, uncertainty: Covariance,
+        values: dict[str, float], *, filtered: bool,
     ) -> None:  # fmt: skip
         self.problem, self.solution, self.scales, self.values = problem, solution, scales, values
         self.filtered = filtered
-        self.variables = problem.unknowns.variables
-        self.kind: Kind = problem.regression.kind
+        self.variables = problem.parameters.variables
+        self.kind: Kind = problem.dataset.kind
         free = tuple(solution.values)
         self.std = dict(zip(free, uncertainty.std.tolist(), strict=True))
         self.robust_std = dict(zip(free, uncertainty.robust_std.tolist(), strict=True))
-        self.effort = float(np.sqrt(np.mean(problem.regression.effort**2)))
+        self.effort = float(np.sqrt(np.mean(problem.dataset.effort**2)))
 
     def estimates(self) -> tuple[Estimate, ...]:
         """Return every parameter, plant first."""
         return tuple(self._estimate(name) for name, variable in self.variables.items() if not variable.choices)
 
     def _estimate(self, name: str) -> Estimate:
-        variable, held = self.variables[name], self.problem.unknowns.held.get(name)
+        variable, held = self.variables[name], self.problem.parameters.fixed.get(name)
         unit, value = variable.unit(self.kind), self.values[name]
         if held is not None:
             status = "unidentifiable" if held.redundant else "held"
@@ -185,7 +185,7 @@ class _Findings:
         return why_unidentifiable(*self._context(name))
 
     def _context(self, name: str) -> tuple[Any, ...]:
-        return self.variables[name], self.problem.regression, self.scales, self.values, self.variables
+        return self.variables[name], self.problem.dataset, self.scales, self.values, self.variables
 
     def _known_to_be_small(self, name: str, std: float) -> bool:
         """Return whether a constant force is known to be small: no value within its error would matter."""
@@ -208,7 +208,7 @@ def _told(value: float, variable: Variable, kind: Kind) -> str:
     return variable.written(value) if variable.choices else with_unit(value, variable.unit(kind))
 
 
-def _warnings(estimates: tuple[Estimate, ...], uncertainty: Uncertainty, names: tuple[str, ...]) -> tuple[str, ...]:
+def _warnings(estimates: tuple[Estimate, ...], uncertainty: Covariance, names: tuple[str, ...]) -> tuple[str, ...]:
     found = []
     for estimate in estimates:
         if estimate.status == "unidentifiable":
@@ -224,26 +224,26 @@ def _warnings(estimates: tuple[Estimate, ...], uncertainty: Uncertainty, names: 
     return tuple(found)
 
 
-def _assumptions(problem: Problem, small: str) -> tuple[str, ...]:
-    regression, variables = problem.regression, problem.unknowns.variables
+def _assumptions(problem: InverseDynamics, small: str) -> tuple[str, ...]:
+    dataset, variables = problem.dataset, problem.parameters.variables
     found = [
-        f"{name} is held at {_told(held.value, variables[name], regression.kind)}: {held.note}"
-        for name, held in problem.unknowns.held.items()
+        f"{name} is held at {_told(held.value, variables[name], dataset.kind)}: {held.note}"
+        for name, held in problem.parameters.fixed.items()
     ]
     found += [small] if small else []
-    rows = "a row for each sample" if regression.decimation == 1 else f"one row for {regression.decimation} samples"
+    rows = "a row for each sample" if dataset.decimation == 1 else f"one row for {dataset.decimation} samples"
     found.append(
-        f"position, effort and friction filtered at {regression.cutoff:g} Hz without phase, {regression.dropped} "
+        f"position, effort and friction filtered at {dataset.cutoff:g} Hz without phase, {dataset.dropped} "
         f"samples dropped at each edge, {rows}"
     )
-    if regression.delay:
+    if dataset.delay:
         found.append(
-            f"the effort lags the position by {with_unit(regression.delay, 's')} "
-            f"({regression.delay / regression.sample_time:.2f} samples), found where simple friction explains it best"
+            f"the effort lags the position by {with_unit(dataset.delay, 's')} "
+            f"({dataset.delay / dataset.sample_time:.2f} samples), found where simple friction explains it best"
         )
-    if regression.rest_share > 0.0 and not regression.keeps_rests:
+    if dataset.rest_share > 0.0 and not dataset.keeps_rests:
         found.append(
-            f"{100.0 * regression.rest_share:.3g} % of the samples are at rest and left out: there friction balances "
+            f"{100.0 * dataset.rest_share:.3g} % of the samples are at rest and left out: there friction balances "
             "whatever effort there is"
         )
     found.append(

@@ -8,7 +8,7 @@ from bristle.core.contracts import Model
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
 from bristle.friction import is_static
-from bristle.identification.dataset import Regression
+from bristle.identification.dataset import Dataset
 
 __all__ = ["about_amplitudes", "about_repeated_logs", "about_repetition", "half_cycles", "repeats_after"]
 
@@ -26,11 +26,11 @@ NO_TEST = (
 )
 
 
-def half_cycles(regression: Regression) -> np.ndarray:
+def half_cycles(dataset: Dataset) -> np.ndarray:
     """Return how far the body goes between reversals [m or rad], trembles left out, shape (half-cycle,)."""
     found = []
-    for number, one in enumerate(regression.stretches):
-        turns = [k for stretch, k in regression.reversals if stretch == number]
+    for number, one in enumerate(dataset.segments):
+        turns = [k for segment, k in dataset.reversals if segment == number]
         tops = one.position[turns]
         least = SMALLEST * float(np.ptp(one.position))
         kept: list[float] = []
@@ -46,14 +46,14 @@ def half_cycles(regression: Regression) -> np.ndarray:
     return np.concatenate(found) if found else np.empty(0)
 
 
-def about_amplitudes(regression: Regression, friction: Model) -> tuple[str, ...]:
+def about_amplitudes(dataset: Dataset, friction: Model) -> tuple[str, ...]:
     """Return a warning where a model has pre-sliding and the log shows it at one amplitude only."""
     if is_static(friction):
         return ()
-    ways = half_cycles(regression)
+    ways = half_cycles(dataset)
     if ways.size < TURNS_LEAST or np.min(ways) < NESTED * np.max(ways):
         return ()
-    unit = unit_of("length", regression.kind)
+    unit = unit_of("length", dataset.kind)
     whole = float(np.median(ways))
     turns = ", ".join(with_unit(share * whole, unit) for share in (1.0, 0.4, 0.7, 0.2, 1.0))
     return (
@@ -64,9 +64,9 @@ def about_amplitudes(regression: Regression, friction: Model) -> tuple[str, ...]
     )
 
 
-def repeats_after(regression: Regression) -> float | None:
+def repeats_after(dataset: Dataset) -> float | None:
     """Return the period of a motion that repeats itself [s]; None where it does not."""
-    one = max(regression.stretches, key=lambda stretch: stretch.position.size)
+    one = max(dataset.segments, key=lambda segment: segment.position.size)
     x = one.position - np.mean(one.position)
     count = x.size
     spectrum = np.fft.rfft(x, 2 * count)
@@ -84,21 +84,21 @@ def repeats_after(regression: Regression) -> float | None:
         return None
     first = int(np.argmax(beyond >= ALIKE * np.max(beyond)))
     period = first + int(np.argmax(beyond[first : first + (below[0] + first) // 2]))
-    return float((below[0] + period) * regression.sample_time)
+    return float((below[0] + period) * dataset.sample_time)
 
 
-def about_repetition(regression: Regression) -> tuple[str, ...]:
+def about_repetition(dataset: Dataset) -> tuple[str, ...]:
     """Return a warning where held-out blocks only repeat the motion that was fitted."""
-    period = repeats_after(regression)
+    period = repeats_after(dataset)
     if period is None:
         return ()
     return (f"the motion repeats itself every {with_unit(period, 's')}: {NO_TEST}",)
 
 
-def about_repeated_logs(regression: Regression) -> tuple[str, ...]:
+def about_repeated_logs(dataset: Dataset) -> tuple[str, ...]:
     """Return a warning where logs that were held out only repeat the motion of others that were fitted."""
     motions: dict[int, np.ndarray] = {}
-    for one in regression.stretches:
+    for one in dataset.segments:
         if one.log not in motions or one.position.size > motions[one.log].size:
             motions[one.log] = one.position
     step = max(max(x.size for x in motions.values()) // COMPARED, 1)

@@ -27,7 +27,7 @@ from bristle.core.cores import Abreast
 from bristle.core.normal import NORMAL_95
 from bristle.engine.motion import along
 from bristle.identification.prediction_interval import MEMBERS, SEED, Bands, with_parameters
-from bristle.identification.preprocessing import CUTOFF_SHARE, stretch_of
+from bristle.identification.preprocessing import CUTOFF_SHARE, segment_of
 from bristle.identification.resampling.half_cycles import least_way, turns_of
 from bristle.logs.log import Log
 
@@ -108,8 +108,8 @@ def _mean(squares: np.ndarray) -> np.ndarray:
 
 def _along(friction: Model, log: Log, part: slice, resolution: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the number of the half-cycle of each sample of a log, and the friction force there [N or N*m]."""
-    stretch, noise, _ = stretch_of(log, part, CUTOFF_SHARE / log.sample_time, resolution)
-    turns = np.flatnonzero(np.diff(np.signbit(stretch.velocity))) + 1
-    starts = turns_of(stretch.position, turns.tolist(), least_way(resolution, noise))
-    cycle = np.searchsorted(starts, np.arange(stretch.position.size), side="right")
-    return cycle, along(friction, dt=log.sample_time, **stretch.signals(log.sample_time))
+    segment, noise, _ = segment_of(log, part, CUTOFF_SHARE / log.sample_time, resolution)
+    turns = np.flatnonzero(np.diff(np.signbit(segment.velocity))) + 1
+    starts = turns_of(segment.position, turns.tolist(), least_way(resolution, noise))
+    cycle = np.searchsorted(starts, np.arange(segment.position.size), side="right")
+    return cycle, along(friction, dt=log.sample_time, **segment.signals(log.sample_time))

@@ -6,7 +6,7 @@ from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
 
 from bristle import friction
 from bristle.identification import identify
-from bristle.identification.resampling import sight
+from bristle.identification.resampling import identifiability
 from bristle.identification.resampling.whiteness import is_white
 
 
@@ -34,15 +34,17 @@ def test_what_is_beyond_doubt_is_not_asked_about_and_would_have_been_found_seen(
     log, counts = slow_log(friction.dahl(F_C=8.0, sigma_0=4e5), duration=8.0), []
 
     def identified(beyond_doubt):
-        seen, without = [], sight._Followed.without
-        monkeypatch.setattr(sight, "BEYOND_DOUBT", beyond_doubt)
-        monkeypatch.setattr(sight._Followed, "without", lambda self, name: seen.append(name) or without(self, name))
+        seen, without = [], identifiability._Followed.without
+        monkeypatch.setattr(identifiability, "BEYOND_DOUBT", beyond_doubt)
+        monkeypatch.setattr(
+            identifiability._Followed, "without", lambda self, name: seen.append(name) or without(self, name)
+        )
         fit = identify(log, model, blocks=0, draws=20).best
-        monkeypatch.setattr(sight._Followed, "without", without)
+        monkeypatch.setattr(identifiability._Followed, "without", without)
         counts.append(len(seen))
         return fit
 
-    quick, whole = identified(sight.BEYOND_DOUBT), identified(np.inf)
+    quick, whole = identified(identifiability.BEYOND_DOUBT), identified(np.inf)
     assert quick.estimates == whole.estimates
     assert quick.warnings == whole.warnings
     assert counts == asked
