@@ -57,7 +57,7 @@ class BestSoFar:
 
     def is_known(self, at: np.ndarray) -> bool:
         """Return whether a point is where the best descent ended."""
-        return self.result is not None and bool(np.all(np.abs(at - self.result.x) < SAME))
+        return self.result is not None and bool(np.all(np.abs(at - self.result.theta) < SAME))
 
     def take(self, result: Any) -> None:
         """Take note of a descent that ended."""

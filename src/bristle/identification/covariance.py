@@ -49,7 +49,7 @@ class Covariance:
 
 def covariance_of(solution: Solution, residual: np.ndarray) -> Covariance:
     """Return the standard errors of a solution with this residual [N or N*m], shape (row,)."""
-    names = list(solution.values)
+    names = list(solution.space.reported)
     inner = np.array([name not in solution.at_edge for name in names], dtype=bool)
     jacobian = solution.jacobian[:, inner]
     scale = np.linalg.norm(jacobian, axis=0)

@@ -86,7 +86,7 @@ class Segment:
         found = {"v": self.velocity, "x": self.position + 0.5 * dt * self.velocity} | self.surroundings
         return {name: np.concatenate([values[: self.first_cycle], values]) for name, values in found.items()}
 
-    def place(self, friction: Model, dt: float, plant: Model) -> float:
+    def contact(self, friction: Model, dt: float, plant: Model) -> float:
         """Return where the contact stood before the segment, from -1 to 1, that fits the effort best beside `plant`."""
         wanted = self.effort - mechanical(plant, self.position, self.velocity, self.acceleration)
         ahead = {name: values[self.first_cycle :] for name, values in self.signals(dt).items()}
@@ -161,32 +161,32 @@ class Dataset:
         return self._thinned(parts)[self.in_motion]
 
     def explained(
-        self, plant: Model, friction: Model, places: Sequence[float | None] | None = None
+        self, plant: Model, friction: Model, contacts: Sequence[float | None] | None = None
     ) -> list[np.ndarray]:
-        """Return the effort that plant and friction take along each segment [N or N*m]; `places` as below."""
+        """Return the effort that plant and friction take along each segment [N or N*m]; `contacts` as below."""
         return [
             mechanical(plant, segment.position, segment.velocity, segment.acceleration) + force
-            for segment, force in zip(self.segments, self.friction_along(friction, plant, places), strict=True)
+            for segment, force in zip(self.segments, self.friction_along(friction, plant, contacts), strict=True)
         ]
 
-    def places(self, friction: Model, plant: Model | None) -> tuple[float | None, ...]:
+    def contacts(self, friction: Model, plant: Model | None) -> tuple[float | None, ...]:
         """Return where the contact stood before each segment: what fits the effort best beside `plant`.
 
         None of a model to which that does not matter, and where no plant is given.
         """
         if plant is None or friction.component.start is None:
             return (None,) * len(self.segments)
-        return tuple(one.place(friction, self.sample_time, plant) for one in self.segments)
+        return tuple(one.contact(friction, self.sample_time, plant) for one in self.segments)
 
     def friction_along(
-        self, friction: Model, plant: Model | None = None, places: Sequence[float | None] | None = None
+        self, friction: Model, plant: Model | None = None, contacts: Sequence[float | None] | None = None
     ) -> list[np.ndarray]:
         """Return the friction force along each segment [N or N*m], filtered as the effort is.
 
-        Where the state of the contact before the log matters, it is that of `places`, or else the one that fits the
+        Where the state of the contact before the log matters, it is that of `contacts`, or else the one that fits the
         effort best beside `plant`.
         """
-        dt, there = self.sample_time, self.places(friction, plant) if places is None else places
+        dt, there = self.sample_time, self.contacts(friction, plant) if contacts is None else contacts
         return [self.filtered(one.answer(friction, dt, at)) for one, at in zip(self.segments, there, strict=True)]
 
     def filtered(self, part: np.ndarray) -> np.ndarray:

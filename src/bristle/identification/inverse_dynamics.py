@@ -1,52 +1,39 @@
-"""Inverse dynamics as a least-squares problem: measured effort against plant and friction, on regression rows."""
+r"""Inverse dynamics: measured effort against plant and friction, on the rows of a data set.
+
+.. math:: u = M \ddot q + F(\dot q, \dots) + \text{offset}
+
+holds in every row; the parameters minimise the sum of squares of what is left over. No simulation is involved, and the
+controller that was running does not matter.
+
+References
+----------
+.. [1] A. Janot, P.-O. Vandanjon, M. Gautier, "A generic instrumental variable approach for industrial robot
+   identification", IEEE Transactions on Control Systems Technology 22(1), 2014. doi:10.1109/TCST.2013.2246163
+.. [2] L. Kaufman, "A variable projection method for solving separable nonlinear least squares problems", BIT 15(1),
+   1975. doi:10.1007/BF01932995
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.lazy import cached_property
 from bristle.identification.dataset import Dataset, mechanical
+from bristle.identification.friction_scale import scaled
+from bristle.identification.half_cycles import NUDGE, Groups, HalfCycles
 from bristle.identification.parameters import ParameterSet
+from bristle.identification.problem import Disturbance, Fold
+from bristle.identification.row_replicates import RowReplicates
+from bristle.identification.time_blocks import beside, time_blocks
 
-__all__ = ["InverseDynamics", "Residual", "Sought"]
+__all__ = ["InverseDynamics"]
 
-NUDGE = 1e-4  # of where a contact stood, from -1 to 1
-
-
-class Residual(Protocol):
-    """What a fit makes small."""
-
-    def residual(self, free: Mapping[str, float]) -> np.ndarray:
-        """Return what is left over, shape (row,)."""
-        ...
-
-
-class Sought(Residual, Protocol):
-    """What a search makes small."""
-
-    @property
-    def parameters(self) -> ParameterSet:
-        """What is free and what is held."""
-        ...
-
-    @property
-    def norm(self) -> float:
-        """Root of the sum of squares of what was measured."""
-        ...
-
-    def near(self, free: Mapping[str, float]) -> Sought:
-        """Return the problem around some parameters, what is found on the way held; itself where there is nothing."""
-        ...
-
-    def without_found(self, columns: np.ndarray, free: Mapping[str, float], rows: np.ndarray | slice) -> np.ndarray:
-        """Return derivatives of the residual without what is made up for by what is found on the way."""
-        ...
+CONTACT_NUDGE = 1e-4  # of where a contact stood, from -1 to 1
 
 
 @dataclass(frozen=True)
@@ -57,52 +44,48 @@ class InverseDynamics:
     ----------
     dataset : Dataset
         The rows.
-    unknowns : ParameterSet
-        The model, what is free and what is held.
-    places : tuple of float or None, optional
+    parameters : ParameterSet
+        The model, what is free and what is fixed.
+    contacts : tuple of float or None, optional
         Where the contact stood before each segment; found from the effort where not given.
     """
 
     dataset: Dataset
     parameters: ParameterSet
-    places: tuple[float | None, ...] | None = None
+    contacts: tuple[float | None, ...] | None = None
+
+    is_effort = True
 
     def friction(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the friction force of each row [N or N*m], of the model run along the recorded motion."""
         plant = self.plant(values) if self.parameters.component.start is not None else None
-        return self.dataset.rows_of(self.dataset.friction_along(self.model(values), plant, self.places))
+        return self.dataset.rows_of(self.dataset.friction_along(self.model(values), plant, self.contacts))
 
     def near(self, free: Mapping[str, float]) -> InverseDynamics:
         """Return the problem around some parameters: where the contact stood before each segment does not change."""
-        if self.parameters.component.start is None or self.places is not None:
+        if self.parameters.component.start is None or self.contacts is not None:
             return self
         values = self.parameters.complete(free)
-        return replace(self, places=self.dataset.places(self.model(values), self.plant(values)))
+        return replace(self, contacts=self.dataset.contacts(self.model(values), self.plant(values)))
 
     def without_found(self, columns: np.ndarray, free: Mapping[str, float], rows: np.ndarray | slice) -> np.ndarray:
         """Return derivatives of the residual, shape (row, free), without what the start of the contact makes up for.
 
         Where the contact stood follows the parameters: what of a derivative it can explain is none (variable
-        projection [1]_). At an end of its range it does not follow.
-
-        References
-        ----------
-        .. [1] L. Kaufman, "A variable projection method for solving separable nonlinear least squares problems", BIT
-           15(1), 1975. doi:10.1007/BF01932995
+        projection [2]_). At an end of its range it does not follow.
         """
-        if self.places is None or self.parameters.component.start is None:
+        if self.contacts is None or self.parameters.component.start is None:
             return columns
-        moved = tuple(one - math.copysign(NUDGE, one) if one is not None else None for one in self.places)
-        change = (self.residual(free) - replace(self, places=moved).residual(free))[rows]
-        segment = self.dataset.segment_of_row[rows]
-        found = columns.copy()
-        for number, place in enumerate(self.places):
+        moved = tuple(at - math.copysign(CONTACT_NUDGE, at) if at is not None else None for at in self.contacts)
+        change = (self.residual(free) - replace(self, contacts=moved).residual(free))[rows]
+        segment, projected = self.dataset.segment_of_row[rows], columns.copy()
+        for number, contact in enumerate(self.contacts):
             there = segment == number
             direction = change[there]
             length = float(direction @ direction)
-            if place is not None and abs(place) < 1.0 and length > 0.0:
-                found[there] -= np.outer(direction, direction @ columns[there]) / length
-        return found
+            if contact is not None and abs(contact) < 1.0 and length > 0.0:
+                projected[there] -= np.outer(direction, direction @ columns[there]) / length
+        return projected
 
     def model(self, values: Mapping[str, float]) -> Model:
         """Return the friction model with these values, whether or not it allows them."""
@@ -110,30 +93,41 @@ class InverseDynamics:
         parameters = component.assemble({name: values[name] for name in component.variables})
         return Model(component, parameters, self.dataset.kind)
 
-    def predicted(self, values: Mapping[str, float]) -> np.ndarray:
-        """Return the effort of each row [N or N*m] from all parameters, held ones included."""
-        one = self.dataset
-        return one.rows_of(one.explained(self.plant(values), self.model(values), self.places))
-
-    def mechanical(self, values: Mapping[str, float]) -> np.ndarray:
-        """Return the effort that the plant takes in each row, friction apart [N or N*m]."""
-        one = self.dataset
-        return mechanical(self.plant(values), one.position, one.velocity, one.acceleration)
-
     def plant(self, values: Mapping[str, float]) -> Model:
         """Return the plant with these values, whether or not it allows them."""
         component = self.parameters.plant
         parameters = component.assemble({name: values[name] for name in component.variables})
         return Model(component, parameters, self.dataset.kind)
 
+    def predicted(self, values: Mapping[str, float]) -> np.ndarray:
+        """Return the effort of each row [N or N*m] from all parameters, fixed ones included."""
+        return self.dataset.rows_of(self.dataset.explained(self.plant(values), self.model(values), self.contacts))
+
+    def mechanical(self, values: Mapping[str, float]) -> np.ndarray:
+        """Return the effort that the plant takes in each row, friction apart [N or N*m]."""
+        rows = self.dataset
+        return mechanical(self.plant(values), rows.position, rows.velocity, rows.acceleration)
+
     def residual(self, free: Mapping[str, float]) -> np.ndarray:
         """Return measured minus predicted effort of each row [N or N*m], from the free parameters."""
         return self.dataset.effort - self.predicted(self.parameters.complete(free))
+
+    effort_residual = residual
 
     @property
     def norm(self) -> float:
         """Root of the sum of squares of the effort [N or N*m]."""
         return float(np.linalg.norm(self.dataset.effort))
+
+    @property
+    def row_time(self) -> float:
+        """Time from row to row [s]."""
+        return self.dataset.decimation * self.dataset.sample_time
+
+    @cached_property
+    def half_cycles(self) -> Groups:
+        """The rows of each half-cycle."""
+        return HalfCycles(self.dataset).groups
 
     @cached_property
     def columns(self) -> np.ndarray:
@@ -141,18 +135,42 @@ class InverseDynamics:
 
         Each column is what the model answers to one parameter of 1 with all others 0.
         """
-        names, held = self.parameters.component.variables, self.parameters.fixed
-        # What a force does not depend on linearly keeps its value.
-        shapes = {name: held[name].value for name in ("pitch",) if name in names}
-        found = []
+        names, plant = self.parameters.component.variables, self.parameters.plant.variables
+        # What a force does not depend on linearly keeps its value: a length, a ratio.
+        shapes = {name: fixed.value for name, fixed in self.parameters.fixed.items() if self._is_shape(name)}
+        columns = []
         for name in self.parameters.free:
-            if name in self.parameters.plant.variables:
-                found.append(self.mechanical({one: float(one == name) for one in self.parameters.plant.variables}))
+            if name in plant:
+                columns.append(self.mechanical({other: float(other == name) for other in plant}))
             else:
-                found.append(self.friction({one: float(one == name) for one in names} | shapes))
-        return np.stack(found, axis=1) if found else np.empty((self.dataset.effort.size, 0))
+                columns.append(self.friction({other: float(other == name) for other in names} | shapes))
+        return np.stack(columns, axis=1) if columns else np.empty((self.dataset.effort.size, 0))
+
+    def _is_shape(self, name: str) -> bool:
+        component = self.parameters.component
+        return name in component.variables and "force" not in component.variables[name].quantity
 
     @cached_property
     def fixed_effort(self) -> np.ndarray:
-        """Effort of each row [N or N*m] due to the held parameters alone, for a linear model."""
+        """Effort of each row [N or N*m] due to the fixed parameters alone, for a linear model."""
         return self.predicted(self.parameters.complete(dict.fromkeys(self.parameters.free, 0.0)))
+
+    def friction_slope(self, values: Mapping[str, float]) -> np.ndarray:
+        """Return by how much the effort of each row rises with the level of friction, dF/dc [N or N*m]."""
+        nudged = self.friction(scaled(self.parameters.component, values, 1.0 + NUDGE))
+        return (nudged - self.friction(values)) / NUDGE
+
+    def replicates(
+        self, values: Mapping[str, float], disturbance: Disturbance, slope: np.ndarray, residual: np.ndarray
+    ) -> RowReplicates:
+        """Return what draws logs of the fitted model."""
+        return RowReplicates(self, values, disturbance)
+
+    def refits_linearly(self, friction: Model) -> bool:
+        """Return False: the coordinates know what is linear."""
+        return False
+
+    def folds(self, count: int) -> tuple[str, list[Fold]]:
+        """Return time blocks of the log; rows beside one share samples with it through the filters, and fit neither."""
+        name, blocks = time_blocks(self.dataset, count)
+        return name, [Fold(block, beside(block, self.dataset.reach), block) for block in blocks]

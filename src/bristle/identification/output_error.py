@@ -12,38 +12,35 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import ClassVar, Self
 
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.core.contracts import FrictionModel
+from bristle.core.contracts import Model
 from bristle.core.errors import InputError
+from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
-from bristle.friction import base_of, gms, maxwell_slip
+from bristle.friction import is_static
+from bristle.identification.dataset import Dataset
+from bristle.identification.friction_scale import scaled
+from bristle.identification.half_cycles import NUDGE, Groups, least_way, turns_of
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.outputs import LAG, Effort, Output, Position
 from bristle.identification.parameters import ParameterSet
+from bristle.identification.problem import Disturbance, Fold
+from bristle.identification.signal_replicates import SignalReplicates
+from bristle.identification.time_blocks import TIME
 from bristle.logs.log import Log
 from bristle.simulation.recorded.closed_loop import closed_loop_of
 from bristle.simulation.recorded.open_loop import FINE, open_loop_of
 from bristle.simulation.result import relative_error_percent
 
-__all__ = ["COARSE", "OutputError", "one_period", "refuse_elements", "simulated_loop"]
+__all__ = ["ClosedLoopError", "OpenLoopError", "OutputError", "loop_error", "one_period"]
 
 COARSE = 4  # steps for one sample of an open loop, on the way
 EXPLORED = 12_000  # samples of all logs, which are enough to see whether a place is worth a closer look
 LAG_MOST = 20.0  # samples
-SAID = {
-    "open": (
-        "the parameters make the position that the effort causes the measured one, unfiltered; what is said of the "
-        "effort holds along the measured motion, differentiated twice, and serves as the start only"
-    ),
-    "closed": (
-        "the parameters make the effort that the controller asks for in the simulated loop the measured one, "
-        "unfiltered, from the reference and the known inputs; what is said of rows of the effort holds along the "
-        "measured motion and serves as the start only"
-    ),
-}
 
 
 @dataclass(frozen=True)
@@ -53,63 +50,48 @@ class OutputError:
     Parameters
     ----------
     inverse : InverseDynamics
-        The same model as inverse dynamics; it knows what is free and what is held.
+        The same model as inverse dynamics; it knows what is free and what is fixed.
     outputs : tuple of Output
         The segments of the logs.
-    loop : {"open", "closed"}
-        What is simulated.
     """
 
     inverse: InverseDynamics
     outputs: tuple[Output, ...]
-    loop: str
+
+    signal: ClassVar[str]
+    in_words: ClassVar[str]
+    is_effort: ClassVar[bool]
+    away_evaluations: ClassVar[int]
 
     @classmethod
-    def of(
-        cls, inverse: InverseDynamics, logs: Sequence[Log], axes: Sequence[Axis | None], loop: str, steps: int = FINE
-    ) -> OutputError:
-        """Return the problem of several logs; an open loop is integrated with so many steps for one sample."""
-        outputs: list[Output] = []
-        for log, axis in zip(logs, axes, strict=True):
-            its = axis or Axis(kind=log.kind)
-            for part in log.segments or (slice(0, len(log)),):
-                if loop == "open":
-                    outputs.append(Position(open_loop_of(log, its, part, steps), log.position.values[part]))
-                    continue
-                assert log.effort is not None
-                closed = closed_loop_of(
-                    log, its, part, "to fit the closed loop", 'write loop = "open" under [identification]'
-                )
-                outputs.append(Effort(closed, log.effort.values[part], log.position.values[part], its.presliding))
-        if loop == "closed" and any(axis is not None and axis.seeks_lag for axis in axes):
-            inverse = replace(inverse, parameters=_with_lag(inverse.parameters, logs[0].sample_time))
-        return cls(inverse, tuple(outputs), loop)
+    def of(cls, inverse: InverseDynamics, logs: Sequence[Log], axes: Sequence[Axis | None]) -> Self:
+        """Return the problem of several logs, simulated as quickly as a search on the way to its end may."""
+        raise NotImplementedError
+
+    def at_last(self, logs: Sequence[Log], axes: Sequence[Axis | None]) -> Self:
+        """Return the problem as the end of a search asks for it: itself, where it is as accurate from the start."""
+        return self
 
     @property
-    def rough(self) -> OutputError:
+    def rough(self) -> Self:
         """The same on the first samples of each segment, an open loop with one step for a sample."""
         most = max(EXPLORED // len(self.outputs), 1)
-        return replace(self, outputs=tuple(one.rough(most) for one in self.outputs))
+        return replace(self, outputs=tuple(output.rough(most) for output in self.outputs))
 
     @property
     def parameters(self) -> ParameterSet:
-        """What is free and what is held."""
+        """What is free and what is fixed."""
         return self.inverse.parameters
 
     @property
+    def dataset(self) -> Dataset:
+        """The log as rows of inverse dynamics."""
+        return self.inverse.dataset
+
+    @cached_property
     def measured(self) -> np.ndarray:
         """The signal of all segments, shape (sample,)."""
-        return np.concatenate([one.measured for one in self.outputs])
-
-    @property
-    def phase(self) -> np.ndarray:
-        """How far each sample is on its way through its period or its log, from 0 to 1."""
-        return np.concatenate([one.phase for one in self.outputs])
-
-    @property
-    def segment_of_sample(self) -> np.ndarray:
-        """Which segment each sample is from."""
-        return np.repeat(np.arange(len(self.outputs)), [one.measured.size for one in self.outputs])
+        return np.concatenate([output.measured for output in self.outputs])
 
     @property
     def norm(self) -> float:
@@ -121,7 +103,12 @@ class OutputError:
         """Typical magnitude of the signal."""
         return float(np.std(self.measured))
 
-    def near(self, free: Mapping[str, float]) -> OutputError:
+    @property
+    def row_time(self) -> float:
+        """Time from sample to sample [s]."""
+        return self.dataset.sample_time
+
+    def near(self, free: Mapping[str, float]) -> Self:
         """Return the problem itself: its simulations begin where the log says."""
         return self
 
@@ -129,29 +116,142 @@ class OutputError:
         """Return the derivatives as they are: nothing is found on the way."""
         return columns
 
-    @property
-    def in_words(self) -> str:
-        """What was made small."""
-        return SAID[self.loop]
-
-    def told(self, free: Mapping[str, float]) -> dict[str, float]:
-        """Return the errors of a fit that its solution made small, and the lag of the drive where that was sought."""
-        residual, what = self.residual(free), "position" if self.loop == "open" else "loop"
-        measured = self.measured
-        found = {
-            f"{what}_error_percent": relative_error_percent(measured, measured - residual),
-            f"{what}_rmse": float(np.sqrt(np.mean(residual**2))),
-        }
-        return found | ({LAG: free[LAG]} if LAG in free else {})
-
     def residual(self, free: Mapping[str, float]) -> np.ndarray:
         """Return measured minus simulated signal of each sample, from the free parameters."""
         return self.measured - self.simulated(self.parameters.complete(free))
 
+    def effort_residual(self, free: Mapping[str, float]) -> np.ndarray:
+        """Return measured minus predicted effort along the measured motion, of each row of the data set [N or N*m]."""
+        return self.inverse.residual(free)
+
     def simulated(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the simulated signal of each sample, from all parameters."""
         plant, friction = self.inverse.plant(values), self.inverse.model(values)
-        return np.concatenate([one.simulated(plant, friction, values) for one in self.outputs])
+        return np.concatenate([output.simulated(plant, friction, values) for output in self.outputs])
+
+    def errors(self, free: Mapping[str, float]) -> dict[str, float]:
+        """Return the errors of a fit that its solution made small, and the lag of the drive where that was sought."""
+        residual, measured = self.residual(free), self.measured
+        errors = {
+            f"{self.signal}_error_percent": relative_error_percent(measured, measured - residual),
+            f"{self.signal}_rmse": float(np.sqrt(np.mean(residual**2))),
+        }
+        return errors | ({LAG: free[LAG]} if LAG in free else {})
+
+    @cached_property
+    def half_cycles(self) -> Groups:
+        """The samples of each half-cycle of the logs, trembles and steps of the encoder left out."""
+        parts, before = [], 0
+        least = least_way(self.dataset.resolution, self.dataset.noise)
+        for output in self.outputs:
+            steps = np.sign(np.diff(output.position, prepend=output.position[0]))
+            moving = np.flatnonzero(steps)
+            turned = moving[1:][steps[moving[1:]] != steps[moving[:-1]]]
+            # A sample whose step goes the other way comes after the turn.
+            starts = [0, *turns_of(output.position, (turned - 1).tolist(), least)]
+            parts.append(before + np.searchsorted(starts, np.arange(output.position.size), side="right") - 1)
+            before += len(starts)
+        return Groups(np.concatenate(parts))
+
+    def friction_slope(self, values: Mapping[str, float]) -> np.ndarray:
+        """Return by how much the signal of each sample rises with the level of friction, shape (sample,)."""
+        nudged = scaled(self.parameters.component, values, 1.0 + NUDGE)
+        return np.nan_to_num((self.simulated(nudged) - self.simulated(values)) / NUDGE)
+
+    def replicates(
+        self, values: Mapping[str, float], disturbance: Disturbance, slope: np.ndarray, residual: np.ndarray
+    ) -> SignalReplicates:
+        """Return what draws logs of the fitted model."""
+        return SignalReplicates(self, values, disturbance, slope, residual)
+
+    def refits_linearly(self, friction: Model) -> bool:
+        """Return whether a fit to a replicate is taken for linear: of friction without pre-sliding, and in open loop."""
+        return is_static(friction)
+
+    def folds(self, count: int) -> tuple[str, list[Fold]]:
+        """Return the logs where there are several, else parts of one: `count` of its period, if it repeats itself.
+
+        Another period would only be the same again.
+        """
+        rows = self.dataset
+        if len(self.outputs) > 1:
+            sizes = [output.measured.size for output in self.outputs]
+            of_sample, name, count = np.repeat(np.arange(len(sizes)), sizes), "logs", len(sizes)
+            # A segment may be long enough for a simulation, and too short for the filters of the rows.
+            of_row = rows.segment_of_row if len(rows.segments) == len(sizes) else None
+        else:
+            (output,) = self.outputs
+            of_sample = np.floor(output.phase * count).astype(int)
+            begin, period = rows.segments[0].time[0], output.period * rows.sample_time
+            of_row = np.floor((rows.time - begin) / period % 1.0 * count).astype(int)
+            name = TIME
+        every = np.ones(rows.effort.size, dtype=bool)
+        return name, [
+            Fold(of_sample == k, of_sample != k, every if of_row is None else of_row == k) for k in range(count)
+        ]
+
+
+@dataclass(frozen=True)
+class OpenLoopError(OutputError):
+    """The position that the recorded effort makes."""
+
+    signal = "position"
+    in_words = (
+        "the parameters make the position that the effort causes the measured one, unfiltered; what is said of the "
+        "effort holds along the measured motion, differentiated twice, and serves as the start only"
+    )
+    is_effort = False
+    away_evaluations = 15
+
+    @classmethod
+    def of(
+        cls, inverse: InverseDynamics, logs: Sequence[Log], axes: Sequence[Axis | None], steps: int = COARSE
+    ) -> OpenLoopError:
+        """Return the problem of several logs, integrated with so many steps for one sample."""
+        outputs = tuple(
+            Position(open_loop_of(log, axis or Axis(kind=log.kind), part, steps), log.position.values[part])
+            for log, axis in zip(logs, axes, strict=True)
+            for part in log.segments or (slice(0, len(log)),)
+        )
+        return cls(inverse, outputs)
+
+    def at_last(self, logs: Sequence[Log], axes: Sequence[Axis | None]) -> OpenLoopError:
+        """Return the problem with the steps that its last descent takes."""
+        return self.of(self.inverse, logs, axes, FINE)
+
+    def refits_linearly(self, friction: Model) -> bool:
+        """Return True."""
+        return True
+
+
+@dataclass(frozen=True)
+class ClosedLoopError(OutputError):
+    """The effort that the controller asks for in the simulated loop."""
+
+    signal = "loop"
+    in_words = (
+        "the parameters make the effort that the controller asks for in the simulated loop the measured one, "
+        "unfiltered, from the reference and the known inputs; what is said of rows of the effort holds along the "
+        "measured motion and serves as the start only"
+    )
+    is_effort = True
+    away_evaluations = 5  # the controller keeps a closed loop near its minimum
+
+    @classmethod
+    def of(cls, inverse: InverseDynamics, logs: Sequence[Log], axes: Sequence[Axis | None]) -> ClosedLoopError:
+        """Return the problem of several logs; it is integrated as finely all the way."""
+        outputs = []
+        for log, axis in zip(logs, axes, strict=True):
+            axis = axis or Axis(kind=log.kind)
+            assert log.effort is not None
+            for part in log.segments or (slice(0, len(log)),):
+                loop = closed_loop_of(
+                    log, axis, part, "to fit the closed loop", 'write loop = "open" under [identification]'
+                )
+                outputs.append(Effort(loop, log.effort.values[part], log.position.values[part], axis.presliding))
+        if any(axis is not None and axis.seeks_lag for axis in axes):
+            inverse = replace(inverse, parameters=_with_lag(inverse.parameters, logs[0].sample_time))
+        return cls(inverse, tuple(outputs))
 
 
 def _with_lag(parameters: ParameterSet, sample_time: float) -> ParameterSet:
@@ -162,39 +262,27 @@ def _with_lag(parameters: ParameterSet, sample_time: float) -> ParameterSet:
     return replace(parameters, free=(*parameters.free, LAG), loop={LAG: lag})
 
 
-def simulated_loop(logs: Sequence[Log], axes: Sequence[Axis | None]) -> str:
-    """Return which loop is simulated, ``"open"`` or ``"closed"``: as the axis says, else as it can be.
+def loop_error(logs: Sequence[Log], axes: Sequence[Axis | None]) -> type[OutputError]:
+    """Return which loop is simulated: as the axis says, else as it can be.
 
     Raises
     ------
     InputError
         If the axes of several logs disagree, or a lag is asked of an open loop.
     """
-    asked = {axis.loop for axis in axes if axis is not None} or {None}
-    if len(asked) > 1:
+    requested = {axis.loop for axis in axes if axis is not None} or {None}
+    if len(requested) > 1:
         raise InputError("differs from axis to axis", path="identification.loop", mend="Say the same in all of them")
     can = all(
         axis is not None and axis.controller is not None and log.reference is not None
         for log, axis in zip(logs, axes, strict=True)
     )
-    loop = asked.pop() or ("closed" if can else "open")
-    if loop == "open" and any(axis is not None and axis.seeks_lag for axis in axes):
+    kinds = {"open": OpenLoopError, "closed": ClosedLoopError}
+    kind = kinds[requested.pop() or ("closed" if can else "open")]
+    if kind is OpenLoopError and any(axis is not None and axis.seeks_lag for axis in axes):
         raise InputError("shows in a closed loop only", path="effort.lag", value="identify",
                          mend="Describe the [controller] and name the column of the reference")  # fmt: skip
-    return loop
-
-
-def refuse_elements(component: FrictionModel) -> None:
-    """Refuse a model whose elements inverse dynamics lays out: its error could not be compared with others.
-
-    Raises
-    ------
-    InputError
-        If it is one.
-    """
-    if base_of(component) in (maxwell_slip, gms):
-        raise InputError("is identified by inverse dynamics only", path="model", value=component.name,
-                         mend="Write --method inverse_dynamics, or ask for dahl or lugre")  # fmt: skip
+    return kind
 
 
 def one_period(log: Log, axis: Axis | None) -> Log:

@@ -36,6 +36,11 @@ class Output(Protocol):
         ...
 
     @property
+    def period(self) -> int:
+        """Samples of its period, or of its log."""
+        ...
+
+    @property
     def phase(self) -> np.ndarray:
         """How far each sample is on its way through its period or its log, from 0 to 1."""
         ...
@@ -84,10 +89,14 @@ class Position:
         return self.measured
 
     @property
+    def period(self) -> int:
+        """Samples until the effort is what it was."""
+        return self.loop.effort.size // self.loop.steps
+
+    @property
     def phase(self) -> np.ndarray:
         """How far each sample is on its way through its period."""
-        period = self.loop.effort.size // self.loop.steps
-        return np.arange(self.loop.count) % period / period
+        return np.arange(self.loop.count) % self.period / self.period
 
     def simulated(self, plant: Model, friction: Model, values: Mapping[str, float]) -> np.ndarray:
         """Return the position of the model [m or rad]."""
@@ -126,6 +135,11 @@ class Effort:
     measured: np.ndarray
     position: np.ndarray
     presliding: float | None = None
+
+    @property
+    def period(self) -> int:
+        """All of its samples: a log in closed loop counts as one."""
+        return self.loop.count
 
     @property
     def phase(self) -> np.ndarray:

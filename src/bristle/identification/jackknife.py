@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from bristle.core.least_squares import unbounded
-from bristle.identification.resampling.half_cycles import Groups
-from bristle.identification.resampling.refit import Space
+from bristle.identification.half_cycles import Groups
+from bristle.identification.solution import Solution
 
 __all__ = ["jackknife_std"]
 
 FEWEST = 5  # half-cycles
 
 
-def jackknife_std(space: Space, cycles: Groups, residual: np.ndarray) -> dict[str, float]:
+def jackknife_std(solution: Solution, cycles: Groups, residual: np.ndarray) -> dict[str, float]:
     r"""Return the standard error of each parameter [SI] by leaving out one half-cycle after the other.
 
     Without half-cycle `k` the solution moves, to first order, by
@@ -25,8 +25,8 @@ def jackknife_std(space: Space, cycles: Groups, residual: np.ndarray) -> dict[st
 
     Parameters
     ----------
-    space : Space
-        The coordinates of the solution; those on a bound stay there.
+    solution : Solution
+        What was fitted; coordinates on a bound stay there.
     cycles : Groups
         Of its log.
     residual : ndarray, shape (row,)
@@ -39,15 +39,16 @@ def jackknife_std(space: Space, cycles: Groups, residual: np.ndarray) -> dict[st
     """
     if cycles.count < FEWEST:
         return {}
-    inner = (space.theta > space.low) & (space.theta < space.high) & (np.linalg.norm(space.jacobian, axis=0) > 0.0)
-    columns = space.jacobian[:, inner]
+    space, theta, jacobian = solution.space, solution.theta, solution.jacobian
+    inner = (theta > space.low) & (theta < space.high) & (np.linalg.norm(jacobian, axis=0) > 0.0)
+    columns = jacobian[:, inner]
     scale = np.linalg.norm(columns, axis=0)
     columns = columns / scale
     parts = np.stack([columns[rows].T @ columns[rows] for rows in cycles.parts])
     pulls = cycles.summed(columns * residual[:, None])
     whole = np.sum(parts, axis=0)
     moved = np.stack([-unbounded(whole - part, pull, rcond=1e-12) for part, pull in zip(parts, pulls, strict=True)])
-    told = moved @ (space.derivative[:, inner] / scale).T
+    changes = moved @ (solution.derivative[:, inner] / scale).T
     count = len(moved)
-    std = np.sqrt((count - 1) / count * np.sum((told - told.mean(axis=0)) ** 2, axis=0))
-    return {name: float(one) for name, one in zip(space.told, std, strict=True) if name not in space.at_edge}
+    std = np.sqrt((count - 1) / count * np.sum((changes - changes.mean(axis=0)) ** 2, axis=0))
+    return {name: float(s) for name, s in zip(space.reported, std, strict=True) if name not in solution.at_edge}

@@ -19,8 +19,9 @@ import numpy as np
 from bristle.core.cores import Abreast
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import unbounded
-from bristle.identification.inverse_dynamics import InverseDynamics
-from bristle.identification.resampling.refit import Refit, Space
+from bristle.identification.problem import Problem
+from bristle.identification.refit import Refit
+from bristle.identification.solution import Solution
 
 __all__ = ["Unidentifiable", "unidentifiable"]
 
@@ -64,31 +65,30 @@ class Unidentifiable:
         return "changed by 30 %, with all others fitted again, the error on held-out blocks does not rise noticeably"
 
 
-def unidentifiable(problem: InverseDynamics, space: Space, candidates: frozenset[str]) -> tuple[Unidentifiable, ...]:
+def unidentifiable(problem: Problem, solution: Solution, candidates: frozenset[str]) -> tuple[Unidentifiable, ...]:
     """Return the parameters that a log does not see, each with those found before it held.
 
     Parameters
     ----------
-    problem : InverseDynamics
-        What was fitted.
-    space : Space
-        The coordinates of the solution.
+    problem, solution : Problem, Solution
+        What was fitted, and where that ended.
     candidates : frozenset of str
         Parameters that are asked about; those that are zero, or on an edge, have no 30 %.
     """
-    free = np.ones(len(space.names), dtype=bool)
+    names = solution.space.names
+    free = np.ones(len(names), dtype=bool)
     found: list[Unidentifiable] = []
-    asked = [name for name in space.names if name in candidates and space.values(space.theta)[name] != 0.0]
-    asked = _Followed(problem, space, free).in_doubt(asked)
+    asked = [name for name in names if name in candidates and solution.values[name] != 0.0]
+    asked = _Followed(problem, solution, free).in_doubt(asked)
     while asked:
-        around = _Followed(problem, space, free)
+        around = _Followed(problem, solution, free)
         with Abreast() as pool:
             rises = dict(zip(asked, pool.map(around.without, asked), strict=True))
         least = min(asked, key=lambda name: rises[name].rise)
         if rises[least].rise >= THRESHOLD:
             break
         found.append(rises[least])
-        free[space.names.index(least)] = False
+        free[names.index(least)] = False
         # Those that are clearly seen now are seen with one parameter less to follow, too.
         asked = [name for name in asked if name != least and rises[name].rise < THRESHOLD]
     return tuple(found)
@@ -101,8 +101,8 @@ class _Followed:
     `free` are those that may follow, shape (coordinate,) of bool.
     """
 
-    problem: InverseDynamics
-    space: Space
+    problem: Problem
+    solution: Solution
     free: np.ndarray
 
     def in_doubt(self, names: Iterable[str]) -> list[str]:
@@ -112,42 +112,46 @@ class _Followed:
 
     def without(self, name: str) -> Unidentifiable:
         """Return by how much the error rises where one parameter is changed, and which made up for the change."""
-        count = self.problem.dataset.effort.size
+        count = self._size
         fitted, instead = self._rises(name, np.ones(count, dtype=bool), slice(None), self._whole)
         held_out = np.zeros(len(CHANGES))
         for quarter, before in zip(_quarters(count), self._before, strict=True):
             held_out += self._rises(name, ~quarter, quarter, before)[0]
-        names = tuple(one for one in self.space.names if one in instead)
+        names = tuple(one for one in self.solution.space.names if one in instead)
         variance = self._variance
         return Unidentifiable(name, float(np.max(held_out)) / variance, bool(np.max(fitted) < FLAT * variance), names)
 
+    @property
+    def _size(self) -> int:
+        return self.solution.jacobian.shape[0]
+
     @cached_property
     def _variance(self) -> float:
-        start = self.problem.residual(self.space.values(self.space.theta))
-        return float(start @ start) / max(start.size - len(self.space.names), 1)
+        start = self.problem.residual(self.solution.values)
+        return float(start @ start) / max(start.size - len(self.solution.space.names), 1)
 
     @cached_property
     def _triangle(self) -> np.ndarray:
         """The Jacobian in coordinates of its own range: as good for lengths, and much smaller."""
-        return np.asarray(np.linalg.qr(self.space.jacobian, mode="r"))
+        return np.asarray(np.linalg.qr(self.solution.jacobian, mode="r"))
 
     @cached_property
     def _whole(self) -> np.ndarray:
         """The residual of the fit to all rows."""
-        return Refit(self.space, self.free, slice(None)).solve(self.problem, self.space.theta)[1]
+        return Refit(self.solution, self.free, slice(None)).solve(self.problem, self.solution.theta)[1]
 
     @cached_property
     def _before(self) -> list[np.ndarray]:
         """The residual of the fits without each quarter."""
-        quarters = _quarters(self.problem.dataset.effort.size)
-        return [Refit(self.space, self.free, ~one).solve(self.problem, self.space.theta)[1] for one in quarters]
+        quarters = _quarters(self._size)
+        return [Refit(self.solution, self.free, ~one).solve(self.problem, self.solution.theta)[1] for one in quarters]
 
     def _linear_rise(self, name: str, change: float) -> float:
         """Return the rise of the error, over its variance, of a linear fit in which a parameter is another one."""
-        index = self.space.names.index(name)
+        index = self.solution.space.names.index(name)
         own, others = self._triangle[:, index], np.delete(self._triangle, index, axis=1)
         alone = own - others @ unbounded(others, own)
-        way = self._moved(name, change)[index] - self.space.theta[index]
+        way = self._moved(name, change)[index] - self.solution.theta[index]
         return float(alone @ alone) * way**2 / self._variance if self._variance > 0.0 else np.inf
 
     def _rises(
@@ -155,8 +159,8 @@ class _Followed:
     ) -> tuple[np.ndarray, set[str]]:
         """Return the rise of the squared error on some rows for each change, and what made up for it."""
         followers = self.free.copy()
-        followers[self.space.names.index(name)] = False
-        refit, rises, instead = Refit(self.space, followers, fitted), [], set()
+        followers[self.solution.space.names.index(name)] = False
+        refit, rises, instead = Refit(self.solution, followers, fitted), [], set()
         for change in CHANGES:
             theta, after = refit.solve(self.problem, self._moved(name, change))
             rises.append(float(np.sum(after[judged] ** 2) - np.sum(before[judged] ** 2)))
@@ -165,14 +169,14 @@ class _Followed:
 
     def _moved(self, name: str, change: float) -> np.ndarray:
         """Return the coordinates at which only this parameter is another one."""
-        index = self.space.names.index(name)
-        theta, goal = self.space.theta.copy(), change * self.space.values(self.space.theta)[name]
+        index = self.solution.space.names.index(name)
+        theta, goal = self.solution.theta.copy(), change * self.solution.values[name]
         for _ in range(30):
             slope = self._slope(name, theta, index)
             if slope == 0.0:
                 break
-            step = (goal - self.space.values(theta)[name]) / slope
-            theta[index] = np.clip(theta[index] + step, self.space.low[index], self.space.high[index])
+            step = (goal - self.solution.space.values(theta)[name]) / slope
+            theta[index] = np.clip(theta[index] + step, self.solution.space.low[index], self.solution.space.high[index])
             if abs(step * slope) <= 1e-9 * abs(goal):
                 break
         return theta
@@ -181,13 +185,13 @@ class _Followed:
         nudged = theta.copy()
         nudge = 1e-6 * max(abs(theta[index]), 1e-3)
         nudged[index] += nudge
-        return (self.space.values(nudged)[name] - self.space.values(theta)[name]) / nudge
+        return (self.solution.space.values(nudged)[name] - self.solution.space.values(theta)[name]) / nudge
 
     def _made_up(self, name: str, theta: np.ndarray) -> set[str]:
-        now, then = self.space.values(theta), self.space.values(self.space.theta)
+        now, then = self.solution.space.values(theta), self.solution.values
         return {
             one
-            for one in self.space.names
+            for one in self.solution.space.names
             if one in now and one != name and abs(now[one] - then[one]) > FOLLOWS * abs(then[one]) > 0.0
         }
 

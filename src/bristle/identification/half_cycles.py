@@ -21,7 +21,7 @@ References
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -29,10 +29,8 @@ import numpy as np
 
 from bristle.core.lazy import cached_property
 from bristle.identification.dataset import Dataset
-from bristle.identification.inverse_dynamics import InverseDynamics
-from bristle.identification.resampling.friction_scale import scaled
 
-__all__ = ["Groups", "HalfCycles", "least_way", "level_slope", "scatter_seen", "turns_of", "within_cycles"]
+__all__ = ["Groups", "HalfCycles", "least_way", "scatter_seen", "turns_of", "within_cycles"]
 
 STEPS = 2.0  # of the encoder
 DEVIATIONS = 8.0  # of the noise of the position: what a body at rest does not go beyond
@@ -139,12 +137,6 @@ def turns_of(position: np.ndarray, reversals: Sequence[int], least: float) -> li
     return kept
 
 
-def level_slope(problem: InverseDynamics, values: Mapping[str, float]) -> np.ndarray:
-    """Return by how much the effort of each row rises with the level of friction, dF/dc [N or N*m], shape (row,)."""
-    nudged = problem.friction(scaled(problem.parameters.component, values, 1.0 + NUDGE))
-    return (nudged - problem.friction(values)) / NUDGE
-
-
 def scatter_seen(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> float:
     """Return the standard deviation of the level of friction from half-cycle to half-cycle, as a residual shows it.
 
@@ -153,7 +145,7 @@ def scatter_seen(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> flo
     cycles : Groups
         Half-cycles of the log.
     slope, residual : ndarray, shape (row,)
-        What `level_slope` returns; measured minus predicted effort [N or N*m].
+        By how much the signal rises with the level of friction; measured minus predicted signal.
     """
     known, excess = cycles.summed(slope * slope), _excess(cycles, slope, residual)
     if not np.any(excess):

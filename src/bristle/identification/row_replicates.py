@@ -1,8 +1,8 @@
-"""The twin of a log: what the same axis would have recorded, had the fitted model been the truth.
+"""Replicates of a log: what the same axis would have recorded, had the fitted model been the truth.
 
 The motion is that of the log. On it act the friction of the model, whose level scatters from reversal to reversal, and
 the inertia; the effort is read with noise, the position through the axis's own encoder, of which nobody knows where its
-steps lie. What the filters, the encoder and the scatter do to an estimate, they do to one from a twin alike. What the
+steps lie. What the filters, the encoder and the scatter do to an estimate, they do to one from a replicate alike. What the
 model leaves over beyond all that is added again block by block, each with a sign drawn by chance (wild bootstrap [1]_).
 
 References
@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,60 +23,27 @@ from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.lazy import cached_property
 from bristle.identification.dataset import Dataset, Segment, low_passed, mechanical
-from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.disturbance import signs_of
+from bristle.identification.friction_scale import FrictionScale
+from bristle.identification.half_cycles import HalfCycles
 from bristle.identification.preprocessing import treat
-from bristle.identification.resampling.friction_scale import FrictionScale
-from bristle.identification.resampling.half_cycles import Groups, HalfCycles
+from bristle.identification.problem import Disturbance
 from bristle.logs.log import Channel, Log
 
-__all__ = ["Disturbance", "Replicates", "disturbance_of", "lasting_of", "signs_of"]
+if TYPE_CHECKING:
+    from bristle.identification.inverse_dynamics import InverseDynamics
 
-ROUNDING = 0.37  # of an encoder step: what the robust measure of noise says of rounding alone
-BLOCKS = 40  # of a segment, in which what the model lacks keeps its sign
-
-
-@dataclass(frozen=True)
-class Disturbance:
-    """What keeps two logs of one motion from being the same.
-
-    Parameters
-    ----------
-    scatter : float
-        Standard deviation of the scale of friction from reversal to reversal, as a share of it.
-    noise : float
-        Standard deviation of the noise of the effort, sample by sample [N or N*m].
-    resolution : float
-        Step of the position encoder [m or rad].
-    jitter : float
-        Standard deviation of the noise of the position besides [m or rad].
-    unexplained : float
-        Share of the residual, in amplitude, that is none of these: what the model lacks.
-    """
-
-    scatter: float
-    noise: float
-    resolution: float
-    jitter: float = 0.0
-    unexplained: float = 0.0
-
-
-def disturbance_of(dataset: Dataset, scatter: float) -> Disturbance:
-    """Return what disturbs a log: its encoder, its noise, and a scatter that is known from elsewhere."""
-    # Rounding alone looks like noise, too.
-    jitter = max(dataset.noise**2 - (ROUNDING * dataset.resolution) ** 2, 0.0) ** 0.5
-    return Disturbance(scatter, dataset.effort_noise, dataset.resolution, jitter)
+__all__ = ["RowReplicates"]
 
 
 @dataclass(frozen=True)
-class Replicates:
+class RowReplicates:
     """A fitted model and the motion that it is run on again.
 
     Parameters
     ----------
     problem : InverseDynamics
         What was fitted.
-    cycles : HalfCycles
-        Half-cycles of its log.
     values : mapping
         All parameters [SI].
     disturbance : Disturbance
@@ -83,20 +51,14 @@ class Replicates:
     """
 
     problem: InverseDynamics
-    cycles: HalfCycles
     values: Mapping[str, float]
     disturbance: Disturbance
 
-    @property
-    def groups(self) -> Groups:
-        """The rows of each half-cycle."""
-        return self.cycles.groups
-
-    def disturbed(self, **changes: float) -> Replicates:
+    def disturbed(self, **changes: float) -> RowReplicates:
         """Return the same with another disturbance."""
-        return replace(self, disturbance=replace(self.disturbance, **changes))
+        return replace(self, disturbance=self.disturbance._replace(**changes))
 
-    def drawn(self, rng: np.random.Generator, ratio: float = 1.0, side: float = 1.0) -> InverseDynamics:
+    def draw(self, rng: np.random.Generator, ratio: float = 1.0, side: float = 1.0) -> InverseDynamics:
         """Return the same problem on a log that is drawn anew.
 
         Parameters
@@ -125,7 +87,7 @@ class Replicates:
             side * one for one in (ratio * disturbance.scatter, disturbance.noise, disturbance.jitter)
         )
         efforts, positions, segments, first = [], [], [], 0
-        for segment, starts, left in zip(self._motion, self.cycles.starts, self._left, strict=True):
+        for segment, starts, left in zip(self._motion, self._starts, self._left, strict=True):
             force = self._levels.force(segment, starts, dataset.sample_time, scatter, rng)
             pure = force + mechanical(self._plant, segment.position, segment.velocity, segment.acceleration)
             pure += side * disturbance.unexplained * signs_of(pure.size, rng) * left
@@ -146,6 +108,10 @@ class Replicates:
             segments=tuple(segments),
             kind=dataset.kind,
         )
+
+    @cached_property
+    def _starts(self) -> tuple[tuple[int, ...], ...]:
+        return HalfCycles(self.problem.dataset).starts
 
     @cached_property
     def _motion(self) -> tuple[Segment, ...]:
@@ -169,31 +135,6 @@ class Replicates:
     @cached_property
     def _levels(self) -> FrictionScale:
         return FrictionScale(self.problem.parameters.component, self.values, self.problem.dataset.kind)
-
-
-def signs_of(count: int, rng: np.random.Generator) -> np.ndarray:
-    """Return a sign for each of several blocks of samples: what is left over keeps its course, not its side."""
-    blocks = np.minimum(np.arange(count) * BLOCKS // count, BLOCKS - 1)
-    return rng.choice([-1.0, 1.0], BLOCKS)[blocks]
-
-
-def lasting_of(residual: np.ndarray, row_time: float, unexplained: float) -> float:
-    """Return how long what a model lacks keeps its side [s].
-
-    All that does not average out over a block is put down to it; longer than a block it is not followed.
-
-    Parameters
-    ----------
-    residual : ndarray, shape (row,)
-        What the model leaves over, each half-cycle at its own level.
-    row_time : float
-        Time from row to row [s].
-    unexplained : float
-        Root mean square of what the model lacks, in the unit of the residual.
-    """
-    slow = float(np.mean([np.mean(part) ** 2 for part in np.array_split(residual, BLOCKS)]))
-    share = min(slow / unexplained**2, 1.0) if unexplained > 0.0 else 0.0
-    return share * row_time * residual.size / BLOCKS
 
 
 def _sharpened(segment: Segment, dataset: Dataset) -> Segment:

@@ -13,6 +13,7 @@ from bristle.core.lazy import cached_property
 from bristle.core.packing import pack
 from bristle.core.variable import Kind
 from bristle.engine.motion import in_turns
+from bristle.friction.slots import OFFSET
 from bristle.identification.dataset import Segment
 
 __all__ = ["FrictionScale", "forces_of", "scaled"]
@@ -25,7 +26,7 @@ def forces_of(component: FrictionModel) -> tuple[str, ...]:
     return tuple(
         name
         for name, one in component.variables.items()
-        if one.quantity == "force" and one.excitation and name != "offset"
+        if one.quantity == "force" and one.excitation and one is not OFFSET
     )
 
 

@@ -1,26 +1,28 @@
-"""The twin of a log of which a simulation was fitted: what its axis would have recorded, had the model been the truth.
+"""Replicates of a log of which a simulation was fitted: what its axis would have recorded, had the model been true.
 
 All that disturbs a log is small beside its signal, so each cause changes the signal by itself: the encoder as far as
 it shows in the loop, friction whose level is another one in each half-cycle, and what the model leaves over besides,
-block by block with a sign drawn by chance. Their sum is what a fit to a twin would be asked to explain.
+block by block with a sign drawn by chance. Their sum is what a fit to a replicate would be asked to explain.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.core.lazy import cached_property
-from bristle.identification.output_error import OutputError
+from bristle.identification.disturbance import signs_of
 from bristle.identification.outputs import Output, Reading
-from bristle.identification.resampling.friction_scale import scaled
-from bristle.identification.resampling.half_cycles import NUDGE, Groups, least_way, turns_of
-from bristle.identification.resampling.replicate import Disturbance, signs_of
+from bristle.identification.problem import Disturbance
 
-__all__ = ["SignalReplicates", "level_slope_of", "moves_of"]
+if TYPE_CHECKING:
+    from bristle.identification.output_error import OutputError
+
+__all__ = ["SignalReplicates"]
 
 FAR = 1e12  # of a signal that left the finite numbers
 
@@ -52,8 +54,6 @@ class SignalReplicates:
         What was fitted.
     values : mapping
         All parameters [SI].
-    groups : Groups
-        The half-cycles of the log.
     disturbance : Disturbance
         Scatter, encoder, and the share of the residual that is neither.
     slope, left : ndarray, shape (sample,)
@@ -62,18 +62,17 @@ class SignalReplicates:
 
     error: OutputError
     values: Mapping[str, float]
-    groups: Groups
     disturbance: Disturbance
     slope: np.ndarray
     left: np.ndarray
 
     def disturbed(self, **changes: float) -> SignalReplicates:
         """Return the same with another disturbance."""
-        return replace(self, disturbance=replace(self.disturbance, **changes))
+        return replace(self, disturbance=self.disturbance._replace(**changes))
 
-    def drawn(self, rng: np.random.Generator, ratio: float = 1.0, side: float = 1.0) -> Changed:
-        """Return the same fit to a twin drawn anew, with `ratio` times the scatter, or to its mirror image (-1)."""
-        levels = (ratio * self.disturbance.scatter * rng.standard_normal(self.groups.count))[self.groups.index]
+    def draw(self, rng: np.random.Generator, ratio: float = 1.0, side: float = 1.0) -> Changed:
+        """Return the same fit to a log drawn anew, with `ratio` times the scatter, or to its mirror image (-1)."""
+        levels = (ratio * self.disturbance.scatter * rng.standard_normal(self.error.half_cycles.count))[self.error.half_cycles.index]
         reading = Reading(self.disturbance.resolution, self.disturbance.jitter)
         changes, first = [], 0
         for one, pure, leaning in self._pure:
@@ -101,24 +100,3 @@ class SignalReplicates:
     @property
     def _models(self) -> tuple[Model, Model]:
         return self.error.inverse.plant(self.values), self.error.inverse.model(self.values)
-
-
-def level_slope_of(error: OutputError, values: Mapping[str, float]) -> np.ndarray:
-    """Return by how much the signal of each sample rises with the level of friction, shape (sample,)."""
-    nudged = scaled(error.parameters.component, values, 1.0 + NUDGE)
-    return np.nan_to_num((error.simulated(nudged) - error.simulated(values)) / NUDGE)
-
-
-def moves_of(error: OutputError) -> Groups:
-    """Return the samples of each half-cycle of the logs, trembles and steps of the encoder left out."""
-    dataset, parts, before = error.inverse.dataset, [], 0
-    least = least_way(dataset.resolution, dataset.noise)
-    for one in error.outputs:
-        steps = np.sign(np.diff(one.position, prepend=one.position[0]))
-        moving = np.flatnonzero(steps)
-        turned = moving[1:][steps[moving[1:]] != steps[moving[:-1]]]
-        # A sample whose step goes the other way comes after the turn.
-        starts = [0, *turns_of(one.position, (turned - 1).tolist(), least)]
-        parts.append(before + np.searchsorted(starts, np.arange(one.position.size), side="right") - 1)
-        before += len(starts)
-    return Groups(np.concatenate(parts))

@@ -1,0 +1,278 @@
+"""Least squares for the parameters of one problem: linear, or by bounded descents from several starts.
+
+Descents are those of scipy (trust region reflective), with Jacobians by differences on all cores.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from bristle.core.interruption import BestSoFar, obey
+from bristle.core.lazy import cached_property
+from bristle.core.least_squares import bounded, unbounded
+from bristle.core.variable import Variable
+from bristle.identification.differences import STEP, Differences
+from bristle.identification.global_search import EVOLUTION_SEED, box_of, evolved
+from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.parameter_space import LinearSpace, Transform, TransformedSpace
+from bristle.identification.problem import Problem
+from bristle.identification.scales import Scales
+from bristle.identification.solution import Solution
+
+__all__ = ["EVALUATIONS", "Report", "Search", "Sliding", "between", "linear", "silent"]
+
+CANDIDATES = 24
+STARTS = 3
+EVALUATIONS = 60
+SEED = 20_240_229
+STARTS_SHARE = 0.3  # of the work, where the whole range is looked at too
+FAR = 1e6  # times a typical residual: a model that left the finite numbers, or nearly
+DIFFERENCE = float(np.sqrt(np.finfo(float).eps))  # of a coordinate, for a derivative
+SIMULATED = 1e-7  # relative change of the cost that ends a search whose differences are coarse
+HELD_OUT = 1e-6  # the same, of a search on some rows: errors on the others are told to a thousandth
+EDGE = 1e-3  # in coordinates: of a typical magnitude, or of a factor e
+
+
+class _KnownError(Exception):
+    """A descent has come to a minimum that is known."""
+
+
+class Report(Protocol):
+    """What a search tells of its progress: the share of the work done, and a remark."""
+
+    def __call__(self, share: float, remark: str = "") -> None:
+        """Take note."""
+        ...
+
+
+def silent(share: float, remark: str = "") -> None:
+    """Tell nobody."""
+
+
+def between(report: Report, low: float, high: float) -> Report:
+    """Return what tells the progress of a part of the work, which goes from `low` to `high`."""
+    return lambda share, remark="": report(low + (high - low) * share, remark)
+
+
+class Sliding(NamedTuple):
+    """Coulomb and viscous friction of a log with its plant, as a linear fit finds them [SI].
+
+    `known` are the parameters of the plant and the offset by name.
+    """
+
+    known: Mapping[str, float]
+    coulomb: float
+    viscous: float
+
+
+def linear(problem: InverseDynamics, rows: np.ndarray | slice = slice(None)) -> Solution:
+    """Return the least-squares parameters of a model that is linear in them.
+
+    Parameters
+    ----------
+    problem : InverseDynamics
+        A problem whose friction model is linear.
+    rows : ndarray or slice
+        The rows to use.
+    """
+    space = LinearSpace.of(problem.parameters)
+    columns = problem.columns[rows]
+    target = (problem.dataset.effort - problem.fixed_effort)[rows]
+    scale = np.linalg.norm(columns, axis=0)
+    scale[scale == 0.0] = 1.0
+    theta, at_edge = unbounded(columns / scale, target) / scale, {}
+    if np.any(theta < space.low) or np.any(theta > space.high):
+        scaled, active = bounded(columns / scale, target, space.low * scale, space.high * scale)
+        theta = np.clip(scaled / scale, space.low, space.high)
+        sides = zip(space.names, active, strict=True)
+        at_edge = {name: "smallest" if side < 0 else "largest" for name, side in sides if side}
+    return Solution(space, theta, columns, at_edge)
+
+
+@dataclass(frozen=True)
+class Search:
+    """The search for the parameters of one model.
+
+    Parameters
+    ----------
+    problem : Problem
+        What is minimised: the sum of squares of its residual.
+    scales : Scales
+        Typical magnitudes of the log, which bound the parameters of unknown magnitude.
+    sliding : Sliding
+        Coulomb and viscous friction of the same log, where starts are drawn around.
+    unit : float, optional
+        Typical magnitude of the residual; that of the friction force where not given.
+    simulates : bool
+        Whether each residual takes a simulation: then all cores share a Jacobian.
+    """
+
+    problem: Problem
+    scales: Scales
+    sliding: Sliding
+    unit: float = 0.0
+    simulates: bool = False
+
+    @cached_property
+    def space(self) -> TransformedSpace:
+        """The coordinates in which the parameters are sought."""
+        return TransformedSpace.of(self.problem.parameters, self.scales)
+
+    def solve(self, report: Report = silent, *, everywhere: bool = False) -> Solution:
+        """Return the best solution from several starts; `report` is told the share of the work done.
+
+        Where it is to look `everywhere`, it goes on in the whole range of each parameter.
+
+        One that a person interrupts is the best found until then, and says so.
+        """
+        first = STARTS_SHARE if everywhere else 1.0
+
+        def work(best: BestSoFar) -> None:
+            self._from_several(best, between(report, 0.0, first))
+            if everywhere:
+                theta = self.explored(best.result.theta, best, between(report, first, 1.0))
+                best.take(self.descend(theta, best=best))
+
+        return self.as_far_as_it_came(work)
+
+    def as_far_as_it_came(self, work: Callable[[BestSoFar], None]) -> Solution:
+        """Return the best of all that `work` comes to; where a person interrupts it, the best until then."""
+        best = BestSoFar()
+        try:
+            work(best)
+        except KeyboardInterrupt as error:
+            obey(error, anything=best.at is not None)
+            if best.result is None or best.cost < best.result.cost:
+                best.result = self.descend(np.asarray(best.at), limit=1)
+            return replace(best.result, unfinished=True)
+        return best.result
+
+    def _from_several(self, best: BestSoFar, report: Report) -> None:
+        rng = np.random.default_rng(SEED)
+        candidates = [self._start(rng) for _ in range(CANDIDATES)]
+        costs = [float(np.sum(self._residual(theta) ** 2)) for theta in candidates]
+        for number, index in enumerate(np.argsort(costs)[:STARTS]):
+            report((number + 0.3) / (STARTS + 0.3), f"best so far {self.percent(best.cost):.3g} %" if number else "")
+            # A start that comes to where another one ended would end there, too.
+            with suppress(_KnownError):
+                best.take(self.descend(candidates[index], best=best, again=False))
+
+    def percent(self, cost: float) -> float:
+        """Return what half a sum of squares is of the measured signal [%]."""
+        return 100.0 * math.sqrt(2.0 * cost) * self._unit / max(self.problem.norm, np.finfo(float).tiny)
+
+    def refit(
+        self, start: Mapping[str, float], rows: np.ndarray | None = None, limit: int = EVALUATIONS // 3,
+        best: BestSoFar | None = None,
+    ) -> Solution:  # fmt: skip
+        """Return the solution from a start nearby; `best` takes note.
+
+        Where `rows` are given, it is that of them only, as closely as the error on all others is judged.
+        """
+        chosen, tolerance = (slice(None), 0.0) if rows is None else (rows, HELD_OUT)
+        return self.descend(self.space.theta(start), chosen, limit, best, tolerance)
+
+    def explored(
+        self, theta: np.ndarray, best: BestSoFar, report: Report = silent, seed: int = EVOLUTION_SEED
+    ) -> np.ndarray:
+        """Return the best place in the whole range of each parameter, without a descent; `theta` is one of them."""
+
+        def told(share: float) -> None:
+            report(share, f"looking everywhere, best so far {self.percent(best.cost):.3g} %")
+
+        return evolved(self.cost_at, box_of(self.space.transforms, theta), theta, best, told, seed)
+
+    def cost_at(self, theta: np.ndarray) -> float:
+        """Return half the sum of squares at some coordinates."""
+        residual = self._residual(theta)
+        return 0.5 * float(residual @ residual)
+
+    def _residual(self, theta: np.ndarray, problem: Problem | None = None) -> np.ndarray:
+        with np.errstate(over="ignore", invalid="ignore"):
+            residual = (problem or self.problem).residual(self.space.values(theta)) / self._unit
+        return np.clip(np.nan_to_num(residual, nan=FAR, posinf=FAR, neginf=-FAR), -FAR, FAR)
+
+    @property
+    def _unit(self) -> float:
+        return self.unit or self.scales.force
+
+    def descend(
+        self, theta: np.ndarray, rows: np.ndarray | slice = slice(None), limit: int = EVALUATIONS,
+        best: BestSoFar | None = None, tolerance: float = 0.0, *, again: bool = True,
+    ) -> Solution:  # fmt: skip
+        """Return a minimum nearby; where it is not to be found `again`, a known one raises _KnownError."""
+        from scipy.optimize import least_squares
+
+        low, high = self.space.low, self.space.high
+        shared = Differences(lambda x: self._residual(x)[rows], high, STEP if self.simulates else DIFFERENCE)
+
+        def residual(x: np.ndarray) -> np.ndarray:
+            rest = shared(x)
+            if best is not None:
+                best.see(x, 0.5 * float(rest @ rest))
+                if not again and best.is_known(x):
+                    raise _KnownError
+            return rest
+
+        # The method needs a start strictly inside.
+        width = np.minimum(high - low, 1.0)
+        theta = np.clip(theta, low + 1e-4 * width, high - 1e-4 * width)
+        smooth = self.problem.near(self.space.values(theta)) is self.problem
+        jacobian: Any = shared.jacobian if smooth else self._projected_jacobian(rows)
+        return self._solution(least_squares(
+            residual, theta, jac=jacobian, bounds=(low, high), max_nfev=limit,
+            ftol=max(SIMULATED if self.simulates else 1e-9, tolerance), xtol=1e-7, gtol=1e-10,
+        ))  # fmt: skip
+
+    def _projected_jacobian(self, rows: np.ndarray | slice) -> Callable[[np.ndarray], np.ndarray]:
+        """Return the Jacobian with what is found on the way held: a state that is searched for bends it."""
+
+        def jacobian(x: np.ndarray) -> np.ndarray:
+            values = self.space.values(x)
+            near = self.problem.near(values)
+            there = Differences(lambda at: self._residual(at, near)[rows], self.space.high, DIFFERENCE)
+            return near.without_found(there.jacobian(x), values, rows)
+
+        return jacobian
+
+    def _solution(self, ended: Any) -> Solution:
+        theta, at_edge = ended.x.copy(), {}
+        for index, transform in enumerate(self.space.transforms):
+            if theta[index] - transform.low < EDGE:
+                theta[index], at_edge[transform.name] = transform.low, "smallest"
+            elif transform.high - theta[index] < EDGE:
+                theta[index], at_edge[transform.name] = transform.high, "largest"
+        return Solution(self.space, theta, -ended.jac * self._unit, at_edge, float(ended.cost))
+
+    def _start(self, rng: np.random.Generator) -> np.ndarray:
+        """Return a start: the sliding part from the linear fit, all else drawn from the range it is sought in."""
+        variables = self.problem.parameters.variables
+        values = self.problem.parameters.complete({})
+        for transform in self.space.transforms:
+            drawn = self._draw(transform, variables[transform.name], rng)
+            inside = transform.theta(drawn + (values[transform.above] if transform.above else 0.0), values)
+            values[transform.name] = transform.value(inside, values)
+        return self.space.theta(values)
+
+    def _draw(self, transform: Transform, variable: Variable, rng: np.random.Generator) -> float:
+        if transform.name in self.sliding.known:
+            known = self.sliding.known[transform.name]
+            # Friction in front of its first slip is stiff too: both share what the log shows.
+            return known * rng.uniform(0.2, 1.0) if variable.quantity == "force/length" else known
+        if variable.excitation in ("place", "load", "temperature"):
+            return 0.0
+        if transform.form == "excess":
+            return self.sliding.coulomb * rng.exponential(0.3)
+        if variable.quantity == "force":
+            return self.sliding.coulomb
+        if variable.excitation == "speed":
+            return self.sliding.viscous
+        if transform.form == "log":
+            return math.exp(rng.uniform(transform.low, transform.high))
+        return self.scales.magnitude(variable) * 10.0 ** rng.uniform(-2.0, 1.0)

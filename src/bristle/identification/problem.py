@@ -1,0 +1,143 @@
+"""What an estimator is: a signal that was measured, and what the free parameters leave of it.
+
+A new estimator is one file with such a problem. The search, the bootstrap, the look at what can be identified, the
+validation and the ranking do the rest with what is written here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from bristle.core.contracts import Model
+from bristle.identification.dataset import Dataset
+from bristle.identification.half_cycles import Groups
+from bristle.identification.parameters import ParameterSet
+
+__all__ = ["Disturbance", "Fold", "Problem", "Replicates", "Residual"]
+
+
+class Residual(Protocol):
+    """What is left over of a signal."""
+
+    def residual(self, free: Mapping[str, float]) -> np.ndarray:
+        """Return measured minus predicted signal, shape (row,), from the free parameters."""
+        ...
+
+
+class Fold(NamedTuple):
+    """What is held out together: rows of the signal, those that may be fitted meanwhile, and rows of the data set.
+
+    Each has shape (row,) of bool.
+    """
+
+    held_out: np.ndarray
+    fitted: np.ndarray
+    of_dataset: np.ndarray
+
+
+class Disturbance(NamedTuple):
+    """What keeps two logs of one motion from being the same.
+
+    Parameters
+    ----------
+    scatter : float
+        Standard deviation of the scale of friction from reversal to reversal, as a share of it.
+    noise : float
+        Standard deviation of the noise of the effort, sample by sample [N or N*m].
+    resolution : float
+        Step of the position encoder [m or rad].
+    jitter : float
+        Standard deviation of the noise of the position besides [m or rad].
+    unexplained : float
+        Share of the residual, in amplitude, that is none of these: what the model lacks.
+    """
+
+    scatter: float
+    noise: float
+    resolution: float
+    jitter: float = 0.0
+    unexplained: float = 0.0
+
+
+class Replicates(Protocol):
+    """What the same axis would have recorded, had the fitted model been the truth."""
+
+    @property
+    def disturbance(self) -> Disturbance:
+        """What they are drawn with."""
+        ...
+
+    def disturbed(self, **changes: float) -> Replicates:
+        """Return the same with another disturbance."""
+        ...
+
+    def draw(self, rng: np.random.Generator, ratio: float = 1.0, side: float = 1.0) -> Residual:
+        """Return the same problem on a log drawn anew, with `ratio` times the scatter, or on its mirror image (-1)."""
+        ...
+
+
+class Problem(Residual, Protocol):
+    """What least squares makes small, and what resampling needs to know of it."""
+
+    @property
+    def parameters(self) -> ParameterSet:
+        """What is free and what is fixed."""
+        ...
+
+    @property
+    def dataset(self) -> Dataset:
+        """The log as rows of inverse dynamics."""
+        ...
+
+    @property
+    def norm(self) -> float:
+        """Root of the sum of squares of what was measured."""
+        ...
+
+    @property
+    def row_time(self) -> float:
+        """Time from row to row of the signal [s]."""
+        ...
+
+    @property
+    def half_cycles(self) -> Groups:
+        """The rows of each half-cycle."""
+        ...
+
+    @property
+    def is_effort(self) -> bool:
+        """Whether the signal is an effort [N or N*m], as the bands around it are."""
+        ...
+
+    def near(self, free: Mapping[str, float]) -> Problem:
+        """Return the problem around some parameters, what is found on the way held; itself where there is nothing."""
+        ...
+
+    def without_found(self, columns: np.ndarray, free: Mapping[str, float], rows: np.ndarray | slice) -> np.ndarray:
+        """Return derivatives of the residual without what is made up for by what is found on the way."""
+        ...
+
+    def effort_residual(self, free: Mapping[str, float]) -> np.ndarray:
+        """Return measured minus predicted effort of each row of the data set [N or N*m]."""
+        ...
+
+    def friction_slope(self, values: Mapping[str, float]) -> np.ndarray:
+        """Return by how much the signal of each row rises with the level of friction, from all parameters."""
+        ...
+
+    def replicates(
+        self, values: Mapping[str, float], disturbance: Disturbance, slope: np.ndarray, residual: np.ndarray
+    ) -> Replicates:
+        """Return what draws logs of the fitted model; `slope` and `residual` are those at all parameters."""
+        ...
+
+    def refits_linearly(self, friction: Model) -> bool:
+        """Return whether a fit to a replicate may be taken for linear around the solution."""
+        ...
+
+    def folds(self, count: int) -> tuple[str, list[Fold]]:
+        """Return what parts of a log are called, and the parts, each of which is held out in turn."""
+        ...
