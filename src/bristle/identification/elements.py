@@ -65,7 +65,7 @@ def of_one_speed(unknowns: Unknowns, regression: Regression) -> Unknowns:
     viscous = [name for name in unknowns.free if name.startswith("sigma_2")]
     if np.mean(speeds) ** 2 < ONE_SPEED * np.mean(speeds**2):
         return unknowns
-    held = Held(0.0, "the log moves at one speed only: it cannot be told from elements that slip at once")
+    held = Held(0.0, "held-one-speed")
     free = tuple(name for name in unknowns.free if name not in viscous)
     return replace(unknowns, free=free, held={**unknowns.held, **dict.fromkeys(viscous, held)})
 

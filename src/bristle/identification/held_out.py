@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from bristle.core.diagnostic import Diagnostic
 from bristle.core.errors import InputError
 from bristle.identification.dataset import Regression
 from bristle.identification.result import HeldOut
@@ -15,7 +16,7 @@ from bristle.simulation.result import relative_error_percent
 __all__ = ["TOO_SHORT", "blocks_for", "held_out_error"]
 
 ROWS_PER_BLOCK = 20
-TOO_SHORT = "the log is too short for a part of it to be held out: all errors are those of what was fitted"
+TOO_SHORT = Diagnostic("too-short")
 
 
 def blocks_for(regression: Regression, asked: int | None) -> int:

@@ -119,7 +119,7 @@ def identify(
     fits, left_out = _fits(workbench, components, held_out, partial(_share, progress, count))
     first, *others = (replace(fit, rank=rank) for rank, fit in enumerate(with_information(in_order(fits)), 1))
     if blocks is None and not held_out:
-        first = replace(first, warnings=(TOO_SHORT, *first.warnings))
+        first = replace(first, diagnostics=(TOO_SHORT, *first.diagnostics))
     unfinished = _unfinished(fits, [one.name for one in components if one.name not in left_out])
     if draws and not unfinished:
         report = _share(progress, count, len(components), f"fitting {first.name} to simulated logs")

@@ -17,6 +17,7 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel
+from bristle.core.diagnostic import Diagnostic
 from bristle.core.errors import InputError
 from bristle.core.variable import Variable
 from bristle.friction import base_of, gms, maxwell_slip
@@ -33,17 +34,7 @@ __all__ = ["COARSE", "OutputError", "one_period", "refuse_elements", "simulated_
 COARSE = 4  # steps for one sample of an open loop, on the way
 EXPLORED = 12_000  # samples of all logs, which are enough to see whether a place is worth a closer look
 LAG_MOST = 20.0  # samples
-SAID = {
-    "open": (
-        "the parameters make the position that the effort causes the measured one, unfiltered; what is said of the "
-        "effort holds along the measured motion, differentiated twice, and serves as the start only"
-    ),
-    "closed": (
-        "the parameters make the effort that the controller asks for in the simulated loop the measured one, "
-        "unfiltered, from the reference and the known inputs; what is said of rows of the effort holds along the "
-        "measured motion and serves as the start only"
-    ),
-}
+SMALL = {"open": "output-error-open", "closed": "output-error-closed"}
 
 
 @dataclass(frozen=True)
@@ -130,9 +121,9 @@ class OutputError:
         return columns
 
     @property
-    def in_words(self) -> str:
+    def diagnostic(self) -> Diagnostic:
         """What was made small."""
-        return SAID[self.loop]
+        return Diagnostic(SMALL[self.loop], severity="note")
 
     def told(self, free: Mapping[str, float]) -> dict[str, float]:
         """Return the errors of a fit that its solution made small, and the lag of the drive where that was sought."""

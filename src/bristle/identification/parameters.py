@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.core.contracts import FrictionModel, Plant
+from bristle.core.diagnostic import Number
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
@@ -32,11 +33,15 @@ STRIBECK_SHARE = 1.0 / 3.0  # of the greatest speed: beyond, the log would not s
 
 
 class Held(NamedTuple):
-    """A parameter that is not identified: its value and why; `redundant` where no log could tell it."""
+    """A parameter that is not identified: its value, why (the code of a diagnostic with what its sentence needs).
+
+    It is `redundant` where no log could tell it.
+    """
 
     value: float
-    note: str
+    reason: str
     redundant: bool = False
+    numbers: Mapping[str, Number] = {}
 
 
 @dataclass(frozen=True)

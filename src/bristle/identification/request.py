@@ -197,23 +197,23 @@ def unknowns_of(component: FrictionModel, known: Known, regression: Regression) 
     InputError
         If parameters by direction are asked of a log that moves in one direction only.
     """
-    held = {name: Held(value, "given as known") for name, value in known.values.items()}
+    held = {name: Held(value, "held-known") for name, value in known.values.items()}
     held |= _redundant(component, stroke_of(regression))
     held |= places_of(component, regression, known.pitch)
     for name, variable in component.variables.items():
         if name == "offset":
             continue
         if "c" in known.plant.variables and _is_damping(variable):
-            held[name] = Held(0.0, "it cannot be told from the damping c of the plant")
+            held[name] = Held(0.0, "held-plant-damping")
         elif name in component.defaults and not variable.excitation and name not in (*held, *known.free):
             default = component.defaults[name]
             code = variable.code(default, name) if variable.choices else default
-            held[name] = Held(code, "a shape that is kept at its default")
-    reason = _why_no_offset(component, regression)
+            held[name] = Held(code, "held-default")
+    unseen = _held_offset(component, regression)
     if known.offset is not None:
-        held["offset"] = Held(known.offset, "given as known")
-    elif reason:
-        held["offset"] = Held(0.0, reason)
+        held["offset"] = Held(known.offset, "held-known")
+    elif unseen is not None:
+        held["offset"] = unseen
     free = tuple(name for name in (*known.plant.variables, *component.variables) if name not in held)
     return Unknowns(component, free, held, known.plant)
 
@@ -226,15 +226,15 @@ def _redundant(component: FrictionModel, stroke: float) -> dict[str, Held]:
     """Return the parameters that no log can tell, each held at a round number of the right magnitude."""
     found = {}
     for one in component.redundancies:
-        others = " and ".join(f"{one.name}*{other}" for other in one.factor_of)
+        products = tuple(f"{one.name}*{other}" for other in one.factor_of)
         length = 10.0 ** math.floor(math.log10(stroke))
         value = 1.0 / length if component.variables[one.name].quantity == "1/length" else 1.0
-        found[one.name] = Held(value, f"only {others} show in the force, whatever {one.name} is", redundant=True)
+        found[one.name] = Held(value, "redundant", redundant=True, numbers={"products": products})
     return found
 
 
-def _why_no_offset(component: FrictionModel, regression: Regression) -> str:
-    """Return why the offset cannot be told from the rest, or nothing where it can."""
+def _held_offset(component: FrictionModel, regression: Regression) -> Held | None:
+    """Return the offset as held where it cannot be told from the rest."""
     side = _only_direction(regression)
     split = [name for name in component.variables if name.endswith(("_pos", "_neg"))]
     if side and split:
@@ -245,13 +245,13 @@ def _why_no_offset(component: FrictionModel, regression: Regression) -> str:
     force = unit_of("force", regression.kind)
     levels = [name for name in split if component.variables[name].unit(regression.kind) == force]
     if levels:
-        return f"it cannot be told from the difference between {levels[0]} and {levels[1]}"
+        return Held(0.0, "held-levels", numbers={"levels": tuple(levels[:2])})
     constant = [
         name for name, one in component.variables.items() if name != "offset" and one.unit(regression.kind) == force
     ]
     if side and constant:
-        return f"it cannot be told from {constant[0]}: the log moves {side} only"
-    return ""
+        return Held(0.0, "held-one-direction", numbers={"level": constant[0], "direction": side})
+    return None
 
 
 def _only_direction(regression: Regression) -> str:

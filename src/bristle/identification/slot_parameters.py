@@ -51,10 +51,10 @@ def places_of(component: FrictionModel, regression: Regression, pitch: float | N
     if "x_0" in component.variables:
         low = min(float(np.min(one.position)) for one in regression.stretches)
         high = max(float(np.max(one.position)) for one in regression.stretches)
-        found["x_0"] = Held(0.5 * (low + high), "the middle of the range of the log")
-        found["x_L"] = Held(0.5 * (high - low), "half of the range of the log")
+        found["x_0"] = Held(0.5 * (low + high), "held-middle")
+        found["x_L"] = Held(0.5 * (high - low), "held-half-range")
     if "pitch" in component.variables and pitch is not None:
-        found["pitch"] = Held(pitch, "the lead of the axis file, or else the period of what simple friction leaves")
+        found["pitch"] = Held(pitch, "held-pitch")
     return found
 
 

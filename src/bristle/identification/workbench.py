@@ -10,26 +10,28 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel
+from bristle.core.diagnostic import Diagnostic
 from bristle.core.errors import InputError
 from bristle.core.interruption import UNFINISHED, obey
 from bristle.core.least_squares import unbounded
 from bristle.friction import base_of, find, gms, maxwell_slip
 from bristle.friction.slots import SlottedModel
 from bristle.identification.dataset import Regression
+from bristle.identification.diagnostics.repetition import about_repeated_logs, about_repetition
 from bristle.identification.elements import Elements, of_one_speed
-from bristle.identification.findings import fit_of
+from bristle.identification.fitted import fit_of
 from bristle.identification.held_out import held_out_error
 from bristle.identification.inverse_dynamics import Problem
 from bristle.identification.output_error import refuse_elements
 from bristle.identification.parameters import Scales, scales_of
 from bristle.identification.refinement import Refinement, held_out_output
-from bristle.identification.repetition import about_repeated_logs, about_repetition
 from bristle.identification.request import Known, refuse_reversed_effort, unknowns_of
 from bristle.identification.resampling.assessment import assessed
 from bristle.identification.resampling.output_assessment import assessed_output
 from bristle.identification.resampling.refit import coordinates_around, space_of
 from bristle.identification.result import Fit, HeldOut
 from bristle.identification.search import Report, Search
+from bristle.identification.settings import DEFAULT, Settings
 from bristle.identification.shaped import in_lists, shaped
 from bristle.identification.slot_parameters import pitch_in
 from bristle.identification.solution import Solution, solve_linear
@@ -39,7 +41,7 @@ from bristle.logs.log import Log
 __all__ = ["Simulated", "Workbench"]
 
 START, SEARCH, REFINED = 0.2, 0.6, 0.8  # of the work, where each ends
-OF_THIS_SHAPE = "errors and intervals are those for elements of this shape: their shares do not vary in them"
+OF_THIS_SHAPE = Diagnostic("element-shape", severity="note")
 LEAST_LEVEL = 0.01  # of the effort: a Coulomb force that says nothing of the magnitude of friction
 
 
@@ -74,6 +76,8 @@ class Workbench:
         The search for the least output error, where that is asked for.
     found : dict
         How the intervals of each model fitted so far are found, by its name.
+    settings : Settings
+        The thresholds of what is said of a fit.
     """
 
     regression: Regression
@@ -83,6 +87,7 @@ class Workbench:
     everywhere: bool = False
     refinement: Refinement | None = None
     found: dict[str, Assessment] = field(default_factory=dict)
+    settings: Settings = DEFAULT
 
     @classmethod
     def of(
@@ -126,7 +131,9 @@ class Workbench:
         if self.refinement is not None:
             start = self._start(problem, lambda share, remark="": report(START * share, remark))
             if start.unfinished:
-                return self._finished(fit_of(problem, start, self.scales), None, unfinished=True)
+                return self._finished(
+                    fit_of(problem, start, self.scales, settings=self.settings), None, unfinished=True
+                )
             return self._finished(*self._refined(self.refinement, problem, start, blocks, report))
         if component.linear and not component.relations:
             solution = solve_linear(problem)
@@ -144,8 +151,8 @@ class Workbench:
             return problem.predicted(problem.unknowns.complete(on_rows(rows).values))
 
         space = space_of(problem, solution, self.scales)
-        self.found[component.name] = lambda fit, draws, told: assessed(fit, problem, space, draws, told)
-        fit = fit_of(problem, solution, self.scales)
+        self.found[component.name] = lambda fit, draws, told: assessed(fit, problem, space, draws, self.settings, told)
+        fit = fit_of(problem, solution, self.scales, settings=self.settings)
         if not blocks or solution.unfinished:
             return self._finished(fit, None, unfinished=solution.unfinished)
         try:
@@ -180,12 +187,13 @@ class Workbench:
         solution, error = refinement.of(inverse, start, told)
         residual = error.residual(solution.values)
         fit = replace(
-            fit_of(error.inverse, solution, self.scales, residual, error.in_words), **error.told(solution.values)
+            fit_of(error.inverse, solution, self.scales, residual, error.diagnostic, self.settings),
+            **error.told(solution.values),
         )
         if solution.unfinished:
             return fit, None, True
         space = coordinates_around(error.unknowns, solution, self.scales)
-        self.found[fit.name] = lambda fit, draws, said: assessed_output(fit, error, space, draws, said)
+        self.found[fit.name] = lambda fit, draws, said: assessed_output(fit, error, space, draws, self.settings, said)
         if not blocks:
             return fit, None, False
         try:
@@ -210,9 +218,11 @@ class Workbench:
 
         problem, solution = elements.solution()
         parts = elements.space()
-        self.found[component.name] = lambda fit, draws, told: assessed(fit, *parts, draws, told)
+        self.found[component.name] = lambda fit, draws, told: assessed(fit, *parts, draws, self.settings, told)
         report(0.5)
-        return self._of_elements(fit_of(problem, solution, self.scales), predicted, blocks, report)
+        return self._of_elements(
+            fit_of(problem, solution, self.scales, settings=self.settings), predicted, blocks, report
+        )
 
     def _fit_stribeck_elements(self, component: SlottedModel, blocks: int, report: Report) -> Fit:
         """Fit elements that slip by a curve: shape and curve in turn."""
@@ -224,9 +234,9 @@ class Workbench:
             return there.predicted(there.unknowns.complete(best.values))
 
         parts = problems.space(problem, solution)
-        self.found[component.name] = lambda fit, draws, told: assessed(fit, *parts, draws, told)
-        fit = fit_of(problem, solution, self.scales)
-        fit = replace(fit, assumptions=(*fit.assumptions, OF_THIS_SHAPE))
+        self.found[component.name] = lambda fit, draws, told: assessed(fit, *parts, draws, self.settings, told)
+        fit = fit_of(problem, solution, self.scales, settings=self.settings)
+        fit = replace(fit, diagnostics=(*fit.diagnostics, OF_THIS_SHAPE))
         return self._of_elements(fit, predicted, blocks, report)
 
     def _of_elements(
@@ -249,11 +259,11 @@ class Workbench:
     def _finished(self, fit: Fit, held_out: HeldOut | None, unfinished: bool = False) -> Fit:
         repeated = ()
         if held_out is not None and held_out.of == "logs":
-            repeated = about_repeated_logs(self.regression)
+            repeated = about_repeated_logs(self.regression, self.settings)
         elif held_out is not None and fit.position_error_percent is None:
-            repeated = about_repetition(self.regression)
+            repeated = about_repetition(self.regression, self.settings)
         said = (UNFINISHED,) if unfinished else ()
-        return replace(fit, held_out=held_out, unfinished=unfinished, warnings=(*said, *fit.warnings, *repeated))
+        return replace(fit, held_out=held_out, unfinished=unfinished, diagnostics=(*said, *fit.diagnostics, *repeated))
 
     def _pitch(self) -> float:
         """Return the pitch of the screw, found in what Coulomb and viscous friction leave."""

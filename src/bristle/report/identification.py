@@ -14,6 +14,7 @@ from bristle.report.certificates import certificate_table
 from bristle.report.compensation import gain_of
 from bristle.report.log_facts import log_facts, scatter_facts, treatment_facts
 from bristle.report.loop_tables import variant_table
+from bristle.report.messages import assumptions_of, notes_of, warnings_of
 from bristle.report.model_tables import as_csv, comparison_table, drive_rows, parameter_table
 from bristle.report.page import render
 from bristle.report.passages import break_away_table, passage_table
@@ -77,7 +78,7 @@ def identification_report(
         merits=figures_of_merit(fit, gain),
         verdict=sentences(identification, axis_name, gain, prediction),
         parameters=parameter_table(fit),
-        warnings=fit.warnings,
+        warnings=warnings_of(fit),
         next_measurements=next_measurements(fit),
         drive=None if not table else drive_rows(table, kind),
         deviation=with_unit(largest_deviation(fit, table or ()), unit_of("force", kind)) if table else None,
@@ -98,5 +99,5 @@ def identification_report(
 
 
 def _assumed(fit: Fit, prediction: Prediction | None) -> list[str]:
-    told = [] if prediction is None else [f"{prediction.mode} prediction: {one}" for one in prediction.notes]
-    return [*fit.assumptions, *told]
+    told = [] if prediction is None else [f"{prediction.mode} prediction: {one}" for one in notes_of(prediction)]
+    return [*assumptions_of(fit), *told]

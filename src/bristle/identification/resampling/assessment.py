@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from bristle.core.typography import number, with_unit
-from bristle.core.variable import Variable, unit_of
+from bristle.core.diagnostic import Diagnostic
+from bristle.core.variable import Variable
 from bristle.identification.inverse_dynamics import Problem
 from bristle.identification.prediction_interval import Bands, half_width
 from bristle.identification.resampling.bootstrap import Bootstrap, bootstrap
@@ -19,17 +19,16 @@ from bristle.identification.resampling.refit import Refit, Space
 from bristle.identification.resampling.replicate import lasting_of
 from bristle.identification.resampling.whiteness import is_white
 from bristle.identification.result import Estimate, Fit, Resampling
+from bristle.identification.settings import Settings
 from bristle.identification.time_blocks import BLOCKS, beside, time_blocks
 
 __all__ = ["assessed", "at_odds", "how_sure", "with_interval"]
 
-CLEAR = 0.5  # relative standard error
-AT_ODDS = 3.0  # ratio of the jackknife to the bootstrap from which the reader is told
-
 
 def assessed(
-    fit: Fit, problem: Problem, space: Space, draws: int, report: Callable[[float], None] = lambda share: None
-) -> Fit:
+    fit: Fit, problem: Problem, space: Space, draws: int, settings: Settings,
+    report: Callable[[float], None] = lambda share: None,
+) -> Fit:  # fmt: skip
     """Return a fit with what resampling says of it.
 
     Parameters
@@ -40,11 +39,14 @@ def assessed(
         What was fitted, and the coordinates of the solution.
     draws : int
         Number of twins.
+    settings : Settings
+        The thresholds.
     report : callable
         Is told the share of the work done.
     """
     residual, cycles = fit.traces.residual, HalfCycles(problem.regression).groups
-    blind = unseen(problem, space, frozenset(one.name for one in fit.estimates if _is_clear(one)))
+    clear = frozenset(one.name for one in fit.estimates if _is_clear(one, settings.clear_std))
+    blind = unseen(problem, space, clear, settings)
     # What is only weakly seen stays free: held, it would make the others look surer than they are.
     flat = {one.name for one in blind if one.flat}
     free = np.array([name not in flat for name in space.names])
@@ -60,17 +62,20 @@ def assessed(
         scatter=found.scatter,
         half_cycles=cycles.count,
         resolution=found.disturbance.resolution,
-        white=is_white(residual),
+        white=is_white(residual, settings),
         jackknife=jackknife_std(space, cycles, residual),
         curve=found.curve,
     )
     variables = problem.unknowns.variables
     estimates = tuple(_estimate(one, found, blind, variables.get(one.name)) for one in fit.estimates)
-    told = [f"{one.name} cannot be identified: {one.note}" for one in blind]
     return replace(
         fit, estimates=estimates, resampling=resampling,
-        warnings=(*fit.warnings, *told, *at_odds(estimates, found, resampling.jackknife)),
-        assumptions=(*fit.assumptions, _how(fit, resampling)),
+        diagnostics=(
+            *fit.diagnostics,
+            *(one.diagnostic for one in blind),
+            *at_odds(estimates, found, resampling.jackknife, settings),
+            how_sure("intervals", fit, resampling, bands.unexplained, noise=bands.noise),
+        ),
     )  # fmt: skip
 
 
@@ -98,15 +103,15 @@ def _inflation(bands: Bands, fit: Fit, problem: Problem, space: Space, free: np.
     return max(float(np.quantile(np.concatenate(share), 0.95)), 1.0) if share else 1.0
 
 
-def _is_clear(one: Estimate) -> bool:
+def _is_clear(one: Estimate, most: float) -> bool:
     """Return whether 30 % of a value mean anything: not so where it is known to be next to nothing."""
-    return one.status == "identified" and one.larger_std is not None and one.larger_std <= CLEAR * abs(one.value)
+    return one.status == "identified" and one.larger_std is not None and one.larger_std <= most * abs(one.value)
 
 
 def _estimate(one: Estimate, found: Bootstrap, blind: tuple[Unseen, ...], variable: Variable | None) -> Estimate:
     lost = next((other for other in blind if other.name == one.name), None)
     if lost is not None:
-        one = replace(one, status="unidentifiable", note=lost.note)
+        one = replace(one, status="unidentifiable", reason=lost.diagnostic)
     return with_interval(one, found, variable)
 
 
@@ -123,34 +128,24 @@ def with_interval(one: Estimate, found: Bootstrap, variable: Variable | None) ->
     return replace(one, interval=(min(max(low, least), most), min(max(high, least), most)))
 
 
-def at_odds(estimates: tuple[Estimate, ...], found: Bootstrap, jackknife: Mapping[str, float]) -> list[str]:
+def at_odds(
+    estimates: tuple[Estimate, ...], found: Bootstrap, jackknife: Mapping[str, float], settings: Settings
+) -> tuple[Diagnostic, ...]:
     """Return a warning for what scatters more from half-cycle to half-cycle than the twins do."""
     spread = dict(zip(found.space.told, found.std.tolist(), strict=False))
-    names = [
+    names = tuple(
         one.name
         for one in estimates
-        if one.status == "identified" and jackknife.get(one.name, 0.0) > AT_ODDS * spread.get(one.name, np.inf)
-    ]
-    if not names:
-        return []
-    return [
-        f"leaving out half-cycles changes {', '.join(names)} by more than noise, encoder and scatter do: the model "
-        "lacks something that differs between the half-cycles, and these intervals are too narrow"
-    ]
-
-
-def _how(fit: Fit, resampling: Resampling) -> str:
-    kind, bands = fit.friction.kind, resampling.bands
-    noise, left = (with_unit(one, unit_of("force", kind)) for one in (bands.noise, bands.unexplained))
-    step = with_unit(resampling.resolution, unit_of("length", kind))
-    return how_sure(resampling, f"noise of {noise}, encoder steps of {step}", left)
-
-
-def how_sure(resampling: Resampling, causes: str, left: str) -> str:
-    """Return in words how intervals were found: what disturbed the twins besides scatter, and what is none of it."""
-    scatter = number(100.0 * resampling.scatter.value, digits=2)
-    return (
-        f"95 % intervals from {resampling.bands.count} fits to logs simulated with the model: {causes}, friction that "
-        f"scatters by {scatter} % over {resampling.half_cycles} half-cycles; {left} of the residual (root mean square) "
-        "is none of these, and comes back block by block with a sign drawn by chance"
+        if one.status == "identified" and jackknife.get(one.name, 0.0) > settings.at_odds * spread.get(one.name, np.inf)
     )
+    return (Diagnostic("half-cycles-differ", numbers={"names": names}),) if names else ()
+
+
+def how_sure(code: str, fit: Fit, resampling: Resampling, unexplained: float, **numbers: float) -> Diagnostic:
+    """Return how intervals were found: what disturbed the twins, and what of the residual is none of it."""
+    found = {
+        "draws": resampling.bands.count, "resolution": resampling.resolution,
+        "scatter_percent": 100.0 * resampling.scatter.value, "half_cycles": resampling.half_cycles,
+        "unexplained": unexplained, **numbers,
+    }  # fmt: skip
+    return Diagnostic(code, "", "note", found, fit.friction.kind)

@@ -7,8 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from bristle.core.typography import with_unit
-from bristle.core.variable import unit_of
 from bristle.friction import is_static
 from bristle.identification.output_error import OutputError
 from bristle.identification.prediction_interval import Bands, half_width
@@ -21,13 +19,17 @@ from bristle.identification.resampling.refit import Refit, Space
 from bristle.identification.resampling.replicate import disturbance_of, lasting_of
 from bristle.identification.resampling.whiteness import is_white
 from bristle.identification.result import Fit, Resampling
+from bristle.identification.settings import Settings
 
 __all__ = ["assessed_output"]
 
+CODES = {"closed": "intervals-loop", "open": "intervals-motion"}
+
 
 def assessed_output(
-    fit: Fit, error: OutputError, space: Space, draws: int, report: Callable[[float], None] = lambda share: None
-) -> Fit:
+    fit: Fit, error: OutputError, space: Space, draws: int, settings: Settings,
+    report: Callable[[float], None] = lambda share: None,
+) -> Fit:  # fmt: skip
     """Return a fit to a simulated signal with what resampling says of it.
 
     Parameters
@@ -39,6 +41,8 @@ def assessed_output(
         to a twin is taken for linear around it.
     draws : int
         Number of twins.
+    settings : Settings
+        The thresholds.
     report : callable
         Is told the share of the work done.
     """
@@ -66,21 +70,16 @@ def assessed_output(
         scatter=found.scatter,
         half_cycles=groups.count,
         resolution=found.disturbance.resolution,
-        white=is_white(residual),
+        white=is_white(residual, settings),
         jackknife=jackknife_std(space, groups, residual),
     )
     variables = error.unknowns.variables
     estimates = tuple(with_interval(one, found, variables.get(one.name)) for one in fit.estimates)
     return replace(
         fit, estimates=estimates, resampling=resampling,
-        warnings=(*fit.warnings, *at_odds(estimates, found, resampling.jackknife)),
-        assumptions=(*fit.assumptions, _how(fit, error, resampling, found.unexplained)),
+        diagnostics=(
+            *fit.diagnostics,
+            *at_odds(estimates, found, resampling.jackknife, settings),
+            how_sure(CODES[error.loop], fit, resampling, found.unexplained),
+        ),
     )  # fmt: skip
-
-
-def _how(fit: Fit, error: OutputError, resampling: Resampling, unexplained: float) -> str:
-    kind, signal = fit.friction.kind, "force" if error.loop == "closed" else "length"
-    step = with_unit(resampling.resolution, unit_of("length", kind))
-    left = with_unit(unexplained, unit_of(signal, kind))
-    where = "in the loop" if error.loop == "closed" else "behind the motion"
-    return how_sure(resampling, f"encoder steps of {step} {where}", left)
