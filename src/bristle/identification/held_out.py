@@ -10,30 +10,30 @@ from bristle.core.diagnostic import Diagnostic
 from bristle.core.errors import InputError
 from bristle.identification.dataset import Regression
 from bristle.identification.result import HeldOut
+from bristle.identification.settings import DEFAULT, Settings
 from bristle.identification.time_blocks import BLOCKS, beside, time_blocks
 from bristle.simulation.result import relative_error_percent
 
 __all__ = ["TOO_SHORT", "blocks_for", "held_out_error"]
 
-ROWS_PER_BLOCK = 20
 TOO_SHORT = Diagnostic("too-short")
 
 
-def blocks_for(regression: Regression, asked: int | None) -> int:
+def blocks_for(regression: Regression, asked: int | None, settings: Settings = DEFAULT) -> int:
     """Return how many time blocks are held out: as asked, else five, fewer of a short log, 0 where none has room."""
     if asked is not None or regression.log_of_row[0] != regression.log_of_row[-1]:
         return BLOCKS if asked is None else asked
-    room = _room(regression)
+    room = _room(regression, settings)
     return min(room, BLOCKS) if room > 1 else 0
 
 
-def _room(regression: Regression) -> int:
-    return regression.effort.size // (ROWS_PER_BLOCK + 2 * regression.reach)
+def _room(regression: Regression, settings: Settings) -> int:
+    return regression.effort.size // (int(settings.held_out_rows) + 2 * regression.reach)
 
 
 def held_out_error(
     regression: Regression, predicted: Callable[[np.ndarray], np.ndarray], blocks: int,
-    report: Callable[[float], None] = lambda share: None,
+    report: Callable[[float], None] = lambda share: None, settings: Settings = DEFAULT,
 ) -> HeldOut:  # fmt: skip
     """Return the error on each of several time blocks, fitted to all others; of several logs, on each of them.
 
@@ -47,6 +47,8 @@ def held_out_error(
         Number of blocks, at least 2.
     report : callable
         Is told the share of the work done.
+    settings : Settings
+        The thresholds.
 
     Notes
     -----
@@ -60,10 +62,10 @@ def held_out_error(
     log, reach = regression.log_of_row, regression.reach
     if log[0] != log[-1]:
         return _held_out(regression, predicted, [log == one for one in np.unique(log)], 0, "logs", report)
-    if blocks > _room(regression):
+    if blocks > (room := _room(regression, settings)):
         raise InputError(
             "are too many for this log", path="blocks", value=blocks,
-            allowed=f"2 to {max(_room(regression), 2)}, or 0 for no comparison on held-out blocks",
+            allowed=f"2 to {max(room, 2)}, or 0 for no comparison on held-out blocks",
         )  # fmt: skip
     of, parts = time_blocks(regression, blocks)
     return _held_out(regression, predicted, parts, reach, of, report)

@@ -8,7 +8,7 @@ involved, and the controller that was running does not matter.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from os import PathLike
@@ -19,7 +19,7 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel
 from bristle.core.cores import cores_for_simulations
-from bristle.core.edge import FLAG, NAMES, PROGRESS, among, guarded, optional, whole
+from bristle.core.edge import FLAG, NAMES, PROGRESS, among, guarded, instance, optional, whole
 from bristle.core.errors import InputError
 from bristle.core.interruption import obey
 from bristle.identification.break_away import break_aways
@@ -30,9 +30,10 @@ from bristle.identification.inputs import logs_and_axes, treatment_of
 from bristle.identification.merging import treat_all
 from bristle.identification.output_error import one_period, simulated_loop
 from bristle.identification.ranking import in_order
-from bristle.identification.request import METHODS, Known, as_asked, freed, known_of, models_of
+from bristle.identification.request import METHODS, Known, as_asked, freed, known_of, models_of, settings_of
 from bristle.identification.result import Fit, Identification
 from bristle.identification.search import Report
+from bristle.identification.settings import Settings
 from bristle.identification.workbench import Simulated, Workbench
 from bristle.logs.log import Log
 
@@ -45,7 +46,8 @@ Progress = Callable[[float, str], None]
 
 @guarded(
     blocks=optional(whole(2, 10_000, none=True)), free=NAMES, draws=whole(FEWEST_DRAWS, MOST_DRAWS, none=True),
-    method=optional(among(*METHODS)), global_search=optional(FLAG), progress=PROGRESS,
+    method=optional(among(*METHODS)), global_search=optional(FLAG),
+    settings=optional(instance((Settings, Mapping), "a dictionary of thresholds")), progress=PROGRESS,
 )  # fmt: skip
 @cores_for_simulations()
 def identify(
@@ -53,7 +55,8 @@ def identify(
     axis: Axis | str | PathLike[str] | Sequence[Axis | str | PathLike[str]] | None = None,
     cutoff: float | str | None = None, decimation: int | None = None, blocks: int | None = None,
     offset: float | str | None = None, mass: float | str | None = None, free: str | Sequence[str] = (),
-    draws: int = 100, method: str | None = None, global_search: bool | None = None, progress: Progress | None = None,
+    draws: int = 100, method: str | None = None, global_search: bool | None = None,
+    settings: Settings | Mapping[str, float] | None = None, progress: Progress | None = None,
 ) -> Identification:  # fmt: skip
     """Identify one friction model or several from a log, with the inertia, and rank them.
 
@@ -89,6 +92,9 @@ def identify(
     global_search : bool, optional
         Whether the whole range of each parameter is looked at, where a search is needed at all; the axis decides where
         it is not given.
+    settings : Settings or mapping of str to float, optional
+        Thresholds from where on something is said or doubted, by name; those that are not given are as the axis says,
+        or at their defaults.
     progress : callable, optional
         Called with the share of the work done and what is being done.
 
@@ -108,16 +114,17 @@ def identify(
        identification", IEEE Transactions on Control Systems Technology 22(1), 2014. doi:10.1109/TCST.2013.2246163
     """
     given = as_asked(logs_and_axes(log, axis), method, global_search)
+    chosen = settings_of(given[0][1], settings)
     logs, axes = [log for log, _ in given], [axis for _, axis in given]
     components = models_of(model)
     _refuse_without_effort(logs)
     kind = logs[0].kind
     known = replace(known_of(axes[0], mass, offset, kind), free=freed(free, components))
-    workbench = _workbench(given, known, *treatment_of(cutoff, decimation, kind))
-    regression, held_out = workbench.regression, blocks_for(workbench.regression, blocks)
+    workbench = replace(_workbench(given, known, *treatment_of(cutoff, decimation, kind)), settings=chosen)
+    regression, held_out = workbench.regression, blocks_for(workbench.regression, blocks, chosen)
     count = len(components) + bool(draws)
     fits, left_out = _fits(workbench, components, held_out, partial(_share, progress, count))
-    first, *others = (replace(fit, rank=rank) for rank, fit in enumerate(with_information(in_order(fits)), 1))
+    first, *others = (replace(fit, rank=rank) for rank, fit in enumerate(with_information(in_order(fits, chosen)), 1))
     if blocks is None and not held_out:
         first = replace(first, diagnostics=(TOO_SHORT, *first.diagnostics))
     unfinished = _unfinished(fits, [one.name for one in components if one.name not in left_out])
@@ -125,7 +132,7 @@ def identify(
         report = _share(progress, count, len(components), f"fitting {first.name} to simulated logs")
         first, unfinished = _assessed(workbench, first, draws, report)
     treatment, away = _treatment(regression, first), break_aways(regression, first.plant, first.friction)
-    return Identification((first, *others), logs[0], treatment, tuple(logs[1:]), unfinished, away, left_out)
+    return Identification((first, *others), logs[0], treatment, tuple(logs[1:]), unfinished, away, left_out, chosen)
 
 
 def _workbench(

@@ -20,11 +20,12 @@ from bristle.friction.slots import OFFSET, SlottedModel, slotted
 from bristle.identification.dataset import Regression
 from bristle.identification.inputs import number_or_text
 from bristle.identification.parameters import Held, Unknowns, stroke_of
+from bristle.identification.settings import Settings
 from bristle.identification.slot_parameters import places_of
 from bristle.logs.log import Log
 from bristle.plants import PLANTS, inertia
 
-__all__ = ["METHODS", "Known", "as_asked", "freed", "known_of", "models_of", "unknowns_of"]
+__all__ = ["METHODS", "Known", "as_asked", "freed", "known_of", "models_of", "settings_of", "unknowns_of"]
 
 ALL = "all"
 METHODS = ("inverse_dynamics", "output_error")
@@ -159,6 +160,19 @@ def as_asked(
     changes = {"method": method, "global_search": global_search}
     changes = {name: value for name, value in changes.items() if value is not None}
     return [(log, replace(axis or Axis(kind=log.kind), **changes) if changes else axis) for log, axis in given]
+
+
+def settings_of(axis: Axis | None, given: Settings | Mapping[str, float] | None) -> Settings:
+    """Return the thresholds: those of the axis, and those given beside it.
+
+    Raises
+    ------
+    InputError
+        If there is no such threshold, or its value is out of range.
+    """
+    said = dict(axis.settings) if axis is not None else {}
+    Settings.of(said, "identification.settings")
+    return Settings.of(said | (given.as_data() if isinstance(given, Settings) else dict(given or {})))
 
 
 def known_of(axis: Axis | None, mass: float | str | None, offset: float | str | None, kind: Kind) -> Known:

@@ -10,6 +10,7 @@ import numpy as np
 
 from bristle.core.held_out import HeldOut
 from bristle.core.normal import NORMAL_95
+from bristle.identification.settings import DEFAULT, Settings
 from bristle.simulation.result import relative_error_percent
 
 if TYPE_CHECKING:
@@ -280,6 +281,8 @@ class Identification:
         Break-away as the log shows it, by rate, the slowest first; inertia and offset are those of the best model.
     left_out : mapping of str to str
         Models that were asked for among others and cannot be compared, and why.
+    settings : Settings
+        The thresholds from where on something was said or doubted.
     """
 
     fits: tuple[Fit, ...]
@@ -289,6 +292,7 @@ class Identification:
     unfinished: str = ""
     break_aways: tuple[BreakAway, ...] = ()
     left_out: Mapping[str, str] = field(default_factory=dict)
+    settings: Settings = DEFAULT
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -124,12 +124,12 @@ class Settings:
     )
 
     @classmethod
-    def of(cls, given: Settings | Mapping[str, Any] | None, path: str = "settings") -> Settings:
-        """Return settings from those that differ from the default.
+    def of(cls, given: Mapping[str, Any], path: str = "settings") -> Settings:
+        """Return the thresholds that are given, all others at their defaults.
 
         Parameters
         ----------
-        given : Settings or mapping of str to float, optional
+        given : mapping of str to float
             Names of thresholds with their values.
         path : str
             What an error names.
@@ -139,11 +139,9 @@ class Settings:
         InputError
             If there is no such threshold, or its value is out of range.
         """
-        if isinstance(given, Settings):
-            given = given.changed
         known = {one.name: one for one in thresholds()}
         found: dict[str, float] = {}
-        for name, value in (given or {}).items():
+        for name, value in given.items():
             if name not in known:
                 raise InputError("is no threshold of an identification", path=f"{path}.{name}", value=value,
                                  allowed=", ".join(known))  # fmt: skip

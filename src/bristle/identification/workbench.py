@@ -157,7 +157,11 @@ class Workbench:
             return self._finished(fit, None, unfinished=solution.unfinished)
         try:
             held_out = held_out_error(
-                self.regression, predicted, blocks, lambda share: report(SEARCH + (1.0 - SEARCH) * share)
+                self.regression,
+                predicted,
+                blocks,
+                lambda share: report(SEARCH + (1.0 - SEARCH) * share),
+                self.settings,
             )
         except KeyboardInterrupt as error:
             obey(error)
@@ -246,7 +250,9 @@ class Workbench:
         held_out, unfinished = None, False
         try:
             if blocks:
-                held_out = held_out_error(self.regression, predicted, blocks, lambda share: report(0.5 + 0.5 * share))
+                held_out = held_out_error(
+                    self.regression, predicted, blocks, lambda share: report(0.5 + 0.5 * share), self.settings
+                )
             report(1.0)
         except KeyboardInterrupt as error:
             obey(error)

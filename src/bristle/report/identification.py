@@ -20,6 +20,7 @@ from bristle.report.page import render
 from bristle.report.passages import break_away_table, passage_table
 from bristle.report.pictures import identification_pictures
 from bristle.report.prediction import prediction_picture
+from bristle.report.settings import changed_settings, settings_table
 from bristle.report.simulation import following_picture
 from bristle.report.verdict import figures_of_merit, sentences
 
@@ -88,6 +89,8 @@ def identification_report(
         by_position=fit.position_rmse is not None,
         pictures=pictures,
         assumptions=_assumed(fit, prediction),
+        settings=settings_table(identification.settings),
+        changed_settings=changed_settings(identification.settings),
         passages=passage_table([one.as_data() for one in found], kind),
         break_aways=break_away_table(identification.break_aways, kind) if identification.break_aways else None,
         log=log_facts(identification.log, identification.further_logs)

@@ -61,6 +61,7 @@ def identification_summary(
         "left_out": dict(identification.left_out),
         "further_logs": [one.origin.name for one in identification.further_logs],
         "treatment": identification.treatment,
+        "settings": identification.settings.as_data(),
         "break_aways": [one._asdict() for one in identification.break_aways],
         "provenance": provenance,
     }  # fmt: skip
