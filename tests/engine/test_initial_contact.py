@@ -5,9 +5,9 @@ import pytest
 
 import bristle as br
 from bristle.engine import force_along
-from bristle.identification.dataset import Regression, Stretch
-from bristle.identification.inverse_dynamics import Problem
-from bristle.identification.request import Known, unknowns_of
+from bristle.identification.dataset import Dataset, Segment
+from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.request import PriorKnowledge, parameters_of
 from bristle.logs.log import Channel, Log
 from bristle.plants import inertia
 from bristle.report.messages import notes_of
@@ -19,21 +19,21 @@ TRUTH = {"F_C": 20.0, "give": 2e-3, "gap": 4e-3, "n": 2.5, "share": 0.1, "sigma_
 @pytest.fixture(scope="module")
 def problem():
     """Two stretches that begin elsewhere in the backlash, as one regression."""
-    rng, model, stretches = np.random.default_rng(4), br.friction.find("gap_slider")(**TRUTH), []
+    rng, model, segments = np.random.default_rng(4), br.friction.find("gap_slider")(**TRUTH), []
     for number, place in enumerate((0.6, -0.3)):
         t = np.arange(6000) * DT
         x = 8e-3 * np.sin(2.0 * np.pi * (0.4 + 0.2 * number) * t)
         v, a = np.gradient(x, DT), np.gradient(np.gradient(x, DT), DT)
         state = model.component.start(place, model.parameters)
         force = force_along(model, v, DT, x + 0.5 * DT * v, state=state) + rng.normal(0.0, 0.2, t.size)
-        stretches.append(Stretch(t + 6.0 * number, x, v, a, force + 2.0 * a, number))
-    regression = Regression(tuple(stretches), "translational", DT, 1e-9, 0.0, 100.0, 4, 50)
-    unknowns = unknowns_of(model.component, Known(plant=inertia), regression)
-    return Problem(regression, unknowns)
+        segments.append(Segment(t + 6.0 * number, x, v, a, force + 2.0 * a, number))
+    dataset = Dataset(tuple(segments), "translational", DT, 1e-9, 0.0, 100.0, 4, 50)
+    parameters = parameters_of(model.component, PriorKnowledge(plant=inertia), dataset)
+    return InverseDynamics(dataset, parameters)
 
 
 def test_the_derivative_is_that_of_the_fit_with_its_start_found_anew(problem):
-    values = {name: (TRUTH | {"M": 2.0, "offset": 0.0})[name] for name in problem.unknowns.free}
+    values = {name: (TRUTH | {"M": 2.0, "offset": 0.0})[name] for name in problem.parameters.free}
     near = problem.near(values)
     assert near.places == pytest.approx((0.6, -0.3), abs=0.02)
     for name in ("F_C", "give", "share"):
@@ -51,10 +51,10 @@ def test_the_derivative_is_that_of_the_fit_with_its_start_found_anew(problem):
 
 
 def test_a_prediction_tells_where_the_contact_began(problem):
-    stretch = problem.regression.stretches[0]
+    segment = problem.dataset.segments[0]
     log = Log(
-        time=Channel(stretch.time, "s", "t"), position=Channel(stretch.position, "m", "q"),
-        effort=Channel(stretch.effort, "N", "u"), sample_time=DT, segments=(slice(0, stretch.time.size),),
+        time=Channel(segment.time, "s", "t"), position=Channel(segment.position, "m", "q"),
+        effort=Channel(segment.effort, "N", "u"), sample_time=DT, segments=(slice(0, segment.time.size),),
         kind="translational",
     )  # fmt: skip
     notes = notes_of(br.predict(inertia(M=2.0), br.friction.find("gap_slider")(**TRUTH), log))

@@ -11,8 +11,8 @@ from bristle import friction
 from bristle.core.interruption import BestSoFar
 from bristle.identification import identify
 from bristle.identification.global_search import box_of
-from bristle.identification.inverse_dynamics import Problem
-from bristle.identification.parameters import coordinates_of
+from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.parameters import transforms_of
 from bristle.identification.refinement import Refinement
 
 PRESLIDING = friction.dahl(F_C=20.0, sigma_0=5e6, sigma_2=200.0)
@@ -41,8 +41,8 @@ class Landscape:
     @property
     def places(self):
         """Places drawn from the box: starts that know nothing."""
-        coordinates = coordinates_of(self.search.problem.unknowns, self.search.scales)
-        box, rng = box_of(coordinates, self.search.phi_of(self.solution.values)), np.random.default_rng(0)
+        coordinates = transforms_of(self.search.problem.parameters, self.search.scales)
+        box, rng = box_of(coordinates, self.search.theta_of(self.solution.values)), np.random.default_rng(0)
         return [
             self.search.values_of(np.array([side.coordinate(rng.uniform(side.low, side.high)) for side in box]))
             for _ in range(5)
@@ -85,8 +85,8 @@ def test_interrupted_on_the_way_it_returns_the_best_place_so_far():
 
 def test_inverse_dynamics_looks_everywhere_too(monkeypatch):
     log, seen = recorded_in_loop(PRESLIDING, 0, pairs=2, scatter=0.0), []
-    residual = Problem.residual
-    monkeypatch.setattr(Problem, "residual", lambda self, free: (seen.append(1), residual(self, free))[1])
+    residual = InverseDynamics.residual
+    monkeypatch.setattr(InverseDynamics, "residual", lambda self, free: (seen.append(1), residual(self, free))[1])
     counts, errors = [], []
     for everywhere in (False, True):
         seen.clear()

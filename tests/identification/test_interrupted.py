@@ -9,7 +9,7 @@ from tests.identification.known_logs import log_of, sines, sliding_effort, slow_
 from bristle import friction
 from bristle.cli.signals import SignalledError
 from bristle.identification import identify, workbench
-from bristle.identification.inverse_dynamics import Problem
+from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.report.messages import warnings_of
 
 TRUTH = friction.lugre(sigma_0=1e5, sigma_1=200.0, F_C=8.0, F_S=10.0, v_S=2e-3, sigma_2=30.0)
@@ -25,7 +25,7 @@ def interrupted_after(monkeypatch):
     """Raise an interruption at a residual, counted from when a search of a model with more parameters begins."""
 
     def arrange(count, error=KeyboardInterrupt):
-        residual, seen = Problem.residual, [0]
+        residual, seen = InverseDynamics.residual, [0]
 
         def counting(self, free):
             seen[0] += 1
@@ -33,7 +33,7 @@ def interrupted_after(monkeypatch):
                 raise error
             return residual(self, free)
 
-        monkeypatch.setattr(Problem, "residual", counting)
+        monkeypatch.setattr(InverseDynamics, "residual", counting)
         return seen
 
     return arrange

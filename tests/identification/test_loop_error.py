@@ -9,7 +9,7 @@ from benchmarks.loops import AXIS, MASS, recorded_in_loop
 from bristle import friction
 from bristle.core import InputError
 from bristle.identification import identify
-from bristle.identification.inverse_dynamics import Problem
+from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.output_error import OutputError
 from bristle.prediction import predict
 from bristle.report.messages import assumptions_of, warnings_of
@@ -101,7 +101,7 @@ def test_interrupted_it_returns_the_best_so_far(log, monkeypatch):
 
 
 def test_interrupted_at_its_start_it_returns_the_start(log, monkeypatch):
-    residual, seen = Problem.residual, [0]
+    residual, seen = InverseDynamics.residual, [0]
 
     def counting(self, free):
         seen[0] += 1
@@ -109,7 +109,7 @@ def test_interrupted_at_its_start_it_returns_the_start(log, monkeypatch):
             raise KeyboardInterrupt
         return residual(self, free)
 
-    monkeypatch.setattr(Problem, "residual", counting)
+    monkeypatch.setattr(InverseDynamics, "residual", counting)
     found = identify(log, "stribeck", axis=SOUGHT, draws=0).best
     assert found.unfinished
     assert found.loop_error_percent is None

@@ -6,7 +6,7 @@ from tests.identification.known_logs import Motion, log_of, sines, sliding_effor
 
 from bristle.core import Axis, InputError
 from bristle.identification import identify
-from bristle.identification.covariance import uncertainty_of
+from bristle.identification.covariance import covariance_of
 from bristle.identification.solution import Solution
 from bristle.report.messages import assumptions_of, note_of
 
@@ -92,7 +92,7 @@ def test_parameters_that_the_rows_do_not_separate_have_no_standard_error():
     one, other = rng.normal(size=(2, 200))
     columns = np.stack([one, 3.0 * one, other, 0.0 * other], axis=1)
     solution = Solution({"a": 1.0, "b": 1.0, "c": 1.0, "d": 1.0}, {}, columns, np.eye(4))
-    found = uncertainty_of(solution, rng.normal(size=200))
+    found = covariance_of(solution, rng.normal(size=200))
     assert np.isinf(found.std).tolist() == [True, True, False, True]
     assert found.std[2] == pytest.approx(1.0 / np.linalg.norm(other), rel=0.2)
     assert found.condition_number > 1e12
@@ -102,6 +102,6 @@ def test_correlated_residuals_widen_the_robust_error_only():
     rng = np.random.default_rng(0)
     slow = np.repeat(rng.normal(size=40), 50)
     column = np.ones((2000, 1))
-    found = uncertainty_of(Solution({"a": 1.0}, {}, column, np.eye(1)), slow)
+    found = covariance_of(Solution({"a": 1.0}, {}, column, np.eye(1)), slow)
     # Fifty equal residuals carry the information of one.
     assert found.robust_std[0] / found.std[0] == pytest.approx(np.sqrt(50.0), rel=0.05)

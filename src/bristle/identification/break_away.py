@@ -20,7 +20,7 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.core.least_squares import unbounded
 from bristle.core.normal import NORMAL_95
-from bristle.identification.dataset import Regression, mechanical
+from bristle.identification.dataset import Dataset, mechanical
 from bristle.logs.legs import Leg
 from bristle.logs.stretch import Stretch as Recorded
 
@@ -68,7 +68,7 @@ class _Leg(NamedTuple):
     distance: float
 
 
-def break_aways(regression: Regression, plant: Model, friction: Model) -> tuple[BreakAway, ...]:
+def break_aways(dataset: Dataset, plant: Model, friction: Model) -> tuple[BreakAway, ...]:
     """Return the break-aways of a log, by rate.
 
     Parameters
@@ -78,19 +78,19 @@ def break_aways(regression: Regression, plant: Model, friction: Model) -> tuple[
     plant, friction : Model
         What was identified: inertia and the constant part of friction are taken off the effort.
     """
-    grain = max(COUNTS * regression.resolution, NOISE * regression.noise)
+    grain = max(COUNTS * dataset.resolution, NOISE * dataset.noise)
     seen: list[_Leg] = []
-    for one in regression.stretches:
+    for one in dataset.segments:
         force = one.effort - mechanical(plant, one.position, one.velocity, one.acceleration)
         force = force - friction.values.get("offset", 0.0)
         recorded = Recorded(one.time, one.position, force, grain, None, 0)
         for leg in recorded.of_kind("break_away"):
             rest = max((rest for rest in recorded.rests if rest.start <= leg.first), key=lambda rest: rest.start)
-            found = _measured(leg, rest, one.position, force, regression)
+            found = _measured(leg, rest, one.position, force, dataset)
             seen += [found] if found is not None else []
     groups = _groups(seen)
     forces = _estimates(seen, groups, [one.force for one in seen], 0.0)
-    distances = _estimates(seen, groups, [one.distance for one in seen], regression.resolution / math.sqrt(6.0))
+    distances = _estimates(seen, groups, [one.distance for one in seen], dataset.resolution / math.sqrt(6.0))
     return tuple(
         BreakAway(_mean([seen[k].speed for k in group]), len(group), *force, *distance)
         for group, force, distance in zip(groups, forces, distances, strict=True)
@@ -98,7 +98,7 @@ def break_aways(regression: Regression, plant: Model, friction: Model) -> tuple[
 
 
 def _measured(
-    leg: Leg, rest: slice, position: np.ndarray, force: np.ndarray, regression: Regression
+    leg: Leg, rest: slice, position: np.ndarray, force: np.ndarray, dataset: Dataset
 ) -> _Leg | None:  # fmt: skip
     """Return what one leg tells, and the rest before it; None where the filter hides it."""
     side = math.copysign(1.0, leg.distance)
@@ -117,7 +117,7 @@ def _measured(
     still = np.flatnonzero(share[:turned] <= 1.0 - TURNED)
     if not still.size or moved[turned] <= 0.0:
         return None
-    if (turned - int(still[-1])) * regression.sample_time * regression.cutoff < PERIODS:
+    if (turned - int(still[-1])) * dataset.sample_time * dataset.cutoff < PERIODS:
         return None
     return _Leg(leg.speed, side, most, float(moved[turned]))
 

@@ -18,14 +18,14 @@ import numpy as np
 
 from bristle.identification.solution import Solution
 
-__all__ = ["Uncertainty", "uncertainty_of"]
+__all__ = ["Covariance", "uncertainty_of"]
 
 CLUSTERS = 40
 SINGULAR = 1e-7  # of the largest singular value: the accuracy of a Jacobian by differences
 
 
 @dataclass(frozen=True)
-class Uncertainty:
+class Covariance:
     """Standard errors of the free parameters, in their order.
 
     Parameters
@@ -47,7 +47,7 @@ class Uncertainty:
     condition_number: float
 
 
-def uncertainty_of(solution: Solution, residual: np.ndarray) -> Uncertainty:
+def covariance_of(solution: Solution, residual: np.ndarray) -> Covariance:
     """Return the standard errors of a solution with this residual [N or N*m], shape (row,)."""
     names = list(solution.values)
     inner = np.array([name not in solution.at_edge for name in names], dtype=bool)
@@ -74,7 +74,7 @@ def uncertainty_of(solution: Solution, residual: np.ndarray) -> Uncertainty:
     correlation = np.full((len(names), len(names)), np.nan)
     correlation[np.ix_(usable, usable)] = covariance[np.ix_(usable, usable)] / np.outer(std[usable], std[usable])
     condition = float(singular[0] / max(singular[-1], np.finfo(float).tiny)) if singular.size else 1.0
-    return Uncertainty(std, robust_std, correlation, condition)
+    return Covariance(std, robust_std, correlation, condition)
 
 
 def _inverse(singular: np.ndarray, directions: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The rows of a regression: what becomes of a signal along the stretches of a log."""
+"""The rows of a regression: what becomes of a signal along the segments of a log."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from bristle.core.variable import Kind
 from bristle.engine.initial_contact import place_of, state_at
 from bristle.engine.motion import along
 
-__all__ = ["Regression", "Stretch", "low_passed", "mechanical"]
+__all__ = ["Dataset", "Segment", "low_passed", "mechanical"]
 
 REST_IN_ROW = 0.01  # weight of samples at rest that a row may contain
 REACH = 10  # rows on either side that the decimating filter takes in
@@ -54,8 +54,8 @@ def mechanical(plant: Model, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.
 
 
 @dataclass(frozen=True)
-class Stretch:
-    """A stretch of the log without gaps, at the rate of the log, filtered.
+class Segment:
+    """A segment of the log without gaps, at the rate of the log, filtered.
 
     Each array has shape (sample,): time [s], position [m or rad], velocity, acceleration, effort [N or N*m].
     Position and effort have passed one and the same filter.
@@ -81,19 +81,19 @@ class Stretch:
         return {name: values for name, values in found.items() if values is not None}
 
     def signals(self, dt: float) -> dict[str, np.ndarray]:
-        """Return what friction depends on along the stretch, with its first cycle before it where that is known."""
+        """Return what friction depends on along the segment, with its first cycle before it where that is known."""
         # The velocity at a sample is the mean over the step around it, which ends half a step later.
         found = {"v": self.velocity, "x": self.position + 0.5 * dt * self.velocity} | self.surroundings
         return {name: np.concatenate([values[: self.first_cycle], values]) for name, values in found.items()}
 
     def place(self, friction: Model, dt: float, plant: Model) -> float:
-        """Return where the contact stood before the stretch, from -1 to 1, that fits the effort best beside `plant`."""
+        """Return where the contact stood before the segment, from -1 to 1, that fits the effort best beside `plant`."""
         wanted = self.effort - mechanical(plant, self.position, self.velocity, self.acceleration)
         ahead = {name: values[self.first_cycle :] for name, values in self.signals(dt).items()}
         return place_of(friction, ahead, dt, wanted)
 
     def answer(self, friction: Model, dt: float, place: float | None = None) -> np.ndarray:
-        """Return the force of a friction model along the stretch, after its first cycle where that is known.
+        """Return the force of a friction model along the segment, after its first cycle where that is known.
 
         Parameters
         ----------
@@ -109,12 +109,12 @@ class Stretch:
 
 
 @dataclass(frozen=True)
-class Regression:
-    """The stretches of a log, and how a signal along them becomes rows of a regression.
+class Dataset:
+    """The segments of a log, and how a signal along them becomes rows of a regression.
 
     Parameters
     ----------
-    stretches : tuple of Stretch
+    segments : tuple of Segment
         What is left of the log.
     kind : {"translational", "rotational"}
         The kind of axis.
@@ -129,7 +129,7 @@ class Regression:
     decimation : int
         One row for so many samples.
     dropped : int
-        Samples dropped at each edge of each stretch.
+        Samples dropped at each edge of each segment.
     held : bool or None
         Whether the recorded effort acts until the next sample; None where nobody said so.
     delay : float
@@ -142,7 +142,7 @@ class Regression:
         Standard deviation of the noise of the effort, sample by sample [N or N*m].
     """
 
-    stretches: tuple[Stretch, ...]
+    segments: tuple[Segment, ...]
     kind: Kind
     sample_time: float
     resolution: float
@@ -157,44 +157,44 @@ class Regression:
     effort_noise: float = 0.0
 
     def rows_of(self, parts: Sequence[np.ndarray]) -> np.ndarray:
-        """Return the rows of a signal, which is given along each whole stretch, shape (row,)."""
+        """Return the rows of a signal, which is given along each whole segment, shape (row,)."""
         return self._thinned(parts)[self.in_motion]
 
     def explained(
         self, plant: Model, friction: Model, places: Sequence[float | None] | None = None
     ) -> list[np.ndarray]:
-        """Return the effort that plant and friction take along each stretch [N or N*m]; `places` as below."""
+        """Return the effort that plant and friction take along each segment [N or N*m]; `places` as below."""
         return [
-            mechanical(plant, stretch.position, stretch.velocity, stretch.acceleration) + force
-            for stretch, force in zip(self.stretches, self.friction_along(friction, plant, places), strict=True)
+            mechanical(plant, segment.position, segment.velocity, segment.acceleration) + force
+            for segment, force in zip(self.segments, self.friction_along(friction, plant, places), strict=True)
         ]
 
     def places(self, friction: Model, plant: Model | None) -> tuple[float | None, ...]:
-        """Return where the contact stood before each stretch: what fits the effort best beside `plant`.
+        """Return where the contact stood before each segment: what fits the effort best beside `plant`.
 
         None of a model to which that does not matter, and where no plant is given.
         """
         if plant is None or friction.component.start is None:
-            return (None,) * len(self.stretches)
-        return tuple(one.place(friction, self.sample_time, plant) for one in self.stretches)
+            return (None,) * len(self.segments)
+        return tuple(one.place(friction, self.sample_time, plant) for one in self.segments)
 
     def friction_along(
         self, friction: Model, plant: Model | None = None, places: Sequence[float | None] | None = None
     ) -> list[np.ndarray]:
-        """Return the friction force along each stretch [N or N*m], filtered as the effort is.
+        """Return the friction force along each segment [N or N*m], filtered as the effort is.
 
         Where the state of the contact before the log matters, it is that of `places`, or else the one that fits the
         effort best beside `plant`.
         """
         dt, there = self.sample_time, self.places(friction, plant) if places is None else places
-        return [self.filtered(one.answer(friction, dt, at)) for one, at in zip(self.stretches, there, strict=True)]
+        return [self.filtered(one.answer(friction, dt, at)) for one, at in zip(self.segments, there, strict=True)]
 
     def filtered(self, part: np.ndarray) -> np.ndarray:
-        """Return a signal along a stretch behind the filter that effort and position have passed."""
+        """Return a signal along a segment behind the filter that effort and position have passed."""
         return low_passed(part, self.cutoff, self.sample_time)
 
     def without_edges(self, part: np.ndarray) -> np.ndarray:
-        """Return a signal along a stretch without the transients of the filter at its edges."""
+        """Return a signal along a segment without the transients of the filter at its edges."""
         return part[self.dropped : part.size - self.dropped]
 
     def _thinned(self, whole: Sequence[np.ndarray]) -> np.ndarray:
@@ -216,8 +216,8 @@ class Regression:
         if self.kept is not None:
             return self.kept
         if self.keeps_rests:
-            return np.ones(self._thinned([one.time for one in self.stretches]).size, dtype=bool)
-        rests = [self.filtered((stretch.velocity == 0.0).astype(float)) for stretch in self.stretches]
+            return np.ones(self._thinned([one.time for one in self.segments]).size, dtype=bool)
+        rests = [self.filtered((segment.velocity == 0.0).astype(float)) for segment in self.segments]
         return np.abs(self._thinned(rests)) < REST_IN_ROW
 
     @property
@@ -229,7 +229,7 @@ class Regression:
     @cached_property
     def time(self) -> np.ndarray:
         """Time of each row [s]."""
-        return self.sampled([stretch.time for stretch in self.stretches])
+        return self.sampled([segment.time for segment in self.segments])
 
     def sampled(self, parts: Sequence[np.ndarray]) -> np.ndarray:
         """Return the values of a signal at the rows, not mixed with those between."""
@@ -237,11 +237,11 @@ class Regression:
 
     @cached_property
     def samples_from_reversal(self) -> np.ndarray:
-        """Samples between each row and the nearest reversal of its stretch; infinite where there is none."""
+        """Samples between each row and the nearest reversal of its segment; infinite where there is none."""
         found = []
-        for number, stretch in enumerate(self.stretches):
+        for number, segment in enumerate(self.segments):
             turns = np.array([-math.inf, *(k for one, k in self.reversals if one == number), math.inf])
-            sample = np.arange(stretch.velocity.size)
+            sample = np.arange(segment.velocity.size)
             after = np.searchsorted(turns, sample)
             found.append(np.minimum(sample - turns[after - 1], turns[after] - sample))
         return self.sampled(found)
@@ -249,27 +249,27 @@ class Regression:
     @cached_property
     def log_of_row(self) -> np.ndarray:
         """Which log each row is from."""
-        return self.sampled([np.full(stretch.time.size, stretch.log) for stretch in self.stretches])
+        return self.sampled([np.full(segment.time.size, segment.log) for segment in self.segments])
 
     @cached_property
-    def stretch_of_row(self) -> np.ndarray:
-        """Which stretch each row is from."""
-        return self.sampled([np.full(one.time.size, number) for number, one in enumerate(self.stretches)])
+    def segment_of_row(self) -> np.ndarray:
+        """Which segment each row is from."""
+        return self.sampled([np.full(one.time.size, number) for number, one in enumerate(self.segments)])
 
     @cached_property
     def position(self) -> np.ndarray:
         """Position of each row [m or rad]."""
-        return self.rows_of([stretch.position for stretch in self.stretches])
+        return self.rows_of([segment.position for segment in self.segments])
 
     @cached_property
     def velocity(self) -> np.ndarray:
         """Velocity of each row [m/s or rad/s]."""
-        return self.rows_of([stretch.velocity for stretch in self.stretches])
+        return self.rows_of([segment.velocity for segment in self.segments])
 
     @cached_property
     def acceleration(self) -> np.ndarray:
         """Acceleration of each row [m/s^2 or rad/s^2]."""
-        return self.rows_of([stretch.acceleration for stretch in self.stretches])
+        return self.rows_of([segment.acceleration for segment in self.segments])
 
     @property
     def bandwidth(self) -> float:
@@ -290,12 +290,12 @@ class Regression:
     @cached_property
     def effort(self) -> np.ndarray:
         """Effort of each row [N or N*m]."""
-        return self.rows_of([stretch.effort for stretch in self.stretches])
+        return self.rows_of([segment.effort for segment in self.segments])
 
     @cached_property
     def all_velocities(self) -> np.ndarray:
         """Velocity of every sample [m/s or rad/s], edges left out."""
-        return np.concatenate([self.without_edges(stretch.velocity) for stretch in self.stretches])
+        return np.concatenate([self.without_edges(segment.velocity) for segment in self.segments])
 
     @property
     def rest_share(self) -> float:
@@ -304,10 +304,10 @@ class Regression:
 
     @cached_property
     def reversals(self) -> tuple[tuple[int, int], ...]:
-        """Where the direction changes: number of the stretch, and of the first sample after it."""
+        """Where the direction changes: number of the segment, and of the first sample after it."""
         found = []
-        for number, stretch in enumerate(self.stretches):
-            forward = ~np.signbit(stretch.velocity)
+        for number, segment in enumerate(self.segments):
+            forward = ~np.signbit(segment.velocity)
             turns = np.flatnonzero(forward[1:] != forward[:-1]) + 1
             inside = (turns > self.dropped) & (turns < forward.size - self.dropped)
             found += [(number, int(k)) for k in turns[inside]]

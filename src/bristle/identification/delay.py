@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from bristle.core.errors import InputError
-from bristle.identification.dataset import Regression
+from bristle.identification.dataset import Dataset
 
 __all__ = ["delay_in", "shifted"]
 
@@ -28,12 +28,12 @@ SLOW = 0.02  # of the largest speed: what is slower may not have broken away, an
 LEVELS = np.geomspace(0.02, 0.3, 4)  # of the largest speed: where friction may bend
 
 
-def delay_in(regression: Regression) -> tuple[float, float]:
+def delay_in(dataset: Dataset) -> tuple[float, float]:
     """Return by how much the effort lags the position [s], and the standard error of that.
 
     Parameters
     ----------
-    regression : Regression
+    dataset : Dataset
         The rows of a log, not yet shifted.
 
     Raises
@@ -43,13 +43,13 @@ def delay_in(regression: Regression) -> tuple[float, float]:
     """
     from scipy.optimize import minimize_scalar
 
-    speeds = np.abs(regression.velocity)
+    speeds = np.abs(dataset.velocity)
     fast = speeds >= SLOW * np.max(speeds)
-    basis = np.linalg.qr(_columns(regression)[fast])[0]
-    dt = regression.sample_time
+    basis = np.linalg.qr(_columns(dataset)[fast])[0]
+    dt = dataset.sample_time
 
     def left(samples: float) -> float:
-        effort = shifted(regression, float(samples) * dt).effort[fast]
+        effort = shifted(dataset, float(samples) * dt).effort[fast]
         return float(np.sum((effort - basis @ (basis.T @ effort)) ** 2))
 
     tried = np.linspace(-FARTHEST, FARTHEST, SCAN)
@@ -70,27 +70,27 @@ def delay_in(regression: Regression) -> tuple[float, float]:
     return found * dt, variance**0.5 * dt
 
 
-def shifted(regression: Regression, delay: float) -> Regression:
+def shifted(dataset: Dataset, delay: float) -> Dataset:
     """Return the rows of a log whose effort lags by `delay` [s], moved back in time by as much."""
     from scipy.interpolate import CubicSpline
 
     moved = []
-    for one in regression.stretches:
+    for one in dataset.segments:
         at = np.clip(one.time + delay, one.time[0], one.time[-1])
         moved.append(replace(one, effort=np.asarray(CubicSpline(one.time, one.effort)(at))))
-    return replace(regression, stretches=tuple(moved), delay=delay)
+    return replace(dataset, segments=tuple(moved), delay=delay)
 
 
-def _columns(regression: Regression) -> np.ndarray:
+def _columns(dataset: Dataset) -> np.ndarray:
     """Return what a simple friction model is linear in, filtered as the effort is, shape (row, column)."""
 
     def rows(signals: list[np.ndarray]) -> np.ndarray:
-        return regression.rows_of([regression.filtered(one) for one in signals])
+        return dataset.rows_of([dataset.filtered(one) for one in signals])
 
-    velocities = [one.velocity for one in regression.stretches]
+    velocities = [one.velocity for one in dataset.segments]
     top = max(float(np.max(np.abs(v))) for v in velocities)
     sides = [np.where(np.signbit(v), -1.0, 1.0) for v in velocities]
-    found = [regression.acceleration, regression.position - float(np.mean(regression.position))]
+    found = [dataset.acceleration, dataset.position - float(np.mean(dataset.position))]
     for side in (1.0, -1.0):
         on = [(one == side).astype(float) for one in sides]
         found.append(rows([v * here for v, here in zip(velocities, on, strict=True)]))

@@ -33,9 +33,9 @@ from bristle.friction import maxwell_slip
 from bristle.friction.slots import SlottedModel
 from bristle.hysteresis_identification.stops import thresholds_over
 from bristle.hysteresis_identification.weights import NormalEquations
-from bristle.identification.dataset import Regression, Stretch
-from bristle.identification.inverse_dynamics import Problem
-from bristle.identification.parameters import Held, Unknowns
+from bristle.identification.dataset import Dataset, Segment
+from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.parameters import Fixed, ParameterSet
 from bristle.identification.resampling.refit import Space
 from bristle.identification.shaped import shaped
 from bristle.identification.solution import Solution
@@ -47,7 +47,7 @@ CURVE = 12  # displacements at which the virgin curve has intervals
 STEPS_LEAST, NOISE_LEAST = 2.0, 5.0  # of the encoder, of the noise of the position: the smallest threshold
 DECADES_MOST = 5.0
 SLIPPING = 0.7  # of half the range: an element that slips over much of each stroke
-COVERED = 0.9  # of the range of a stretch: from there on no element remembers how the log began
+COVERED = 0.9  # of the range of a segment: from there on no element remembers how the log began
 FITTED_LEAST = 0.5  # of the rows: with fewer left, all are fitted
 FACTORS = ("p_1", "p_2", "k_L", "k_T")
 FACTOR_MOST, EDGE = 20.0, 0.99
@@ -56,18 +56,18 @@ DIFFERENCE = "difference"  # half of it, between the levels forward and backward
 ONE_SPEED = 0.9  # square of the mean speed over the mean square: 1 at one speed, 0.81 of a sine
 
 
-def of_one_speed(unknowns: Unknowns, regression: Regression) -> Unknowns:
+def of_one_speed(parameters: ParameterSet, dataset: Dataset) -> ParameterSet:
     """Return the unknowns of elements, viscous friction held at nothing where the log has one speed.
 
     There it is a constant that turns with the motion, and so is an element that slips at once.
     """
-    speeds = np.abs(regression.velocity)
-    viscous = [name for name in unknowns.free if name.startswith("sigma_2")]
+    speeds = np.abs(dataset.velocity)
+    viscous = [name for name in parameters.free if name.startswith("sigma_2")]
     if np.mean(speeds) ** 2 < ONE_SPEED * np.mean(speeds**2):
-        return unknowns
-    held = Held(0.0, "held-one-speed")
-    free = tuple(name for name in unknowns.free if name not in viscous)
-    return replace(unknowns, free=free, held={**unknowns.held, **dict.fromkeys(viscous, held)})
+        return parameters
+    held = Fixed(0.0, "held-one-speed")
+    free = tuple(name for name in parameters.free if name not in viscous)
+    return replace(parameters, free=free, held={**parameters.fixed, **dict.fromkeys(viscous, held)})
 
 
 def slipping_at(r: float) -> Model:
@@ -91,33 +91,33 @@ class Elements:
 
     Parameters
     ----------
-    regression : Regression
+    dataset : Dataset
         The rows.
     component : SlottedModel
         ``maxwell_slip`` with its slots.
-    unknowns : Unknowns
+    unknowns : ParameterSet
         What is free and what is held, the elements by their level and stiffness.
     element : callable
         Returns an element of stiffness 1 that slips at a deflection [m or rad].
     """
 
-    regression: Regression
+    dataset: Dataset
     component: SlottedModel
-    unknowns: Unknowns
+    parameters: ParameterSet
     element: Callable[[float], Model] = slipping_at
 
     @cached_property
     def thresholds(self) -> np.ndarray:
         """Deflections at which elements slip, shape (element,) [m or rad]."""
-        one = self.regression
-        reach = 0.5 * max(float(np.ptp(stretch.position)) for stretch in one.stretches)
+        one = self.dataset
+        reach = 0.5 * max(float(np.ptp(segment.position)) for segment in one.segments)
         # What never slips cannot be told from a force that rises along the axis.
-        reach *= SLIPPING if "a_1" in self.unknowns.free else 1.0
+        reach *= SLIPPING if "a_1" in self.parameters.free else 1.0
         least = max(STEPS_LEAST * one.resolution, NOISE_LEAST * one.noise, reach * 10.0**-DECADES_MOST)
         count = max(COUNT_LEAST, round(PER_DECADE * np.log10(max(reach / least, 1.0))))
         return thresholds_over(reach, count, least)
 
-    def solution(self, rows: np.ndarray | slice = slice(None)) -> tuple[Problem, Solution]:
+    def solution(self, rows: np.ndarray | slice = slice(None)) -> tuple[InverseDynamics, Solution]:
         """Return the problem with the elements of the best shape, and its solution, from some of the rows."""
         found = self._best(rows)
         kept = np.flatnonzero(found.stiffness > 0.0)
@@ -130,21 +130,21 @@ class Elements:
         view = shaped(self.component, stiffness, stiffness * r)
         values = found.others | self._told(float(stiffness @ r), found.others) | {"s": float(np.sum(stiffness))}
         values |= dict(zip(self._factors, found.factors.tolist(), strict=True))
-        values = {name: values[name] for name in self.unknowns.free}
+        values = {name: values[name] for name in self.parameters.free}
         jacobian = self._jacobian(found, kept, r)
         at_edge = dict.fromkeys(self._at_nothing(found), "smallest")
         for name in self._factors:
             if abs(values[name]) > EDGE * FACTOR_MOST:
                 at_edge[name] = "largest" if values[name] > 0.0 else "smallest"
         solution = Solution(values, at_edge, jacobian, np.eye(len(values)))
-        return Problem(self.regression, replace(self.unknowns, component=view)), solution
+        return InverseDynamics(self.dataset, replace(self.parameters, component=view)), solution
 
-    def space(self) -> tuple[Problem, Space]:
+    def space(self) -> tuple[InverseDynamics, Space]:
         """Return the problem with all its elements, and the coordinates of its solution: one stiffness for each."""
         found, r = self._best(slice(None)), self.thresholds
         factors = [self._varying[place + 1] @ self._multiplied(found) for place in range(len(self._factors))]
         names = (*(f"k_{number}" for number in range(r.size)), *self._others, *self._factors)
-        told = tuple(name for name in self.unknowns.free if name not in (*self._levels, "s"))
+        told = tuple(name for name in self.parameters.free if name not in (*self._levels, "s"))
         first = np.zeros((len(self._levels) + 1, len(names)))
         first[:-1, : r.size], first[-1, : r.size] = r, 1.0
         if DIFFERENCE in names:
@@ -154,32 +154,32 @@ class Elements:
         rest = [names.index(name) for name in told]
         low = np.array([*(0.0 if sign > 0.0 else -np.inf for sign in self._signs), *([-np.inf] * len(factors))])
 
-        def values(phi: np.ndarray) -> dict[str, Any]:
+        def values(theta: np.ndarray) -> dict[str, Any]:
             # An element without force still has its threshold.
-            stiffness = np.maximum(phi[: r.size], 1e-12 * np.sum(phi[: r.size]))
+            stiffness = np.maximum(theta[: r.size], 1e-12 * np.sum(theta[: r.size]))
             level = float(stiffness @ r)
-            rest = dict(zip(names[r.size :], phi[r.size :].tolist(), strict=True))
+            rest = dict(zip(names[r.size :], theta[r.size :].tolist(), strict=True))
             levels = self._told(level, rest)
             rest.pop(DIFFERENCE, None)
             return {"k_i": stiffness, "nu_i": stiffness * r / level} | levels | rest
 
-        return Problem(self.regression, replace(self.unknowns, component=self.component)), Space(
+        return InverseDynamics(self.dataset, replace(self.parameters, component=self.component)), Space(
             names, np.concatenate([found.stiffness, list(found.others.values()), found.factors]), low,
             np.full(len(names), np.inf), np.column_stack([found.columns, *factors]), values,
             (*self._levels, "s", *told), np.vstack([first, np.eye(len(names))[rest]]),
             at_edge=frozenset(self._at_nothing(found)), linear=not factors,
             curve=tuple(curve.tolist()),
-            tell=lambda phi: np.concatenate([first @ phi, phi[rest], reach @ phi[: r.size]]),
+            tell=lambda theta: np.concatenate([first @ theta, theta[rest], reach @ theta[: r.size]]),
         )  # fmt: skip
 
     @property
     def _factors(self) -> tuple[str, ...]:
-        return tuple(name for name in FACTORS if name in self.unknowns.free)
+        return tuple(name for name in FACTORS if name in self.parameters.free)
 
     @property
     def _others(self) -> tuple[str, ...]:
         """The free parameters that count once, whatever the elements do."""
-        named = tuple(name for name in self.unknowns.free if name not in (*self._levels, "s", *self._factors))
+        named = tuple(name for name in self.parameters.free if name not in (*self._levels, "s", *self._factors))
         return (*named, DIFFERENCE) if len(self._levels) > 1 else named
 
     @property
@@ -247,37 +247,37 @@ class Elements:
         """What the slots multiply, elements and more: plain, then times each cause; shape (cause, row, column)."""
         parts = []
         for one_of_them in (*self.thresholds.tolist(), *self._slotted):
-            forces = [self._answer(one, one_of_them) for one in self.regression.stretches]
-            plain = [self.regression.filtered(force) for force in forces]
+            forces = [self._answer(one, one_of_them) for one in self.dataset.segments]
+            plain = [self.dataset.filtered(force) for force in forces]
             caused = [
                 [
-                    self.regression.filtered(force * self._cause(name, one))
-                    for force, one in zip(forces, self.regression.stretches, strict=True)
+                    self.dataset.filtered(force * self._cause(name, one))
+                    for force, one in zip(forces, self.dataset.segments, strict=True)
                 ]
                 for name in self._factors
             ]
-            parts.append([self.regression.rows_of(one) for one in (plain, *caused)])
+            parts.append([self.dataset.rows_of(one) for one in (plain, *caused)])
         return np.moveaxis(np.array(parts), 0, -1)
 
-    def _answer(self, one: Stretch, r: float | str) -> np.ndarray:
-        """Return the deflection of an element along a stretch [m or rad], or what else the slots multiply, by name."""
+    def _answer(self, one: Segment, r: float | str) -> np.ndarray:
+        """Return the deflection of an element along a segment [m or rad], or what else the slots multiply, by name."""
         if r == DIFFERENCE:
             return np.ones_like(one.velocity)
         if isinstance(r, str):
             side = {"sigma_2_pos": (0.0, np.inf), "sigma_2_neg": (-np.inf, 0.0)}.get(r, (-np.inf, np.inf))
             return np.clip(one.velocity, *side)
-        return one.answer(self.element(r), self.regression.sample_time)
+        return one.answer(self.element(r), self.dataset.sample_time)
 
-    def _cause(self, name: str, one: Stretch) -> np.ndarray:
-        """Return what a factor multiplies along a stretch, shape (sample,)."""
+    def _cause(self, name: str, one: Segment) -> np.ndarray:
+        """Return what a factor multiplies along a segment, shape (sample,)."""
         if name in ("k_L", "k_T"):
             signal, nominal = ("load", NOMINAL_LOAD) if name == "k_L" else ("temperature", NOMINAL_TEMPERATURE)
             return one.surroundings[signal] - nominal
         share = self._share(one)
         return share if name == "p_1" else share * share
 
-    def _share(self, one: Stretch) -> np.ndarray:
-        x_0, x_L = (self.unknowns.held[name].value for name in ("x_0", "x_L"))
+    def _share(self, one: Segment) -> np.ndarray:
+        x_0, x_L = (self.parameters.fixed[name].value for name in ("x_0", "x_L"))
         return np.clip((one.position - x_0) / x_L, -1.0, 1.0)
 
     @cached_property
@@ -286,30 +286,30 @@ class Elements:
         return {name: self._column(name)[:, None] for name in self._others if name not in self._slotted}
 
     def _column(self, name: str) -> np.ndarray:
-        if name in self.unknowns.plant.variables:
-            problem = Problem(self.regression, self.unknowns)
-            return problem.mechanical({one: float(one == name) for one in self.unknowns.plant.variables})
-        stretches = self.regression.stretches
+        if name in self.parameters.plant.variables:
+            problem = InverseDynamics(self.dataset, self.parameters)
+            return problem.mechanical({one: float(one == name) for one in self.parameters.plant.variables})
+        segments = self.dataset.segments
         if name == "offset":
-            signals = [np.ones(one.position.size) for one in stretches]
+            signals = [np.ones(one.position.size) for one in segments]
         elif name in ("a_1", "a_2"):
-            signals = [self._share(one) ** (1 if name == "a_1" else 2) for one in stretches]
+            signals = [self._share(one) ** (1 if name == "a_1" else 2) for one in segments]
         else:
-            turn = 2.0 * np.pi / self.unknowns.held["pitch"].value
+            turn = 2.0 * np.pi / self.parameters.fixed["pitch"].value
             wave, times = np.cos if name.startswith("c_") else np.sin, int(name.rpartition("_")[2])
-            signals = [wave(times * turn * one.position) for one in stretches]
-        return self.regression.rows_of([self.regression.filtered(one) for one in signals])
+            signals = [wave(times * turn * one.position) for one in segments]
+        return self.dataset.rows_of([self.dataset.filtered(one) for one in signals])
 
     @cached_property
     def _target(self) -> np.ndarray:
         """Effort of each row [N or N*m], what the held parameters take left out."""
-        held = self.unknowns.held
-        plant = {name: held[name].value if name in held else 0.0 for name in self.unknowns.plant.variables}
+        held = self.parameters.fixed
+        plant = {name: held[name].value if name in held else 0.0 for name in self.parameters.plant.variables}
         offset = held["offset"].value if "offset" in held else 0.0
-        return self.regression.effort - Problem(self.regression, self.unknowns).mechanical(plant) - offset
+        return self.dataset.effort - InverseDynamics(self.dataset, self.parameters).mechanical(plant) - offset
 
     def _fitted(self, rows: np.ndarray | slice) -> np.ndarray:
-        """Return which rows are fitted: those asked for, without the start of each stretch."""
+        """Return which rows are fitted: those asked for, without the start of each segment."""
         wanted = np.zeros(self._target.size, dtype=bool)
         wanted[rows] = True
         settled = wanted & self._run_in
@@ -319,10 +319,10 @@ class Elements:
     def _run_in(self) -> np.ndarray:
         """Which rows come after the motion has been through its range, shape (row,) of bool."""
         marks = []
-        for one in self.regression.stretches:
+        for one in self.dataset.segments:
             covered = np.maximum.accumulate(one.position) - np.minimum.accumulate(one.position)
             marks.append(covered > COVERED * covered[-1])
-        return self.regression.sampled(marks)
+        return self.dataset.sampled(marks)
 
     def _jacobian(self, found: Found, kept: np.ndarray, r: np.ndarray) -> np.ndarray:
         """Return the derivative of the effort by the free parameters, what the shape of the elements can take left out.
@@ -346,7 +346,7 @@ class Elements:
             columns[name] = (by_level[:, 0] + sign * columns.get(DIFFERENCE, 0.0)) / len(self._levels)
         weights = self._multiplied(found)
         columns |= {name: self._varying[place + 1] @ weights for place, name in enumerate(self._factors)}
-        whole = np.stack([columns[name] for name in self.unknowns.free], axis=1)
+        whole = np.stack([columns[name] for name in self.parameters.free], axis=1)
         return whole - shape @ unbounded(shape, whole) if shape.size else whole
 
 

@@ -11,14 +11,14 @@ from bristle.core.diagnostic import Diagnostic
 from bristle.core.errors import InputError
 from bristle.core.variable import Kind
 from bristle.engine.part import finite
-from bristle.identification.covariance import uncertainty_of
+from bristle.identification.covariance import covariance_of
 from bristle.identification.diagnostics.estimates import Judgement, about_estimates, about_held, combinations_of
 from bristle.identification.diagnostics.excitation import Excitation
 from bristle.identification.diagnostics.noise import about_held_effort, about_noise
 from bristle.identification.diagnostics.repetition import about_amplitudes
 from bristle.identification.diagnostics.residual import about_residual, about_rise
 from bristle.identification.diagnostics.treatment import about_treatment
-from bristle.identification.inverse_dynamics import Problem
+from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameters import Scales
 from bristle.identification.result import Fit, Traces
 from bristle.identification.settings import DEFAULT, Settings
@@ -29,14 +29,14 @@ __all__ = ["fit_of"]
 
 
 def fit_of(
-    problem: Problem, solution: Solution, scales: Scales, residual: np.ndarray | None = None,
+    problem: InverseDynamics, solution: Solution, scales: Scales, residual: np.ndarray | None = None,
     simulated: Diagnostic | None = None, settings: Settings = DEFAULT,
 ) -> Fit:  # fmt: skip
     """Return the fit at a solution, all but its error on held-out blocks.
 
     Parameters
     ----------
-    problem : Problem
+    problem : InverseDynamics
         Inverse dynamics of the model.
     solution : Solution
         Where the search ended.
@@ -49,14 +49,14 @@ def fit_of(
     settings : Settings
         The thresholds.
     """
-    regression, component = problem.regression, problem.unknowns.component
-    values = problem.unknowns.complete(solution.values)
+    dataset, component = problem.dataset, problem.parameters.component
+    values = problem.parameters.complete(solution.values)
     predicted = finite(problem.predicted(values), problem.model(values))
-    uncertainty = uncertainty_of(solution, regression.effort - predicted if residual is None else residual)
-    excitation = Excitation(regression, scales, values, problem.unknowns.variables, settings)
+    uncertainty = covariance_of(solution, dataset.effort - predicted if residual is None else residual)
+    excitation = Excitation(dataset, scales, values, problem.parameters.variables, settings)
     estimates = Judgement(problem, solution, uncertainty, excitation, filtered=residual is None).estimates()
     names = tuple(solution.values)
-    error = relative_error_percent(regression.effort, predicted)
+    error = relative_error_percent(dataset.effort, predicted)
     rows: tuple[Diagnostic, ...] = ()
     if residual is None:
         rows = (
@@ -65,17 +65,17 @@ def fit_of(
         )  # fmt: skip
     return Fit(
         plant=problem.plant(values),
-        friction=_valid(component, values, regression.kind),
+        friction=_valid(component, values, dataset.kind),
         estimates=estimates,
         combinations=combinations_of(component, {one.name: one for one in estimates}),
         correlation=uncertainty.correlation,
         correlation_names=names,
         condition_number=uncertainty.condition_number,
         traces=Traces(
-            regression.time,
-            regression.velocity,
-            regression.acceleration,
-            regression.effort,
+            dataset.time,
+            dataset.velocity,
+            dataset.acceleration,
+            dataset.effort,
             predicted,
             problem.mechanical(values),
         ),
@@ -84,10 +84,10 @@ def fit_of(
             *about_estimates(estimates, uncertainty.correlation, names, settings.inseparable),
             *rows,
             *about_rise(problem, values),
-            *about_amplitudes(regression, problem.model(values), settings),
+            *about_amplitudes(dataset, problem.model(values), settings),
             *about_held(problem),
             *((simulated,) if simulated is not None else ()),
-            *about_treatment(regression),
+            *about_treatment(dataset),
         ),
     )
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from bristle.core.cores import Abreast
 from bristle.core.interruption import BestSoFar
-from bristle.identification.parameters import Coordinate
+from bristle.identification.parameters import Transform
 
 __all__ = ["EVOLUTION_SEED", "Side", "box_of", "evolved"]
 
@@ -47,7 +47,7 @@ class Side(NamedTuple):
         return min(max(wanted, self.low), self.high)
 
 
-def box_of(coordinates: Sequence[Coordinate], phi: np.ndarray) -> tuple[Side, ...]:
+def box_of(coordinates: Sequence[Transform], theta: np.ndarray) -> tuple[Side, ...]:
     """Return a finite box around what is known: the bounds of each coordinate, or ten times what is typical.
 
     Parameters
@@ -58,7 +58,7 @@ def box_of(coordinates: Sequence[Coordinate], phi: np.ndarray) -> tuple[Side, ..
         Where another search ended; the box holds it.
     """
     sides = []
-    for one, at in zip(coordinates, phi.tolist(), strict=True):
+    for one, at in zip(coordinates, theta.tolist(), strict=True):
         most = min(one.high, FAR * max(1.0, abs(at)))
         if one.form == "log":
             sides.append(Side(one.low, one.high, False))

@@ -8,7 +8,7 @@ import numpy as np
 
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.errors import InputError
-from bristle.identification.dataset import Regression
+from bristle.identification.dataset import Dataset
 from bristle.identification.result import HeldOut
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.identification.time_blocks import BLOCKS, beside, time_blocks
@@ -19,27 +19,27 @@ __all__ = ["TOO_SHORT", "blocks_for", "held_out_error"]
 TOO_SHORT = Diagnostic("too-short")
 
 
-def blocks_for(regression: Regression, asked: int | None, settings: Settings = DEFAULT) -> int:
+def blocks_for(dataset: Dataset, asked: int | None, settings: Settings = DEFAULT) -> int:
     """Return how many time blocks are held out: as asked, else five, fewer of a short log, 0 where none has room."""
-    if asked is not None or regression.log_of_row[0] != regression.log_of_row[-1]:
+    if asked is not None or dataset.log_of_row[0] != dataset.log_of_row[-1]:
         return BLOCKS if asked is None else asked
-    room = _room(regression, settings)
+    room = _room(dataset, settings)
     return min(room, BLOCKS) if room > 1 else 0
 
 
-def _room(regression: Regression, settings: Settings) -> int:
-    return regression.effort.size // (int(settings.held_out_rows) + 2 * regression.reach)
+def _room(dataset: Dataset, settings: Settings) -> int:
+    return dataset.effort.size // (int(settings.held_out_rows) + 2 * dataset.reach)
 
 
 def held_out_error(
-    regression: Regression, predicted: Callable[[np.ndarray], np.ndarray], blocks: int,
+    dataset: Dataset, predicted: Callable[[np.ndarray], np.ndarray], blocks: int,
     report: Callable[[float], None] = lambda share: None, settings: Settings = DEFAULT,
 ) -> HeldOut:  # fmt: skip
     """Return the error on each of several time blocks, fitted to all others; of several logs, on each of them.
 
     Parameters
     ----------
-    regression : Regression
+    dataset : Dataset
         The rows.
     predicted : callable
         Returns the effort of every row [N or N*m] as predicted by a fit to some rows, given as an array of bool.
@@ -59,23 +59,23 @@ def held_out_error(
     InputError
         If the log is too short for so many blocks.
     """
-    log, reach = regression.log_of_row, regression.reach
+    log, reach = dataset.log_of_row, dataset.reach
     if log[0] != log[-1]:
-        return _held_out(regression, predicted, [log == one for one in np.unique(log)], 0, "logs", report)
-    if blocks > (room := _room(regression, settings)):
+        return _held_out(dataset, predicted, [log == one for one in np.unique(log)], 0, "logs", report)
+    if blocks > (room := _room(dataset, settings)):
         raise InputError(
             "are too many for this log", path="blocks", value=blocks,
             allowed=f"2 to {max(room, 2)}, or 0 for no comparison on held-out blocks",
         )  # fmt: skip
-    of, parts = time_blocks(regression, blocks)
-    return _held_out(regression, predicted, parts, reach, of, report)
+    of, parts = time_blocks(dataset, blocks)
+    return _held_out(dataset, predicted, parts, reach, of, report)
 
 
 def _held_out(
-    regression: Regression, predicted: Callable[[np.ndarray], np.ndarray], parts: Sequence[np.ndarray], reach: int,
+    dataset: Dataset, predicted: Callable[[np.ndarray], np.ndarray], parts: Sequence[np.ndarray], reach: int,
     of: str, report: Callable[[float], None],
 ) -> HeldOut:  # fmt: skip
-    errors, effort = [], regression.effort
+    errors, effort = [], dataset.effort
     for number, part in enumerate(parts):
         report(number / len(parts))
         errors.append(relative_error_percent(effort[part], predicted(beside(part, reach))[part]))

@@ -23,14 +23,22 @@ from bristle.core.edge import FLAG, NAMES, PROGRESS, among, guarded, instance, o
 from bristle.core.errors import InputError
 from bristle.core.interruption import obey
 from bristle.identification.break_away import break_aways
-from bristle.identification.dataset import Regression
+from bristle.identification.dataset import Dataset
 from bristle.identification.held_out import TOO_SHORT, blocks_for
 from bristle.identification.information_criteria import with_information
 from bristle.identification.inputs import logs_and_axes, treatment_of
 from bristle.identification.merging import treat_all
 from bristle.identification.output_error import one_period, simulated_loop
 from bristle.identification.ranking import in_order
-from bristle.identification.request import METHODS, Known, as_asked, freed, known_of, models_of, settings_of
+from bristle.identification.request import (
+    METHODS,
+    PriorKnowledge,
+    as_asked,
+    freed,
+    prior_knowledge_of,
+    models_of,
+    settings_of,
+)
 from bristle.identification.result import Fit, Identification
 from bristle.identification.search import Report
 from bristle.identification.settings import Settings
@@ -119,9 +127,9 @@ def identify(
     components = models_of(model)
     _refuse_without_effort(logs)
     kind = logs[0].kind
-    known = replace(known_of(axes[0], mass, offset, kind), free=freed(free, components))
+    known = replace(prior_knowledge_of(axes[0], mass, offset, kind), free=freed(free, components))
     workbench = replace(_workbench(given, known, *treatment_of(cutoff, decimation, kind)), settings=chosen)
-    regression, held_out = workbench.regression, blocks_for(workbench.regression, blocks, chosen)
+    dataset, held_out = workbench.dataset, blocks_for(workbench.dataset, blocks, chosen)
     count = len(components) + bool(draws)
     fits, left_out = _fits(workbench, components, held_out, partial(_share, progress, count))
     first, *others = (replace(fit, rank=rank) for rank, fit in enumerate(with_information(in_order(fits, chosen)), 1))
@@ -131,12 +139,12 @@ def identify(
     if draws and not unfinished:
         report = _share(progress, count, len(components), f"fitting {first.name} to simulated logs")
         first, unfinished = _assessed(workbench, first, draws, report)
-    treatment, away = _treatment(regression, first), break_aways(regression, first.plant, first.friction)
+    treatment, away = _treatment(dataset, first), break_aways(dataset, first.plant, first.friction)
     return Identification((first, *others), logs[0], treatment, tuple(logs[1:]), unfinished, away, left_out, chosen)
 
 
 def _workbench(
-    given: Sequence[tuple[Log, Axis | None]], known: Known, cutoff: float | None, decimation: int | None
+    given: Sequence[tuple[Log, Axis | None]], known: PriorKnowledge, cutoff: float | None, decimation: int | None
 ) -> Workbench:
     """Return what the fits of all models to some logs share."""
     logs, axes = [log for log, _ in given], [axis for _, axis in given]
@@ -186,16 +194,16 @@ def _fits(
     return fits, {name: error.message for name, error in left_out.items()}
 
 
-def _treatment(regression: Regression, best: Fit) -> dict[str, float]:
+def _treatment(dataset: Dataset, best: Fit) -> dict[str, float]:
     found = {
-        "cutoff": regression.cutoff,
-        "decimation": float(regression.decimation),
-        "dropped": float(regression.dropped),
-        "rows": float(regression.effort.size),
-        "rest_percent": 100.0 * regression.rest_share,
-        "velocity_max": float(np.max(np.abs(regression.velocity))),
+        "cutoff": dataset.cutoff,
+        "decimation": float(dataset.decimation),
+        "dropped": float(dataset.dropped),
+        "rows": float(dataset.effort.size),
+        "rest_percent": 100.0 * dataset.rest_share,
+        "velocity_max": float(np.max(np.abs(dataset.velocity))),
     }
-    found |= {"delay": regression.delay} if regression.delay else {}
+    found |= {"delay": dataset.delay} if dataset.delay else {}
     return found | ({"lag": best.lag} if best.lag is not None else {})
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.errors import InputError
 from bristle.core.typography import with_unit
-from bristle.identification.dataset import Regression
+from bristle.identification.dataset import Dataset
 from bristle.identification.delay import delay_in, shifted
 from bristle.identification.preprocessing import treat
 from bristle.logs.log import Log
@@ -23,7 +23,7 @@ ALIKE = 1e-3  # relative difference of sample times that is none
 def treat_all(
     logs: Sequence[Log], axes: Sequence[Axis | None], cutoff: float | None = None, decimation: int | None = None,
     delay: float | None = None,
-) -> Regression:  # fmt: skip
+) -> Dataset:  # fmt: skip
     """Return the regression rows of several logs, one after the other.
 
     Parameters
@@ -46,15 +46,15 @@ def treat_all(
     first = parts[0]
     for log, one in zip(logs, parts, strict=True):
         _refuse_unlike(log, one, first)
-    stretches, end = [], first.stretches[0].time[0]
+    segments, end = [], first.segments[0].time[0]
     for number, one in enumerate(parts):
         # Rows are told apart by their time: a log begins where the one before it ends.
-        later = end - one.stretches[0].time[0]
-        stretches += [replace(stretch, log=number, time=stretch.time + later) for stretch in one.stretches]
-        end = stretches[-1].time[-1] + first.sample_time
+        later = end - one.segments[0].time[0]
+        segments += [replace(segment, log=number, time=segment.time + later) for segment in one.segments]
+        end = segments[-1].time[-1] + first.sample_time
     whole = replace(
         first,
-        stretches=tuple(stretches),
+        segments=tuple(segments),
         resolution=max(one.resolution for one in parts),
         noise=float(np.sqrt(np.mean([one.noise**2 for one in parts]))),
         effort_noise=float(np.sqrt(np.mean([one.effort_noise**2 for one in parts]))),
@@ -64,7 +64,7 @@ def treat_all(
     return shifted(whole, delay) if delay else whole
 
 
-def _refuse_unlike(log: Log, one: Regression, first: Regression) -> None:
+def _refuse_unlike(log: Log, one: Dataset, first: Dataset) -> None:
     path = f"log {log.source.name}"
     if one.kind != first.kind:
         raise InputError("is of another kind of axis than the first log", path=path, value=one.kind, allowed=first.kind)

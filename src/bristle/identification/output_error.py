@@ -21,9 +21,9 @@ from bristle.core.diagnostic import Diagnostic
 from bristle.core.errors import InputError
 from bristle.core.variable import Variable
 from bristle.friction import base_of, gms, maxwell_slip
-from bristle.identification.inverse_dynamics import Problem
+from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.outputs import LAG, Effort, Output, Position
-from bristle.identification.parameters import Unknowns
+from bristle.identification.parameters import ParameterSet
 from bristle.logs.log import Log
 from bristle.simulation.recorded.closed_loop import closed_loop_of
 from bristle.simulation.recorded.open_loop import FINE, open_loop_of
@@ -43,21 +43,21 @@ class OutputError:
 
     Parameters
     ----------
-    inverse : Problem
+    inverse : InverseDynamics
         The same model as inverse dynamics; it knows what is free and what is held.
     outputs : tuple of Output
-        The stretches of the logs.
+        The segments of the logs.
     loop : {"open", "closed"}
         What is simulated.
     """
 
-    inverse: Problem
+    inverse: InverseDynamics
     outputs: tuple[Output, ...]
     loop: str
 
     @classmethod
     def of(
-        cls, inverse: Problem, logs: Sequence[Log], axes: Sequence[Axis | None], loop: str, steps: int = FINE
+        cls, inverse: InverseDynamics, logs: Sequence[Log], axes: Sequence[Axis | None], loop: str, steps: int = FINE
     ) -> OutputError:
         """Return the problem of several logs; an open loop is integrated with so many steps for one sample."""
         outputs: list[Output] = []
@@ -73,23 +73,23 @@ class OutputError:
                 )
                 outputs.append(Effort(closed, log.effort.values[part], log.position.values[part], its.presliding))
         if loop == "closed" and any(axis is not None and axis.seeks_lag for axis in axes):
-            inverse = replace(inverse, unknowns=_with_lag(inverse.unknowns, logs[0].sample_time))
+            inverse = replace(inverse, parameters=_with_lag(inverse.parameters, logs[0].sample_time))
         return cls(inverse, tuple(outputs), loop)
 
     @property
     def rough(self) -> OutputError:
-        """The same on the first samples of each stretch, an open loop with one step for a sample."""
+        """The same on the first samples of each segment, an open loop with one step for a sample."""
         most = max(EXPLORED // len(self.outputs), 1)
         return replace(self, outputs=tuple(one.rough(most) for one in self.outputs))
 
     @property
-    def unknowns(self) -> Unknowns:
+    def parameters(self) -> ParameterSet:
         """What is free and what is held."""
-        return self.inverse.unknowns
+        return self.inverse.parameters
 
     @property
     def measured(self) -> np.ndarray:
-        """The signal of all stretches, shape (sample,)."""
+        """The signal of all segments, shape (sample,)."""
         return np.concatenate([one.measured for one in self.outputs])
 
     @property
@@ -98,8 +98,8 @@ class OutputError:
         return np.concatenate([one.phase for one in self.outputs])
 
     @property
-    def stretch_of_sample(self) -> np.ndarray:
-        """Which stretch each sample is from."""
+    def segment_of_sample(self) -> np.ndarray:
+        """Which segment each sample is from."""
         return np.repeat(np.arange(len(self.outputs)), [one.measured.size for one in self.outputs])
 
     @property
@@ -137,7 +137,7 @@ class OutputError:
 
     def residual(self, free: Mapping[str, float]) -> np.ndarray:
         """Return measured minus simulated signal of each sample, from the free parameters."""
-        return self.measured - self.simulated(self.unknowns.complete(free))
+        return self.measured - self.simulated(self.parameters.complete(free))
 
     def simulated(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the simulated signal of each sample, from all parameters."""
@@ -145,12 +145,12 @@ class OutputError:
         return np.concatenate([one.simulated(plant, friction, values) for one in self.outputs])
 
 
-def _with_lag(unknowns: Unknowns, sample_time: float) -> Unknowns:
+def _with_lag(parameters: ParameterSet, sample_time: float) -> ParameterSet:
     lag = Variable(
         "time", "lag of the drive behind its controller", min=0.0, max=LAG_MOST * sample_time, nominal=sample_time,
         excitation="drive",
     )  # fmt: skip
-    return replace(unknowns, free=(*unknowns.free, LAG), loop={LAG: lag})
+    return replace(parameters, free=(*parameters.free, LAG), loop={LAG: lag})
 
 
 def simulated_loop(logs: Sequence[Log], axes: Sequence[Axis | None]) -> str:

@@ -28,7 +28,7 @@ class Reading(NamedTuple):
 
 
 class Output(Protocol):
-    """A stretch of a log that a model simulates: what was measured of it, and what the model says."""
+    """A segment of a log that a model simulates: what was measured of it, and what the model says."""
 
     @property
     def measured(self) -> np.ndarray:

@@ -20,10 +20,10 @@ from bristle.core.diagnostic import Number
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
-from bristle.identification.dataset import Regression
+from bristle.identification.dataset import Dataset
 from bristle.plants.inertia import MODEL as inertia
 
-__all__ = ["Coordinate", "Held", "Scales", "Unknowns", "coordinates_of", "scales_of", "stroke_of"]
+__all__ = ["Transform", "Fixed", "Scales", "ParameterSet", "coordinates_of", "scales_of", "stroke_of"]
 
 AT_LEAST = re.compile(r"(\w+) >=? (\w+)")
 CLEARLY = 0.1  # of the force scale: by how much a force is above another one that it must exceed
@@ -32,7 +32,7 @@ BREAK_AWAY_MOST = 2.0  # times the largest effort of the log
 STRIBECK_SHARE = 1.0 / 3.0  # of the greatest speed: beyond, the log would not show the level that friction falls to
 
 
-class Held(NamedTuple):
+class Fixed(NamedTuple):
     """A parameter that is not identified: its value, why (the code of a diagnostic with what its sentence needs).
 
     It is `redundant` where no log could tell it.
@@ -45,7 +45,7 @@ class Held(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Unknowns:
+class ParameterSet:
     """The parameters of a plant with a friction model, free and held.
 
     Parameters
@@ -54,7 +54,7 @@ class Unknowns:
         The friction model.
     free : tuple of str
         The plant first, then friction in the order of the model.
-    held : mapping of str to Held
+    fixed : mapping of str to Fixed
         All others.
     plant : Plant
         What the friction acts on.
@@ -64,7 +64,7 @@ class Unknowns:
 
     component: FrictionModel
     free: tuple[str, ...]
-    held: Mapping[str, Held]
+    fixed: Mapping[str, Fixed]
     plant: Plant = inertia
     loop: Mapping[str, Variable] = field(default_factory=dict)
 
@@ -75,7 +75,7 @@ class Unknowns:
 
     def complete(self, values: Mapping[str, float]) -> dict[str, float]:
         """Return every parameter, from the free ones."""
-        return {name: held.value for name, held in self.held.items()} | dict(values)
+        return {name: held.value for name, held in self.fixed.items()} | dict(values)
 
 
 class Scales(NamedTuple):
@@ -120,32 +120,32 @@ class Scales(NamedTuple):
         }.get(variable.quantity, (1e-3 * self.magnitude(variable), 1e2 * self.magnitude(variable)))
 
 
-def stroke_of(regression: Regression) -> float:
-    """Return how far the axis goes within a stretch of the log [m or rad]."""
-    return max(float(np.ptp(stretch.position)) for stretch in regression.stretches)
+def stroke_of(dataset: Dataset) -> float:
+    """Return how far the axis goes within a segment of the log [m or rad]."""
+    return max(float(np.ptp(segment.position)) for segment in dataset.segments)
 
 
-def scales_of(regression: Regression, force: float) -> Scales:
+def scales_of(dataset: Dataset, force: float) -> Scales:
     """Return the typical magnitudes of a log, for a friction force of this magnitude [N or N*m]."""
-    speeds = np.abs(regression.all_velocities)
+    speeds = np.abs(dataset.all_velocities)
     speeds = speeds[speeds > 0.0]
     speed = float(np.quantile(speeds, 0.995))
     slowest = max(float(np.quantile(speeds, SLOWEST_SHARE)), 1e-4 * speed)
-    stroke = stroke_of(regression)
+    stroke = stroke_of(dataset)
     return Scales(
         force=force,
-        peak=float(np.max(np.abs(regression.effort))),
+        peak=float(np.max(np.abs(dataset.effort))),
         speed=speed,
         slowest=slowest,
-        acceleration=max(float(np.sqrt(np.mean(regression.acceleration**2))), 1e-9 * speed / regression.sample_time),
+        acceleration=max(float(np.sqrt(np.mean(dataset.acceleration**2))), 1e-9 * speed / dataset.sample_time),
         stroke=stroke,
-        shortest=min(max(regression.resolution, slowest * regression.sample_time), 0.1 * stroke),
-        duration=float(np.ptp(regression.time)),
-        sample_time=regression.sample_time,
+        shortest=min(max(dataset.resolution, slowest * dataset.sample_time), 0.1 * stroke),
+        duration=float(np.ptp(dataset.time)),
+        sample_time=dataset.sample_time,
     )
 
 
-class Coordinate(NamedTuple):
+class Transform(NamedTuple):
     """One free parameter as the solver sees it: ``plain``, ``log`` or ``excess`` over the parameter `above`.
 
     `low` and `high` bound the coordinate, `least` and `most` the parameter.
@@ -160,13 +160,13 @@ class Coordinate(NamedTuple):
     most: float
     above: str = ""
 
-    def value(self, phi: float, values: Mapping[str, float]) -> float:
+    def value(self, theta: float, values: Mapping[str, float]) -> float:
         """Return the parameter [SI] at this coordinate, given those found before it."""
-        found = math.exp(phi) if self.form == "log" else self.scale * phi
+        found = math.exp(theta) if self.form == "log" else self.scale * theta
         # Rounding must not lead out of what the model allows.
         return min(max(found + (values[self.above] if self.above else 0.0), self.least), self.most)
 
-    def phi(self, value: float, values: Mapping[str, float]) -> float:
+    def theta(self, value: float, values: Mapping[str, float]) -> float:
         """Return the coordinate of a parameter, put inside its range."""
         if self.form == "log":
             inside = math.log(max(value, 1e-300))
@@ -175,7 +175,7 @@ class Coordinate(NamedTuple):
         return min(max(inside, self.low), self.high)
 
 
-def coordinates_of(unknowns: Unknowns, scales: Scales) -> tuple[Coordinate, ...]:
+def transforms_of(parameters: ParameterSet, scales: Scales) -> tuple[Transform, ...]:
     """Return the coordinates of the free parameters: one that may not fall below another comes after it.
 
     What other relations say is left to the check of the finished model.
@@ -185,27 +185,27 @@ def coordinates_of(unknowns: Unknowns, scales: Scales) -> tuple[Coordinate, ...]
     InputError
         If no value that the model allows is of the extent of the log.
     """
-    variables = unknowns.variables
-    floors = _floors(unknowns)
+    variables = parameters.variables
+    floors = _floors(parameters)
     found = []
-    for name in _in_turn(unknowns.free, floors):
+    for name in _in_turn(parameters.free, floors):
         variable = variables[name]
         scale = scales.magnitude(variable)
         allowed = (variable.min, variable.max)
         if name in floors:
             strict = any(
                 one.condition.startswith(f"{name.removesuffix('_pos').removesuffix('_neg')} > ")
-                for one in unknowns.component.relations
+                for one in parameters.component.relations
             )
             # A log shows no force that its effort never came near.
             most = BREAK_AWAY_MOST * scales.peak / scale if variable.quantity == "force" else math.inf
             least = CLEARLY if strict else 0.0
-            found.append(Coordinate(name, "excess", scale, least, most, *allowed, floors[name]))
+            found.append(Transform(name, "excess", scale, least, most, *allowed, floors[name]))
         elif variable.min > 0.0 and variable.quantity != "mass":
             low, high = _sought(name, variable, scales)
-            found.append(Coordinate(name, "log", 1.0, math.log(low), math.log(high), *allowed))
+            found.append(Transform(name, "log", 1.0, math.log(low), math.log(high), *allowed))
         else:
-            found.append(Coordinate(name, "plain", scale, variable.min / scale, variable.max / scale, *allowed))
+            found.append(Transform(name, "plain", scale, variable.min / scale, variable.max / scale, *allowed))
     return tuple(found)
 
 
@@ -232,18 +232,18 @@ def _in_turn(names: Sequence[str], floors: Mapping[str, str]) -> list[str]:
     return placed
 
 
-def _floors(unknowns: Unknowns) -> dict[str, str]:
+def _floors(parameters: ParameterSet) -> dict[str, str]:
     """Return, for each parameter that a relation keeps above another one, that other one."""
-    known = [*unknowns.held, *unknowns.free]
+    known = [*parameters.fixed, *parameters.free]
     found = {}
-    for relation in unknowns.component.relations:
+    for relation in parameters.component.relations:
         match = AT_LEAST.fullmatch(relation.condition)
         if match is None:
             continue
         for side in ("", "_pos", "_neg"):
             upper, lower = match[1] + side, match[2] + side
             lower = lower if lower in known else match[2]
-            if upper in unknowns.free and lower in known and not _stands_on(lower, upper, found):
+            if upper in parameters.free and lower in known and not _stands_on(lower, upper, found):
                 found[upper] = lower
     return found
 
@@ -255,7 +255,7 @@ def _stands_on(name: str, other: str, floors: Mapping[str, str]) -> bool:
     return name == other
 
 
-def natural_derivative(coordinates: tuple[Coordinate, ...], values: Mapping[str, Any]) -> np.ndarray:
+def natural_derivative(coordinates: tuple[Transform, ...], values: Mapping[str, Any]) -> np.ndarray:
     """Return the derivative of the parameters [SI] with respect to their coordinates, shape (free, free)."""
     names = [coordinate.name for coordinate in coordinates]
     derivative = np.zeros((len(names), len(names)))

@@ -24,8 +24,8 @@ import numpy as np
 
 from bristle.core.contracts import FrictionModel, Model
 from bristle.core.normal import NORMAL_95
-from bristle.identification.dataset import Regression, mechanical
-from bristle.identification.resampling.friction_scale import Levels
+from bristle.identification.dataset import Dataset, mechanical
+from bristle.identification.resampling.friction_scale import FrictionScale
 from bristle.identification.resampling.half_cycles import HalfCycles
 
 __all__ = ["Bands", "half_width", "with_parameters"]
@@ -67,7 +67,7 @@ class Bands:
         return min((len(one) for one in self.draws.values()), default=0)
 
 
-def half_width(bands: Bands, plant: Model, friction: Model, regression: Regression) -> np.ndarray:
+def half_width(bands: Bands, plant: Model, friction: Model, dataset: Dataset) -> np.ndarray:
     """Return the half-width of the 95 % band around the effort of each row [N or N*m], shape (row,).
 
     Parameters
@@ -76,17 +76,17 @@ def half_width(bands: Bands, plant: Model, friction: Model, regression: Regressi
         What the width is made of.
     plant, friction : Model
         The model; parameters that were not fitted are those of it.
-    regression : Regression
+    dataset : Dataset
         The motion.
     """
-    cycles, rng = HalfCycles(regression), np.random.default_rng(SEED)
+    cycles, rng = HalfCycles(dataset), np.random.default_rng(SEED)
     values = {**plant.values, **numbers_of(friction)}
     members = [
         _member(bands, index, values, plant, friction.component, cycles, rng)
         for index in range(min(bands.count, MEMBERS))
     ]
-    spread = np.var(members, axis=0, ddof=1) if len(members) > 1 else np.zeros(regression.time.size)
-    in_rows = bands.noise**2 * min(2.0 * regression.bandwidth * regression.sample_time, 1.0)
+    spread = np.var(members, axis=0, ddof=1) if len(members) > 1 else np.zeros(dataset.time.size)
+    in_rows = bands.noise**2 * min(2.0 * dataset.bandwidth * dataset.sample_time, 1.0)
     return NORMAL_95 * bands.inflation * np.sqrt(spread + in_rows + bands.unexplained**2)
 
 
@@ -110,13 +110,13 @@ def _member(
     rng: np.random.Generator,
 ) -> np.ndarray:  # fmt: skip
     """Return the effort of each row with one set of parameters [N or N*m]."""
-    regression = cycles.regression
+    dataset = cycles.dataset
     mine = dict(values) | {name: np.asarray(one[index])[()] for name, one in bands.draws.items()}
-    levels = Levels(component, mine, regression.kind)
+    levels = FrictionScale(component, mine, dataset.kind)
     body = with_parameters(bands, index, plant)
     parts = []
-    for stretch, starts in zip(regression.stretches, cycles.starts, strict=True):
-        force = levels.force(stretch, starts, regression.sample_time, bands.scatter, rng)
-        inertial = mechanical(body, stretch.position, stretch.velocity, stretch.acceleration)
-        parts.append(inertial + regression.filtered(force))
-    return regression.rows_of(parts)
+    for segment, starts in zip(dataset.segments, cycles.starts, strict=True):
+        force = levels.force(segment, starts, dataset.sample_time, bands.scatter, rng)
+        inertial = mechanical(body, segment.position, segment.velocity, segment.acceleration)
+        parts.append(inertial + dataset.filtered(force))
+    return dataset.rows_of(parts)

@@ -30,7 +30,7 @@ from bristle.core.errors import InputError
 from bristle.core.normal import DEVIATION_OVER_MEDIAN
 from bristle.core.typography import with_unit
 from bristle.core.variable import Kind, unit_of
-from bristle.identification.dataset import Regression, Stretch, low_passed
+from bristle.identification.dataset import Dataset, Segment, low_passed
 
 __all__ = ["CUTOFF_SHARE", "stretch_of", "treat"]
 
@@ -44,8 +44,8 @@ COVERED, RETURNED = 0.9, 0.02  # of the range: a whole cycle is through, the mot
 
 def treat(
     log: Any, axis: Axis | None, cutoff: float | None = None, decimation: int | None = None,
-    like: Regression | None = None,
-) -> Regression:  # fmt: skip
+    like: Dataset | None = None,
+) -> Dataset:  # fmt: skip
     """Return the regression rows of a log.
 
     Parameters
@@ -59,7 +59,7 @@ def treat(
         Cut-off of the zero-phase filter [Hz]; a tenth of the sampling frequency where nothing is given.
     decimation : int, optional
         Of how many samples one row is kept; 10 where nothing is given.
-    like : Regression, optional
+    like : Dataset, optional
         One of the same motion, which noise and rows are taken from instead of being found once more.
 
     Raises
@@ -87,23 +87,23 @@ def treat(
             mend="Record a longer motion, raise the cut-off or lower the decimation",
         )  # fmt: skip
     known = None if like is None else (like.noise, like.effort_noise)
-    treated = [stretch_of(log, part, cutoff, resolution, known, held=bool(held)) for part in kept]
-    moving = tuple(stretch for stretch, *_ in treated if np.any(stretch.velocity != 0.0))
+    treated = [segment_of(log, part, cutoff, resolution, known, held=bool(held)) for part in kept]
+    moving = tuple(segment for segment, *_ in treated if np.any(segment.velocity != 0.0))
     if axis is not None and axis.in_cycle:
         moving = tuple(replace(one, first_cycle=_first_cycle(one, log.kind)) for one in moving)
     noise, effort_noise = (
         float(np.mean(one)) for one in ([two for _, two, _ in treated], [two for *_, two in treated])
     )
     keeps = axis is not None and axis.keeps_rests
-    regression = Regression(moving, log.kind, dt, resolution, noise, cutoff, decimation, dropped, held, keeps,
+    dataset = Dataset(moving, log.kind, dt, resolution, noise, cutoff, decimation, dropped, held, keeps,
                             kept=None if like is None else like.in_motion, effort_noise=effort_noise)  # fmt: skip
-    if not moving or regression.time.size < ROWS_MIN:
+    if not moving or dataset.time.size < ROWS_MIN:
         raise InputError(
             "the axis hardly moves", path="log.position",
             value=f"a range of {with_unit(float(np.ptp(position)), unit_of('length', log.kind))}",
             mend="Record a motion in both directions, over the speeds at which the axis works",
         )  # fmt: skip
-    return regression
+    return dataset
 
 
 def _refuse_non_finite(log: Any) -> None:
@@ -140,11 +140,11 @@ def _smallest_step(position: np.ndarray) -> float:
     return float(steps.min()) if steps.size else 0.0
 
 
-def stretch_of(
+def segment_of(
     log: Any, part: slice, cutoff: float, resolution: float, known: tuple[float, float] | None = None, *,
     held: bool = False,
-) -> tuple[Stretch, float, float]:  # fmt: skip
-    """Return a stretch of a log, and the standard deviations of the noise of its position and of its effort.
+) -> tuple[Segment, float, float]:  # fmt: skip
+    """Return a segment of a log, and the standard deviations of the noise of its position and of its effort.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ def stretch_of(
     acceleration = np.gradient(velocity, dt)
     window = max(round(REST_PERIODS / (cutoff * dt)), 1)
     rest = _rests(smooth, window, max(1.5 * resolution, 4.0 * noise))
-    stretch = Stretch(
+    segment = Segment(
         time=np.asarray(log.time.values[part], dtype=float),
         position=smooth + origin,
         velocity=_with_sides(velocity, rest),
@@ -182,7 +182,7 @@ def stretch_of(
         load=None if log.load is None else low_passed(log.load.values[part], cutoff, dt),
         temperature=None if log.temperature is None else low_passed(log.temperature.values[part], cutoff, dt),
     )
-    return stretch, noise, effort_noise
+    return segment, noise, effort_noise
 
 
 def _noises(position: np.ndarray, effort: np.ndarray, cutoff: float) -> tuple[float, float]:
@@ -193,7 +193,7 @@ def _noises(position: np.ndarray, effort: np.ndarray, cutoff: float) -> tuple[fl
     return found, its / above**0.5
 
 
-def _first_cycle(one: Stretch, kind: Kind) -> int:
+def _first_cycle(one: Segment, kind: Kind) -> int:
     """Return after how many samples a motion that repeats is where it began, and moves on alike.
 
     Raises

@@ -9,7 +9,7 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.interruption import BestSoFar, obey
-from bristle.identification.inverse_dynamics import Problem
+from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.output_error import COARSE, OutputError
 from bristle.identification.outputs import LAG
 from bristle.identification.parameters import Scales
@@ -56,12 +56,12 @@ class Refinement:
     guess: Mapping[str, float]
     everywhere: bool = False
 
-    def of(self, inverse: Problem, start: Solution, report: Report = silent) -> tuple[Solution, OutputError]:
+    def of(self, inverse: InverseDynamics, start: Solution, report: Report = silent) -> tuple[Solution, OutputError]:
         """Return the solution of least output error, and the problem it solves.
 
         Parameters
         ----------
-        inverse, start : Problem, Solution
+        inverse, start : InverseDynamics, Solution
             Inverse dynamics, and its solution.
         report : callable
             Is told the share of the work done.
@@ -76,7 +76,7 @@ class Refinement:
         last = fine.refit(solution.values, limit=1 if solution.unfinished else FINE_EVALUATIONS)
         return replace(last, unfinished=solution.unfinished), _problem(fine)
 
-    def _search(self, inverse: Problem, steps: int) -> Search:
+    def _search(self, inverse: InverseDynamics, steps: int) -> Search:
         error = OutputError.of(inverse, self.logs, self.axes, self.loop, steps)
         return Search(error, self.scales, self.guess, error.magnitude, simulates=True)
 
@@ -147,13 +147,13 @@ def held_out_output(error: OutputError, space: Space, blocks: int, report: Repor
         Is told the share of the work done.
     """
     if len(error.outputs) > 1:
-        which, count, of = error.stretch_of_sample, len(error.outputs), "logs"
+        which, count, of = error.segment_of_sample, len(error.outputs), "logs"
     else:
         which, count, of = np.floor(error.phase * blocks).astype(int), blocks, TIME
     errors, every, measured = [], np.ones(len(space.names), dtype=bool), error.measured
     for number in range(count):
         report(number / count)
         left = which == number
-        _, residual = Refit(space, every, ~left).solve(error, space.phi)
+        _, residual = Refit(space, every, ~left).solve(error, space.theta)
         errors.append(relative_error_percent(measured[left], (measured - residual)[left]))
     return HeldOut(tuple(errors), float(np.mean(errors)), float(np.std(errors, ddof=1)), of)

@@ -17,15 +17,15 @@ from bristle.core.units import quantity
 from bristle.core.variable import Kind, Variable, unit_of
 from bristle.friction import MODELS, base_of, find, gms, maxwell_slip
 from bristle.friction.slots import OFFSET, SlottedModel, slotted
-from bristle.identification.dataset import Regression
+from bristle.identification.dataset import Dataset
 from bristle.identification.inputs import number_or_text
-from bristle.identification.parameters import Held, Unknowns, stroke_of
+from bristle.identification.parameters import Fixed, ParameterSet, stroke_of
 from bristle.identification.settings import Settings
 from bristle.identification.slot_parameters import places_of
 from bristle.logs.log import Log
 from bristle.plants import PLANTS, inertia
 
-__all__ = ["METHODS", "Known", "as_asked", "freed", "known_of", "models_of", "settings_of", "unknowns_of"]
+__all__ = ["METHODS", "PriorKnowledge", "as_asked", "freed", "known_of", "models_of", "settings_of", "unknowns_of"]
 
 ALL = "all"
 METHODS = ("inverse_dynamics", "output_error")
@@ -35,7 +35,7 @@ ONE_WAY = 0.01  # share of the samples below which a direction counts as not see
 
 
 @dataclass(frozen=True)
-class Known:
+class PriorKnowledge:
     """What is known of the axis beforehand: the plant, those of its parameters that are known, and the offset.
 
     An offset of None is to be identified; so is the pitch of the screw. Shapes in `free` are identified too.
@@ -175,7 +175,9 @@ def settings_of(axis: Axis | None, given: Settings | Mapping[str, float] | None)
     return Settings.of(said | (given.as_data() if isinstance(given, Settings) else dict(given or {})))
 
 
-def known_of(axis: Axis | None, mass: float | str | None, offset: float | str | None, kind: Kind) -> Known:
+def prior_knowledge_of(
+    axis: Axis | None, mass: float | str | None, offset: float | str | None, kind: Kind
+) -> PriorKnowledge:
     """Return what is known beforehand: the arguments, else the axis file.
 
     Numbers are in SI of the kind of axis; text has a unit.
@@ -196,14 +198,14 @@ def known_of(axis: Axis | None, mass: float | str | None, offset: float | str | 
     pitch = axis.pitch if axis is not None else None
     chosen = offset if offset is not None else (axis.offset if axis is not None else "identify")
     if isinstance(chosen, str) and chosen == "identify":
-        return Known(None, values, plant, pitch)
+        return PriorKnowledge(None, values, plant, pitch)
     value = quantity(chosen, OFFSET, kind, path="offset")
     if not math.isfinite(value):
         raise InputError("must be a number", path="offset", value=chosen, allowed='a force, or "identify"')
-    return Known(value, values, plant, pitch)
+    return PriorKnowledge(value, values, plant, pitch)
 
 
-def unknowns_of(component: FrictionModel, known: Known, regression: Regression) -> Unknowns:
+def parameters_of(component: FrictionModel, known: PriorKnowledge, dataset: Dataset) -> ParameterSet:
     """Return which parameters of a model are free and which are held, with the reason.
 
     Raises
@@ -211,75 +213,75 @@ def unknowns_of(component: FrictionModel, known: Known, regression: Regression) 
     InputError
         If parameters by direction are asked of a log that moves in one direction only.
     """
-    held = {name: Held(value, "held-known") for name, value in known.values.items()}
-    held |= _redundant(component, stroke_of(regression))
-    held |= places_of(component, regression, known.pitch)
+    held = {name: Fixed(value, "held-known") for name, value in known.values.items()}
+    held |= _redundant(component, stroke_of(dataset))
+    held |= places_of(component, dataset, known.pitch)
     for name, variable in component.variables.items():
         if name == "offset":
             continue
         if "c" in known.plant.variables and _is_damping(variable):
-            held[name] = Held(0.0, "held-plant-damping")
+            held[name] = Fixed(0.0, "held-plant-damping")
         elif name in component.defaults and not variable.excitation and name not in (*held, *known.free):
             default = component.defaults[name]
             code = variable.code(default, name) if variable.choices else default
-            held[name] = Held(code, "held-default")
-    unseen = _held_offset(component, regression)
+            held[name] = Fixed(code, "held-default")
+    unidentifiable = _held_offset(component, dataset)
     if known.offset is not None:
-        held["offset"] = Held(known.offset, "held-known")
-    elif unseen is not None:
-        held["offset"] = unseen
+        held["offset"] = Fixed(known.offset, "held-known")
+    elif unidentifiable is not None:
+        held["offset"] = unidentifiable
     free = tuple(name for name in (*known.plant.variables, *component.variables) if name not in held)
-    return Unknowns(component, free, held, known.plant)
+    return ParameterSet(component, free, held, known.plant)
 
 
 def _is_damping(variable: Variable) -> bool:
     return (variable.quantity, variable.excitation) == ("force*time/length", "speed")
 
 
-def _redundant(component: FrictionModel, stroke: float) -> dict[str, Held]:
+def _redundant(component: FrictionModel, stroke: float) -> dict[str, Fixed]:
     """Return the parameters that no log can tell, each held at a round number of the right magnitude."""
     found = {}
     for one in component.redundancies:
         products = tuple(f"{one.name}*{other}" for other in one.factor_of)
         length = 10.0 ** math.floor(math.log10(stroke))
         value = 1.0 / length if component.variables[one.name].quantity == "1/length" else 1.0
-        found[one.name] = Held(value, "redundant", redundant=True, numbers={"products": products})
+        found[one.name] = Fixed(value, "redundant", redundant=True, numbers={"products": products})
     return found
 
 
-def _held_offset(component: FrictionModel, regression: Regression) -> Held | None:
+def _held_offset(component: FrictionModel, dataset: Dataset) -> Fixed | None:
     """Return the offset as held where it cannot be told from the rest."""
-    side = _only_direction(regression)
+    side = _only_direction(dataset)
     split = [name for name in component.variables if name.endswith(("_pos", "_neg"))]
     if side and split:
         raise InputError(
             f"the log moves {side} only, which does not show the friction of the other direction",
             path="model", value=component.name, mend="Record both directions, or drop +asymmetry",
         )  # fmt: skip
-    force = unit_of("force", regression.kind)
-    levels = [name for name in split if component.variables[name].unit(regression.kind) == force]
+    force = unit_of("force", dataset.kind)
+    levels = [name for name in split if component.variables[name].unit(dataset.kind) == force]
     if levels:
-        return Held(0.0, "held-levels", numbers={"levels": tuple(levels[:2])})
+        return Fixed(0.0, "held-levels", numbers={"levels": tuple(levels[:2])})
     constant = [
-        name for name, one in component.variables.items() if name != "offset" and one.unit(regression.kind) == force
+        name for name, one in component.variables.items() if name != "offset" and one.unit(dataset.kind) == force
     ]
     if side and constant:
-        return Held(0.0, "held-one-direction", numbers={"level": constant[0], "direction": side})
+        return Fixed(0.0, "held-one-direction", numbers={"level": constant[0], "direction": side})
     return None
 
 
-def _only_direction(regression: Regression) -> str:
-    velocity = regression.all_velocities
+def _only_direction(dataset: Dataset) -> str:
+    velocity = dataset.all_velocities
     forward = float(np.mean(~np.signbit(velocity)))
     return "backward" if forward < ONE_WAY else "forward" if forward > 1.0 - ONE_WAY else ""
 
 
-def refuse_reversed_effort(regression: Regression, sliding: Mapping[str, float]) -> None:
+def refuse_reversed_effort(dataset: Dataset, sliding: Mapping[str, float]) -> None:
     """Refuse a log whose effort drives the friction backward: friction would put energy in.
 
     Parameters
     ----------
-    regression : Regression
+    dataset : Dataset
         The rows.
     sliding : mapping
         ``M``, ``F_v``, ``F_C``, ``offset`` and what else the plant has, of an unbounded Coulomb and viscous fit in
@@ -290,16 +292,16 @@ def refuse_reversed_effort(regression: Regression, sliding: Mapping[str, float])
     InputError
         If so.
     """
-    speed = np.abs(regression.velocity)
+    speed = np.abs(dataset.velocity)
     damping = sliding["F_v"] + sliding.get("c", 0.0)
     power = float(np.mean(sliding["F_C"] * speed + damping * speed * speed))
-    elastic = sliding.get("k", 0.0) * regression.position
-    rest = regression.effort - sliding["M"] * regression.acceleration - elastic - sliding["offset"]
-    clearly = -PUT_IN * float(np.mean(np.abs(rest * regression.velocity)))
+    elastic = sliding.get("k", 0.0) * dataset.position
+    rest = dataset.effort - sliding["M"] * dataset.acceleration - elastic - sliding["offset"]
+    clearly = -PUT_IN * float(np.mean(np.abs(rest * dataset.velocity)))
     if power < clearly or (power < 0.0 and sliding["M"] <= 0.0):
         dissipated = f"{power:.3g} W dissipated by friction, and an inertia of "
         raise InputError(
             "the sign of effort seems reversed", path="log.effort",
-            value=dissipated + with_unit(sliding["M"], unit_of("mass", regression.kind)),
+            value=dissipated + with_unit(sliding["M"], unit_of("mass", dataset.kind)),
             mend="Turn the sign of the effort in the axis file: sign = -1 where it has none or 1, else 1",
         )  # fmt: skip

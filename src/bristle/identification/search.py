@@ -15,7 +15,7 @@ from bristle.core.variable import Variable
 from bristle.identification.differences import STEP, Differences
 from bristle.identification.global_search import EVOLUTION_SEED, box_of, evolved
 from bristle.identification.inverse_dynamics import Sought
-from bristle.identification.parameters import Coordinate, Scales, coordinates_of, natural_derivative
+from bristle.identification.parameters import Transform, Scales, transforms_of, natural_derivative
 from bristle.identification.solution import Solution
 
 __all__ = ["Report", "Search", "silent"]
@@ -54,7 +54,7 @@ class Search:
 
     Parameters
     ----------
-    problem : Problem
+    problem : InverseDynamics
         What is minimised: the sum of squares of its residual.
     scales : Scales
         Typical magnitudes of the log, which bound the parameters of unknown magnitude.
@@ -80,7 +80,7 @@ class Search:
 
         One that a person interrupts is the best found until then, and says so.
         """
-        coordinates = coordinates_of(self.problem.unknowns, self.scales)
+        coordinates = transforms_of(self.problem.parameters, self.scales)
         best = BestSoFar()
         first = STARTS_SHARE if everywhere else 1.0
         try:
@@ -90,7 +90,7 @@ class Search:
                     self.values_of(best.result.x), best,
                     lambda share, remark="": report(first + (1.0 - first) * share, remark),
                 )  # fmt: skip
-                best.take(self._descend(coordinates, self.phi_of(found), slice(None), EVALUATIONS, best))
+                best.take(self._descend(coordinates, self.theta_of(found), slice(None), EVALUATIONS, best))
             best.whole = True
         except KeyboardInterrupt as error:
             obey(error, anything=best.at is not None)
@@ -98,10 +98,10 @@ class Search:
                 best.result = self._descend(coordinates, np.asarray(best.at), slice(None), 1)
         return replace(self._solution(coordinates, best.result), unfinished=not best.whole)
 
-    def _from_several(self, coordinates: tuple[Coordinate, ...], best: BestSoFar, report: Report) -> None:
+    def _from_several(self, coordinates: tuple[Transform, ...], best: BestSoFar, report: Report) -> None:
         rng = np.random.default_rng(SEED)
         candidates = [self._start(coordinates, rng) for _ in range(CANDIDATES)]
-        costs = [float(np.sum(self._residual(coordinates, phi) ** 2)) for phi in candidates]
+        costs = [float(np.sum(self._residual(coordinates, theta) ** 2)) for theta in candidates]
         for number, index in enumerate(np.argsort(costs)[:STARTS]):
             report((number + 0.3) / (STARTS + 0.3), f"best so far {self.percent(best.cost):.3g} %" if number else "")
             # A start that comes to where another one ended would end there, too.
@@ -120,48 +120,48 @@ class Search:
 
         Where `rows` are given, it is that of them only, as closely as the error on all others is judged.
         """
-        coordinates = coordinates_of(self.problem.unknowns, self.scales)
-        phi, some = self.phi_of(start), slice(None) if rows is None else rows
+        coordinates = transforms_of(self.problem.parameters, self.scales)
+        theta, some = self.theta_of(start), slice(None) if rows is None else rows
         tolerance = 0.0 if rows is None else HELD_OUT
-        return self._solution(coordinates, self._descend(coordinates, phi, some, limit, best, tolerance))
+        return self._solution(coordinates, self._descend(coordinates, theta, some, limit, best, tolerance))
 
     def explored(
         self, start: Mapping[str, float], best: BestSoFar, report: Report = silent, seed: int = EVOLUTION_SEED
     ) -> dict[str, float]:
         """Return the best place in the whole range of each parameter, without a descent; `start` is one of them."""
-        phi = self.phi_of(start)
-        box = box_of(coordinates_of(self.problem.unknowns, self.scales), phi)
+        theta = self.theta_of(start)
+        box = box_of(transforms_of(self.problem.parameters, self.scales), theta)
 
         def told(share: float) -> None:
             report(share, f"looking everywhere, best so far {self.percent(best.cost):.3g} %")
 
-        return self.values_of(evolved(self.cost_at, box, phi, best, told, seed))
+        return self.values_of(evolved(self.cost_at, box, theta, best, told, seed))
 
-    def cost_at(self, phi: np.ndarray) -> float:
+    def cost_at(self, theta: np.ndarray) -> float:
         """Return half the sum of squares at some coordinates."""
-        residual = self._residual(coordinates_of(self.problem.unknowns, self.scales), phi)
+        residual = self._residual(transforms_of(self.problem.parameters, self.scales), theta)
         return 0.5 * float(residual @ residual)
 
-    def values_of(self, phi: np.ndarray) -> dict[str, float]:
+    def values_of(self, theta: np.ndarray) -> dict[str, float]:
         """Return the free parameters [SI] at some coordinates."""
-        return self._values(coordinates_of(self.problem.unknowns, self.scales), phi)
+        return self._values(transforms_of(self.problem.parameters, self.scales), theta)
 
-    def phi_of(self, values: Mapping[str, float]) -> np.ndarray:
+    def theta_of(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the coordinates of some parameters, put inside their range."""
-        coordinates = coordinates_of(self.problem.unknowns, self.scales)
-        return np.array([one.phi(values[one.name], values) for one in coordinates])
+        coordinates = transforms_of(self.problem.parameters, self.scales)
+        return np.array([one.theta(values[one.name], values) for one in coordinates])
 
-    def _values(self, coordinates: tuple[Coordinate, ...], phi: np.ndarray) -> dict[str, float]:
-        values = self.problem.unknowns.complete({})
-        for coordinate, one in zip(coordinates, phi.tolist(), strict=True):
+    def _values(self, coordinates: tuple[Transform, ...], theta: np.ndarray) -> dict[str, float]:
+        values = self.problem.parameters.complete({})
+        for coordinate, one in zip(coordinates, theta.tolist(), strict=True):
             values[coordinate.name] = coordinate.value(one, values)
         return {coordinate.name: values[coordinate.name] for coordinate in coordinates}
 
     def _residual(
-        self, coordinates: tuple[Coordinate, ...], phi: np.ndarray, problem: Sought | None = None
+        self, coordinates: tuple[Transform, ...], theta: np.ndarray, problem: Sought | None = None
     ) -> np.ndarray:
         with np.errstate(over="ignore", invalid="ignore"):
-            residual = (problem or self.problem).residual(self._values(coordinates, phi)) / self._unit
+            residual = (problem or self.problem).residual(self._values(coordinates, theta)) / self._unit
         return np.clip(np.nan_to_num(residual, nan=FAR, posinf=FAR, neginf=-FAR), -FAR, FAR)
 
     @property
@@ -169,7 +169,7 @@ class Search:
         return self.unit or self.scales.force
 
     def _descend(
-        self, coordinates: tuple[Coordinate, ...], phi: np.ndarray, rows: np.ndarray | slice, limit: int,
+        self, coordinates: tuple[Transform, ...], theta: np.ndarray, rows: np.ndarray | slice, limit: int,
         best: BestSoFar | None = None, tolerance: float = 0.0, *, again: bool = True,
     ) -> Any:  # fmt: skip
         """Return a minimum nearby; where it is not to be found `again`, a known one raises _KnownError."""
@@ -190,16 +190,16 @@ class Search:
 
         # The method needs a start strictly inside.
         width = np.minimum(high - low, 1.0)
-        phi = np.clip(phi, low + 1e-4 * width, high - 1e-4 * width)
-        smooth = self._is_smooth(coordinates, phi)
+        theta = np.clip(theta, low + 1e-4 * width, high - 1e-4 * width)
+        smooth = self._is_smooth(coordinates, theta)
         jacobian: Any = shared.jacobian if smooth else self._jacobian_of_held(coordinates, rows, high)
         return least_squares(
-            residual, phi, jac=jacobian, bounds=(low, high), max_nfev=limit,
+            residual, theta, jac=jacobian, bounds=(low, high), max_nfev=limit,
             ftol=max(SIMULATED if self.simulates else 1e-9, tolerance), xtol=1e-7, gtol=1e-10,
         )  # fmt: skip
 
     def _jacobian_of_held(
-        self, coordinates: tuple[Coordinate, ...], rows: np.ndarray | slice, high: np.ndarray
+        self, coordinates: tuple[Transform, ...], rows: np.ndarray | slice, high: np.ndarray
     ) -> Callable[[np.ndarray], np.ndarray]:
         """Return the Jacobian with what is found on the way held: a state that is searched for bends it."""
 
@@ -211,32 +211,32 @@ class Search:
 
         return jacobian
 
-    def _is_smooth(self, coordinates: tuple[Coordinate, ...], phi: np.ndarray) -> bool:
-        return self.problem.near(self._values(coordinates, phi)) is self.problem
+    def _is_smooth(self, coordinates: tuple[Transform, ...], theta: np.ndarray) -> bool:
+        return self.problem.near(self._values(coordinates, theta)) is self.problem
 
-    def _solution(self, coordinates: tuple[Coordinate, ...], found) -> Solution:
-        phi, at_edge = found.x.copy(), {}
+    def _solution(self, coordinates: tuple[Transform, ...], found) -> Solution:
+        theta, at_edge = found.x.copy(), {}
         for index, coordinate in enumerate(coordinates):
-            if phi[index] - coordinate.low < EDGE:
-                phi[index], at_edge[coordinate.name] = coordinate.low, "smallest"
-            elif coordinate.high - phi[index] < EDGE:
-                phi[index], at_edge[coordinate.name] = coordinate.high, "largest"
-        values = self._values(coordinates, phi)
+            if theta[index] - coordinate.low < EDGE:
+                theta[index], at_edge[coordinate.name] = coordinate.low, "smallest"
+            elif coordinate.high - theta[index] < EDGE:
+                theta[index], at_edge[coordinate.name] = coordinate.high, "largest"
+        values = self._values(coordinates, theta)
         return Solution(
             values, at_edge, -found.jac * self._unit, natural_derivative(coordinates, values), float(found.cost)
         )
 
-    def _start(self, coordinates: tuple[Coordinate, ...], rng: np.random.Generator) -> np.ndarray:
+    def _start(self, coordinates: tuple[Transform, ...], rng: np.random.Generator) -> np.ndarray:
         """Return a start: the sliding part from the linear fit, all else drawn from the range it is sought in."""
-        variables = self.problem.unknowns.variables
-        values = self.problem.unknowns.complete({})
+        variables = self.problem.parameters.variables
+        values = self.problem.parameters.complete({})
         for coordinate in coordinates:
             drawn = self._draw(coordinate, variables[coordinate.name], rng)
-            inside = coordinate.phi(drawn + (values[coordinate.above] if coordinate.above else 0.0), values)
+            inside = coordinate.theta(drawn + (values[coordinate.above] if coordinate.above else 0.0), values)
             values[coordinate.name] = coordinate.value(inside, values)
-        return np.array([one.phi(values[one.name], values) for one in coordinates])
+        return np.array([one.theta(values[one.name], values) for one in coordinates])
 
-    def _draw(self, coordinate: Coordinate, variable: Variable, rng: np.random.Generator) -> float:
+    def _draw(self, coordinate: Transform, variable: Variable, rng: np.random.Generator) -> float:
         if coordinate.name == "k":
             # Friction in front of its first slip is stiff too: both share what the log shows.
             return self.guess["k"] * rng.uniform(0.2, 1.0)

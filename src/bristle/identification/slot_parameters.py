@@ -11,9 +11,9 @@ from bristle.core.errors import InputError
 from bristle.core.least_squares import unbounded
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
-from bristle.identification.dataset import Regression
-from bristle.identification.inverse_dynamics import Problem
-from bristle.identification.parameters import Held
+from bristle.identification.dataset import Dataset
+from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.parameters import Fixed
 
 __all__ = ["pitch_in", "places_of"]
 
@@ -24,14 +24,14 @@ REFINED = 40
 SIGNALS = {"k_L": "load", "k_T": "temperature"}
 
 
-def places_of(component: FrictionModel, regression: Regression, pitch: float | None) -> dict[str, Held]:
+def places_of(component: FrictionModel, dataset: Dataset, pitch: float | None) -> dict[str, Fixed]:
     """Return the parameters of slots that are not identified but read off the log or the axis.
 
     Parameters
     ----------
     component : FrictionModel
         The friction model.
-    regression : Regression
+    dataset : Dataset
         The log.
     pitch : float or None
         Travel for one turn of the screw [m or rad].
@@ -42,30 +42,30 @@ def places_of(component: FrictionModel, regression: Regression, pitch: float | N
         If the log lacks the load or the temperature that a slot asks for, or is too short for a pitch to be found.
     """
     for name, signal in SIGNALS.items():
-        if name in component.variables and any(getattr(one, signal) is None for one in regression.stretches):
+        if name in component.variables and any(getattr(one, signal) is None for one in dataset.segments):
             raise InputError(
                 f"has no {signal}, which +{signal} needs", path="log",
                 mend=f"Name its column under [columns] of the axis file: {signal} = ..., or drop +{signal}",
             )  # fmt: skip
-    found: dict[str, Held] = {}
+    found: dict[str, Fixed] = {}
     if "x_0" in component.variables:
-        low = min(float(np.min(one.position)) for one in regression.stretches)
-        high = max(float(np.max(one.position)) for one in regression.stretches)
-        found["x_0"] = Held(0.5 * (low + high), "held-middle")
-        found["x_L"] = Held(0.5 * (high - low), "held-half-range")
+        low = min(float(np.min(one.position)) for one in dataset.segments)
+        high = max(float(np.max(one.position)) for one in dataset.segments)
+        found["x_0"] = Fixed(0.5 * (low + high), "held-middle")
+        found["x_L"] = Fixed(0.5 * (high - low), "held-half-range")
     if "pitch" in component.variables and pitch is not None:
-        found["pitch"] = Held(pitch, "held-pitch")
+        found["pitch"] = Fixed(pitch, "held-pitch")
     return found
 
 
-def pitch_in(problem: Problem, values: Mapping[str, float]) -> float:
+def pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:
     """Return the period over the position of what a model leaves of a log [m or rad].
 
     The wave that takes most of the residual is looked for, evenly in the number of turns over the range, and refined.
 
     Parameters
     ----------
-    problem : Problem
+    problem : InverseDynamics
         A simple model, without the slot.
     values : mapping of str to float
         All of its parameters [SI].
@@ -75,14 +75,14 @@ def pitch_in(problem: Problem, values: Mapping[str, float]) -> float:
     InputError
         If the log goes through less than three turns of any pitch that passes its filter.
     """
-    regression = problem.regression
-    x, residual = regression.position, regression.effort - problem.predicted(values)
+    dataset = problem.dataset
+    x, residual = dataset.position, dataset.effort - problem.predicted(values)
     stroke = float(np.ptp(x))
     # At half of the speeds the wave passes the filter.
-    most = stroke * regression.cutoff / float(np.median(np.abs(regression.velocity)))
+    most = stroke * dataset.cutoff / float(np.median(np.abs(dataset.velocity)))
     if most <= TURNS_LEAST:
         raise InputError("does not resolve a pitch", path="log.position",
-                         value=f"a range of {with_unit(stroke, unit_of('length', regression.kind))}",
+                         value=f"a range of {with_unit(stroke, unit_of('length', dataset.kind))}",
                          mend="Give the lead in [transmission] of the axis file")  # fmt: skip
     turns = np.linspace(TURNS_LEAST, most, int(min(STEPS_A_TURN * (most - TURNS_LEAST) + 2, SCAN_MOST)))
     step = turns[1] - turns[0]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bristle.core.least_squares import bounded, unbounded
-from bristle.identification.inverse_dynamics import Problem
+from bristle.identification.inverse_dynamics import InverseDynamics
 
 __all__ = ["Solution", "solve_linear"]
 
@@ -41,22 +41,22 @@ class Solution:
     unfinished: bool = False
 
 
-def solve_linear(problem: Problem, rows: np.ndarray | slice = slice(None)) -> Solution:
+def solve_linear(problem: InverseDynamics, rows: np.ndarray | slice = slice(None)) -> Solution:
     """Return the least-squares parameters of a model that is linear in them.
 
     Parameters
     ----------
-    problem : Problem
+    problem : InverseDynamics
         A problem whose friction model is linear.
     rows : ndarray or slice
         The rows to use.
     """
-    names = problem.unknowns.free
+    names = problem.parameters.free
     columns = problem.columns[rows]
-    target = (problem.regression.effort - problem.held_effort)[rows]
+    target = (problem.dataset.effort - problem.fixed_effort)[rows]
     scale = np.linalg.norm(columns, axis=0)
     scale[scale == 0.0] = 1.0
-    variables = problem.unknowns.variables
+    variables = problem.parameters.variables
     low = np.array([variables[name].min for name in names])
     high = np.array([variables[name].max for name in names])
     values = unbounded(columns / scale, target) / scale

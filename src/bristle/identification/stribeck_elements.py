@@ -20,11 +20,11 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.friction import find, gms, maxwell_slip
 from bristle.friction.slots import SlottedModel
-from bristle.identification.dataset import Regression
+from bristle.identification.dataset import Dataset
 from bristle.identification.elements import Elements, of_one_speed
-from bristle.identification.inverse_dynamics import Problem
+from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameters import Scales
-from bristle.identification.request import Known, unknowns_of
+from bristle.identification.request import PriorKnowledge, parameters_of
 from bristle.identification.resampling.refit import Space, space_of
 from bristle.identification.search import EVALUATIONS, Report, Search
 from bristle.identification.shaped import ShapedModel, shaped
@@ -60,7 +60,7 @@ class StribeckElements:
 
     Parameters
     ----------
-    regression : Regression
+    dataset : Dataset
         The rows.
     component : SlottedModel
         ``gms`` with its slots.
@@ -72,17 +72,17 @@ class StribeckElements:
         Coulomb and viscous friction of the same log, as `Search` takes it.
     """
 
-    regression: Regression
+    dataset: Dataset
     component: SlottedModel
-    known: Known
+    known: PriorKnowledge
     scales: Scales
     guess: Mapping[str, float]
 
-    def solve(self, report: Report) -> tuple[Problem, Solution, Elements]:
+    def solve(self, report: Report) -> tuple[InverseDynamics, Solution, Elements]:
         """Return the problem with the elements of the best shape, its solution, and where they came from."""
         elements = self._elements()
         first, plain = elements.solution()
-        problem = self._problem(first.unknowns.component)
+        problem = self._problem(first.parameters.component)
         found = []
         for number, start in enumerate(self._starts(problem, first, plain)):
             report((number + 0.3) / (STARTS + ROUNDS))
@@ -91,7 +91,7 @@ class StribeckElements:
         for number in range(ROUNDS):
             report((STARTS + number) / (STARTS + ROUNDS))
             again = self._elements(self._curve(best))
-            there = self._problem(again.solution()[0].unknowns.component)
+            there = self._problem(again.solution()[0].parameters.component)
             solution = self._search(there).refit(best.values, limit=EVALUATIONS)
             fell = solution.cost < FALLS * best.cost
             if solution.cost < best.cost:
@@ -100,14 +100,14 @@ class StribeckElements:
                 break
         return problem, best, elements
 
-    def on_rows(self, elements: Elements, start: Solution, rows: np.ndarray) -> tuple[Problem, Solution]:
+    def on_rows(self, elements: Elements, start: Solution, rows: np.ndarray) -> tuple[InverseDynamics, Solution]:
         """Return problem and solution from some rows: the elements of the best shape there, then all else."""
-        problem = self._problem(elements.solution(rows)[0].unknowns.component)
+        problem = self._problem(elements.solution(rows)[0].parameters.component)
         return problem, self._search(problem).refit(start.values, rows)
 
-    def space(self, problem: Problem, solution: Solution) -> tuple[Problem, Space]:
+    def space(self, problem: InverseDynamics, solution: Solution) -> tuple[InverseDynamics, Space]:
         """Return the problem, and the coordinates of its solution."""
-        view = problem.unknowns.component
+        view = problem.parameters.component
         assert isinstance(view, ShapedModel)
 
         def finished(values: Mapping[str, Any]) -> dict[str, Any]:
@@ -120,25 +120,25 @@ class StribeckElements:
         """Return the problem of the elements alone, which slip by a curve or, at first, at one force."""
         plain = find(self.component.name.replace(gms.name, maxwell_slip.name, 1))
         prototype = shaped(plain, np.ones(1), np.ones(1))
-        unknowns = of_one_speed(unknowns_of(prototype, self.known, self.regression), self.regression)
-        elements = Elements(self.regression, plain, unknowns)
+        parameters = of_one_speed(parameters_of(prototype, self.known, self.dataset), self.dataset)
+        elements = Elements(self.dataset, plain, parameters)
         return elements if curve is None else replace(elements, element=curve.element)
 
-    def _problem(self, view: Any) -> Problem:
+    def _problem(self, view: Any) -> InverseDynamics:
         component = shaped(self.component, *(np.array(part) for part in view.shape))
-        return Problem(self.regression, unknowns_of(component, self.known, self.regression))
+        return InverseDynamics(self.dataset, parameters_of(component, self.known, self.dataset))
 
-    def _search(self, problem: Problem) -> Search:
+    def _search(self, problem: InverseDynamics) -> Search:
         return Search(problem, self.scales, self.guess)
 
-    def _starts(self, problem: Problem, first: Problem, plain: Solution) -> list[dict[str, float]]:
-        known = first.unknowns.complete(plain.values)
+    def _starts(self, problem: InverseDynamics, first: InverseDynamics, plain: Solution) -> list[dict[str, float]]:
+        known = first.parameters.complete(plain.values)
         level = {f"F_S{side}": known[f"F_C{side}"] for side in SIDES if f"F_C{side}" in known}
         level |= {f"F_C{side}": COULOMB * known[f"F_C{side}"] for side in SIDES if f"F_C{side}" in known}
         attraction = {"C": self.scales.force / (ATTRACTION * self.scales.sample_time)}
-        low, high = self.scales.range(problem.unknowns.variables["v_S"])
+        low, high = self.scales.range(problem.parameters.variables["v_S"])
         return [
-            {name: (known | level | attraction | {"v_S": v_S})[name] for name in problem.unknowns.free}
+            {name: (known | level | attraction | {"v_S": v_S})[name] for name in problem.parameters.free}
             for v_S in np.geomspace(low, high, STARTS + 2)[1:-1].tolist()
         ]
 

@@ -1,15 +1,15 @@
-"""Which rows of a log are held out together: a stretch of it, or short ones from all over.
+"""Which rows of a log are held out together: a segment of it, or short ones from all over.
 
 A contiguous part of a log is the harder test: nothing next to its rows was fitted. It is an unfair one where that part
 holds an experiment of its own, as in a log that was designed: without its only fast slides nobody knows the viscous
-friction. Each part then consists of short stretches from all over the log.
+friction. Each part then consists of short segments from all over the log.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from bristle.identification.dataset import Regression
+from bristle.identification.dataset import Dataset
 
 __all__ = ["BLOCKS", "SHORT", "TIME", "beside", "time_blocks"]
 
@@ -19,25 +19,25 @@ BINS = 4  # of a decade of speed
 FEW = 0.25  # of the rows of a block: so few others at such a speed are none
 ALONE = 0.1  # share of the rows of a block at speeds that no other has
 PIECES = 8  # of each part, at most
-LEAST = 4  # times the reach of the filters, at either end, that a short stretch is long
+LEAST = 4  # times the reach of the filters, at either end, that a short segment is long
 SEED = 5
 
 
-def time_blocks(regression: Regression, count: int) -> tuple[str, list[np.ndarray]]:
+def time_blocks(dataset: Dataset, count: int) -> tuple[str, list[np.ndarray]]:
     """Return what the parts of a log are, and the rows of each, shape (row,) of bool.
 
     Parameters
     ----------
-    regression : Regression
+    dataset : Dataset
         The rows.
     count : int
         How many parts.
     """
-    rows = regression.effort.size
+    rows = dataset.effort.size
     edges = np.linspace(0, rows, count + 1).astype(int)[1:-1]
     of, part = TIME, np.searchsorted(edges, np.arange(rows), side="right")
-    pieces = min(PIECES, rows // (count * 2 * LEAST * max(regression.reach, 1)))
-    if pieces > 1 and _has_experiments_of_its_own(np.abs(regression.velocity), part, count):
+    pieces = min(PIECES, rows // (count * 2 * LEAST * max(dataset.reach, 1)))
+    if pieces > 1 and _has_experiments_of_its_own(np.abs(dataset.velocity), part, count):
         # Each part has one piece of each neighbourhood, in no order that a periodic motion could keep in step with.
         rng = np.random.default_rng(SEED)
         owner = np.concatenate([rng.permutation(count) for _ in range(pieces)])

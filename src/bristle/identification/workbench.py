@@ -16,16 +16,16 @@ from bristle.core.interruption import UNFINISHED, obey
 from bristle.core.least_squares import unbounded
 from bristle.friction import base_of, find, gms, maxwell_slip
 from bristle.friction.slots import SlottedModel
-from bristle.identification.dataset import Regression
+from bristle.identification.dataset import Dataset
 from bristle.identification.diagnostics.repetition import about_repeated_logs, about_repetition
 from bristle.identification.elements import Elements, of_one_speed
 from bristle.identification.fitted import fit_of
 from bristle.identification.held_out import held_out_error
-from bristle.identification.inverse_dynamics import Problem
+from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.output_error import refuse_elements
 from bristle.identification.parameters import Scales, scales_of
 from bristle.identification.refinement import Refinement, held_out_output
-from bristle.identification.request import Known, refuse_reversed_effort, unknowns_of
+from bristle.identification.request import PriorKnowledge, refuse_reversed_effort, parameters_of
 from bristle.identification.resampling.assessment import assessed
 from bristle.identification.resampling.output_assessment import assessed_output
 from bristle.identification.resampling.refit import coordinates_around, space_of
@@ -62,7 +62,7 @@ class Workbench:
 
     Parameters
     ----------
-    regression : Regression
+    dataset : Dataset
         The rows of inverse dynamics.
     known : Known
         What is known of the axis beforehand.
@@ -80,8 +80,8 @@ class Workbench:
         The thresholds of what is said of a fit.
     """
 
-    regression: Regression
-    known: Known
+    dataset: Dataset
+    known: PriorKnowledge
     sliding: dict[str, float]
     scales: Scales
     everywhere: bool = False
@@ -91,7 +91,7 @@ class Workbench:
 
     @classmethod
     def of(
-        cls, regression: Regression, known: Known, simulated: Simulated | None = None, *, everywhere: bool = False
+        cls, dataset: Dataset, known: PriorKnowledge, simulated: Simulated | None = None, *, everywhere: bool = False
     ) -> Workbench:
         """Fit Coulomb and viscous friction first: it checks the sign of the effort and sets the scale of all else.
 
@@ -100,20 +100,20 @@ class Workbench:
         InputError
             If the effort is zero, or pushes the other way.
         """
-        effort = float(np.sqrt(np.mean(regression.effort**2)))
+        effort = float(np.sqrt(np.mean(dataset.effort**2)))
         if effort == 0.0:
             raise InputError("is zero throughout", path="log.effort", mend="Check which column holds the effort")
         # A mass that is known must not hide that the effort pushes the other way.
-        refuse_reversed_effort(regression, _unbounded(regression, Known(plant=known.plant)))
-        unknowns = unknowns_of(find("coulomb_viscous"), known, regression)
-        bounded = unknowns.complete(solve_linear(Problem(regression, unknowns)).values)
+        refuse_reversed_effort(dataset, _unbounded(dataset, PriorKnowledge(plant=known.plant)))
+        parameters = parameters_of(find("coulomb_viscous"), known, dataset)
+        bounded = parameters.complete(solve_linear(InverseDynamics(dataset, parameters)).values)
         if bounded["F_C"] <= LEAST_LEVEL * effort:
             # Pre-sliding over much of the stroke looks viscous: its level is that of all friction.
-            friction = bounded["F_v"] * regression.velocity + bounded["F_C"] * np.sign(regression.velocity)
+            friction = bounded["F_v"] * dataset.velocity + bounded["F_C"] * np.sign(dataset.velocity)
             bounded["F_C"] = max(float(np.sqrt(np.mean(friction**2))), bounded["F_C"])
-        scales = scales_of(regression, max(bounded["F_C"], 0.01 * effort))
+        scales = scales_of(dataset, max(bounded["F_C"], 0.01 * effort))
         refinement = Refinement(*simulated, scales, bounded, everywhere) if simulated else None
-        return cls(regression, known, bounded, scales, everywhere, refinement)
+        return cls(dataset, known, bounded, scales, everywhere, refinement)
 
     def fit(self, component: FrictionModel, blocks: int, report: Report) -> Fit:
         """Fit one model."""
@@ -127,7 +127,7 @@ class Workbench:
             return self._fit_elements(component, blocks, report)
         if isinstance(component, SlottedModel) and base_of(component) is gms:
             return self._fit_stribeck_elements(component, blocks, report)
-        problem = Problem(self.regression, unknowns_of(component, self.known, self.regression))
+        problem = InverseDynamics(self.dataset, parameters_of(component, self.known, self.dataset))
         if self.refinement is not None:
             start = self._start(problem, lambda share, remark="": report(START * share, remark))
             if start.unfinished:
@@ -148,7 +148,7 @@ class Workbench:
                 return search.refit(solution.values, rows)
 
         def predicted(rows: np.ndarray) -> np.ndarray:
-            return problem.predicted(problem.unknowns.complete(on_rows(rows).values))
+            return problem.predicted(problem.parameters.complete(on_rows(rows).values))
 
         space = space_of(problem, solution, self.scales)
         self.found[component.name] = lambda fit, draws, told: assessed(fit, problem, space, draws, self.settings, told)
@@ -157,7 +157,7 @@ class Workbench:
             return self._finished(fit, None, unfinished=solution.unfinished)
         try:
             held_out = held_out_error(
-                self.regression,
+                self.dataset,
                 predicted,
                 blocks,
                 lambda share: report(SEARCH + (1.0 - SEARCH) * share),
@@ -173,15 +173,15 @@ class Workbench:
         """Return a fit of this bench with its intervals from simulated logs."""
         return self.found[fit.name](fit, draws, report) if fit.name in self.found else fit
 
-    def _start(self, problem: Problem, report: Report) -> Solution:
+    def _start(self, problem: InverseDynamics, report: Report) -> Solution:
         """Return the solution of inverse dynamics from which the simulation goes on."""
-        component = problem.unknowns.component
+        component = problem.parameters.component
         if component.linear and not component.relations:
             return solve_linear(problem)
         return Search(problem, self.scales, self.sliding, simulates=True).solve(report)
 
     def _refined(
-        self, refinement: Refinement, inverse: Problem, start: Solution, blocks: int, report: Report
+        self, refinement: Refinement, inverse: InverseDynamics, start: Solution, blocks: int, report: Report
     ) -> tuple[Fit, HeldOut | None, bool]:
         """Return the fit of least output error, from where inverse dynamics ended; and whether it was interrupted."""
 
@@ -196,7 +196,7 @@ class Workbench:
         )
         if solution.unfinished:
             return fit, None, True
-        space = coordinates_around(error.unknowns, solution, self.scales)
+        space = coordinates_around(error.parameters, solution, self.scales)
         self.found[fit.name] = lambda fit, draws, said: assessed_output(fit, error, space, draws, self.settings, said)
         if not blocks:
             return fit, None, False
@@ -213,12 +213,12 @@ class Workbench:
     def _fit_elements(self, component: SlottedModel, blocks: int, report: Report) -> Fit:
         """Fit elements that slip: their shape comes with the solution."""
         prototype = shaped(component, np.ones(1), np.ones(1))
-        unknowns = of_one_speed(unknowns_of(prototype, self.known, self.regression), self.regression)
-        elements = Elements(self.regression, component, unknowns)
+        parameters = of_one_speed(parameters_of(prototype, self.known, self.dataset), self.dataset)
+        elements = Elements(self.dataset, component, parameters)
 
         def predicted(rows: np.ndarray) -> np.ndarray:
             there, best = elements.solution(rows)
-            return there.predicted(there.unknowns.complete(best.values))
+            return there.predicted(there.parameters.complete(best.values))
 
         problem, solution = elements.solution()
         parts = elements.space()
@@ -230,12 +230,12 @@ class Workbench:
 
     def _fit_stribeck_elements(self, component: SlottedModel, blocks: int, report: Report) -> Fit:
         """Fit elements that slip by a curve: shape and curve in turn."""
-        problems = StribeckElements(self.regression, component, self.known, self.scales, self.sliding)
+        problems = StribeckElements(self.dataset, component, self.known, self.scales, self.sliding)
         problem, solution, elements = problems.solve(lambda share, remark="": report(0.5 * share, remark))
 
         def predicted(rows: np.ndarray) -> np.ndarray:
             there, best = problems.on_rows(elements, solution, rows)
-            return there.predicted(there.unknowns.complete(best.values))
+            return there.predicted(there.parameters.complete(best.values))
 
         parts = problems.space(problem, solution)
         self.found[component.name] = lambda fit, draws, told: assessed(fit, *parts, draws, self.settings, told)
@@ -251,7 +251,7 @@ class Workbench:
         try:
             if blocks:
                 held_out = held_out_error(
-                    self.regression, predicted, blocks, lambda share: report(0.5 + 0.5 * share), self.settings
+                    self.dataset, predicted, blocks, lambda share: report(0.5 + 0.5 * share), self.settings
                 )
             report(1.0)
         except KeyboardInterrupt as error:
@@ -265,21 +265,21 @@ class Workbench:
     def _finished(self, fit: Fit, held_out: HeldOut | None, unfinished: bool = False) -> Fit:
         repeated = ()
         if held_out is not None and held_out.of == "logs":
-            repeated = about_repeated_logs(self.regression, self.settings)
+            repeated = about_repeated_logs(self.dataset, self.settings)
         elif held_out is not None and fit.position_error_percent is None:
-            repeated = about_repetition(self.regression, self.settings)
+            repeated = about_repetition(self.dataset, self.settings)
         said = (UNFINISHED,) if unfinished else ()
         return replace(fit, held_out=held_out, unfinished=unfinished, diagnostics=(*said, *fit.diagnostics, *repeated))
 
     def _pitch(self) -> float:
         """Return the pitch of the screw, found in what Coulomb and viscous friction leave."""
-        problem = Problem(self.regression, unknowns_of(find("coulomb_viscous"), self.known, self.regression))
+        problem = InverseDynamics(self.dataset, parameters_of(find("coulomb_viscous"), self.known, self.dataset))
         return pitch_in(problem, self.sliding)
 
 
-def _unbounded(regression: Regression, known: Known) -> dict[str, float]:
+def _unbounded(dataset: Dataset, known: PriorKnowledge) -> dict[str, float]:
     """Return the parameters of Coulomb and viscous friction without their bounds."""
-    unknowns = unknowns_of(find("coulomb_viscous"), known, regression)
-    problem = Problem(regression, unknowns)
-    free = unbounded(problem.columns, regression.effort - problem.held_effort)
-    return unknowns.complete(dict(zip(unknowns.free, free.tolist(), strict=True)))
+    parameters = parameters_of(find("coulomb_viscous"), known, dataset)
+    problem = InverseDynamics(dataset, parameters)
+    free = unbounded(problem.columns, dataset.effort - problem.fixed_effort)
+    return parameters.complete(dict(zip(parameters.free, free.tolist(), strict=True)))

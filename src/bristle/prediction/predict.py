@@ -22,7 +22,7 @@ from bristle.engine import Trace, run_open_loop
 from bristle.engine.part import finite
 from bristle.files.given import AXIS, LOG
 from bristle.friction import is_static, with_presliding
-from bristle.identification.dataset import Regression
+from bristle.identification.dataset import Dataset
 from bristle.identification.inputs import CUTOFF, checked_model, log_and_axis, treatment_of
 from bristle.identification.merging import treat_all
 from bristle.identification.prediction_interval import Bands, half_width
@@ -104,9 +104,9 @@ def predict(
         raise InputError("has no effort to compare with or to apply", path="log", mend="Name its column in the axis")
     if mode == "inverse":
         given, told = _within_reach(log, *treatment_of(cutoff, decimation, log.kind), axis)
-        regression = treat_all([log], [axis], *given, delay)
-        width = None if bands is None else half_width(bands, plant, friction, regression)
-        found = replace(_inverse(plant, friction, log, regression), half_width=width)
+        dataset = treat_all([log], [axis], *given, delay)
+        width = None if bands is None else half_width(bands, plant, friction, dataset)
+        found = replace(_inverse(plant, friction, log, dataset), half_width=width)
         return with_doubts(replace(found, diagnostics=(*told, *found.diagnostics)), log, velocity_max)
     axis = axis or Axis(kind=log.kind)
     axis = axis if lag is None else replace(axis, lag=lag)
@@ -166,24 +166,24 @@ def _within_reach(
     return (most, 1), (Diagnostic("slow-sampling", severity="note", numbers={"wanted": wanted, "cutoff": most}),)
 
 
-def _inverse(plant: Model, friction: Model, log: Log, regression: Regression) -> Prediction:
-    predicted = finite(regression.rows_of(regression.explained(plant, friction)), friction, "friction")
+def _inverse(plant: Model, friction: Model, log: Log, dataset: Dataset) -> Prediction:
+    predicted = finite(dataset.rows_of(dataset.explained(plant, friction)), friction, "friction")
     return Prediction(
         mode="inverse",
-        time=regression.time,
-        effort=regression.effort,
+        time=dataset.time,
+        effort=dataset.effort,
         effort_predicted=predicted,
-        position=regression.rows_of([one.position for one in regression.stretches]),
+        position=dataset.rows_of([one.position for one in dataset.segments]),
         position_predicted=None,
-        metrics=_metrics(log, regression.effort, predicted, None, None),
+        metrics=_metrics(log, dataset.effort, predicted, None, None),
         diagnostics=(
-            *_about_start(regression.places(friction, plant)),
+            *_about_start(dataset.places(friction, plant)),
             Diagnostic(
                 "filtered-rows",
                 severity="note",
                 numbers={
-                    "cutoff": regression.cutoff,
-                    "decimation": regression.decimation,
+                    "cutoff": dataset.cutoff,
+                    "decimation": dataset.decimation,
                 },
             ),
         ),
@@ -306,11 +306,11 @@ def unexplained_force(
     ndarray, shape (sample,)
         Force [N or N*m].
     """
-    regression = treat_all([log], [axis], cutoff)
+    dataset = treat_all([log], [axis], cutoff)
     force = np.zeros(len(log))
-    for one, explained in zip(regression.stretches, regression.explained(plant, friction), strict=True):
+    for one, explained in zip(dataset.segments, dataset.explained(plant, friction), strict=True):
         residual = np.where(one.velocity == 0.0, 0.0, one.effort - explained)
-        residual[: regression.dropped] = residual[residual.size - regression.dropped :] = 0.0
+        residual[: dataset.dropped] = residual[residual.size - dataset.dropped :] = 0.0
         first = int(np.searchsorted(log.time.values, one.time[0]))
         force[first : first + residual.size] = residual
     return finite(force, friction, "friction")

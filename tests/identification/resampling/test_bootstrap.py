@@ -8,12 +8,12 @@ from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
 from bristle import friction
 from bristle.core import Axis, InputError
 from bristle.identification import identify
-from bristle.identification.inverse_dynamics import Problem
+from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.preprocessing import treat
-from bristle.identification.request import Known, unknowns_of
+from bristle.identification.request import PriorKnowledge, parameters_of
 from bristle.identification.resampling.bootstrap import basic_interval
 from bristle.identification.resampling.half_cycles import HalfCycles
-from bristle.identification.resampling.replicate import Disturbance, Twin
+from bristle.identification.resampling.replicate import Disturbance, Replicates
 from bristle.prediction import predict
 
 PAIRS = 15
@@ -48,9 +48,9 @@ def test_the_interval_of_the_scatter_is_as_wide_as_so_many_half_cycles_leave_it(
 
 
 def test_a_twin_and_its_mirror_image_lie_on_both_sides_of_the_model():
-    regression = treat(log_of(sines(), sliding_effort(sines())), Axis(), 50.0, 5)
-    problem = Problem(regression, unknowns_of(friction.find("coulomb_viscous"), Known(), regression))
-    twin = Twin(problem, HalfCycles(regression), TRUTH, Disturbance(0.05, 0.3, 0.0, 1e-7, 0.5))
+    dataset = treat(log_of(sines(), sliding_effort(sines())), Axis(), 50.0, 5)
+    problem = InverseDynamics(dataset, parameters_of(friction.find("coulomb_viscous"), PriorKnowledge(), dataset))
+    twin = Replicates(problem, HalfCycles(dataset), TRUTH, Disturbance(0.05, 0.3, 0.0, 1e-7, 0.5))
     one, other = (twin.log(np.random.default_rng(5), 1.3, side) for side in (1.0, -1.0))
     still = twin.log(np.random.default_rng(5), 0.0, 0.0)
     for signal in ("effort", "position"):
@@ -68,10 +68,10 @@ def test_the_jackknife_agrees_where_the_model_is_right(dahl):
 def test_bands_hold_what_was_measured_though_the_truth_is_another_model():
     log = recorded(MAXWELL, motion(*FITTED, pairs=PAIRS), seed=1)
     fit = identify(log, "dahl", axis=AXIS, blocks=0, draws=40).best
-    unseen = predict(fit.plant, fit.friction, recorded(MAXWELL, motion(*UNSEEN, pairs=9), seed=2), AXIS,
+    unidentifiable = predict(fit.plant, fit.friction, recorded(MAXWELL, motion(*UNSEEN, pairs=9), seed=2), AXIS,
                      bands=fit.resampling.bands)  # fmt: skip
-    assert 85.0 < unseen.inside_percent < 99.5
-    assert unseen.half_width.shape == unseen.effort.shape
+    assert 85.0 < unidentifiable.inside_percent < 99.5
+    assert unidentifiable.half_width.shape == unidentifiable.effort.shape
 
 
 def test_elements_that_slip_have_intervals_on_their_level_stiffness_and_virgin_curve():

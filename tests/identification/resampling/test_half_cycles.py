@@ -35,7 +35,7 @@ def test_a_rest_in_noise_is_no_turn():
 
 def test_sums_over_half_cycles_are_sums_of_their_rows():
     cycles = cycles_of(sines())
-    rows = np.random.default_rng(0).normal(size=(cycles.regression.effort.size, 2))
+    rows = np.random.default_rng(0).normal(size=(cycles.dataset.effort.size, 2))
     sums = cycles.groups.summed(rows)
     assert sums.shape == (cycles.groups.count, 2)
     for number, index in enumerate(np.unique(cycles.groups.of_rows)):
@@ -47,7 +47,7 @@ def test_a_known_scatter_is_seen_with_the_spread_of_chi_square_though_one_stroke
     # One long stroke, then many short ones.
     x = np.where(t < 4.0, 0.01 * (1.0 - t / 4.0), 0.01 * 0.02 * np.abs((t - 4.0) / 0.4 % 1.0 * 2.0 - 1.0))
     cycles = cycles_of(Motion(t, x, np.gradient(x, DT), np.zeros(t.size)))
-    rng, slope = np.random.default_rng(8), np.sign(cycles.regression.velocity)
+    rng, slope = np.random.default_rng(8), np.sign(cycles.dataset.velocity)
     rows = np.bincount(cycles.groups.index)
     assert rows.max() > 5.0 * np.median(rows)
     assert rows.size > 20
@@ -61,6 +61,6 @@ def test_a_known_scatter_is_seen_with_the_spread_of_chi_square_though_one_stroke
 
 def test_what_is_left_within_half_cycles_has_no_level():
     cycles = cycles_of(sines())
-    residual = np.random.default_rng(1).normal(size=(2, cycles.regression.effort.size))
+    residual = np.random.default_rng(1).normal(size=(2, cycles.dataset.effort.size))
     left = within_cycles(cycles.groups, residual[0], residual[1])
     np.testing.assert_allclose(cycles.groups.summed(left * residual[0]), 0.0, atol=1e-9)

@@ -12,10 +12,10 @@ from bristle.core.contracts import FrictionModel
 from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind, Variable
-from bristle.identification.covariance import Uncertainty
+from bristle.identification.covariance import Covariance
 from bristle.identification.diagnostics.excitation import Excitation
-from bristle.identification.inverse_dynamics import Problem
-from bristle.identification.parameters import Held
+from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.parameters import Fixed
 from bristle.identification.result import Estimate
 from bristle.identification.solution import Solution
 
@@ -30,7 +30,7 @@ class Judgement:
 
     Parameters
     ----------
-    problem, solution, uncertainty : Problem, Solution, Uncertainty
+    problem, solution, uncertainty : InverseDynamics, Solution, Uncertainty
         What was fitted, where it ended, and how sure that is.
     excitation : Excitation
         What the log shows, with the values of the fit and the thresholds.
@@ -38,9 +38,9 @@ class Judgement:
         Whether the rows that were fitted are filtered.
     """
 
-    problem: Problem
+    problem: InverseDynamics
     solution: Solution
-    uncertainty: Uncertainty
+    uncertainty: Covariance
     excitation: Excitation
     filtered: bool
 
@@ -57,14 +57,14 @@ class Judgement:
 
     @cached_property
     def _rms_effort(self) -> float:
-        return float(np.sqrt(np.mean(self.problem.regression.effort**2)))
+        return float(np.sqrt(np.mean(self.problem.dataset.effort**2)))
 
     @property
     def _kind(self) -> Kind:
-        return self.problem.regression.kind
+        return self.problem.dataset.kind
 
     def _estimate(self, name: str) -> Estimate:
-        variable, held = self.excitation.variables[name], self.problem.unknowns.held.get(name)
+        variable, held = self.excitation.variables[name], self.problem.parameters.held.get(name)
         whole = Estimate(name, variable.unit(self._kind), variable.description, self.excitation.values[name], None)
         if held is not None:
             why = held_because(name, held, variable, self._kind)
@@ -130,17 +130,17 @@ class Judgement:
         return Diagnostic("edge-of-search", name, "warning", found, self._kind)
 
 
-def held_because(name: str, held: Held, variable: Variable, kind: Kind) -> Diagnostic:
+def held_because(name: str, held: Fixed, variable: Variable, kind: Kind) -> Diagnostic:
     """Return why a parameter is held, with its value."""
     value = variable.written(held.value) if variable.choices else held.value
     numbers: dict[str, Number] = {"value": value, "unit": variable.unit(kind), **held.numbers}
     return Diagnostic(held.reason, name, "note", numbers, kind)
 
 
-def about_held(problem: Problem) -> tuple[Diagnostic, ...]:
+def about_held(problem: InverseDynamics) -> tuple[Diagnostic, ...]:
     """Return which parameters were held, and why."""
-    variables, kind = problem.unknowns.variables, problem.regression.kind
-    return tuple(held_because(name, held, variables[name], kind) for name, held in problem.unknowns.held.items())
+    variables, kind = problem.parameters.variables, problem.dataset.kind
+    return tuple(held_because(name, held, variables[name], kind) for name, held in problem.parameters.held.items())
 
 
 def about_estimates(

@@ -9,7 +9,7 @@ import numpy as np
 
 from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.variable import Variable
-from bristle.identification.dataset import Regression
+from bristle.identification.dataset import Dataset
 from bristle.identification.parameters import Scales
 from bristle.identification.settings import Settings
 from bristle.logs.passages import passages_along
@@ -31,7 +31,7 @@ class Excitation:
         The thresholds.
     """
 
-    regression: Regression
+    dataset: Dataset
     scales: Scales
     values: Mapping[str, float]
     variables: Mapping[str, Variable]
@@ -41,7 +41,7 @@ class Excitation:
         """Return what the log lacks to identify a parameter."""
         match self.variables[name].excitation:
             case "acceleration":
-                top = float(np.max(np.abs(self.regression.acceleration)))
+                top = float(np.max(np.abs(self.dataset.acceleration)))
                 return self._said("low-acceleration", name, acceleration=top)
             case "speed":
                 return self._about_speed(name)
@@ -52,7 +52,7 @@ class Excitation:
             case "displacement":
                 return self._said("no-bend", name, stroke=self.scales.stroke)
             case "sliding":
-                count = len(self.regression.reversals)
+                count = len(self.dataset.reversals)
                 return self._said("few-strokes", name, reversals=count, stroke=self.scales.stroke)
         return self._said("small-effect", name)
 
@@ -67,7 +67,7 @@ class Excitation:
         """
         if self.variables[name].excitation != "presliding":
             return False
-        if not self.regression.reversals:
+        if not self.dataset.reversals:
             return True
         zone = self._zone()
         if zone is None:
@@ -78,18 +78,18 @@ class Excitation:
     @property
     def _filter_period(self) -> float:
         """Samples of one period of the cut-off."""
-        return 1.0 / (self.regression.cutoff * self.regression.sample_time)
+        return 1.0 / (self.dataset.cutoff * self.dataset.sample_time)
 
     def _said(self, code: str, parameter: str, **numbers: Number) -> Diagnostic:
-        return Diagnostic(code, parameter, "warning", numbers, self.regression.kind)
+        return Diagnostic(code, parameter, "warning", numbers, self.dataset.kind)
 
     def _about_speed(self, name: str) -> Diagnostic:
-        low, high = np.quantile(np.abs(self.regression.velocity), [0.1, 0.9])
+        low, high = np.quantile(np.abs(self.dataset.velocity), [0.1, 0.9])
         code = "one-speed" if high < self.settings.one_speed * low else "low-speed"
         return self._said(code, name, speed=self.scales.speed)
 
     def _about_fall(self, name: str) -> Diagnostic:
-        speeds = self.regression.all_velocities
+        speeds = self.dataset.all_velocities
         slow = self.values.get("v_S", self.scales.slowest)
         found = {"slow_samples": int(np.sum(np.abs(speeds) < slow)), "samples": speeds.size, "speed": slow}
         steady = self._steady_speeds()
@@ -99,18 +99,18 @@ class Excitation:
 
     def _steady_speeds(self) -> list[float]:
         """Return the speeds at which the log slides steadily [m/s or rad/s], both ends of each passage."""
-        one = self.regression
+        one = self.dataset
         grain = max(self.settings.zone_counts * one.resolution, self.settings.zone_noise * one.noise)
         return [
             end
-            for part in one.stretches
+            for part in one.segments
             for found in passages_along(part.time, part.position, part.effort, grain)
             if found.kind == "constant_velocity"
             for end in found.speeds
         ]
 
     def _about_presliding(self, name: str) -> Diagnostic:
-        count, zone = len(self.regression.reversals), self._zone()
+        count, zone = len(self.dataset.reversals), self._zone()
         if not count:
             return self._said("no-reversal", name)
         if zone is None:
@@ -134,7 +134,7 @@ class Excitation:
 
     def _below_the_noise(self, name: str, zone: float) -> Diagnostic | None:
         """Return why a displacement [m or rad] is too short for the position that was recorded, if it is."""
-        one, least = self.regression, self.settings
+        one, least = self.dataset, self.settings
         if zone < least.zone_counts * one.resolution:
             return self._said("coarse-position", name, zone=zone, counts=least.zone_counts, resolution=one.resolution)
         if zone < least.zone_noise * one.noise:
@@ -144,8 +144,8 @@ class Excitation:
     def _samples_within(self, zone: float) -> float:
         """Return the median number of samples from a reversal until the body has moved by `zone`."""
         counts = []
-        for number, first in self.regression.reversals:
-            position = self.regression.stretches[number].position[first:]
+        for number, first in self.dataset.reversals:
+            position = self.dataset.segments[number].position[first:]
             left = np.abs(position - position[0]) > zone
             counts.append(int(np.argmax(left)) if left.any() else left.size)
         return float(np.median(counts))

@@ -7,7 +7,7 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.core.diagnostic import Diagnostic
 from bristle.friction import is_static
-from bristle.identification.dataset import Regression
+from bristle.identification.dataset import Dataset
 from bristle.identification.settings import DEFAULT, Settings
 
 __all__ = ["about_amplitudes", "about_repeated_logs", "about_repetition", "half_cycles", "repeats_after"]
@@ -16,14 +16,14 @@ COMPARED = 4000  # samples of the longer of two logs
 DESIGN = (1.0, 0.4, 0.7, 0.2, 1.0)  # of the amplitude: turning points that close loops inside one another
 
 
-def half_cycles(regression: Regression, tremble: float = DEFAULT.tremble) -> np.ndarray:
+def half_cycles(dataset: Dataset, tremble: float = DEFAULT.tremble) -> np.ndarray:
     """Return how far the body goes between reversals [m or rad], shape (half-cycle,).
 
     A way below the share `tremble` of the range is none.
     """
     found = []
-    for number, one in enumerate(regression.stretches):
-        turns = [k for stretch, k in regression.reversals if stretch == number]
+    for number, one in enumerate(dataset.segments):
+        turns = [k for segment, k in dataset.reversals if segment == number]
         tops = one.position[turns]
         least = tremble * float(np.ptp(one.position))
         kept: list[float] = []
@@ -39,21 +39,21 @@ def half_cycles(regression: Regression, tremble: float = DEFAULT.tremble) -> np.
     return np.concatenate(found) if found else np.empty(0)
 
 
-def about_amplitudes(regression: Regression, friction: Model, settings: Settings) -> tuple[Diagnostic, ...]:
+def about_amplitudes(dataset: Dataset, friction: Model, settings: Settings) -> tuple[Diagnostic, ...]:
     """Return a warning where a model has pre-sliding and the log shows it at one amplitude only."""
     if is_static(friction):
         return ()
-    ways = half_cycles(regression, settings.tremble)
+    ways = half_cycles(dataset, settings.tremble)
     if ways.size < settings.amplitude_half_cycles or np.min(ways) < settings.nested_loop * np.max(ways):
         return ()
     whole = float(np.median(ways))
     numbers = {"half_cycles": ways.size, "amplitude": whole, "advised": tuple(share * whole for share in DESIGN)}
-    return (Diagnostic("one-amplitude", numbers=numbers, kind=regression.kind),)
+    return (Diagnostic("one-amplitude", numbers=numbers, kind=dataset.kind),)
 
 
-def repeats_after(regression: Regression, settings: Settings = DEFAULT) -> float | None:
+def repeats_after(dataset: Dataset, settings: Settings = DEFAULT) -> float | None:
     """Return the period of a motion that repeats itself [s]; None where it does not."""
-    one = max(regression.stretches, key=lambda stretch: stretch.position.size)
+    one = max(dataset.segments, key=lambda segment: segment.position.size)
     x = one.position - np.mean(one.position)
     count = x.size
     spectrum = np.fft.rfft(x, 2 * count)
@@ -71,19 +71,19 @@ def repeats_after(regression: Regression, settings: Settings = DEFAULT) -> float
         return None
     first = int(np.argmax(beyond >= settings.repeated * np.max(beyond)))
     period = first + int(np.argmax(beyond[first : first + (below[0] + first) // 2]))
-    return float((below[0] + period) * regression.sample_time)
+    return float((below[0] + period) * dataset.sample_time)
 
 
-def about_repetition(regression: Regression, settings: Settings) -> tuple[Diagnostic, ...]:
+def about_repetition(dataset: Dataset, settings: Settings) -> tuple[Diagnostic, ...]:
     """Return a warning where held-out blocks only repeat the motion that was fitted."""
-    period = repeats_after(regression, settings)
+    period = repeats_after(dataset, settings)
     return () if period is None else (Diagnostic("motion-repeats", numbers={"period": period}),)
 
 
-def about_repeated_logs(regression: Regression, settings: Settings) -> tuple[Diagnostic, ...]:
+def about_repeated_logs(dataset: Dataset, settings: Settings) -> tuple[Diagnostic, ...]:
     """Return a warning where logs that were held out only repeat the motion of others that were fitted."""
     motions: dict[int, np.ndarray] = {}
-    for one in regression.stretches:
+    for one in dataset.segments:
         if one.log not in motions or one.position.size > motions[one.log].size:
             motions[one.log] = one.position
     step = max(max(x.size for x in motions.values()) // COMPARED, 1)

@@ -9,11 +9,11 @@ import numpy as np
 
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.variable import Variable
-from bristle.identification.inverse_dynamics import Problem
+from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.prediction_interval import Bands, half_width
 from bristle.identification.resampling.bootstrap import Bootstrap, bootstrap
 from bristle.identification.resampling.half_cycles import Groups, HalfCycles, level_slope, within_cycles
-from bristle.identification.resampling.identifiability import Unseen, unseen
+from bristle.identification.resampling.identifiability import Unidentifiable, unidentifiable
 from bristle.identification.resampling.jackknife import jackknife_std
 from bristle.identification.resampling.refit import Refit, Space
 from bristle.identification.resampling.replicate import lasting_of
@@ -26,7 +26,7 @@ __all__ = ["assessed", "at_odds", "how_sure", "with_interval"]
 
 
 def assessed(
-    fit: Fit, problem: Problem, space: Space, draws: int, settings: Settings,
+    fit: Fit, problem: InverseDynamics, space: Space, draws: int, settings: Settings,
     report: Callable[[float], None] = lambda share: None,
 ) -> Fit:  # fmt: skip
     """Return a fit with what resampling says of it.
@@ -35,7 +35,7 @@ def assessed(
     ----------
     fit : Fit
         The fit.
-    problem, space : Problem, Space
+    problem, space : InverseDynamics, Space
         What was fitted, and the coordinates of the solution.
     draws : int
         Number of twins.
@@ -44,9 +44,9 @@ def assessed(
     report : callable
         Is told the share of the work done.
     """
-    residual, cycles = fit.traces.residual, HalfCycles(problem.regression).groups
+    residual, cycles = fit.traces.residual, HalfCycles(problem.dataset).groups
     clear = frozenset(one.name for one in fit.estimates if _is_clear(one, settings.clear_std))
-    blind = unseen(problem, space, clear, settings)
+    blind = unidentifiable(problem, space, clear, settings)
     # What is only weakly seen stays free: held, it would make the others look surer than they are.
     flat = {one.name for one in blind if one.flat}
     free = np.array([name not in flat for name in space.names])
@@ -66,7 +66,7 @@ def assessed(
         jackknife=jackknife_std(space, cycles, residual),
         curve=found.curve,
     )
-    variables = problem.unknowns.variables
+    variables = problem.parameters.variables
     estimates = tuple(_estimate(one, found, blind, variables.get(one.name)) for one in fit.estimates)
     return replace(
         fit, estimates=estimates, resampling=resampling,
@@ -80,25 +80,25 @@ def assessed(
 
 
 def _lasting(
-    found: Bootstrap, problem: Problem, space: Space, cycles: Groups, residual: np.ndarray
+    found: Bootstrap, problem: InverseDynamics, space: Space, cycles: Groups, residual: np.ndarray
 ) -> float:  # fmt: skip
     """Return how long what the model lacks keeps its side [s]."""
-    regression, left = problem.regression, residual
+    dataset, left = problem.dataset, residual
     if found.scatter.value > 0.0:
-        slope = level_slope(problem, problem.unknowns.complete(space.values(space.phi)))
+        slope = level_slope(problem, problem.parameters.complete(space.values(space.theta)))
         left = within_cycles(cycles, slope, residual)
-    return lasting_of(left, regression.decimation * regression.sample_time, found.unexplained)
+    return lasting_of(left, dataset.decimation * dataset.sample_time, found.unexplained)
 
 
-def _inflation(bands: Bands, fit: Fit, problem: Problem, space: Space, free: np.ndarray) -> float:
+def _inflation(bands: Bands, fit: Fit, problem: InverseDynamics, space: Space, free: np.ndarray) -> float:
     """Return the factor that makes bands hold 95 % of the rows of blocks that were held out, at least 1."""
-    regression = problem.regression
-    width = half_width(bands, fit.plant, fit.friction, regression)
+    dataset = problem.dataset
+    width = half_width(bands, fit.plant, fit.friction, dataset)
     share = []
-    for part in time_blocks(regression, BLOCKS)[1]:
-        fitted = beside(part, regression.reach)
+    for part in time_blocks(dataset, BLOCKS)[1]:
+        fitted = beside(part, dataset.reach)
         if fitted.any():
-            _, residual = Refit(space, free, fitted).solve(problem, space.phi)
+            _, residual = Refit(space, free, fitted).solve(problem, space.theta)
             share.append(np.abs(residual[part]) / width[part])
     return max(float(np.quantile(np.concatenate(share), 0.95)), 1.0) if share else 1.0
 
@@ -108,7 +108,9 @@ def _is_clear(one: Estimate, most: float) -> bool:
     return one.status == "identified" and one.larger_std is not None and one.larger_std <= most * abs(one.value)
 
 
-def _estimate(one: Estimate, found: Bootstrap, blind: tuple[Unseen, ...], variable: Variable | None) -> Estimate:
+def _estimate(
+    one: Estimate, found: Bootstrap, blind: tuple[Unidentifiable, ...], variable: Variable | None
+) -> Estimate:
     lost = next((other for other in blind if other.name == one.name), None)
     if lost is not None:
         one = replace(one, status="unidentifiable", reason=lost.diagnostic)

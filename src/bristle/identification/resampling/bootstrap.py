@@ -24,11 +24,11 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from bristle.core.cores import Abreast
-from bristle.identification.inverse_dynamics import Problem, Residual
+from bristle.identification.inverse_dynamics import InverseDynamics, Residual
 from bristle.identification.resampling.chi_square import CERTAIN, ChiSquare
 from bristle.identification.resampling.half_cycles import Groups, HalfCycles, level_slope, scatter_seen
 from bristle.identification.resampling.refit import Refit, Space
-from bristle.identification.resampling.replicate import Disturbance, Twin, disturbance_of
+from bristle.identification.resampling.replicate import Disturbance, Replicates, disturbance_of
 from bristle.identification.result import Scatter
 
 __all__ = ["Bootstrap", "Drawing", "basic_interval", "bootstrap", "fitted_to_twins", "seen_in"]
@@ -94,7 +94,7 @@ class Bootstrap:
     @property
     def estimate(self) -> np.ndarray:
         """What was fitted to the log itself [SI], shape (told and curve,)."""
-        return self.space.numbers(self.space.phi)
+        return self.space.numbers(self.space.theta)
 
     @property
     def std(self) -> np.ndarray:
@@ -131,14 +131,14 @@ def basic_interval(draws: np.ndarray, estimate: float, *, logarithmic: bool) -> 
 
 
 def bootstrap(
-    problem: Problem, space: Space, count: int, *, free: np.ndarray | None = None, seed: int = SEED,
+    problem: InverseDynamics, space: Space, count: int, *, free: np.ndarray | None = None, seed: int = SEED,
     report: Callable[[float], None] = lambda share: None,
 ) -> Bootstrap:  # fmt: skip
     """Return fits to twins of a log.
 
     Parameters
     ----------
-    problem : Problem
+    problem : InverseDynamics
         What was fitted.
     space : Space
         The coordinates of the solution.
@@ -152,11 +152,11 @@ def bootstrap(
         Is told the share of the work done.
     """
     free = np.ones(len(space.names), dtype=bool) if free is None else free
-    values = problem.unknowns.complete(space.values(space.phi))
-    cycles = HalfCycles(problem.regression)
-    residual = problem.regression.effort - problem.predicted(values)
+    values = problem.parameters.complete(space.values(space.theta))
+    cycles = HalfCycles(problem.dataset)
+    residual = problem.dataset.effort - problem.predicted(values)
     slope = level_slope(problem, values)
-    twin = Twin(problem, cycles, values, disturbance_of(problem.regression, seen_in(cycles.groups, slope, residual)))
+    twin = Replicates(problem, cycles, values, disturbance_of(problem.dataset, seen_in(cycles.groups, slope, residual)))
     return fitted_to_twins(twin, Refit(space, free, slice(None)), slope, residual, count, seed, report)
 
 
@@ -250,11 +250,11 @@ class _Fits:
         """Draw a twin, or its mirror image, and fit the model to it."""
         space, rng = self.refit.space, np.random.default_rng(seed)
         ratio = 1.0 / self.shown.deviation(rng.uniform(0.01 * TAIL, 1.0 - 0.01 * TAIL))
-        phi, residual = self.refit.solve(self.twin.drawn(rng, ratio, side), space.phi)
+        theta, residual = self.refit.solve(self.twin.drawn(rng, ratio, side), space.theta)
         scatters = self.twin.disturbance.scatter > 0.0
         return _Drawn(
-            space.numbers(phi),
-            space.values(phi),
+            space.numbers(theta),
+            space.values(theta),
             scatter_seen(self.twin.groups, self.slope, residual) / ratio if scatters else 0.0,
             float(np.mean(residual**2)),
         )

@@ -13,9 +13,9 @@ from bristle.core.lazy import cached_property
 from bristle.core.packing import pack
 from bristle.core.variable import Kind
 from bristle.engine.motion import in_turns
-from bristle.identification.dataset import Stretch
+from bristle.identification.dataset import Segment
 
-__all__ = ["Levels", "forces_of", "scaled"]
+__all__ = ["FrictionScale", "forces_of", "scaled"]
 
 LEAST = 0.05  # friction does not vanish on any half-cycle
 
@@ -35,7 +35,7 @@ def scaled(component: FrictionModel, values: Mapping[str, float], level: float) 
 
 
 @dataclass(frozen=True)
-class Levels:
+class FrictionScale:
     """A friction model whose level is drawn anew at each reversal.
 
     Parameters
@@ -53,13 +53,13 @@ class Levels:
     kind: Kind
 
     def force(
-        self, stretch: Stretch, starts: Sequence[int], dt: float, scatter: float, rng: np.random.Generator
+        self, segment: Segment, starts: Sequence[int], dt: float, scatter: float, rng: np.random.Generator
     ) -> np.ndarray:
-        """Return the friction force along a stretch [N or N*m], shape (sample,), not filtered.
+        """Return the friction force along a segment [N or N*m], shape (sample,), not filtered.
 
         Parameters
         ----------
-        stretch : Stretch
+        segment : Segment
             The motion.
         starts : sequence of int
             First sample of each half-cycle.
@@ -72,8 +72,8 @@ class Levels:
         """
         levels = np.maximum(1.0 + scatter * rng.standard_normal(len(starts)), LEAST)
         model, once, more = self._models
-        first = stretch.first_cycle
-        signals = stretch.signals(dt)
+        first = segment.first_cycle
+        signals = segment.signals(dt)
         turns = [0, *(first + start for start in starts[1:])]
         return in_turns(model, once + (levels[:, None] - 1.0) * more, dt=dt, starts=turns, **signals)[first:]
 

@@ -28,8 +28,8 @@ from itertools import pairwise
 import numpy as np
 
 from bristle.core.lazy import cached_property
-from bristle.identification.dataset import Regression
-from bristle.identification.inverse_dynamics import Problem
+from bristle.identification.dataset import Dataset
+from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.resampling.friction_scale import scaled
 
 __all__ = ["Groups", "HalfCycles", "least_way", "level_slope", "scatter_seen", "turns_of", "within_cycles"]
@@ -82,29 +82,29 @@ class HalfCycles:
 
     Parameters
     ----------
-    regression : Regression
+    dataset : Dataset
         The log.
     """
 
-    regression: Regression
+    dataset: Dataset
 
     @cached_property
     def starts(self) -> tuple[tuple[int, ...], ...]:
-        """First sample of each half-cycle of each stretch; the first one is 0."""
-        least = least_way(self.regression.resolution, self.regression.noise)
+        """First sample of each half-cycle of each segment; the first one is 0."""
+        least = least_way(self.dataset.resolution, self.dataset.noise)
         return tuple(
-            (0, *turns_of(one.position, [k for there, k in self.regression.reversals if there == number], least))
-            for number, one in enumerate(self.regression.stretches)
+            (0, *turns_of(one.position, [k for there, k in self.dataset.reversals if there == number], least))
+            for number, one in enumerate(self.dataset.segments)
         )
 
     @cached_property
     def groups(self) -> Groups:
-        """The rows of each half-cycle, counted through all stretches."""
+        """The rows of each half-cycle, counted through all segments."""
         parts, before = [], 0
-        for stretch, starts in zip(self.regression.stretches, self.starts, strict=True):
-            parts.append(before + np.searchsorted(starts, np.arange(stretch.velocity.size), side="right") - 1)
+        for segment, starts in zip(self.dataset.segments, self.starts, strict=True):
+            parts.append(before + np.searchsorted(starts, np.arange(segment.velocity.size), side="right") - 1)
             before += len(starts)
-        return Groups(self.regression.sampled(parts))
+        return Groups(self.dataset.sampled(parts))
 
 
 def least_way(resolution: float, noise: float) -> float:
@@ -139,9 +139,9 @@ def turns_of(position: np.ndarray, reversals: Sequence[int], least: float) -> li
     return kept
 
 
-def level_slope(problem: Problem, values: Mapping[str, float]) -> np.ndarray:
+def level_slope(problem: InverseDynamics, values: Mapping[str, float]) -> np.ndarray:
     """Return by how much the effort of each row rises with the level of friction, dF/dc [N or N*m], shape (row,)."""
-    nudged = problem.friction(scaled(problem.unknowns.component, values, 1.0 + NUDGE))
+    nudged = problem.friction(scaled(problem.parameters.component, values, 1.0 + NUDGE))
     return (nudged - problem.friction(values)) / NUDGE
 
 

@@ -20,18 +20,18 @@ from bristle.core.cores import Abreast
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import unbounded
-from bristle.identification.inverse_dynamics import Problem
+from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.resampling.refit import Refit, Space
 from bristle.identification.settings import Settings
 
-__all__ = ["Unseen", "unseen"]
+__all__ = ["Unidentifiable", "unseen"]
 
 BEYOND_DOUBT = 100.0  # times the threshold, in the linear fit
 CHUNKS = 40
 
 
 @dataclass(frozen=True)
-class Unseen:
+class Unidentifiable:
     """A parameter that the log does not see.
 
     Parameters
@@ -62,12 +62,14 @@ class Unseen:
         return Diagnostic("unseen", self.name, numbers={"percent": self.percent})
 
 
-def unseen(problem: Problem, space: Space, candidates: frozenset[str], settings: Settings) -> tuple[Unseen, ...]:
+def unidentifiable(
+    problem: InverseDynamics, space: Space, candidates: frozenset[str], settings: Settings
+) -> tuple[Unidentifiable, ...]:
     """Return the parameters that a log does not see, each with those found before it held.
 
     Parameters
     ----------
-    problem : Problem
+    problem : InverseDynamics
         What was fitted.
     space : Space
         The coordinates of the solution.
@@ -77,8 +79,8 @@ def unseen(problem: Problem, space: Space, candidates: frozenset[str], settings:
         The thresholds.
     """
     free = np.ones(len(space.names), dtype=bool)
-    found: list[Unseen] = []
-    asked = [name for name in space.names if name in candidates and space.values(space.phi)[name] != 0.0]
+    found: list[Unidentifiable] = []
+    asked = [name for name in space.names if name in candidates and space.values(space.theta)[name] != 0.0]
     asked = _Followed(problem, space, free, settings).in_doubt(asked)
     while asked:
         around = _Followed(problem, space, free, settings)
@@ -101,7 +103,7 @@ class _Followed:
     `free` are those that may follow, shape (coordinate,) of bool.
     """
 
-    problem: Problem
+    problem: InverseDynamics
     space: Space
     free: np.ndarray
     settings: Settings
@@ -115,9 +117,9 @@ class _Followed:
         rises = {name: min(self._linear_rise(name, change) for change in self._changes) for name in names}
         return [name for name, rise in rises.items() if not rise >= BEYOND_DOUBT * self.settings.seen_rise]
 
-    def without(self, name: str) -> Unseen:
+    def without(self, name: str) -> Unidentifiable:
         """Return by how much the error rises where one parameter is changed, and which made up for the change."""
-        count = self.problem.regression.effort.size
+        count = self.problem.dataset.effort.size
         fitted, instead = self._rises(name, np.ones(count, dtype=bool), slice(None), self._whole)
         held_out = np.zeros(len(self._changes))
         for quarter, before in zip(_quarters(count), self._before, strict=True):
@@ -125,11 +127,11 @@ class _Followed:
         names = tuple(one for one in self.space.names if one in instead)
         variance = self._variance
         flat = bool(np.max(fitted) < self.settings.flat_rise * variance)
-        return Unseen(name, float(np.max(held_out)) / variance, flat, names, 100.0 * self.settings.moved)
+        return Unidentifiable(name, float(np.max(held_out)) / variance, flat, names, 100.0 * self.settings.moved)
 
     @cached_property
     def _variance(self) -> float:
-        start = self.problem.residual(self.space.values(self.space.phi))
+        start = self.problem.residual(self.space.values(self.space.theta))
         return float(start @ start) / max(start.size - len(self.space.names), 1)
 
     @cached_property
@@ -140,20 +142,20 @@ class _Followed:
     @cached_property
     def _whole(self) -> np.ndarray:
         """The residual of the fit to all rows."""
-        return Refit(self.space, self.free, slice(None)).solve(self.problem, self.space.phi)[1]
+        return Refit(self.space, self.free, slice(None)).solve(self.problem, self.space.theta)[1]
 
     @cached_property
     def _before(self) -> list[np.ndarray]:
         """The residual of the fits without each quarter."""
-        quarters = _quarters(self.problem.regression.effort.size)
-        return [Refit(self.space, self.free, ~one).solve(self.problem, self.space.phi)[1] for one in quarters]
+        quarters = _quarters(self.problem.dataset.effort.size)
+        return [Refit(self.space, self.free, ~one).solve(self.problem, self.space.theta)[1] for one in quarters]
 
     def _linear_rise(self, name: str, change: float) -> float:
         """Return the rise of the error, over its variance, of a linear fit in which a parameter is another one."""
         index = self.space.names.index(name)
         own, others = self._triangle[:, index], np.delete(self._triangle, index, axis=1)
         alone = own - others @ unbounded(others, own)
-        way = self._moved(name, change)[index] - self.space.phi[index]
+        way = self._moved(name, change)[index] - self.space.theta[index]
         return float(alone @ alone) * way**2 / self._variance if self._variance > 0.0 else np.inf
 
     def _rises(
@@ -164,33 +166,33 @@ class _Followed:
         followers[self.space.names.index(name)] = False
         refit, rises, instead = Refit(self.space, followers, fitted), [], set()
         for change in self._changes:
-            phi, after = refit.solve(self.problem, self._moved(name, change))
+            theta, after = refit.solve(self.problem, self._moved(name, change))
             rises.append(float(np.sum(after[judged] ** 2) - np.sum(before[judged] ** 2)))
-            instead |= self._made_up(name, phi)
+            instead |= self._made_up(name, theta)
         return np.array(rises), instead
 
     def _moved(self, name: str, change: float) -> np.ndarray:
         """Return the coordinates at which only this parameter is another one."""
         index = self.space.names.index(name)
-        phi, goal = self.space.phi.copy(), change * self.space.values(self.space.phi)[name]
+        theta, goal = self.space.theta.copy(), change * self.space.values(self.space.theta)[name]
         for _ in range(30):
-            slope = self._slope(name, phi, index)
+            slope = self._slope(name, theta, index)
             if slope == 0.0:
                 break
-            step = (goal - self.space.values(phi)[name]) / slope
-            phi[index] = np.clip(phi[index] + step, self.space.low[index], self.space.high[index])
+            step = (goal - self.space.values(theta)[name]) / slope
+            theta[index] = np.clip(theta[index] + step, self.space.low[index], self.space.high[index])
             if abs(step * slope) <= 1e-9 * abs(goal):
                 break
-        return phi
+        return theta
 
-    def _slope(self, name: str, phi: np.ndarray, index: int) -> float:
-        nudged = phi.copy()
-        nudge = 1e-6 * max(abs(phi[index]), 1e-3)
+    def _slope(self, name: str, theta: np.ndarray, index: int) -> float:
+        nudged = theta.copy()
+        nudge = 1e-6 * max(abs(theta[index]), 1e-3)
         nudged[index] += nudge
-        return (self.space.values(nudged)[name] - self.space.values(phi)[name]) / nudge
+        return (self.space.values(nudged)[name] - self.space.values(theta)[name]) / nudge
 
-    def _made_up(self, name: str, phi: np.ndarray) -> set[str]:
-        now, then = self.space.values(phi), self.space.values(self.space.phi)
+    def _made_up(self, name: str, theta: np.ndarray) -> set[str]:
+        now, then = self.space.values(theta), self.space.values(self.space.theta)
         return {
             one
             for one in self.space.names
@@ -199,7 +201,7 @@ class _Followed:
 
 
 def _quarters(count: int) -> list[np.ndarray]:
-    """Return four sets of rows, each of short stretches from all over the log, as arrays of bool."""
+    """Return four sets of rows, each of short segments from all over the log, as arrays of bool."""
     chunk = np.arange(count) * CHUNKS // count
     quarter = np.random.default_rng(CHUNKS).permutation(CHUNKS) % 4
     return [quarter[chunk] == one for one in range(4)]

@@ -39,7 +39,7 @@ def jackknife_std(space: Space, cycles: Groups, residual: np.ndarray) -> dict[st
     """
     if cycles.count < FEWEST:
         return {}
-    inner = (space.phi > space.low) & (space.phi < space.high) & (np.linalg.norm(space.jacobian, axis=0) > 0.0)
+    inner = (space.theta > space.low) & (space.theta < space.high) & (np.linalg.norm(space.jacobian, axis=0) > 0.0)
     columns = space.jacobian[:, inner]
     scale = np.linalg.norm(columns, axis=0)
     columns = columns / scale

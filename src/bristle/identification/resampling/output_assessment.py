@@ -14,7 +14,7 @@ from bristle.identification.resampling.assessment import at_odds, how_sure, with
 from bristle.identification.resampling.bootstrap import fitted_to_twins, seen_in
 from bristle.identification.resampling.half_cycles import within_cycles
 from bristle.identification.resampling.jackknife import jackknife_std
-from bristle.identification.resampling.output_replicate import OutputTwin, level_slope_of, moves_of
+from bristle.identification.resampling.output_replicate import SignalReplicates, level_slope_of, moves_of
 from bristle.identification.resampling.refit import Refit, Space
 from bristle.identification.resampling.replicate import disturbance_of, lasting_of
 from bristle.identification.resampling.whiteness import is_white
@@ -46,24 +46,24 @@ def assessed_output(
     report : callable
         Is told the share of the work done.
     """
-    values = error.unknowns.complete(space.values(space.phi))
+    values = error.parameters.complete(space.values(space.theta))
     residual, groups = error.measured - error.simulated(values), moves_of(error)
-    slope, regression = level_slope_of(error, values), error.inverse.regression
-    disturbance = disturbance_of(regression, seen_in(groups, slope, residual))
-    twin = OutputTwin(error, values, groups, disturbance, slope, residual)
+    slope, dataset = level_slope_of(error, values), error.inverse.dataset
+    disturbance = disturbance_of(dataset, seen_in(groups, slope, residual))
+    twin = SignalReplicates(error, values, groups, disturbance, slope, residual)
     every, linear = np.ones(len(space.names), dtype=bool), error.loop == "open" or is_static(fit.friction)
     found = fitted_to_twins(
         twin, Refit(replace(space, linear=linear), every, slice(None)), slope, residual, draws, report=report
     )
-    own = {name: one for name, one in found.members[0].items() if name not in error.unknowns.loop}
+    own = {name: one for name, one in found.members[0].items() if name not in error.parameters.loop}
     left = within_cycles(groups, slope, residual) if found.scatter.value > 0.0 else residual
     lacking = found.unexplained if error.loop == "closed" else 0.0
     bands = Bands(
         draws={name: np.array([one[name] for one in found.members]) for name in own}, scatter=found.scatter.value,
-        noise=regression.effort_noise, unexplained=lacking,
-        lasting=lasting_of(left, regression.sample_time, lacking),
+        noise=dataset.effort_noise, unexplained=lacking,
+        lasting=lasting_of(left, dataset.sample_time, lacking),
     )  # fmt: skip
-    width = half_width(bands, fit.plant, fit.friction, regression)
+    width = half_width(bands, fit.plant, fit.friction, dataset)
     share = float(np.quantile(np.abs(fit.traces.residual) / width, 0.95))
     resampling = Resampling(
         bands=replace(bands, inflation=max(share, 1.0)),
@@ -73,7 +73,7 @@ def assessed_output(
         white=is_white(residual, settings),
         jackknife=jackknife_std(space, groups, residual),
     )
-    variables = error.unknowns.variables
+    variables = error.parameters.variables
     estimates = tuple(with_interval(one, found, variables.get(one.name)) for one in fit.estimates)
     return replace(
         fit, estimates=estimates, resampling=resampling,

@@ -20,7 +20,7 @@ from bristle.identification.resampling.friction_scale import scaled
 from bristle.identification.resampling.half_cycles import NUDGE, Groups, least_way, turns_of
 from bristle.identification.resampling.replicate import Disturbance, signs_of
 
-__all__ = ["OutputTwin", "level_slope_of", "moves_of"]
+__all__ = ["SignalReplicates", "level_slope_of", "moves_of"]
 
 FAR = 1e12  # of a signal that left the finite numbers
 
@@ -38,12 +38,12 @@ class Changed:
         """Return what these parameters leave of the changed signal; at the solution of the fit it is the change."""
         if all(free[name] == value for name, value in self.solution.items()):
             return self.change
-        simulated = self.error.simulated(self.error.unknowns.complete(free))
+        simulated = self.error.simulated(self.error.parameters.complete(free))
         return self.pure + self.change - np.where(np.isfinite(simulated), simulated, FAR)
 
 
 @dataclass(frozen=True)
-class OutputTwin:
+class SignalReplicates:
     """A fitted simulation and what disturbs its log.
 
     Parameters
@@ -67,7 +67,7 @@ class OutputTwin:
     slope: np.ndarray
     left: np.ndarray
 
-    def disturbed(self, **changes: float) -> OutputTwin:
+    def disturbed(self, **changes: float) -> SignalReplicates:
         """Return the same with another disturbance."""
         return replace(self, disturbance=replace(self.disturbance, **changes))
 
@@ -82,14 +82,14 @@ class OutputTwin:
             part = slice(first, first + pure.size)
             changes.append(change + self.disturbance.unexplained * signs_of(pure.size, rng) * self.left[part])
             first += pure.size
-        solution = {name: self.values[name] for name in self.error.unknowns.free}
+        solution = {name: self.values[name] for name in self.error.parameters.free}
         return Changed(
             self.error, np.concatenate([pure for _, pure, _ in self._pure]), side * np.concatenate(changes), solution
         )
 
     @cached_property
     def _pure(self) -> list[tuple[Output, np.ndarray, np.ndarray]]:
-        """Each stretch, its signal without disturbance, and what a level of friction that is higher adds to it."""
+        """Each segment, its signal without disturbance, and what a level of friction that is higher adds to it."""
         found, first = [], 0
         for one in self.error.outputs:
             slope = self.slope[first : first + one.measured.size]
@@ -105,14 +105,14 @@ class OutputTwin:
 
 def level_slope_of(error: OutputError, values: Mapping[str, float]) -> np.ndarray:
     """Return by how much the signal of each sample rises with the level of friction, shape (sample,)."""
-    nudged = scaled(error.unknowns.component, values, 1.0 + NUDGE)
+    nudged = scaled(error.parameters.component, values, 1.0 + NUDGE)
     return np.nan_to_num((error.simulated(nudged) - error.simulated(values)) / NUDGE)
 
 
 def moves_of(error: OutputError) -> Groups:
     """Return the samples of each half-cycle of the logs, trembles and steps of the encoder left out."""
-    regression, parts, before = error.inverse.regression, [], 0
-    least = least_way(regression.resolution, regression.noise)
+    dataset, parts, before = error.inverse.dataset, [], 0
+    least = least_way(dataset.resolution, dataset.noise)
     for one in error.outputs:
         steps = np.sign(np.diff(one.position, prepend=one.position[0]))
         moving = np.flatnonzero(steps)

@@ -19,8 +19,8 @@ import numpy as np
 
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import bounded, non_negative
-from bristle.identification.inverse_dynamics import Problem, Residual
-from bristle.identification.parameters import Scales, Unknowns, coordinates_of
+from bristle.identification.inverse_dynamics import InverseDynamics, Residual
+from bristle.identification.parameters import Scales, ParameterSet, transforms_of
 from bristle.identification.solution import Solution
 
 __all__ = ["Refit", "Space", "coordinates_around", "space_of"]
@@ -66,7 +66,7 @@ class Space:
     """
 
     names: tuple[str, ...]
-    phi: np.ndarray
+    theta: np.ndarray
     low: np.ndarray
     high: np.ndarray
     jacobian: np.ndarray
@@ -80,45 +80,45 @@ class Space:
     tell: Callable[[np.ndarray], np.ndarray] | None = None
     finished: Callable[[Mapping[str, Any]], Mapping[str, Any]] = dict
 
-    def numbers(self, phi: np.ndarray) -> np.ndarray:
+    def numbers(self, theta: np.ndarray) -> np.ndarray:
         """Return the parameters that a person is told [SI], and the curve after them, shape (told and curve,)."""
         if self.tell is not None:
-            return self.tell(phi)
-        found = self.values(phi)
+            return self.tell(theta)
+        found = self.values(theta)
         return np.array([found[name] for name in self.told])
 
 
-def space_of(problem: Problem, solution: Solution, scales: Scales) -> Space:
+def space_of(problem: InverseDynamics, solution: Solution, scales: Scales) -> Space:
     """Return the coordinates around a solution, linear model or not."""
-    component, names = problem.unknowns.component, tuple(solution.values)
+    component, names = problem.parameters.component, tuple(solution.values)
     at_edge = frozenset(solution.at_edge)
     if component.linear and not component.relations:
-        variables = problem.unknowns.variables
+        variables = problem.parameters.variables
         low, high = (np.array([getattr(variables[name], side) for name in names]) for side in ("min", "max"))
-        phi = np.array(list(solution.values.values()))
+        theta = np.array(list(solution.values.values()))
         return Space(
-            names, phi, low, high, solution.jacobian, lambda at: dict(zip(names, at.tolist(), strict=True)), names,
+            names, theta, low, high, solution.jacobian, lambda at: dict(zip(names, at.tolist(), strict=True)), names,
             solution.derivative, at_edge, linear=True,
         )  # fmt: skip
-    return coordinates_around(problem.unknowns, solution, scales)
+    return coordinates_around(problem.parameters, solution, scales)
 
 
-def coordinates_around(unknowns: Unknowns, solution: Solution, scales: Scales) -> Space:
+def coordinates_around(parameters: ParameterSet, solution: Solution, scales: Scales) -> Space:
     """Return the coordinates of a bounded search around its solution."""
-    coordinates = coordinates_of(unknowns, scales)
+    coordinates = transforms_of(parameters, scales)
 
-    def values(phi: np.ndarray) -> dict[str, float]:
-        found = unknowns.complete({})
-        for one, at in zip(coordinates, phi.tolist(), strict=True):
+    def values(theta: np.ndarray) -> dict[str, float]:
+        found = parameters.complete({})
+        for one, at in zip(coordinates, theta.tolist(), strict=True):
             found[one.name] = one.value(at, found)
         return {one.name: found[one.name] for one in coordinates}
 
     low, high = np.array([one.low for one in coordinates]), np.array([one.high for one in coordinates])
-    phi = np.array([one.phi(solution.values[one.name], solution.values) for one in coordinates])
+    theta = np.array([one.theta(solution.values[one.name], solution.values) for one in coordinates])
     logarithmic = frozenset(one.name for one in coordinates if one.form == "log")
     names = tuple(solution.values)
     return Space(
-        names, phi, low, high, solution.jacobian, values, names, solution.derivative, frozenset(solution.at_edge),
+        names, theta, low, high, solution.jacobian, values, names, solution.derivative, frozenset(solution.at_edge),
         logarithmic,
     )  # fmt: skip
 
@@ -150,15 +150,15 @@ class Refit:
         q, r = np.linalg.qr(columns / scale)
         return q, r, np.linalg.pinv(r, rcond=SINGULAR), scale
 
-    def step(self, phi: np.ndarray, residual: np.ndarray) -> np.ndarray:
+    def step(self, theta: np.ndarray, residual: np.ndarray) -> np.ndarray:
         """Return the step of the free coordinates that best takes away a residual [N or N*m], shape (row,)."""
         q, r, inverse, scale = self._factors
         target = q.T @ residual[self.rows]
-        low, high = ((bound - phi)[self.free] * scale for bound in (self.space.low, self.space.high))
+        low, high = ((bound - theta)[self.free] * scale for bound in (self.space.low, self.space.high))
         found = inverse @ target
         if np.any(found < low) or np.any(found > high):
             found = _bounded(r, target, low, high)
-        step = np.zeros_like(phi)
+        step = np.zeros_like(theta)
         step[self.free] = found / scale
         return step
 
@@ -172,25 +172,25 @@ class Refit:
         start : ndarray, shape (free,)
             Where to begin.
         """
-        phi, residual, longest = start, problem.residual(self.space.values(start)), 0.0
+        theta, residual, longest = start, problem.residual(self.space.values(start)), 0.0
         for _ in range(STEPS):
-            step = self.step(phi, residual)
+            step = self.step(theta, residual)
             change = self.space.jacobian[:, self.free] @ step[self.free]
             if self.space.linear:
-                return phi + step, residual - change
+                return theta + step, residual - change
             variance, length = float(np.mean(residual[self.rows] ** 2)), float(np.sum(change[self.rows] ** 2))
             longest = max(longest, length)
             if length <= max(SMALL**2 * variance, SHORT**2 * longest):
                 break
-            tried = np.clip(phi + step, self.space.low, self.space.high)
+            tried = np.clip(theta + step, self.space.low, self.space.high)
             after = problem.residual(self.space.values(tried))
             if not _less(after[self.rows], residual[self.rows]):
-                tried = np.clip(phi + 0.3 * step, self.space.low, self.space.high)
+                tried = np.clip(theta + 0.3 * step, self.space.low, self.space.high)
                 after = problem.residual(self.space.values(tried))
                 if not _less(after[self.rows], residual[self.rows]):
                     break
-            phi, residual = tried, after
-        return phi, residual
+            theta, residual = tried, after
+        return theta, residual
 
 
 def _bounded(r: np.ndarray, target: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:

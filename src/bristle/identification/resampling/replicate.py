@@ -21,17 +21,17 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.lazy import cached_property
-from bristle.identification.dataset import Regression, Stretch, low_passed, mechanical
-from bristle.identification.inverse_dynamics import Problem
+from bristle.identification.dataset import Dataset, Segment, low_passed, mechanical
+from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.preprocessing import treat
-from bristle.identification.resampling.friction_scale import Levels
+from bristle.identification.resampling.friction_scale import FrictionScale
 from bristle.identification.resampling.half_cycles import Groups, HalfCycles
 from bristle.logs.log import Channel, Log
 
-__all__ = ["Disturbance", "Twin", "disturbance_of", "lasting_of", "signs_of"]
+__all__ = ["Disturbance", "Replicates", "disturbance_of", "lasting_of", "signs_of"]
 
 ROUNDING = 0.37  # of an encoder step: what the robust measure of noise says of rounding alone
-BLOCKS = 40  # of a stretch, in which what the model lacks keeps its sign
+BLOCKS = 40  # of a segment, in which what the model lacks keeps its sign
 
 
 @dataclass(frozen=True)
@@ -59,20 +59,20 @@ class Disturbance:
     unexplained: float = 0.0
 
 
-def disturbance_of(regression: Regression, scatter: float) -> Disturbance:
+def disturbance_of(dataset: Dataset, scatter: float) -> Disturbance:
     """Return what disturbs a log: its encoder, its noise, and a scatter that is known from elsewhere."""
     # Rounding alone looks like noise, too.
-    jitter = max(regression.noise**2 - (ROUNDING * regression.resolution) ** 2, 0.0) ** 0.5
-    return Disturbance(scatter, regression.effort_noise, regression.resolution, jitter)
+    jitter = max(dataset.noise**2 - (ROUNDING * dataset.resolution) ** 2, 0.0) ** 0.5
+    return Disturbance(scatter, dataset.effort_noise, dataset.resolution, jitter)
 
 
 @dataclass(frozen=True)
-class Twin:
+class Replicates:
     """A fitted model and the motion that it is run on again.
 
     Parameters
     ----------
-    problem : Problem
+    problem : InverseDynamics
         What was fitted.
     cycles : HalfCycles
         Half-cycles of its log.
@@ -82,7 +82,7 @@ class Twin:
         Scatter, noise and encoder.
     """
 
-    problem: Problem
+    problem: InverseDynamics
     cycles: HalfCycles
     values: Mapping[str, float]
     disturbance: Disturbance
@@ -92,11 +92,11 @@ class Twin:
         """The rows of each half-cycle."""
         return self.cycles.groups
 
-    def disturbed(self, **changes: float) -> Twin:
+    def disturbed(self, **changes: float) -> Replicates:
         """Return the same with another disturbance."""
         return replace(self, disturbance=replace(self.disturbance, **changes))
 
-    def drawn(self, rng: np.random.Generator, ratio: float = 1.0, side: float = 1.0) -> Problem:
+    def drawn(self, rng: np.random.Generator, ratio: float = 1.0, side: float = 1.0) -> InverseDynamics:
         """Return the same problem on a log that is drawn anew.
 
         Parameters
@@ -108,55 +108,55 @@ class Twin:
         side : {1.0, -1.0}
             The mirror image of a log has all its disturbances reversed.
         """
-        regression = self.problem.regression
+        dataset = self.problem.dataset
         log = self.log(rng, ratio, side)
-        axis = Axis(kind=regression.kind, resolution=regression.resolution)
-        again = treat(log, axis, regression.cutoff, regression.decimation, like=regression)
-        stretches = tuple(
+        axis = Axis(kind=dataset.kind, resolution=dataset.resolution)
+        again = treat(log, axis, dataset.cutoff, dataset.decimation, like=dataset)
+        segments = tuple(
             replace(one, load=old.load, temperature=old.temperature, first_cycle=old.first_cycle, log=old.log)
-            for one, old in zip(again.stretches, regression.stretches, strict=True)
+            for one, old in zip(again.segments, dataset.segments, strict=True)
         )
-        return replace(self.problem, regression=replace(again, stretches=stretches))
+        return replace(self.problem, dataset=replace(again, segments=segments))
 
     def log(self, rng: np.random.Generator, ratio: float = 1.0, side: float = 1.0) -> Log:
-        """Return a log that is drawn anew: the stretches of the motion, one after the other."""
-        regression, disturbance = self.problem.regression, self.disturbance
+        """Return a log that is drawn anew: the segments of the motion, one after the other."""
+        dataset, disturbance = self.problem.dataset, self.disturbance
         scatter, noise, jitter = (
             side * one for one in (ratio * disturbance.scatter, disturbance.noise, disturbance.jitter)
         )
         efforts, positions, segments, first = [], [], [], 0
-        for stretch, starts, left in zip(self._motion, self.cycles.starts, self._left, strict=True):
-            force = self._levels.force(stretch, starts, regression.sample_time, scatter, rng)
-            pure = force + mechanical(self._plant, stretch.position, stretch.velocity, stretch.acceleration)
+        for segment, starts, left in zip(self._motion, self.cycles.starts, self._left, strict=True):
+            force = self._levels.force(segment, starts, dataset.sample_time, scatter, rng)
+            pure = force + mechanical(self._plant, segment.position, segment.velocity, segment.acceleration)
             pure += side * disturbance.unexplained * signs_of(pure.size, rng) * left
             efforts.append(pure + noise * rng.standard_normal(pure.size))
-            positions.append(stretch.position + jitter * rng.standard_normal(pure.size))
+            positions.append(segment.position + jitter * rng.standard_normal(pure.size))
             segments.append(slice(first, first + pure.size))
             first += pure.size
         position, step = np.concatenate(positions), disturbance.resolution
         if step > 0.0:
             phase = side * rng.uniform(0.0, step)
             position = step * np.round((position + phase) / step) - phase
-        unit = {"translational": ("m", "N"), "rotational": ("rad", "N*m")}[regression.kind]
+        unit = {"translational": ("m", "N"), "rotational": ("rad", "N*m")}[dataset.kind]
         return Log(
             time=Channel(self._time, "s", "time"),
             position=Channel(position, unit[0], "position"),
             effort=Channel(np.concatenate(efforts), unit[1], "effort"),
-            sample_time=regression.sample_time,
+            sample_time=dataset.sample_time,
             segments=tuple(segments),
-            kind=regression.kind,
+            kind=dataset.kind,
         )
 
     @cached_property
-    def _motion(self) -> tuple[Stretch, ...]:
+    def _motion(self) -> tuple[Segment, ...]:
         """The motion of the log, with what the filter took from its corners put back once."""
-        return tuple(_sharpened(one, self.problem.regression) for one in self.problem.regression.stretches)
+        return tuple(_sharpened(one, self.problem.dataset) for one in self.problem.dataset.segments)
 
     @cached_property
     def _left(self) -> tuple[np.ndarray, ...]:
-        """What the model leaves over along each stretch [N or N*m]."""
-        explained = self.problem.regression.explained(self._plant, self.problem.model(self.values))
-        return tuple(one.effort - part for one, part in zip(self.problem.regression.stretches, explained, strict=True))
+        """What the model leaves over along each segment [N or N*m]."""
+        explained = self.problem.dataset.explained(self._plant, self.problem.model(self.values))
+        return tuple(one.effort - part for one, part in zip(self.problem.dataset.segments, explained, strict=True))
 
     @cached_property
     def _plant(self) -> Model:
@@ -164,11 +164,11 @@ class Twin:
 
     @cached_property
     def _time(self) -> np.ndarray:
-        return np.concatenate([one.time for one in self.problem.regression.stretches])
+        return np.concatenate([one.time for one in self.problem.dataset.segments])
 
     @cached_property
-    def _levels(self) -> Levels:
-        return Levels(self.problem.unknowns.component, self.values, self.problem.regression.kind)
+    def _levels(self) -> FrictionScale:
+        return FrictionScale(self.problem.parameters.component, self.values, self.problem.dataset.kind)
 
 
 def signs_of(count: int, rng: np.random.Generator) -> np.ndarray:
@@ -196,13 +196,13 @@ def lasting_of(residual: np.ndarray, row_time: float, unexplained: float) -> flo
     return share * row_time * residual.size / BLOCKS
 
 
-def _sharpened(stretch: Stretch, regression: Regression) -> Stretch:
-    dt, origin = regression.sample_time, stretch.position[0]
-    lost = stretch.position - origin - low_passed(stretch.position - origin, regression.cutoff, dt)
-    position = stretch.position + lost
+def _sharpened(segment: Segment, dataset: Dataset) -> Segment:
+    dt, origin = dataset.sample_time, segment.position[0]
+    lost = segment.position - origin - low_passed(segment.position - origin, dataset.cutoff, dt)
+    position = segment.position + lost
     velocity = np.gradient(position - origin, dt)
-    at_rest = stretch.velocity == 0.0
+    at_rest = segment.velocity == 0.0
     return replace(
-        stretch, position=position, velocity=np.where(at_rest, stretch.velocity, velocity),
+        segment, position=position, velocity=np.where(at_rest, segment.velocity, velocity),
         acceleration=np.gradient(velocity, dt),
     )  # fmt: skip
