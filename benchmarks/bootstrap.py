@@ -9,11 +9,11 @@ import numpy as np
 from benchmarks.coverage import AXIS, FITTED, MAXWELL, motion, recorded
 from benchmarks.timing import Ratio, wall
 from bristle.friction import find
-from bristle.identification.elements import Elements
+from bristle.identification.bootstrap import bootstrap as resampled
+from bristle.identification.element_models import Elements
+from bristle.identification.fixed_shape import shaped
 from bristle.identification.preprocessing import treat
 from bristle.identification.request import parameters_of, prior_knowledge_of
-from bristle.identification.resampling.bootstrap import bootstrap as resampled
-from bristle.identification.shaped import shaped
 
 __all__ = ["bootstrap"]
 

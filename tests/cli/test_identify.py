@@ -14,6 +14,7 @@ from tests.cli.conftest import written_in
 
 from bristle.core.errors import InputWarning
 from bristle.files import read_model
+from bristle.identification.settings import thresholds
 
 TRUTH = {"M": 20.0, "F_C": 8.0, "F_v": 40.0, "offset": 0.0}
 
@@ -224,3 +225,17 @@ def test_the_command_line_takes_several_logs(bristle, place):
     wrong = bristle("identify", "log.csv", "--axis", "axis.toml", "--axis", "axis.toml")
     assert wrong.code == 2
     assert "axis: 2 for 1 logs" in wrong.err
+
+
+def test_an_axis_file_and_the_command_line_set_thresholds(bristle, place):
+    axis = place / "axis.toml"
+    axis.write_text(axis.read_text() + "\n[identification.settings]\npoor_error = 0.0\n")
+    asked = ("identify", "log.csv", "--axis", "axis.toml", "--draws", "0")
+    found = bristle(*asked, "--set", "inseparable=0.5", "--json").data
+    assert (found["settings"]["poor_error"], found["settings"]["inseparable"]) == (0.0, 0.5)
+    assert set(found["settings"]) == {one.name for one in thresholds()}
+    assert "unexplained" in [one["code"] for one in found["diagnostics"]]
+    refused = bristle(*asked, "--set", "inseparable")
+    assert refused.code == 2
+    assert "NAME=VALUE" in refused.err
+    assert "--set" in bristle(*asked, "--set", "nothing=1").err

@@ -23,7 +23,7 @@ from bristle.engine import Contact, run_open_loop
 from bristle.engine.screwed import through_screw
 from bristle.files.user_model import load_model_file
 from bristle.friction import SLOTS, is_static, with_presliding, with_slots
-from bristle.identification.shaped import shaped
+from bristle.identification.fixed_shape import shaped
 from bristle.testing import example_of
 
 PROTOCOLS = range(2, pickle.HIGHEST_PROTOCOL + 1)

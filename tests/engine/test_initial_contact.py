@@ -10,6 +10,7 @@ from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.request import PriorKnowledge, parameters_of
 from bristle.logs.log import Channel, Log
 from bristle.plants import inertia
+from bristle.report.messages import notes_of
 
 DT = 1e-3
 TRUTH = {"F_C": 20.0, "give": 2e-3, "gap": 4e-3, "n": 2.5, "share": 0.1, "sigma_2": 10.0}
@@ -56,7 +57,8 @@ def test_a_prediction_tells_where_the_contact_began(problem):
         effort=Channel(segment.effort, "N", "u"), sample_time=DT, segments=(slice(0, segment.time.size),),
         kind="translational",
     )  # fmt: skip
-    notes = br.predict(inertia(M=2.0), br.friction.find("gap_slider")(**TRUTH), log).notes
+    notes = notes_of(br.predict(inertia(M=2.0), br.friction.find("gap_slider")(**TRUTH), log))
     (told,) = [note for note in notes if note.startswith("the contact began at")]
     assert float(told.split()[4]) == pytest.approx(60.0, abs=3.0)
-    assert not any("began at" in note for note in br.predict(inertia(M=2.0), br.friction.coulomb(F_C=20.0), log).notes)
+    static = br.predict(inertia(M=2.0), br.friction.coulomb(F_C=20.0), log)
+    assert not any("began at" in note for note in notes_of(static))

@@ -10,6 +10,7 @@ from bristle.files import read_axis, read_log
 from bristle.identification import identify
 from bristle.logs.span import within
 from bristle.prediction import predict
+from bristle.report.messages import warnings_of
 
 AXIS = Path(__file__).parents[2] / "examples" / "tribometer" / "axis.toml"
 MIDDLE = 108.5  # [s]
@@ -59,7 +60,7 @@ def test_what_this_log_cannot_tell_is_said(found):
     identification, _, _ = found
     assert identification.best.name == "maxwell_slip+position"
     for fit in identification.fits:
-        told = " ".join(fit.warnings)
+        told = " ".join(warnings_of(fit))
         assert "a log of one amplitude holds no loop inside another one" in told
         assert "Record a motion to and fro over 228 µm, 91" in told
         assert "the motion repeats itself every 4 s" in told

@@ -52,11 +52,12 @@ def test_units_meanings_and_uncertainty_are_written_for_people(tmp_path):
     model = find("coulomb")(F_C=8.0)
     estimates = [
         Estimate("M", "kg", "mass", 20.0, 0.25, robust_std=0.75),
-        Estimate("F_C", "N", "level", 8.0, None, "at_edge", 'the "edge"\nof what is sought'),
+        Estimate("F_C", "N", "level", 8.0, None, "at_edge"),
         Estimate("offset", "N", "offset", 0.0, None, "held"),
     ]
     path = tmp_path / "model.toml"
-    write_model(path, plants.inertia(M=20.0), model, estimates=estimates, provenance={"command": 'a "b" \\ c'})
+    write_model(path, plants.inertia(M=20.0), model, estimates=estimates, provenance={"command": 'a "b" \\ c'},
+                notes={"F_C": 'the "edge"\nof what is sought', "M": ""})  # fmt: skip
     assert "M = 20.0 # kg: moving mass or inertia" in path.read_text()
     raw = tomllib.loads(path.read_text())
     assert raw["schema"] == 1

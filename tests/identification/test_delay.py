@@ -13,6 +13,7 @@ from bristle.identification import identify
 from bristle.identification.delay import delay_in
 from bristle.identification.preprocessing import treat
 from bristle.prediction import predict
+from bristle.report.messages import assumptions_of
 
 PHASES, DT = (0.3, 1.1, 2.5), 1e-3
 
@@ -38,7 +39,7 @@ def test_what_is_late_biases_nothing_once_its_delay_is_known():
     asked = identify(log, axis=Axis(seeks_delay=True), blocks=0)
     assert asked.treatment["delay"] == pytest.approx(3.0 * DT, abs=0.1 * DT)
     assert asked.best.force_error_percent < 0.7 * plain.force_error_percent
-    assert any("lags the position by 3 ms" in one or "samples), found" in one for one in asked.best.assumptions)
+    assert any("lags the position by 3 ms" in one or "samples), found" in one for one in assumptions_of(asked.best))
     for name in ("M", "F_C"):
         assert asked.best.parameters[name].value == pytest.approx(TRUTH[name], rel=0.01)
     known = predict(asked.best.plant, asked.best.friction, log, delay=asked.treatment["delay"])

@@ -13,6 +13,7 @@ from bristle.friction import find
 from bristle.identification import identify
 from bristle.logs.log import Channel
 from bristle.prediction import predict
+from bristle.report.messages import assumptions_of
 
 # Level by level: 20 N, of which each element takes its share where it slips: 2, 6, 15 um.
 ELEMENTS = {"F_C": 20.0, "nu_i": [0.3, 0.4, 0.3], "k_i": [3e6, 8e6 / 6.0, 0.4e6]}
@@ -124,7 +125,7 @@ def test_at_one_speed_viscous_friction_is_no_number():
     fit = identify(log_of(motion, friction), "maxwell_slip", mass=MASS, cutoff=40.0, blocks=0, draws=0).best
     assert fit.parameters["sigma_2"].status == "held"
     assert fit.friction.values["sigma_2"] == 0.0
-    assert any("moves at one speed only" in one for one in fit.assumptions)
+    assert any("moves at one speed only" in one for one in assumptions_of(fit))
     assert fit.parameters["F_C"].value == pytest.approx(20.0, rel=0.02)
 
 

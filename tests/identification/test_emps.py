@@ -12,6 +12,7 @@ import pytest
 
 from bristle.identification import identify
 from bristle.logs.log import Channel, Log
+from bristle.report.messages import warnings_of
 
 pytestmark = pytest.mark.measured
 
@@ -44,7 +45,7 @@ def test_symmetric_friction_as_published(emps):
         assert abs(estimate.value - value) < 0.5 * abs(value) * percent / 100.0, name
         assert 1.0 / 1.5 < estimate.relative_std_percent / percent < 1.5, name
     assert 4.0 < fit.force_error_percent < 4.2
-    assert [warning.partition(":")[0] for warning in fit.warnings] == ["the motion repeats itself every 6.24 s"]
+    assert [warning.partition(":")[0] for warning in warnings_of(fit)] == ["the motion repeats itself every 6.24 s"]
 
 
 def test_friction_by_direction_as_published(emps):
@@ -83,7 +84,7 @@ def test_a_model_that_the_log_leaves_half_open_is_not_the_first(emps):
 def test_seven_reversals_do_not_show_presliding(emps):
     result = identify(emps, "lugre,dahl", draws=0)
     for fit in result.fits:
-        warning = next(one for one in fit.warnings if one.startswith("sigma_0 cannot be identified"))
+        warning = next(one for one in warnings_of(fit) if one.startswith("sigma_0 cannot be identified"))
         assert "only 7 reversals" in warning
     lugre = next(fit for fit in result.fits if fit.name == "lugre")
     assert lugre.parameters["sigma_1"].status == "unidentifiable"

@@ -7,6 +7,7 @@ from tests.identification.known_logs import Motion, log_of, sines, sliding_effor
 from bristle import friction
 from bristle.identification import identify
 from bristle.references import triangle
+from bristle.report.messages import note_of, warnings_of
 
 
 def planned_sweeps(speeds):
@@ -30,9 +31,9 @@ def warning_about(name: str, warnings: tuple[str, ...]) -> str:
 def test_slow_motion_does_not_show_viscous_friction_nor_inertia():
     motion = sines(30.0, amplitudes=(2e-4,), frequencies=(0.5,), phases=(0.0,))
     fit = identify(log_of(motion, sliding_effort(motion, noise=3.0)), draws=0).best
-    assert "never exceeds 628 µm/s" in warning_about("F_v", fit.warnings)
-    assert "acceleration never exceeds" in warning_about("M", fit.warnings)
-    assert "mm/s²" in warning_about("M", fit.warnings)
+    assert "never exceeds 628 µm/s" in warning_about("F_v", warnings_of(fit))
+    assert "acceleration never exceeds" in warning_about("M", warnings_of(fit))
+    assert "mm/s²" in warning_about("M", warnings_of(fit))
     assert fit.parameters["F_v"].status == "unidentifiable"
     assert fit.parameters["F_C"].status == "identified"
 
@@ -45,7 +46,7 @@ def test_one_speed_does_not_separate_coulomb_from_viscous_friction():
     parts = tuple(slice(int(a), int(b)) for a, b in edges.reshape(-1, 2))
     log = log_of(motion, sliding_effort(motion), segments=parts)
     fit = identify(log, mass=12.0, blocks=0, cutoff=200.0, decimation=1, draws=0).best
-    assert "one speed only, 62.8 mm/s" in warning_about("F_v", fit.warnings)
+    assert "one speed only, 62.8 mm/s" in warning_about("F_v", warnings_of(fit))
 
 
 def test_few_fast_reversals_do_not_show_presliding():
@@ -53,7 +54,7 @@ def test_few_fast_reversals_do_not_show_presliding():
     log = slow_log(stiff, duration=8.0)
     fit = identify(log, "lugre", draws=0).best
     for name in ("sigma_0", "sigma_1"):
-        assert "reversals, each crosses the pre-sliding zone of" in warning_about(name, fit.warnings)
+        assert "reversals, each crosses the pre-sliding zone of" in warning_about(name, warnings_of(fit))
         assert fit.parameters[name].status == "unidentifiable"
     assert fit.parameters["F_C"].status == "identified"
 
@@ -64,14 +65,14 @@ def test_friction_that_does_not_fall_hides_the_stribeck_velocity():
     estimate = fit.parameters["v_S"]
     assert estimate.status in ("unidentifiable", "at_edge")
     assert estimate.std is None or estimate.relative_std_percent > 50.0
-    assert "fall with speed" in estimate.note
-    assert "none of its motion is a slide at constant velocity" in estimate.note
+    assert "fall with speed" in note_of(estimate)
+    assert "none of its motion is a slide at constant velocity" in note_of(estimate)
 
 
 def test_the_speeds_at_which_a_log_slides_steadily_are_named():
     motion, _ = planned_sweeps((0.05, 0.2))
     fit = identify(log_of(motion, sliding_effort(motion)), "stribeck", blocks=0, draws=0).best
-    assert "slides steadily at 49.8 mm/s to 200 mm/s" in fit.parameters["v_S"].note
+    assert "slides steadily at 49.8 mm/s to 200 mm/s" in note_of(fit.parameters["v_S"])
 
 
 def test_an_offset_of_zero_is_identified_as_zero():
@@ -80,7 +81,7 @@ def test_an_offset_of_zero_is_identified_as_zero():
     offset = fit.parameters["offset"]
     assert offset.status == "identified"
     assert abs(offset.value) < 4.0 * offset.std
-    assert fit.warnings == ()
+    assert warnings_of(fit) == ()
 
 
 def test_noise_of_the_position_makes_the_inertia_small_and_is_said():
@@ -88,15 +89,15 @@ def test_noise_of_the_position_makes_the_inertia_small_and_is_said():
     log = log_of(motion, sliding_effort(motion), step=1e-6)
     noisy = identify(log, blocks=0, draws=0).best
     assert noisy.parameters["M"].value < 0.97 * 12.0
-    advice = next(one for one in noisy.warnings if one.startswith("M is too small by about"))
+    advice = next(one for one in warnings_of(noisy) if one.startswith("M is too small by about"))
     cutoff = float(advice.split("cut-off to ")[1].split()[0])
     mended = identify(log, blocks=0, cutoff=cutoff, draws=0).best
     assert mended.parameters["M"].value == pytest.approx(12.0, rel=0.01)
-    assert not any(one.startswith("M is too small") for one in mended.warnings)
+    assert not any(one.startswith("M is too small") for one in warnings_of(mended))
 
 
 def test_a_model_that_explains_little_is_said():
     motion = sines()
     fit = identify(log_of(motion, sliding_effort(motion)), mass=400.0, draws=0).best
     assert fit.force_error_percent > 40.0
-    assert any("of the effort unexplained" in one for one in fit.warnings)
+    assert any("of the effort unexplained" in one for one in warnings_of(fit))

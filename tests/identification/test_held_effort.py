@@ -9,6 +9,7 @@ from bristle import friction
 from bristle.core import Axis
 from bristle.identification import identify
 from bristle.prediction import predict
+from bristle.report.messages import note_of, warnings_of
 
 TRUTH = {"F_C": 35.0, "F_S": 44.0, "v_S": 5e-3, "sigma_0": 1e6, "sigma_1": 2e3, "sigma_2": 200.0}
 
@@ -26,7 +27,7 @@ def test_every_parameter_lies_in_its_interval_where_it_is_stated(log):
     fit = fit_with(log, True)
     for name, truth in TRUTH.items():
         found = fit.parameters[name]
-        assert found.status == "identified", found.note
+        assert found.status == "identified", note_of(found)
         if name != "sigma_1":
             assert abs(found.value - truth) < 0.015 * found.interval_percent * found.value, name
     damping = fit.parameters["sigma_1"]
@@ -34,17 +35,17 @@ def test_every_parameter_lies_in_its_interval_where_it_is_stated(log):
     left = 0.03 * log.sample_time * TRUTH["sigma_0"]
     assert abs(damping.value - TRUTH["sigma_1"]) < 0.01 * damping.interval_percent * damping.value + left
     assert damping.interval_percent < 5.0
-    assert not any("held" in one for one in fit.warnings)
+    assert not any("held" in one for one in warnings_of(fit))
 
 
 def test_where_it_is_not_stated_the_damping_is_doubted(log):
     fit = fit_with(log, None)
     # Half a sample of the stiffness is 500 N s/m.
     assert fit.parameters["sigma_1"].value > 2.4e3
-    warning = next(one for one in fit.warnings if "`held = true`" in one)
+    warning = next(one for one in warnings_of(fit) if "`held = true`" in one)
     assert warning.startswith("sigma_1 may be too large by ")
     assert 450.0 < float(re.findall(r"by ([0-9.]+) N·s/m", warning)[0]) < 550.0
-    assert not any("held" in one for one in fit_with(log, False).warnings)
+    assert not any("held" in one for one in warnings_of(fit_with(log, False)))
 
 
 def test_predictions_use_the_effort_in_the_same_way(log):
@@ -57,4 +58,4 @@ def test_predictions_use_the_effort_in_the_same_way(log):
 
 
 def test_a_static_model_does_not_speak_of_it(log):
-    assert not any("held" in one for one in identify(log, "stribeck", blocks=0, draws=0).best.warnings)
+    assert not any("held" in one for one in warnings_of(identify(log, "stribeck", blocks=0, draws=0).best))

@@ -5,6 +5,7 @@ from tests.identification.known_logs import log_of, sines, sliding_effort, slidi
 from bristle import friction
 from bristle.core import InputError
 from bristle.identification import identify
+from bristle.report.messages import warnings_of
 
 
 def asymmetric_log():
@@ -76,4 +77,4 @@ def test_a_log_with_no_room_for_two_says_so():
     found = identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous,coulomb", draws=0)
     assert found.best.name == "coulomb_viscous"
     assert found.best.held_out is None
-    assert found.best.warnings[0].startswith("the log is too short for a part of it to be held out")
+    assert warnings_of(found.best)[0].startswith("the log is too short for a part of it to be held out")

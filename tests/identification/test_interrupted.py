@@ -10,6 +10,7 @@ from bristle import friction
 from bristle.cli.signals import SignalledError
 from bristle.identification import identify, workbench
 from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.report.messages import warnings_of
 
 TRUTH = friction.lugre(sigma_0=1e5, sigma_1=200.0, F_C=8.0, F_S=10.0, v_S=2e-3, sigma_2=30.0)
 
@@ -46,7 +47,7 @@ def test_the_best_until_then_is_returned_and_marked(log, interrupted_after):
     assert (part.best.unfinished, whole.best.unfinished) == (True, False)
     assert part.unfinished == "interrupted: lugre is the best found until then"
     assert whole.unfinished == ""
-    assert part.best.warnings[0].startswith("unfinished: ")
+    assert warnings_of(part.best)[0].startswith("unfinished: ")
     # Not yet the end, but better than any start alone.
     assert whole.best.force_error_percent <= part.best.force_error_percent < 60.0
     assert np.isfinite(part.best.parameters["M"].std)

@@ -12,6 +12,7 @@ from bristle.identification import identify
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.output_error import OutputError
 from bristle.prediction import predict
+from bristle.report.messages import assumptions_of, warnings_of
 
 TRUTH = friction.stribeck(F_C=20.0, F_S=28.0, v_S=3e-3, F_v=200.0)
 LAG = 0.8e-3
@@ -79,7 +80,7 @@ def test_where_friction_scatters_intervals_of_twins_hold_the_truth_and_plain_one
     assert np.mean(plain) <= 0.6
     assert not fit.resampling.white
     assert fit.resampling.scatter.low < 0.05 < fit.resampling.scatter.high
-    assert "in the loop" in fit.assumptions[-1]
+    assert "in the loop" in assumptions_of(fit)[-1]
 
 
 def test_interrupted_it_returns_the_best_so_far(log, monkeypatch):
@@ -95,7 +96,7 @@ def test_interrupted_it_returns_the_best_so_far(log, monkeypatch):
     found = identify(log, "stribeck", axis=SOUGHT, draws=0)
     assert found.best.unfinished
     assert found.unfinished == "interrupted: stribeck is the best found until then"
-    assert found.best.warnings[0].startswith("unfinished: ")
+    assert warnings_of(found.best)[0].startswith("unfinished: ")
     assert found.best.loop_error_percent < 20.0
 
 

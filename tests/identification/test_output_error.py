@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.identification.test_between_samples import multisine
+from tests.simulation.test_between_samples import multisine
 
 from bristle import friction, plants
 from bristle.core import InputError
@@ -13,6 +13,7 @@ from bristle.engine import run_open_loop
 from bristle.identification import identify
 from bristle.logs.log import Channel, Log
 from bristle.prediction import predict
+from bristle.report.messages import note_of, notes_of
 
 RATE, SIZE, FINE = 750.0, 1500, 40
 PLANT = plants.oscillator(M=2.0, c=40.0, k=5e4)
@@ -61,7 +62,7 @@ def test_the_truth_comes_back_within_its_intervals(fit):
 def test_a_factor_that_nothing_shows_is_named(fit):
     beta = fit.parameters["beta"]
     assert (beta.status, beta.std) == ("unidentifiable", None)
-    assert "only beta*gamma and beta*delta show" in beta.note
+    assert "only beta*gamma and beta*delta show" in note_of(beta)
     assert [one.name for one in fit.combinations] == ["beta*gamma", "beta*delta"]
 
 
@@ -88,12 +89,12 @@ def test_a_held_effort_is_simulated_as_one_that_is_held():
     exact = replace(log, position=Channel(held, "m", "y"))
     found = predict(PLANT, YIELDING, exact, replace(AXIS, hold="zero"), "open-loop")
     assert found.metrics["position_error_percent"] < 0.5
-    assert "2 equal periods" in found.notes[-1]
+    assert "2 equal periods" in notes_of(found)[-1]
 
 
 def test_a_record_said_not_to_be_periodic_begins_at_rest(log, fit):
     found = predict(fit.plant, fit.friction, log, replace(AXIS, periodic=False), "open-loop")
-    assert found.notes[-1] == "the motion begins at rest"
+    assert notes_of(found)[-1] == "the motion begins at rest"
     error = np.abs(found.position - found.position_predicted)
     assert np.max(error[:100]) > 5.0 * np.max(error[-SIZE:])
 

@@ -10,6 +10,7 @@ from bristle import friction
 from bristle.core import Axis, FrictionModel, InputError, Variable
 from bristle.core.mathematics import direction
 from bristle.identification import identify
+from bristle.report.messages import assumptions_of, note_of, warnings_of
 
 
 def test_standard_errors_hold_for_white_noise():
@@ -46,7 +47,7 @@ def test_nonlinear_models_are_found_again(name, truth):
     fit = identify(slow_log(friction.find(name)(**truth)), name, draws=0).best
     for parameter, value in truth.items():
         estimate = fit.parameters[parameter]
-        assert estimate.status == "identified", estimate.note
+        assert estimate.status == "identified", note_of(estimate)
         assert estimate.value == pytest.approx(value, rel=0.03), parameter
         assert estimate.relative_std_percent < 8.0
     assert fit.parameters["M"].value == pytest.approx(12.0, rel=0.01)
@@ -57,7 +58,7 @@ def test_a_gap_and_the_hardening_behind_it_are_found_again():
     log = slow_log(friction.find("gap_slider")(**truth), duration=6.0)
     found = identify(log, "gap_slider", mass=12.0, blocks=0, draws=0).best.parameters
     for name, value in truth.items():
-        assert found[name].status == "identified", found[name].note
+        assert found[name].status == "identified", note_of(found[name])
         assert found[name].value == pytest.approx(value, rel=0.03), name
 
 
@@ -67,7 +68,7 @@ def test_what_is_known_is_held():
     for name in ("M", "offset"):
         assert (fit.parameters[name].value, fit.parameters[name].std) == (TRUTH[name], None)
         assert fit.parameters[name].status == "held"
-        assert any(sentence.startswith(f"{name} is held at") for sentence in fit.assumptions)
+        assert any(sentence.startswith(f"{name} is held at") for sentence in assumptions_of(fit))
         assert name not in fit.correlation_names
     assert fit.parameters["F_C"].value == pytest.approx(8.0, abs=4.0 * fit.parameters["F_C"].std)
     by_argument = identify(log, axis=Axis(mass=50.0, offset=9.0), mass=12.0, offset="identify", draws=0).best
@@ -80,7 +81,7 @@ def test_a_bound_is_kept_and_said():
     assert fit.parameters["F_v"].value == 0.0
     assert fit.parameters["F_v"].status == "at_edge"
     assert fit.parameters["F_v"].std is None
-    assert any(sentence.startswith("F_v has no standard error") for sentence in fit.warnings)
+    assert any(sentence.startswith("F_v has no standard error") for sentence in warnings_of(fit))
     assert fit.parameters["F_C"].std > 0.0
 
 
@@ -89,7 +90,7 @@ def test_break_away_never_falls_below_coulomb_friction():
     fit = identify(slow_log(with_rise), "stribeck", draws=0).best
     assert fit.friction.values["F_S"] >= fit.friction.values["F_C"]
     assert fit.parameters["F_S"].status == "at_edge"
-    assert "does not fall with speed" in fit.parameters["F_S"].note
+    assert "does not fall with speed" in note_of(fit.parameters["F_S"])
 
 
 class HyperbolicParameters(NamedTuple):

@@ -8,6 +8,7 @@ from bristle.core import Axis, InputError
 from bristle.identification import identify
 from bristle.identification.covariance import covariance_of
 from bristle.identification.solution import Solution
+from bristle.report.messages import assumptions_of, note_of
 
 
 def one_way(forward: bool = True) -> Motion:
@@ -23,7 +24,7 @@ def test_offset_is_held_with_asymmetry_and_said():
     at_zero = identify(log, "coulomb_viscous+asymmetry", draws=0).best
     assert at_zero.parameters["offset"].status == "held"
     assert at_zero.parameters["offset"].value == 0.0
-    assert any("F_C_pos and F_C_neg" in sentence for sentence in at_zero.assumptions)
+    assert any("F_C_pos and F_C_neg" in sentence for sentence in assumptions_of(at_zero))
     at_known = identify(log, "coulomb_viscous+asymmetry", axis=Axis(offset=1.5), draws=0).best
     assert at_known.parameters["offset"].value == 1.5
     # Sliding shows two levels only: whatever the offset is held at, they are the same, and so is the fit.
@@ -38,7 +39,7 @@ def test_one_direction_holds_the_offset(forward):
     motion = one_way(forward)
     fit = identify(log_of(motion, sliding_effort(motion, offset=0.0)), draws=0).best
     assert fit.parameters["offset"].status == "held"
-    assert ("forward only" if forward else "backward only") in fit.parameters["offset"].note
+    assert ("forward only" if forward else "backward only") in note_of(fit.parameters["offset"])
     assert fit.parameters["F_C"].value == pytest.approx(8.0, rel=0.02)
 
 

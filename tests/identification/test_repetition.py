@@ -12,8 +12,9 @@ from bristle.core.errors import InputError
 from bristle.engine import force_along
 from bristle.friction import find
 from bristle.identification import identify
+from bristle.identification.diagnostics.repetition import half_cycles, repeats_after
 from bristle.identification.preprocessing import treat
-from bristle.identification.repetition import half_cycles, repeats_after
+from bristle.report.messages import warnings_of
 
 TRUTH = {"F_C": 20.0, "nu_i": [0.3, 0.4, 0.3], "k_i": [3e6, 8e6 / 6.0, 0.4e6]}
 
@@ -25,14 +26,14 @@ def one_amplitude(length=60e-6):
 
 
 def beginnings(fit):
-    return [warning.split(":")[0] for warning in fit.warnings]
+    return [warning.split(":")[0] for warning in warnings_of(fit)]
 
 
 def test_one_amplitude_and_repetition_are_told():
     log = one_amplitude()
     found = identify(log, "dahl,maxwell_slip", mass=1e-3, cutoff=50.0, decimation=2, draws=0)
     for fit in found.fits:
-        told = " ".join(fit.warnings)
+        told = " ".join(warnings_of(fit))
         assert "all 23 half-cycles go the same way of 60 µm" in told or "all 22 half-cycles" in told
         assert "dahl" in told
         assert "maxwell_slip" in told
@@ -99,9 +100,10 @@ def test_logs_that_repeat_one_another_are_no_test_of_the_model():
     halves = [cut(log, 0, half), cut(log, half + 700, motion.time.size)]
     told = "what was held out is the motion that was fitted"
     fit = identify(halves, "coulomb", mass=1.0, draws=0).best
-    assert any(one.startswith("each log repeats the motion of another one: ") and told in one for one in fit.warnings)
+    first = next(one for one in warnings_of(fit) if one.startswith("each log repeats the motion of another one: "))
+    assert told in first
     third = log_of(other, 20.0 * np.sign(other.velocity) + other.acceleration)
     fit = identify([*halves, third], "coulomb", mass=1.0, draws=0).best
-    assert any(one.startswith("2 of 3 logs repeat the motion") for one in fit.warnings)
+    assert any(one.startswith("2 of 3 logs repeat the motion") for one in warnings_of(fit))
     fit = identify([halves[0], third], "coulomb", mass=1.0, draws=0).best
-    assert not any("repeat" in one for one in fit.warnings)
+    assert not any("repeat" in one for one in warnings_of(fit))

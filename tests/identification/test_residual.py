@@ -9,6 +9,7 @@ from tests.identification.known_logs import held_log, log_of, sines, sliding_eff
 from bristle import friction
 from bristle.core import Axis
 from bristle.identification import identify
+from bristle.report.messages import note_of, warnings_of
 
 STIFF = friction.lugre(F_C=35.0, F_S=44.0, v_S=5e-3, sigma_0=7e6, sigma_1=5e3, sigma_2=200.0)
 
@@ -29,7 +30,7 @@ def fit_to(log, model="lugre"):
 def doubted(fit, words):
     for name in ("sigma_0", "sigma_1"):
         assert fit.parameters[name].status == "unidentifiable", name
-        assert words in fit.parameters[name].note
+        assert words in note_of(fit.parameters[name])
     if fit.parameters["F_S"].value > 1.2 * np.max(np.abs(fit.traces.measured)):
         assert fit.parameters["F_S"].status != "identified"
     if fit.parameters["F_S"].status != "identified":
@@ -56,10 +57,10 @@ def test_a_fine_encoder_shows_presliding(stiff):
 
 def test_a_static_model_is_told_to_lack_presliding():
     log = slow_log(friction.lugre(F_C=8.0, F_S=11.0, v_S=4e-3, sigma_0=1e5, sigma_1=100.0, sigma_2=30.0))
-    warning = next(one for one in fit_to(log, "coulomb_viscous").warnings if "around reversals" in one)
+    warning = next(one for one in warnings_of(fit_to(log, "coulomb_viscous")) if "around reversals" in one)
     assert "`lugre`" in warning
     assert "units" not in warning
-    assert not any("unexplained" in one for one in fit_to(log).warnings)
+    assert not any("unexplained" in one for one in warnings_of(fit_to(log)))
 
 
 def test_what_is_left_over_in_waves_is_told_and_white_noise_is_not():
@@ -71,5 +72,5 @@ def test_what_is_left_over_in_waves_is_told_and_white_noise_is_not():
     )
     assert in_waves.force_error_percent > 15.0
     assert noisy.force_error_percent > 15.0
-    assert any("lasts from row to row" in one for one in in_waves.warnings)
-    assert noisy.warnings == ()
+    assert any("lasts from row to row" in one for one in warnings_of(in_waves))
+    assert warnings_of(noisy) == ()

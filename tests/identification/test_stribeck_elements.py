@@ -10,6 +10,7 @@ from bristle.friction import find
 from bristle.identification import identify
 from bristle.identification.prediction_interval import Bands
 from bristle.prediction import predict
+from bristle.report.messages import assumptions_of, note_of
 
 LEVEL, REACH = np.array([0.3, 0.4, 0.3]), np.array([2e-6, 6e-6, 15e-6])  # shares, and where each breaks away
 SHAPE = {"v_S": 1e-3, "C": 2e3, "k_i": 28.0 * LEVEL / REACH, "nu_i": LEVEL}
@@ -53,10 +54,10 @@ def test_curve_attraction_and_stiffness_come_back(found):
     truth = TRUTH | {"v_S": SHAPE["v_S"], "C": SHAPE["C"]}
     for name, value in truth.items():
         estimate = fit.parameters[name]
-        assert estimate.status == "identified", estimate.note
+        assert estimate.status == "identified", note_of(estimate)
         assert estimate.value == pytest.approx(value, rel=0.05), name
     assert fit.parameters["s"].value == pytest.approx(float(np.sum(SHAPE["k_i"])), rel=0.05)
-    assert any("elements of this shape" in one for one in fit.assumptions)
+    assert any("elements of this shape" in one for one in assumptions_of(fit))
 
 
 def test_where_friction_scatters_the_curve_and_the_attraction_lie_in_their_intervals():

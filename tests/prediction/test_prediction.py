@@ -17,6 +17,7 @@ from bristle.identification import identify
 from bristle.logs.log import Channel, Log
 from bristle.plants import inertia
 from bristle.prediction import predict, unexplained_force
+from bristle.report.messages import notes_of
 
 DT = 1e-3
 PLANT = inertia(M=12.0)
@@ -103,7 +104,7 @@ def test_the_treatment_of_the_identification_overrides_that_of_the_axis():
     own = predict(fit.plant, fit.friction, log, AXIS, cutoff=40.0, decimation=4)
     assert own.metrics["force_error_percent"] == pytest.approx(fit.force_error_percent, rel=1e-9)
     assert own.time.size == fit.traces.time.size
-    assert "40 Hz" in own.notes[0]
+    assert "40 Hz" in notes_of(own)[0]
     assert predict(fit.plant, fit.friction, log, AXIS).time.size < own.time.size
 
 
@@ -170,14 +171,14 @@ def test_a_prediction_worse_than_nothing_is_told():
     stiff = friction.coulomb_viscous(F_C=80.0, F_v=30.0)
     doubted = predict(fit.plant, stiff, sliding_log())
     assert doubted.metrics["force_error_percent"] > 100.0
-    assert doubted.notes[0].startswith("warning: an effort of zero would be nearer")
-    assert not any("warning" in one for one in predict(fit.plant, fit.friction, sliding_log()).notes)
+    assert notes_of(doubted)[0].startswith("warning: an effort of zero would be nearer")
+    assert not any("warning" in one for one in notes_of(predict(fit.plant, fit.friction, sliding_log())))
 
 
 def test_an_open_loop_that_runs_away_is_told():
     fit = identify(sliding_log(), blocks=0, draws=0).best
     loose = friction.coulomb_viscous(F_C=0.1, F_v=0.1)
-    notes = predict(fit.plant, loose, sliding_log(), mode="open-loop").notes
+    notes = notes_of(predict(fit.plant, loose, sliding_log(), mode="open-loop"))
     assert notes[0].startswith("warning: a position of zero would be nearer")
 
 
@@ -188,10 +189,12 @@ def test_a_log_that_is_sampled_more_slowly_than_the_filter_needs_is_predicted_wi
     channels = {name: replace(one, values=one.values[::every]) for name, one in log.channels()}
     slow = replace(log, **channels, sample_time=every * log.sample_time, segments=())
     found = predict(fit.plant, fit.friction, slow, cutoff=80.0, decimation=10)
-    assert found.notes[0].startswith("the log is sampled too slowly for the filter of the identification, 80 Hz: 20 Hz")
+    assert notes_of(found)[0].startswith(
+        "the log is sampled too slowly for the filter of the identification, 80 Hz: 20 Hz"
+    )
     # Central differences over 40 ms, and noise of the effort that nothing kept from folding down.
     assert found.metrics["force_error_percent"] < 5.0
-    assert not any("too slowly" in one for one in predict(fit.plant, fit.friction, log, cutoff=80.0).notes)
+    assert not any("too slowly" in one for one in notes_of(predict(fit.plant, fit.friction, log, cutoff=80.0)))
 
 
 @pytest.mark.parametrize("mode", ["inverse", "open-loop"])
@@ -200,7 +203,7 @@ def test_speeds_beyond_the_fitted_ones_are_told(mode):
     plant, fitted = found.best.plant, found.best.friction
     top = found.treatment["velocity_max"]
     assert not any(
-        "extrapolation" in one for one in predict(plant, fitted, sliding_log(), mode=mode, velocity_max=top).notes
+        "extrapolation" in one for one in notes_of(predict(plant, fitted, sliding_log(), mode=mode, velocity_max=top))
     )
-    notes = predict(plant, fitted, sliding_log(), mode=mode, velocity_max=0.5 * top).notes
+    notes = notes_of(predict(plant, fitted, sliding_log(), mode=mode, velocity_max=0.5 * top))
     assert any(one.startswith("warning: the log moves at up to") and "extrapolation" in one for one in notes)

@@ -20,6 +20,7 @@ from bristle.prediction import drive_table, predict
 from bristle.prediction.loop import loop_of
 from bristle.report.advice import ADVICE, next_measurements
 from bristle.report.identification import identification_report
+from bristle.report.messages import assumptions_of, warnings_of
 from bristle.report.model_tables import as_csv, drive_rows, parameter_table
 from bristle.simulation import simulate
 
@@ -79,7 +80,7 @@ def test_a_parameter_that_is_not_identified_says_so_and_what_to_measure(workbenc
     assert unknown
     words = Page(identification_page(bench)).words
     assert f"could not be identified from this log: {', '.join(unknown)}" in words
-    assert all(typeset_sentence(warning) in words for warning in bench.identified.best.warnings)
+    assert all(typeset_sentence(warning) in words for warning in warnings_of(bench.identified.best))
     for names, motion in next_measurements(bench.identified.best):
         assert f"{names}: {motion}" in words
 
@@ -99,7 +100,7 @@ def test_there_is_advice_for_every_excitation_that_a_model_asks_for():
 
 def test_what_was_assumed_and_where_it_comes_from_is_told(stage):
     words = Page(identification_page(stage)).words
-    assert all(typeset_sentence(one) in words for one in stage.identified.best.assumptions)
+    assert all(typeset_sentence(one) in words for one in assumptions_of(stage.identified.best))
     for fact in ("stage.csv", "0" * 64, "1 ms (1000 Hz)", "6 s", "made by a simulation", "column q"):
         assert fact in words
 

@@ -18,6 +18,7 @@ def show_identification(found: Identification, simulation: SimulationResult | No
     from bristle.core.typography import with_unit
     from bristle.core.variable import unit_of
     from bristle.report.compensation import gain_of
+    from bristle.report.messages import warnings_of
     from bristle.report.model_tables import comparison_table, parameter_table
     from bristle.report.passages import break_away_table
 
@@ -42,5 +43,5 @@ def show_identification(found: Identification, simulation: SimulationResult | No
         say(sentence)
     for note in found.notes:
         say(f"Note: {note}")
-    for warning in best.warnings:
+    for warning in warnings_of(best):
         complain(f"warning: {warning}")

@@ -74,6 +74,10 @@ def identify(
     everywhere: Annotated[
         bool | None, typer.Option("--global", help="Look over the whole range of each parameter first.")
     ] = None,
+    thresholds: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="A threshold of the diagnostics; may be repeated."),
+    ] = None,
     size_limit: SizeLimit = None,
     force: Force = False,
     as_json: Json = False,
@@ -101,7 +105,8 @@ def identify(
         return identify_operators(log, axes, named, out, force=force, as_json=as_json, command=context.obj, limit=limit,
                                   figures=(formats, data))  # fmt: skip
     asked = {"model": _models(model), "cutoff": _hertz(cutoff), "decimation": decimation, "free": free,
-             "draws": draws, "method": method, "global_search": everywhere}  # fmt: skip
+             "draws": draws, "method": method, "global_search": everywhere,
+             "settings": _thresholds(thresholds or [])}  # fmt: skip
     return _identify_friction(log, axes, asked, out, force=force, as_json=as_json, command=context.obj, limit=limit,
                               figures=(formats, data))  # fmt: skip
 
@@ -191,6 +196,22 @@ def _code_of(models: list[Any]) -> tuple[Origin, ...]:
     from bristle.friction import base_of
 
     return origins_of_code(base_of(one) for one in models if not isinstance(one, str))
+
+
+def _thresholds(given: list[str]) -> dict[str, float]:
+    """Return the thresholds of ``--set NAME=VALUE``."""
+    from bristle.core import InputError
+    from bristle.identification.settings import Settings
+
+    found: dict[str, float] = {}
+    for text in given:
+        name, _, value = text.partition("=")
+        try:
+            found[name.strip()] = float(value)
+        except ValueError:
+            raise InputError("must be a name and a number", path="--set", value=text, allowed="NAME=VALUE") from None
+    Settings.of(found, "--set")
+    return found
 
 
 def _hertz(text: str | None) -> float | None:

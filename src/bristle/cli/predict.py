@@ -114,22 +114,25 @@ def _predict_friction(
     if as_json:
         sys.stdout.write(json_text(summary))
     else:
-        _show(prediction, (*recorded.notes, *prediction.notes))
+        _show(prediction, recorded.notes)
     if out:
         complain(f"wrote {out}; open {out / 'report.html'} in a browser")
     return 0 if summary["completed"] else NO
 
 
-def _show(prediction: Prediction, notes: tuple[str, ...]) -> None:
+def _show(prediction: Prediction, log_notes: tuple[str, ...]) -> None:
     from bristle.core.status import Status
+    from bristle.report.messages import message
     from bristle.report.prediction import metrics_in_words
 
     for word, value in metrics_in_words(prediction):
         say(f"{word}: {value}")
-    for note in notes:
-        if note.startswith("warning: "):
-            complain(note)
+    for note in log_notes:
+        say(f"Note: {note}")
+    for one in prediction.diagnostics:
+        if one.severity == "note":
+            say(f"Note: {message(one)}")
         else:
-            say(f"Note: {note}")
+            complain(f"{one.severity}: {message(one)}")
     if prediction.status is not Status.OK:
         complain(prediction.status.sentence)

@@ -21,6 +21,8 @@ from bristle.core.edge import (
     optional,
     whole,
 )  # fmt: skip
+from bristle.core.errors import InputError
+from bristle.core.values import looked_at
 from bristle.core.variable import Kind, Variable
 
 __all__ = ["CHANNELS", "Axis", "Column", "Injected"]
@@ -52,6 +54,12 @@ def _offset(given: Any, path: str, kind: Kind | None) -> float | str:
     if isinstance(given, str) and given == "identify":
         return given
     return amount(Variable("force", 'constant part of the friction force, or "identify"'))(given, path, kind)
+
+
+def _thresholds(given: Any, path: str, kind: Kind | None) -> dict[str, float]:
+    if not isinstance(given, Mapping):
+        raise InputError("must be a dictionary of thresholds", path=path, value=given)
+    return {name: looked_at(_NUMBER, value, f"{path}.{name}", kind) for name, value in given.items()}
 
 
 @guarded(name=TEXT, unit=TEXT, base=TEXT, scale=_NUMBER, optional=FLAG, shift=_NUMBER)
@@ -111,7 +119,7 @@ class Injected:
     controller=optional(model("controller")), pitch=_positive("length", "movement for a turn"),
     presliding=_positive("length", "pre-sliding distance"), cutoff=_positive("frequency", "cut-off"),
     decimation=optional(whole(1, 10_000)), keeps_rests=FLAG, method=among("inverse_dynamics", "output_error"),
-    loop=optional(among("open", "closed")), global_search=FLAG,
+    loop=optional(among("open", "closed")), global_search=FLAG, settings=_thresholds,
 )  # fmt: skip
 @dataclass(frozen=True)
 class Axis:
@@ -195,6 +203,8 @@ class Axis:
         Which loop is simulated there; None where controller and reference decide: with both it is the closed one.
     global_search : bool
         Whether an identification looks over the whole range of each parameter first.
+    settings : mapping of str to float
+        Thresholds of an identification that differ from their defaults, by name.
     """
 
     name: str = "axis"
@@ -233,3 +243,4 @@ class Axis:
     method: str = "inverse_dynamics"
     loop: str | None = None
     global_search: bool = False
+    settings: Mapping[str, float] = field(default_factory=dict)

@@ -8,11 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from bristle.core.diagnostic import Diagnostic
+
 __all__ = ["UNFINISHED", "BestSoFar", "obey"]
 
 INTERRUPTED = 130
 SAME = 0.02  # in coordinates: of a typical magnitude, or of a factor e
-UNFINISHED = "unfinished: the search was interrupted, and this is the best that it had found; run it again to the end"
+UNFINISHED = Diagnostic("unfinished")
 
 
 def obey(error: KeyboardInterrupt, *, anything: bool = True) -> None:

@@ -112,8 +112,14 @@ def axis_from(data: dict[str, Any]) -> Axis:
         method=file.identification.method,
         loop=file.identification.loop,
         global_search=file.identification.global_search,
+        settings=_thresholds(file),
     )
     return replace(axis, controller=controller_of(file.controller, axis))
+
+
+def _thresholds(file: AxisFile) -> dict[str, float]:
+    given, number = file.identification.settings, Variable("1", "threshold")
+    return {name: units.quantity(one, number, path=f"identification.settings.{name}") for name, one in given.items()}
 
 
 def _drive_of(file: AxisFile) -> Drive:

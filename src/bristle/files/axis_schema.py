@@ -134,6 +134,7 @@ class IdentificationEntry(Strict):
     method: Literal["inverse_dynamics", "output_error"] = "inverse_dynamics"
     loop: Literal["open", "closed"] | None = None
     global_search: bool = False
+    settings: dict[str, Quantity] = Field(default_factory=dict)
 
 
 class AxisFile(Strict):

@@ -69,6 +69,7 @@ def write_model(
     provenance: Mapping[str, str] | None = None,
     treatment: Mapping[str, float] | None = None,
     bands: Any = None,
+    notes: Mapping[str, str] | None = None,
 ) -> None:
     """Write a model file; numbers come back to the bit.
 
@@ -87,6 +88,8 @@ def write_model(
         are left out.
     bands : Bands, optional
         What bands around a prediction are made of.
+    notes : mapping of str to str
+        Why parameters are not identified, by name.
 
     Raises
     ------
@@ -110,7 +113,8 @@ def write_model(
     if known:
         uncertainty = tomlkit.table(is_super_table=True)
         for one in known:
-            entry = {"std": one.std, "robust_std": one.robust_std, "status": one.status, "note": one.note}
+            entry = {"std": one.std, "robust_std": one.robust_std, "status": one.status}
+            entry["note"] = (notes or {}).get(one.name)
             entry["interval"] = list(one.interval) if one.interval else None
             uncertainty.add(key_of(one.name), tomlkit.item({key: value for key, value in entry.items() if value}))
         document.add("uncertainty", uncertainty)

@@ -60,6 +60,8 @@ class Bootstrap:
         From reversal to reversal.
     unexplained : float
         Root mean square of the part of the residual that neither noise, encoder nor scatter explain.
+    residual, slope : ndarray, shape (row,)
+        What the fit left over of the signal, and by how much that rises with the level of friction.
     """
 
     solution: Solution
@@ -69,6 +71,8 @@ class Bootstrap:
     disturbance: Disturbance
     scatter: Scatter
     unexplained: float
+    residual: np.ndarray
+    slope: np.ndarray
 
     @property
     def reported(self) -> tuple[str, ...]:
@@ -157,6 +161,7 @@ def bootstrap(
     return Bootstrap(
         solution, np.array([fit.numbers for fit in drawn]), tuple(fit.values for fit in drawn), free,
         fits.replicates.disturbance, _interval(scatter, shown), lacking**0.5,
+        residual, slope,
     )  # fmt: skip
 
 

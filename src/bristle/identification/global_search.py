@@ -19,7 +19,7 @@ import numpy as np
 
 from bristle.core.cores import Abreast
 from bristle.core.interruption import BestSoFar
-from bristle.identification.parameters import Transform
+from bristle.identification.parameter_space import Transform
 
 __all__ = ["EVOLUTION_SEED", "Side", "box_of", "evolved"]
 

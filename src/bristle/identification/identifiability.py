@@ -17,20 +17,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from bristle.core.cores import Abreast
+from bristle.core.diagnostic import Diagnostic
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import unbounded
 from bristle.identification.problem import Problem
 from bristle.identification.refit import Refit
+from bristle.identification.settings import Settings
 from bristle.identification.solution import Solution
 
 __all__ = ["Unidentifiable", "unidentifiable"]
 
-CHANGES = (1.3, 0.7)
-THRESHOLD = 3.841  # of chi-square with one degree of freedom, 95 %
-BEYOND_DOUBT = 100.0  # times the threshold
+BEYOND_DOUBT = 100.0  # times the threshold, in the linear fit
 CHUNKS = 40
-FLAT = 0.1  # rise of the error, in units of the variance, that is none
-FOLLOWS = 0.1  # relative change of another parameter that makes up for it
 
 
 @dataclass(frozen=True)
@@ -47,25 +45,27 @@ class Unidentifiable:
         Whether the error on the fitted rows does not rise either: nothing in the log depends on it.
     instead : tuple of str
         Parameters that take its place: the log sees its combination with them only.
+    percent : float
+        By how much it was changed [%].
     """
 
     name: str
     rise: float
     flat: bool
     instead: tuple[str, ...]
+    percent: float
 
     @property
-    def note(self) -> str:
-        """Why, in words."""
+    def diagnostic(self) -> Diagnostic:
+        """Why."""
         if self.instead:
-            return (
-                f"the log sees it only together with {', '.join(self.instead)}: changed by 30 %, it is made up for by "
-                "them, and the error on held-out blocks does not rise noticeably"
-            )
-        return "changed by 30 %, with all others fitted again, the error on held-out blocks does not rise noticeably"
+            return Diagnostic("seen-together", self.name, numbers={"percent": self.percent, "instead": self.instead})
+        return Diagnostic("unseen", self.name, numbers={"percent": self.percent})
 
 
-def unidentifiable(problem: Problem, solution: Solution, candidates: frozenset[str]) -> tuple[Unidentifiable, ...]:
+def unidentifiable(
+    problem: Problem, solution: Solution, candidates: frozenset[str], settings: Settings
+) -> tuple[Unidentifiable, ...]:
     """Return the parameters that a log does not see, each with those found before it held.
 
     Parameters
@@ -74,24 +74,26 @@ def unidentifiable(problem: Problem, solution: Solution, candidates: frozenset[s
         What was fitted, and where that ended.
     candidates : frozenset of str
         Parameters that are asked about; those that are zero, or on an edge, have no 30 %.
+    settings : Settings
+        The thresholds.
     """
     names = solution.space.names
     free = np.ones(len(names), dtype=bool)
-    found: list[Unidentifiable] = []
-    asked = [name for name in names if name in candidates and solution.values[name] != 0.0]
-    asked = _Followed(problem, solution, free).in_doubt(asked)
-    while asked:
-        around = _Followed(problem, solution, free)
+    lost: list[Unidentifiable] = []
+    doubtful = [name for name in names if name in candidates and solution.values[name] != 0.0]
+    doubtful = _Followed(problem, solution, free, settings).in_doubt(doubtful)
+    while doubtful:
+        around = _Followed(problem, solution, free, settings)
         with Abreast() as pool:
-            rises = dict(zip(asked, pool.map(around.without, asked), strict=True))
-        least = min(asked, key=lambda name: rises[name].rise)
-        if rises[least].rise >= THRESHOLD:
+            rises = dict(zip(doubtful, pool.map(around.without, doubtful), strict=True))
+        least = min(doubtful, key=lambda name: rises[name].rise)
+        if rises[least].rise >= settings.seen_rise:
             break
-        found.append(rises[least])
+        lost.append(rises[least])
         free[names.index(least)] = False
         # Those that are clearly seen now are seen with one parameter less to follow, too.
-        asked = [name for name in asked if name != least and rises[name].rise < THRESHOLD]
-    return tuple(found)
+        doubtful = [name for name in doubtful if name != least and rises[name].rise < settings.seen_rise]
+    return tuple(lost)
 
 
 @dataclass(frozen=True)
@@ -104,26 +106,28 @@ class _Followed:
     problem: Problem
     solution: Solution
     free: np.ndarray
+    settings: Settings
+
+    @property
+    def _changes(self) -> tuple[float, float]:
+        return 1.0 + self.settings.moved, 1.0 - self.settings.moved
 
     def in_doubt(self, names: Iterable[str]) -> list[str]:
         """Return the names of parameters of which the linear fit does not make sure that they are seen."""
-        rises = {name: min(self._linear_rise(name, change) for change in CHANGES) for name in names}
-        return [name for name, rise in rises.items() if not rise >= BEYOND_DOUBT * THRESHOLD]
+        rises = {name: min(self._linear_rise(name, change) for change in self._changes) for name in names}
+        return [name for name, rise in rises.items() if not rise >= BEYOND_DOUBT * self.settings.seen_rise]
 
     def without(self, name: str) -> Unidentifiable:
         """Return by how much the error rises where one parameter is changed, and which made up for the change."""
-        count = self._size
+        count = self.solution.jacobian.shape[0]
         fitted, instead = self._rises(name, np.ones(count, dtype=bool), slice(None), self._whole)
-        held_out = np.zeros(len(CHANGES))
+        held_out = np.zeros(len(self._changes))
         for quarter, before in zip(_quarters(count), self._before, strict=True):
             held_out += self._rises(name, ~quarter, quarter, before)[0]
         names = tuple(one for one in self.solution.space.names if one in instead)
         variance = self._variance
-        return Unidentifiable(name, float(np.max(held_out)) / variance, bool(np.max(fitted) < FLAT * variance), names)
-
-    @property
-    def _size(self) -> int:
-        return self.solution.jacobian.shape[0]
+        flat = bool(np.max(fitted) < self.settings.flat_rise * variance)
+        return Unidentifiable(name, float(np.max(held_out)) / variance, flat, names, 100.0 * self.settings.moved)
 
     @cached_property
     def _variance(self) -> float:
@@ -138,12 +142,12 @@ class _Followed:
     @cached_property
     def _whole(self) -> np.ndarray:
         """The residual of the fit to all rows."""
-        return Refit(self.solution, self.free, slice(None)).solve(self.problem, self.solution.theta)[1]
+        return Refit(self.solution, self.free).solve(self.problem, self.solution.theta)[1]
 
     @cached_property
     def _before(self) -> list[np.ndarray]:
         """The residual of the fits without each quarter."""
-        quarters = _quarters(self._size)
+        quarters = _quarters(self.solution.jacobian.shape[0])
         return [Refit(self.solution, self.free, ~one).solve(self.problem, self.solution.theta)[1] for one in quarters]
 
     def _linear_rise(self, name: str, change: float) -> float:
@@ -161,7 +165,7 @@ class _Followed:
         followers = self.free.copy()
         followers[self.solution.space.names.index(name)] = False
         refit, rises, instead = Refit(self.solution, followers, fitted), [], set()
-        for change in CHANGES:
+        for change in self._changes:
             theta, after = refit.solve(self.problem, self._moved(name, change))
             rises.append(float(np.sum(after[judged] ** 2) - np.sum(before[judged] ** 2)))
             instead |= self._made_up(name, theta)
@@ -192,7 +196,7 @@ class _Followed:
         return {
             one
             for one in self.solution.space.names
-            if one in now and one != name and abs(now[one] - then[one]) > FOLLOWS * abs(then[one]) > 0.0
+            if one in now and one != name and abs(now[one] - then[one]) > self.settings.follows * abs(then[one]) > 0.0
         }
 
 

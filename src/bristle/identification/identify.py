@@ -8,7 +8,7 @@ involved, and the controller that was running does not matter.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from os import PathLike
@@ -19,21 +19,35 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel
 from bristle.core.cores import cores_for_simulations
-from bristle.core.edge import FLAG, NAMES, PROGRESS, among, guarded, optional, whole
+from bristle.core.edge import FLAG, NAMES, PROGRESS, among, guarded, instance, optional, whole
 from bristle.core.errors import InputError
 from bristle.core.interruption import obey
 from bristle.identification.break_away import break_aways
 from bristle.identification.dataset import Dataset
-from bristle.identification.held_out import TOO_SHORT, blocks_for
+from bristle.identification.estimation import Context, Estimation
+from bristle.identification.estimators import Simulation
+from bristle.identification.fitting import fit
 from bristle.identification.information_criteria import with_information
 from bristle.identification.inputs import logs_and_axes, treatment_of
+from bristle.identification.least_squares import Report
 from bristle.identification.merging import treat_all
-from bristle.identification.output_error import one_period, simulated_loop
+from bristle.identification.output_error import loop_error
 from bristle.identification.ranking import in_order
-from bristle.identification.request import METHODS, PriorKnowledge, as_asked, freed, models_of, prior_knowledge_of
+from bristle.identification.request import (
+    METHODS,
+    PriorKnowledge,
+    freed,
+    models_of,
+    prior_knowledge_of,
+    settings_of,
+    with_method,
+)
 from bristle.identification.result import Fit, Identification
-from bristle.identification.search import Report
-from bristle.identification.workbench import Simulated, Workbench
+from bristle.identification.settings import Settings
+from bristle.identification.sliding_friction import context_of
+from bristle.identification.time_blocks import blocks_for
+from bristle.identification.uncertainty import with_uncertainty
+from bristle.identification.validation import TOO_SHORT
 from bristle.logs.log import Log
 
 __all__ = ["identify"]
@@ -45,7 +59,8 @@ Progress = Callable[[float, str], None]
 
 @guarded(
     blocks=optional(whole(2, 10_000, none=True)), free=NAMES, draws=whole(FEWEST_DRAWS, MOST_DRAWS, none=True),
-    method=optional(among(*METHODS)), global_search=optional(FLAG), progress=PROGRESS,
+    method=optional(among(*METHODS)), global_search=optional(FLAG),
+    settings=optional(instance((Settings, Mapping), "a dictionary of thresholds")), progress=PROGRESS,
 )  # fmt: skip
 @cores_for_simulations()
 def identify(
@@ -53,7 +68,8 @@ def identify(
     axis: Axis | str | PathLike[str] | Sequence[Axis | str | PathLike[str]] | None = None,
     cutoff: float | str | None = None, decimation: int | None = None, blocks: int | None = None,
     offset: float | str | None = None, mass: float | str | None = None, free: str | Sequence[str] = (),
-    draws: int = 100, method: str | None = None, global_search: bool | None = None, progress: Progress | None = None,
+    draws: int = 100, method: str | None = None, global_search: bool | None = None,
+    settings: Settings | Mapping[str, float] | None = None, progress: Progress | None = None,
 ) -> Identification:  # fmt: skip
     """Identify one friction model or several from a log, with the inertia, and rank them.
 
@@ -89,6 +105,9 @@ def identify(
     global_search : bool, optional
         Whether the whole range of each parameter is looked at, where a search is needed at all; the axis decides where
         it is not given.
+    settings : Settings or mapping of str to float, optional
+        Thresholds from where on something is said or doubted, by name; those that are not given are as the axis says,
+        or at their defaults.
     progress : callable, optional
         Called with the share of the work done and what is being done.
 
@@ -107,76 +126,80 @@ def identify(
     .. [1] A. Janot, P.-O. Vandanjon, M. Gautier, "A generic instrumental variable approach for industrial robot
        identification", IEEE Transactions on Control Systems Technology 22(1), 2014. doi:10.1109/TCST.2013.2246163
     """
-    given = as_asked(logs_and_axes(log, axis), method, global_search)
-    logs, axes = [log for log, _ in given], [axis for _, axis in given]
+    given = with_method(logs_and_axes(log, axis), method, global_search)
+    chosen = settings_of(given[0][1], settings)
     components = models_of(model)
-    _refuse_without_effort(logs)
-    kind = logs[0].kind
-    known = replace(prior_knowledge_of(axes[0], mass, offset, kind), free=freed(free, components))
-    workbench = _workbench(given, known, *treatment_of(cutoff, decimation, kind))
-    dataset, held_out = workbench.dataset, blocks_for(workbench.dataset, blocks)
-    count = len(components) + bool(draws)
-    fits, left_out = _fits(workbench, components, held_out, partial(_share, progress, count))
-    first, *others = (replace(fit, rank=rank) for rank, fit in enumerate(with_information(in_order(fits)), 1))
+    _refuse_without_effort([log for log, _ in given])
+    (first_log, first_axis), kind = given[0], given[0][0].kind
+    prior = replace(prior_knowledge_of(first_axis, mass, offset, kind), free=freed(free, components))
+    context, simulation = _context(given, prior, chosen, *treatment_of(cutoff, decimation, kind))
+    count, held_out = len(components) + bool(draws), blocks_for(context.dataset, blocks, chosen)
+    fits, estimations, left_out = _fits(context, simulation, components, held_out, partial(_share, progress, count))
+    best, *others = (replace(fit, rank=rank) for rank, fit in enumerate(with_information(in_order(fits, chosen)), 1))
     if blocks is None and not held_out:
-        first = replace(first, warnings=(TOO_SHORT, *first.warnings))
-    unfinished = _unfinished(fits, [one.name for one in components if one.name not in left_out])
+        best = replace(best, diagnostics=(TOO_SHORT, *best.diagnostics))
+    unfinished = _unfinished(fits, [component.name for component in components if component.name not in left_out])
     if draws and not unfinished:
-        report = _share(progress, count, len(components), f"fitting {first.name} to simulated logs")
-        first, unfinished = _assessed(workbench, first, draws, report)
-    treatment, away = _treatment(dataset, first), break_aways(dataset, first.plant, first.friction)
-    return Identification((first, *others), logs[0], treatment, tuple(logs[1:]), unfinished, away, left_out)
+        report = _share(progress, count, len(components), f"fitting {best.name} to simulated logs")
+        best, unfinished = _with_uncertainty(best, estimations[best.name], draws, chosen, report)
+    return Identification(
+        (best, *others), first_log, _treatment(context.dataset, best), tuple(log for log, _ in given[1:]), unfinished,
+        break_aways(context.dataset, best.plant, best.friction), left_out, chosen,
+    )  # fmt: skip
 
 
-def _workbench(
-    given: Sequence[tuple[Log, Axis | None]], known: PriorKnowledge, cutoff: float | None, decimation: int | None
-) -> Workbench:
-    """Return what the fits of all models to some logs share."""
+def _context(
+    given: Sequence[tuple[Log, Axis | None]], prior: PriorKnowledge, settings: Settings, cutoff: float | None,
+    decimation: int | None,
+) -> tuple[Context, Simulation | None]:  # fmt: skip
+    """Return what the fits of all models to some logs share, and what is simulated for them, if anything is."""
     logs, axes = [log for log, _ in given], [axis for _, axis in given]
-    simulated = _simulated(logs, axes)
-    opened = simulated is not None and simulated.loop == "open"
-    treated = [one_period(log, axis) for log, axis in given] if opened else logs
+    simulation, treated = None, logs
+    if any(axis is not None and axis.method == "output_error" for axis in axes):
+        simulation = Simulation(logs, axes, loop_error(logs, axes))
+        treated = [simulation.error.seen(log, axis) for log, axis in given]
     everywhere = any(axis is not None and axis.global_search for axis in axes)
-    return Workbench.of(treat_all(treated, axes, cutoff, decimation), known, simulated, everywhere=everywhere)
+    dataset = treat_all(treated, axes, cutoff, decimation)
+    return context_of(dataset, prior, everywhere=everywhere, settings=settings), simulation
 
 
-def _simulated(logs: Sequence[Log], axes: Sequence[Axis | None]) -> Simulated | None:
-    """Return what is simulated to be compared with the logs; None where nothing is."""
-    if not any(axis is not None and axis.method == "output_error" for axis in axes):
-        return None
-    return Simulated(logs, axes, simulated_loop(logs, axes))
-
-
-def _assessed(workbench: Workbench, fit: Fit, draws: int, report: Report) -> tuple[Fit, str]:
+def _with_uncertainty(
+    fit: Fit, estimation: Estimation, draws: int, settings: Settings, report: Report
+) -> tuple[Fit, str]:  # fmt: skip
     """Return a fit with its intervals, and what was interrupted, in words."""
     try:
-        return workbench.assessed(fit, draws, report), ""
+        return with_uncertainty(fit, estimation, draws, settings, report), ""
     except KeyboardInterrupt as error:
         obey(error)
         return fit, "interrupted: the intervals are not those of simulated logs"
 
 
 def _fits(
-    workbench: Workbench, components: Sequence[FrictionModel], blocks: int, share: Callable[[int, str], Report]
-) -> tuple[list[Fit], dict[str, str]]:
+    context: Context, simulation: Simulation | None, components: Sequence[FrictionModel], blocks: int,
+    share: Callable[[int, str], Report],
+) -> tuple[list[Fit], dict[str, Estimation], dict[str, str]]:  # fmt: skip
     """Return the fits of several models, as many as a person waits for, and why others cannot be compared."""
     fits: list[Fit] = []
+    estimations: dict[str, Estimation] = {}
     left_out: dict[str, InputError] = {}
     for number, component in enumerate(components):
         try:
-            fits.append(workbench.fit(component, blocks, share(number, f"fitting {component.name}")))
+            done, estimation = fit(context, component, simulation, blocks, share(number, f"fitting {component.name}"))
         except InputError as error:
             if error.path != "model":
                 raise
             left_out[component.name] = error
+            continue
         except KeyboardInterrupt as error:
             obey(error, anything=bool(fits))
             break
-        if fits and fits[-1].unfinished:
+        fits.append(done)
+        estimations[done.name] = estimation
+        if done.unfinished:
             break
     if left_out and not fits:
         raise next(iter(left_out.values()))
-    return fits, {name: error.message for name, error in left_out.items()}
+    return fits, estimations, {name: error.message for name, error in left_out.items()}
 
 
 def _treatment(dataset: Dataset, best: Fit) -> dict[str, float]:

@@ -18,10 +18,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 
 from bristle.core.contracts import Model
+from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.identification.dataset import Dataset, mechanical
 from bristle.identification.friction_scale import scaled
@@ -29,7 +31,8 @@ from bristle.identification.half_cycles import NUDGE, Groups, HalfCycles
 from bristle.identification.parameters import ParameterSet
 from bristle.identification.problem import Disturbance, Fold
 from bristle.identification.row_replicates import RowReplicates
-from bristle.identification.time_blocks import beside, time_blocks
+from bristle.identification.settings import Settings
+from bristle.identification.time_blocks import beside, room_for_blocks, time_blocks
 
 __all__ = ["InverseDynamics"]
 
@@ -54,7 +57,8 @@ class InverseDynamics:
     parameters: ParameterSet
     contacts: tuple[float | None, ...] | None = None
 
-    is_effort = True
+    is_effort: ClassVar[bool] = True
+    intervals_code: ClassVar[str] = "intervals"
 
     def friction(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the friction force of each row [N or N*m], of the model run along the recorded motion."""
@@ -112,21 +116,31 @@ class InverseDynamics:
         """Return measured minus predicted effort of each row [N or N*m], from the free parameters."""
         return self.dataset.effort - self.predicted(self.parameters.complete(free))
 
-    effort_residual = residual
+    def errors(self, free: Mapping[str, float]) -> dict[str, float]:
+        """Return nothing: the error of the effort along the motion is known of every fit."""
+        return {}
+
+    def effort_residual(self, free: Mapping[str, float], residual: np.ndarray) -> np.ndarray:
+        """Return the residual: it is that of the effort of each row [N or N*m]."""
+        return residual
 
     @property
-    def norm(self) -> float:
-        """Root of the sum of squares of the effort [N or N*m]."""
-        return float(np.linalg.norm(self.dataset.effort))
+    def measured(self) -> np.ndarray:
+        """Effort of each row [N or N*m]."""
+        return self.dataset.effort
 
     @property
     def row_time(self) -> float:
         """Time from row to row [s]."""
         return self.dataset.decimation * self.dataset.sample_time
 
-    @cached_property
+    @property
     def half_cycles(self) -> Groups:
         """The rows of each half-cycle."""
+        return self._half_cycles
+
+    @cached_property
+    def _half_cycles(self) -> Groups:
         return HalfCycles(self.dataset).groups
 
     @cached_property
@@ -174,3 +188,21 @@ class InverseDynamics:
         """Return time blocks of the log; rows beside one share samples with it through the filters, and fit neither."""
         name, blocks = time_blocks(self.dataset, count)
         return name, [Fold(block, beside(block, self.dataset.reach), block) for block in blocks]
+
+    def parts_of(self, blocks: int, settings: Settings) -> tuple[str, list[Fold]]:
+        """Return the logs where there are several, else so many time blocks.
+
+        Raises
+        ------
+        InputError
+            If the log is too short for so many blocks.
+        """
+        log = self.dataset.log_of_row
+        if log[0] != log[-1]:
+            return "logs", [Fold(log == number, log != number, log == number) for number in np.unique(log)]
+        if blocks > (room := room_for_blocks(self.dataset, settings)):
+            raise InputError(
+                "are too many for this log", path="blocks", value=blocks,
+                allowed=f"2 to {max(room, 2)}, or 0 for no comparison on held-out blocks",
+            )  # fmt: skip
+        return self.folds(blocks)

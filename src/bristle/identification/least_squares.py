@@ -165,7 +165,12 @@ class Search:
 
     def percent(self, cost: float) -> float:
         """Return what half a sum of squares is of the measured signal [%]."""
-        return 100.0 * math.sqrt(2.0 * cost) * self._unit / max(self.problem.norm, np.finfo(float).tiny)
+        return (
+            100.0
+            * math.sqrt(2.0 * cost)
+            * self._unit
+            / max(float(np.linalg.norm(self.problem.measured)), np.finfo(float).tiny)
+        )
 
     def refit(
         self, start: Mapping[str, float], rows: np.ndarray | None = None, limit: int = EVALUATIONS // 3,

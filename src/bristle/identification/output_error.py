@@ -29,6 +29,7 @@ from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.outputs import LAG, Effort, Output, Position
 from bristle.identification.parameters import ParameterSet
 from bristle.identification.problem import Disturbance, Fold
+from bristle.identification.settings import Settings
 from bristle.identification.signal_replicates import SignalReplicates
 from bristle.identification.time_blocks import TIME
 from bristle.logs.log import Log
@@ -36,7 +37,7 @@ from bristle.simulation.recorded.closed_loop import closed_loop_of
 from bristle.simulation.recorded.open_loop import FINE, open_loop_of
 from bristle.simulation.result import relative_error_percent
 
-__all__ = ["ClosedLoopError", "OpenLoopError", "OutputError", "loop_error", "one_period"]
+__all__ = ["ClosedLoopError", "OpenLoopError", "OutputError", "loop_error"]
 
 COARSE = 4  # steps for one sample of an open loop, on the way
 EXPLORED = 12_000  # samples of all logs, which are enough to see whether a place is worth a closer look
@@ -59,7 +60,8 @@ class OutputError:
     outputs: tuple[Output, ...]
 
     signal: ClassVar[str]
-    in_words: ClassVar[str]
+    code: ClassVar[str]
+    intervals_code: ClassVar[str]
     is_effort: ClassVar[bool]
     away_evaluations: ClassVar[int]
 
@@ -67,6 +69,11 @@ class OutputError:
     def of(cls, inverse: InverseDynamics, logs: Sequence[Log], axes: Sequence[Axis | None]) -> Self:
         """Return the problem of several logs, simulated as quickly as a search on the way to its end may."""
         raise NotImplementedError
+
+    @staticmethod
+    def seen(log: Log, axis: Axis | None) -> Log:
+        """Return what of a log inverse dynamics is to look at for a start."""
+        return log
 
     def at_last(self, logs: Sequence[Log], axes: Sequence[Axis | None]) -> Self:
         """Return the problem as the end of a search asks for it: itself, where it is as accurate from the start."""
@@ -88,15 +95,14 @@ class OutputError:
         """The log as rows of inverse dynamics."""
         return self.inverse.dataset
 
-    @cached_property
+    @property
     def measured(self) -> np.ndarray:
         """The signal of all segments, shape (sample,)."""
-        return np.concatenate([output.measured for output in self.outputs])
+        return self._measured
 
-    @property
-    def norm(self) -> float:
-        """Root of the sum of squares of the signal."""
-        return float(np.linalg.norm(self.measured))
+    @cached_property
+    def _measured(self) -> np.ndarray:
+        return np.concatenate([output.measured for output in self.outputs])
 
     @property
     def magnitude(self) -> float:
@@ -120,7 +126,7 @@ class OutputError:
         """Return measured minus simulated signal of each sample, from the free parameters."""
         return self.measured - self.simulated(self.parameters.complete(free))
 
-    def effort_residual(self, free: Mapping[str, float]) -> np.ndarray:
+    def effort_residual(self, free: Mapping[str, float], residual: np.ndarray) -> np.ndarray:
         """Return measured minus predicted effort along the measured motion, of each row of the data set [N or N*m]."""
         return self.inverse.residual(free)
 
@@ -138,9 +144,13 @@ class OutputError:
         }
         return errors | ({LAG: free[LAG]} if LAG in free else {})
 
-    @cached_property
+    @property
     def half_cycles(self) -> Groups:
         """The samples of each half-cycle of the logs, trembles and steps of the encoder left out."""
+        return self._half_cycles
+
+    @cached_property
+    def _half_cycles(self) -> Groups:
         parts, before = [], 0
         least = least_way(self.dataset.resolution, self.dataset.noise)
         for output in self.outputs:
@@ -165,7 +175,7 @@ class OutputError:
         return SignalReplicates(self, values, disturbance, slope, residual)
 
     def refits_linearly(self, friction: Model) -> bool:
-        """Return whether a fit to a replicate is taken for linear: of friction without pre-sliding, and in open loop."""
+        """Return whether a fit to a replicate is taken for linear: that of friction without pre-sliding."""
         return is_static(friction)
 
     def folds(self, count: int) -> tuple[str, list[Fold]]:
@@ -180,7 +190,7 @@ class OutputError:
             # A segment may be long enough for a simulation, and too short for the filters of the rows.
             of_row = rows.segment_of_row if len(rows.segments) == len(sizes) else None
         else:
-            (output,) = self.outputs
+            output = next(iter(self.outputs))
             of_sample = np.floor(output.phase * count).astype(int)
             begin, period = rows.segments[0].time[0], output.period * rows.sample_time
             of_row = np.floor((rows.time - begin) / period % 1.0 * count).astype(int)
@@ -190,16 +200,18 @@ class OutputError:
             Fold(of_sample == k, of_sample != k, every if of_row is None else of_row == k) for k in range(count)
         ]
 
+    def parts_of(self, blocks: int, settings: Settings) -> tuple[str, list[Fold]]:
+        """Return the logs where there are several, else so many parts of one."""
+        return self.folds(blocks)
+
 
 @dataclass(frozen=True)
 class OpenLoopError(OutputError):
     """The position that the recorded effort makes."""
 
     signal = "position"
-    in_words = (
-        "the parameters make the position that the effort causes the measured one, unfiltered; what is said of the "
-        "effort holds along the measured motion, differentiated twice, and serves as the start only"
-    )
+    code = "output-error-open"
+    intervals_code = "intervals-motion"
     is_effort = False
     away_evaluations = 15
 
@@ -215,6 +227,17 @@ class OpenLoopError(OutputError):
         )
         return cls(inverse, outputs)
 
+    @staticmethod
+    def seen(log: Log, axis: Axis | None) -> Log:
+        """Return a log without what only repeats its first period."""
+        whole = log.segments or (slice(0, len(log)),)
+        loops = [open_loop_of(log, axis or Axis(kind=log.kind), part, 1) for part in whole]
+        cut = [
+            slice(part.start or 0, (part.start or 0) + loop.effort.size) if loop.periodic else part
+            for part, loop in zip(whole, loops, strict=True)
+        ]
+        return replace(log, segments=tuple(cut))
+
     def at_last(self, logs: Sequence[Log], axes: Sequence[Axis | None]) -> OpenLoopError:
         """Return the problem with the steps that its last descent takes."""
         return self.of(self.inverse, logs, axes, FINE)
@@ -229,11 +252,8 @@ class ClosedLoopError(OutputError):
     """The effort that the controller asks for in the simulated loop."""
 
     signal = "loop"
-    in_words = (
-        "the parameters make the effort that the controller asks for in the simulated loop the measured one, "
-        "unfiltered, from the reference and the known inputs; what is said of rows of the effort holds along the "
-        "measured motion and serves as the start only"
-    )
+    code = "output-error-closed"
+    intervals_code = "intervals-loop"
     is_effort = True
     away_evaluations = 5  # the controller keeps a closed loop near its minimum
 
@@ -283,14 +303,3 @@ def loop_error(logs: Sequence[Log], axes: Sequence[Axis | None]) -> type[OutputE
         raise InputError("shows in a closed loop only", path="effort.lag", value="identify",
                          mend="Describe the [controller] and name the column of the reference")  # fmt: skip
     return kind
-
-
-def one_period(log: Log, axis: Axis | None) -> Log:
-    """Return a log without what only repeats its first period, for a start."""
-    whole = log.segments or (slice(0, len(log)),)
-    loops = [open_loop_of(log, axis or Axis(kind=log.kind), part, 1) for part in whole]
-    cut = [
-        slice(part.start or 0, (part.start or 0) + loop.effort.size) if loop.periodic else part
-        for part, loop in zip(whole, loops, strict=True)
-    ]
-    return replace(log, segments=tuple(cut))

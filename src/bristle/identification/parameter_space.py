@@ -79,7 +79,8 @@ class LinearSpace:
     def of(cls, parameters: ParameterSet) -> LinearSpace:
         """Return the free parameters within what the model allows."""
         variables = [parameters.variables[name] for name in parameters.free]
-        return cls(parameters.free, *(np.array([getattr(v, side) for v in variables]) for side in ("min", "max")))
+        low, high = (np.array([getattr(variable, side) for variable in variables]) for side in ("min", "max"))
+        return cls(parameters.free, low, high)
 
     @property
     def reported(self) -> tuple[str, ...]:
@@ -156,13 +157,16 @@ class TransformedSpace:
             If no value that the model allows is of the extent of the log.
         """
         floors = _floors(parameters)
-        return cls(
-            parameters, tuple(_transform(name, parameters, scales, floors) for name in _in_turn(parameters.free, floors))
-        )  # fmt: skip
+        names = _in_turn(parameters.free, floors)
+        return cls(parameters, tuple(_transform(name, parameters, scales, floors) for name in names))
 
-    @cached_property
+    @property
     def names(self) -> tuple[str, ...]:
         """The free parameters, each after the one that it may not fall below."""
+        return self._names
+
+    @cached_property
+    def _names(self) -> tuple[str, ...]:
         return tuple(transform.name for transform in self.transforms)
 
     @property
@@ -170,19 +174,31 @@ class TransformedSpace:
         """All of them."""
         return self.names
 
-    @cached_property
+    @property
     def low(self) -> np.ndarray:
         """Lower bounds, shape (coordinate,)."""
+        return self._low
+
+    @cached_property
+    def _low(self) -> np.ndarray:
         return np.array([transform.low for transform in self.transforms])
 
-    @cached_property
+    @property
     def high(self) -> np.ndarray:
         """Upper bounds, shape (coordinate,)."""
-        return np.array([transform.high for transform in self.transforms])
+        return self._high
 
     @cached_property
+    def _high(self) -> np.ndarray:
+        return np.array([transform.high for transform in self.transforms])
+
+    @property
     def logarithmic(self) -> frozenset[str]:
         """Those that are sought in their logarithm."""
+        return self._logarithmic
+
+    @cached_property
+    def _logarithmic(self) -> frozenset[str]:
         return frozenset(transform.name for transform in self.transforms if transform.form == "log")
 
     def values(self, theta: np.ndarray) -> dict[str, float]:

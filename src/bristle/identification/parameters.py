@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from bristle.core.contracts import FrictionModel, Plant
+from bristle.core.diagnostic import Number
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
 from bristle.plants.inertia import MODEL as inertia
@@ -15,11 +16,15 @@ __all__ = ["Fixed", "ParameterSet"]
 
 
 class Fixed(NamedTuple):
-    """A parameter that is not identified: its value and why; `redundant` where no log could tell it."""
+    """A parameter that is not identified: its value, why (the code of a diagnostic with what its sentence needs).
+
+    It is `redundant` where no log could tell it.
+    """
 
     value: float
-    note: str
+    reason: str
     redundant: bool = False
+    numbers: Mapping[str, Number] = {}
 
 
 @dataclass(frozen=True)

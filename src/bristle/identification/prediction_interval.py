@@ -25,8 +25,8 @@ import numpy as np
 from bristle.core.contracts import FrictionModel, Model
 from bristle.core.normal import NORMAL_95
 from bristle.identification.dataset import Dataset, mechanical
-from bristle.identification.resampling.friction_scale import FrictionScale
-from bristle.identification.resampling.half_cycles import HalfCycles
+from bristle.identification.friction_scale import FrictionScale
+from bristle.identification.half_cycles import HalfCycles
 
 __all__ = ["Bands", "half_width", "with_parameters"]
 

@@ -7,7 +7,7 @@ validation and the ranking do the rest with what is written here.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple, Protocol
+from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from bristle.core.contracts import Model
 from bristle.identification.dataset import Dataset
 from bristle.identification.half_cycles import Groups
 from bristle.identification.parameters import ParameterSet
+from bristle.identification.settings import Settings
 
 __all__ = ["Disturbance", "Fold", "Problem", "Replicates", "Residual"]
 
@@ -80,7 +81,14 @@ class Replicates(Protocol):
 
 
 class Problem(Residual, Protocol):
-    """What least squares makes small, and what resampling needs to know of it."""
+    """What least squares makes small, and what resampling needs to know of it.
+
+    `is_effort` says whether the signal is an effort [N or N*m], as the bands around it are; `intervals_code` is the
+    code of the diagnostic that tells how intervals were found.
+    """
+
+    is_effort: ClassVar[bool]
+    intervals_code: ClassVar[str]
 
     @property
     def parameters(self) -> ParameterSet:
@@ -93,8 +101,8 @@ class Problem(Residual, Protocol):
         ...
 
     @property
-    def norm(self) -> float:
-        """Root of the sum of squares of what was measured."""
+    def measured(self) -> np.ndarray:
+        """The signal, shape (row,)."""
         ...
 
     @property
@@ -107,11 +115,6 @@ class Problem(Residual, Protocol):
         """The rows of each half-cycle."""
         ...
 
-    @property
-    def is_effort(self) -> bool:
-        """Whether the signal is an effort [N or N*m], as the bands around it are."""
-        ...
-
     def near(self, free: Mapping[str, float]) -> Problem:
         """Return the problem around some parameters, what is found on the way held; itself where there is nothing."""
         ...
@@ -120,8 +123,12 @@ class Problem(Residual, Protocol):
         """Return derivatives of the residual without what is made up for by what is found on the way."""
         ...
 
-    def effort_residual(self, free: Mapping[str, float]) -> np.ndarray:
-        """Return measured minus predicted effort of each row of the data set [N or N*m]."""
+    def errors(self, free: Mapping[str, float]) -> dict[str, float]:
+        """Return the errors of the signal, and what else of it a fit tells, by the names that `Fit` has for them."""
+        ...
+
+    def effort_residual(self, free: Mapping[str, float], residual: np.ndarray) -> np.ndarray:
+        """Return measured minus predicted effort of each row of the data set [N or N*m], where that is the residual."""
         ...
 
     def friction_slope(self, values: Mapping[str, float]) -> np.ndarray:
@@ -140,4 +147,14 @@ class Problem(Residual, Protocol):
 
     def folds(self, count: int) -> tuple[str, list[Fold]]:
         """Return what parts of a log are called, and the parts, each of which is held out in turn."""
+        ...
+
+    def parts_of(self, blocks: int, settings: Settings) -> tuple[str, list[Fold]]:
+        """Return the logs where there are several, else so many parts of one.
+
+        Raises
+        ------
+        InputError
+            If the log is too short for so many.
+        """
         ...

@@ -7,26 +7,24 @@ from collections.abc import Sequence
 import numpy as np
 
 from bristle.identification.result import Fit
+from bristle.identification.settings import DEFAULT, Settings
 
 __all__ = ["in_order", "ranked"]
 
-SAME = 1e-3  # relative difference of errors that is none
-FAR_LESS = 0.7  # of the error on held-out blocks
-DOUBTFUL = 0.5  # share of parameters that could not be identified
 
-
-def in_order(fits: Sequence[Fit]) -> list[Fit]:
+def in_order(fits: Sequence[Fit], settings: Settings = DEFAULT) -> list[Fit]:
     """Return fits to the same log, best first.
 
     One that was interrupted has nothing held out. It comes last, unless it already explains far more than the best of
     the others: then that one is what a person who could wait no longer came for.
     """
-    whole, rest = ranked([fit for fit in fits if not fit.unfinished]), [fit for fit in fits if fit.unfinished]
-    ahead = [fit for fit in rest if whole and fit.error_percent < FAR_LESS * _error(whole[0])]
+    rest = [fit for fit in fits if fit.unfinished]
+    whole = ranked([fit for fit in fits if not fit.unfinished], settings)
+    ahead = [fit for fit in rest if whole and fit.error_percent < settings.unfinished_error * _error(whole[0])]
     return [*ahead, *whole, *(fit for fit in rest if fit not in ahead)]
 
 
-def ranked(fits: Sequence[Fit]) -> list[Fit]:
+def ranked(fits: Sequence[Fit], settings: Settings = DEFAULT) -> list[Fit]:
     """Return fits to the same log, best first.
 
     The smallest held-out error leads. Before it comes the simplest model whose error exceeds it by no more than
@@ -38,32 +36,34 @@ def ranked(fits: Sequence[Fit]) -> list[Fit]:
     ----------
     fits : sequence of Fit
         Each with the errors of the same blocks, or none of them with any.
+    settings : Settings
+        The thresholds.
     """
     left, found = list(fits), []
     while left:
-        found.append(_first(left))
+        found.append(_first(left, settings))
         left.remove(found[-1])
     return found
 
 
-def _first(fits: list[Fit]) -> Fit:
+def _first(fits: list[Fit], settings: Settings) -> Fit:
     leader = min(fits, key=_error)
-    if _doubtful(leader):
+    if _doubtful(leader, settings):
         spread = leader.held_out.std_percent if leader.held_out else 0.0
         sound = [
             fit
             for fit in fits
-            if not _doubtful(fit) and _size(fit) < _size(leader) and _error(fit) <= _error(leader) + spread
+            if not _doubtful(fit, settings) and _size(fit) < _size(leader) and _error(fit) <= _error(leader) + spread
         ]
         leader = min(sound, key=_error, default=leader)
-    return min((fit for fit in fits if _no_worse(fit, leader)), key=lambda fit: (_size(fit), _error(fit)))
+    return min((fit for fit in fits if _no_worse(fit, leader, settings)), key=lambda fit: (_size(fit), _error(fit)))
 
 
-def _no_worse(fit: Fit, leader: Fit) -> bool:
+def _no_worse(fit: Fit, leader: Fit, settings: Settings) -> bool:
     """Return whether the blocks do not tell a fit from the leader, or it is better."""
-    if _doubtful(fit) and not _doubtful(leader):
+    if _doubtful(fit, settings) and not _doubtful(leader, settings):
         return False
-    margin = SAME * _error(leader)
+    margin = settings.same_error * _error(leader)
     if fit.held_out is not None and leader.held_out is not None:
         apart = np.subtract(fit.held_out.block_errors_percent, leader.held_out.block_errors_percent)
         margin = max(margin, float(np.std(apart, ddof=1)) / apart.size**0.5)
@@ -78,6 +78,6 @@ def _size(fit: Fit) -> int:
     return len(fit.correlation_names) + fit.further
 
 
-def _doubtful(fit: Fit) -> bool:
+def _doubtful(fit: Fit, settings: Settings) -> bool:
     asked = [one for one in fit.estimates if one.status != "held"]
-    return bool(asked) and sum(one.status != "identified" for one in asked) >= DOUBTFUL * len(asked)
+    return bool(asked) and sum(one.status != "identified" for one in asked) >= settings.doubtful_share * len(asked)

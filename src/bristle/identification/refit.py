@@ -11,7 +11,7 @@ against the longest one. scipy's ``least_squares`` would compute the Jacobian an
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -47,7 +47,7 @@ class Refit:
 
     solution: Solution
     free: np.ndarray
-    rows: np.ndarray | slice = slice(None)
+    rows: np.ndarray | slice = field(default_factory=lambda: slice(None))
     linear: bool = False
 
     @cached_property

@@ -12,24 +12,34 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel, Model, Plant
 from bristle.core.errors import InputError
-from bristle.core.typography import with_unit
 from bristle.core.units import quantity
 from bristle.core.variable import Kind, Variable, unit_of
-from bristle.friction import MODELS, base_of, find, gms, maxwell_slip
+from bristle.friction import MODELS, base_of, find
 from bristle.friction.slots import OFFSET, SlottedModel, slotted
 from bristle.identification.dataset import Dataset
+from bristle.identification.fixed_shape import ELEMENT_MODELS
 from bristle.identification.inputs import number_or_text
-from bristle.identification.parameters import Fixed, ParameterSet, stroke_of
+from bristle.identification.parameters import Fixed, ParameterSet
+from bristle.identification.scales import stroke_of
+from bristle.identification.settings import Settings
 from bristle.identification.slot_parameters import places_of
 from bristle.logs.log import Log
 from bristle.plants import PLANTS, inertia
 
-__all__ = ["METHODS", "PriorKnowledge", "as_asked", "freed", "models_of", "parameters_of", "prior_knowledge_of"]
+__all__ = [
+    "METHODS",
+    "PriorKnowledge",
+    "freed",
+    "models_of",
+    "parameters_of",
+    "prior_knowledge_of",
+    "settings_of",
+    "with_method",
+]
 
 ALL = "all"
 METHODS = ("inverse_dynamics", "output_error")
 MASS = Variable("mass", "moving mass or inertia")
-PUT_IN = 0.1  # share of the work besides inertia from which friction that puts energy in is a wrong sign
 ONE_WAY = 0.01  # share of the samples below which a direction counts as not seen
 
 
@@ -114,7 +124,7 @@ def _component_of(one: Any) -> SlottedModel:
 
 def _not_identified(component: FrictionModel) -> list[tuple[list[str], str]]:
     """Return the parameters that no fit here finds, and what they are."""
-    slips = base_of(component) in (maxwell_slip, gms)
+    slips = base_of(component) in ELEMENT_MODELS
     arrays = [name for name in component.variables if component.is_array(name) and not slips]
     choices = [
         name for name, variable in component.variables.items() if variable.choices and name not in component.defaults
@@ -152,13 +162,26 @@ def freed(free: Sequence[str], components: Sequence[FrictionModel]) -> tuple[str
     return tuple(free)
 
 
-def as_asked(
+def with_method(
     given: Sequence[tuple[Log, Axis | None]], method: str | None, global_search: bool | None
 ) -> list[tuple[Log, Axis | None]]:
     """Return logs with their axes, which say what is made small, and where it is looked for, as a person asks."""
     changes = {"method": method, "global_search": global_search}
     changes = {name: value for name, value in changes.items() if value is not None}
     return [(log, replace(axis or Axis(kind=log.kind), **changes) if changes else axis) for log, axis in given]
+
+
+def settings_of(axis: Axis | None, given: Settings | Mapping[str, float] | None) -> Settings:
+    """Return the thresholds: those of the axis, and those given beside it.
+
+    Raises
+    ------
+    InputError
+        If there is no such threshold, or its value is out of range.
+    """
+    said = dict(axis.settings) if axis is not None else {}
+    Settings.of(said, "identification.settings")
+    return Settings.of(said | (given.as_data() if isinstance(given, Settings) else dict(given or {})))
 
 
 def prior_knowledge_of(
@@ -199,23 +222,23 @@ def parameters_of(component: FrictionModel, known: PriorKnowledge, dataset: Data
     InputError
         If parameters by direction are asked of a log that moves in one direction only.
     """
-    held = {name: Fixed(value, "given as known") for name, value in known.values.items()}
+    held = {name: Fixed(value, "held-known") for name, value in known.values.items()}
     held |= _redundant(component, stroke_of(dataset))
     held |= places_of(component, dataset, known.pitch)
     for name, variable in component.variables.items():
         if name == "offset":
             continue
         if "c" in known.plant.variables and _is_damping(variable):
-            held[name] = Fixed(0.0, "it cannot be told from the damping c of the plant")
+            held[name] = Fixed(0.0, "held-plant-damping")
         elif name in component.defaults and not variable.excitation and name not in (*held, *known.free):
             default = component.defaults[name]
             code = variable.code(default, name) if variable.choices else default
-            held[name] = Fixed(code, "a shape that is kept at its default")
-    reason = _why_no_offset(component, dataset)
+            held[name] = Fixed(code, "held-default")
+    unidentifiable = _held_offset(component, dataset)
     if known.offset is not None:
-        held["offset"] = Fixed(known.offset, "given as known")
-    elif reason:
-        held["offset"] = Fixed(0.0, reason)
+        held["offset"] = Fixed(known.offset, "held-known")
+    elif unidentifiable is not None:
+        held["offset"] = unidentifiable
     free = tuple(name for name in (*known.plant.variables, *component.variables) if name not in held)
     return ParameterSet(component, free, held, known.plant)
 
@@ -228,15 +251,15 @@ def _redundant(component: FrictionModel, stroke: float) -> dict[str, Fixed]:
     """Return the parameters that no log can tell, each held at a round number of the right magnitude."""
     found = {}
     for one in component.redundancies:
-        others = " and ".join(f"{one.name}*{other}" for other in one.factor_of)
+        products = tuple(f"{one.name}*{other}" for other in one.factor_of)
         length = 10.0 ** math.floor(math.log10(stroke))
         value = 1.0 / length if component.variables[one.name].quantity == "1/length" else 1.0
-        found[one.name] = Fixed(value, f"only {others} show in the force, whatever {one.name} is", redundant=True)
+        found[one.name] = Fixed(value, "redundant", redundant=True, numbers={"products": products})
     return found
 
 
-def _why_no_offset(component: FrictionModel, dataset: Dataset) -> str:
-    """Return why the offset cannot be told from the rest, or nothing where it can."""
+def _held_offset(component: FrictionModel, dataset: Dataset) -> Fixed | None:
+    """Return the offset as held where it cannot be told from the rest."""
     side = _only_direction(dataset)
     split = [name for name in component.variables if name.endswith(("_pos", "_neg"))]
     if side and split:
@@ -247,47 +270,16 @@ def _why_no_offset(component: FrictionModel, dataset: Dataset) -> str:
     force = unit_of("force", dataset.kind)
     levels = [name for name in split if component.variables[name].unit(dataset.kind) == force]
     if levels:
-        return f"it cannot be told from the difference between {levels[0]} and {levels[1]}"
+        return Fixed(0.0, "held-levels", numbers={"levels": tuple(levels[:2])})
     constant = [
         name for name, one in component.variables.items() if name != "offset" and one.unit(dataset.kind) == force
     ]
     if side and constant:
-        return f"it cannot be told from {constant[0]}: the log moves {side} only"
-    return ""
+        return Fixed(0.0, "held-one-direction", numbers={"level": constant[0], "direction": side})
+    return None
 
 
 def _only_direction(dataset: Dataset) -> str:
     velocity = dataset.all_velocities
     forward = float(np.mean(~np.signbit(velocity)))
     return "backward" if forward < ONE_WAY else "forward" if forward > 1.0 - ONE_WAY else ""
-
-
-def refuse_reversed_effort(dataset: Dataset, sliding: Mapping[str, float]) -> None:
-    """Refuse a log whose effort drives the friction backward: friction would put energy in.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        The rows.
-    sliding : mapping
-        ``M``, ``F_v``, ``F_C``, ``offset`` and what else the plant has, of an unbounded Coulomb and viscous fit in
-        which nothing is held [SI].
-
-    Raises
-    ------
-    InputError
-        If so.
-    """
-    speed = np.abs(dataset.velocity)
-    damping = sliding["F_v"] + sliding.get("c", 0.0)
-    power = float(np.mean(sliding["F_C"] * speed + damping * speed * speed))
-    elastic = sliding.get("k", 0.0) * dataset.position
-    rest = dataset.effort - sliding["M"] * dataset.acceleration - elastic - sliding["offset"]
-    clearly = -PUT_IN * float(np.mean(np.abs(rest * dataset.velocity)))
-    if power < clearly or (power < 0.0 and sliding["M"] <= 0.0):
-        dissipated = f"{power:.3g} W dissipated by friction, and an inertia of "
-        raise InputError(
-            "the sign of effort seems reversed", path="log.effort",
-            value=dissipated + with_unit(sliding["M"], unit_of("mass", dataset.kind)),
-            mend="Turn the sign of the effort in the axis file: sign = -1 where it has none or 1, else 1",
-        )  # fmt: skip

@@ -10,10 +10,12 @@ import numpy as np
 
 from bristle.core.held_out import HeldOut
 from bristle.core.normal import NORMAL_95
+from bristle.identification.settings import DEFAULT, Settings
 from bristle.simulation.result import relative_error_percent
 
 if TYPE_CHECKING:
     from bristle.core import Model
+    from bristle.core.diagnostic import Diagnostic
     from bristle.identification.break_away import BreakAway
     from bristle.identification.prediction_interval import Bands
     from bristle.logs.log import Log
@@ -37,8 +39,8 @@ class Estimate:
     status : {"identified", "held", "at_edge", "unidentifiable"}
         ``held`` at a given value; ``at_edge`` where the best value lies on the edge of what is allowed or sought;
         ``unidentifiable`` where the log does not determine it.
-    note : str
-        Why it is held, at an edge or unidentifiable, in words; empty otherwise.
+    reason : Diagnostic or None
+        Why it is held, at an edge or unidentifiable; None otherwise.
     robust_std : float or None
         Standard error in `unit` that holds for residuals correlated over time.
     interval : tuple of float or None
@@ -51,7 +53,7 @@ class Estimate:
     value: float
     std: float | None
     status: str = "identified"
-    note: str = ""
+    reason: Diagnostic | None = None
     robust_std: float | None = None
     interval: tuple[float, float] | None = None
 
@@ -170,8 +172,8 @@ class Fit:
         100 ||effort - predicted|| / ||effort|| over the log [%].
     held_out : HeldOut or None
         Error on held-out time blocks.
-    warnings, assumptions : tuple of str
-        What cannot be identified and why; what was taken for granted.
+    diagnostics : tuple of Diagnostic
+        What cannot be identified and why, of severity ``warning``; what was taken for granted, of severity ``note``.
     rank : int
         1 for the best of the models compared.
     position_error_percent, position_rmse : float or None
@@ -202,8 +204,7 @@ class Fit:
     traces: Traces
     force_error_percent: float
     held_out: HeldOut | None = None
-    warnings: tuple[str, ...] = ()
-    assumptions: tuple[str, ...] = ()
+    diagnostics: tuple[Diagnostic, ...] = ()
     rank: int = 1
     position_error_percent: float | None = None
     position_rmse: float | None = None
@@ -280,6 +281,8 @@ class Identification:
         Break-away as the log shows it, by rate, the slowest first; inertia and offset are those of the best model.
     left_out : mapping of str to str
         Models that were asked for among others and cannot be compared, and why.
+    settings : Settings
+        The thresholds from where on something was said or doubted.
     """
 
     fits: tuple[Fit, ...]
@@ -289,6 +292,7 @@ class Identification:
     unfinished: str = ""
     break_aways: tuple[BreakAway, ...] = ()
     left_out: Mapping[str, str] = field(default_factory=dict)
+    settings: Settings = DEFAULT
 
     @property
     def notes(self) -> tuple[str, ...]:

@@ -2,8 +2,8 @@
 
 The motion is that of the log. On it act the friction of the model, whose level scatters from reversal to reversal, and
 the inertia; the effort is read with noise, the position through the axis's own encoder, of which nobody knows where its
-steps lie. What the filters, the encoder and the scatter do to an estimate, they do to one from a replicate alike. What the
-model leaves over beyond all that is added again block by block, each with a sign drawn by chance (wild bootstrap [1]_).
+steps lie. What the filters, the encoder and the scatter do to an estimate, they do to one from a replicate alike. What
+the model leaves over beyond that is added again block by block, each with a sign drawn by chance (wild bootstrap [1]_).
 
 References
 ----------

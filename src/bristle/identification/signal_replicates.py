@@ -72,7 +72,9 @@ class SignalReplicates:
 
     def draw(self, rng: np.random.Generator, ratio: float = 1.0, side: float = 1.0) -> Changed:
         """Return the same fit to a log drawn anew, with `ratio` times the scatter, or to its mirror image (-1)."""
-        levels = (ratio * self.disturbance.scatter * rng.standard_normal(self.error.half_cycles.count))[self.error.half_cycles.index]
+        levels = (ratio * self.disturbance.scatter * rng.standard_normal(self.error.half_cycles.count))[
+            self.error.half_cycles.index
+        ]
         reading = Reading(self.disturbance.resolution, self.disturbance.jitter)
         changes, first = [], 0
         for one, pure, leaning in self._pure:

@@ -15,12 +15,13 @@ from bristle.identification.dataset import Dataset
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameters import Fixed
 
-__all__ = ["pitch_in", "places_of"]
+__all__ = ["PITCH", "pitch_in", "places_of"]
 
 TURNS_LEAST = 3.0  # over the range, for a pitch to be looked for
 STEPS_A_TURN = 8.0  # of the scan, over one more turn in the whole range
 SCAN_MOST = 20_000
 REFINED = 40
+PITCH = "pitch"
 SIGNALS = {"k_L": "load", "k_T": "temperature"}
 
 
@@ -51,10 +52,10 @@ def places_of(component: FrictionModel, dataset: Dataset, pitch: float | None) -
     if "x_0" in component.variables:
         low = min(float(np.min(one.position)) for one in dataset.segments)
         high = max(float(np.max(one.position)) for one in dataset.segments)
-        found["x_0"] = Fixed(0.5 * (low + high), "the middle of the range of the log")
-        found["x_L"] = Fixed(0.5 * (high - low), "half of the range of the log")
-    if "pitch" in component.variables and pitch is not None:
-        found["pitch"] = Fixed(pitch, "the lead of the axis file, or else the period of what simple friction leaves")
+        found["x_0"] = Fixed(0.5 * (low + high), "held-middle")
+        found["x_L"] = Fixed(0.5 * (high - low), "held-half-range")
+    if PITCH in component.variables and pitch is not None:
+        found[PITCH] = Fixed(pitch, "held-pitch")
     return found
 
 

@@ -10,8 +10,9 @@ from __future__ import annotations
 import numpy as np
 
 from bristle.identification.dataset import Dataset
+from bristle.identification.settings import Settings
 
-__all__ = ["BLOCKS", "SHORT", "TIME", "beside", "time_blocks"]
+__all__ = ["BLOCKS", "SHORT", "TIME", "beside", "blocks_for", "room_for_blocks", "time_blocks"]
 
 BLOCKS = 5  # that a log is divided into, where nobody asks for another number
 TIME, SHORT = "time blocks", "short time blocks"
@@ -21,6 +22,19 @@ ALONE = 0.1  # share of the rows of a block at speeds that no other has
 PIECES = 8  # of each part, at most
 LEAST = 4  # times the reach of the filters, at either end, that a short segment is long
 SEED = 5
+
+
+def blocks_for(dataset: Dataset, requested: int | None, settings: Settings) -> int:
+    """Return how many blocks are held out: as requested, else five, fewer of a short log, 0 where none has room."""
+    if requested is not None or dataset.log_of_row[0] != dataset.log_of_row[-1]:
+        return BLOCKS if requested is None else requested
+    room = room_for_blocks(dataset, settings)
+    return min(room, BLOCKS) if room > 1 else 0
+
+
+def room_for_blocks(dataset: Dataset, settings: Settings) -> int:
+    """Return for how many time blocks a log has rows, their margins apart."""
+    return dataset.effort.size // (int(settings.held_out_rows) + 2 * dataset.reach)
 
 
 def time_blocks(dataset: Dataset, count: int) -> tuple[str, list[np.ndarray]]:

@@ -1,4 +1,7 @@
-"""How sure a fit is: intervals from twins of the log, a cross-check, and what the log does not see."""
+"""How sure a fit is: intervals from replicates of the log, a cross-check, and what the log does not see.
+
+It is the same for every problem, whatever the signal that it makes small.
+"""
 
 from __future__ import annotations
 
@@ -7,152 +10,153 @@ from dataclasses import replace
 
 import numpy as np
 
-from bristle.core.typography import number, with_unit
-from bristle.core.variable import Variable, unit_of
-from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.core.diagnostic import Diagnostic
+from bristle.core.variable import Variable
+from bristle.identification.bootstrap import Bootstrap, bootstrap
+from bristle.identification.disturbance import lasting_of
+from bristle.identification.estimation import Estimation
+from bristle.identification.half_cycles import within_cycles
+from bristle.identification.identifiability import Unidentifiable, unidentifiable
+from bristle.identification.jackknife import jackknife_std
 from bristle.identification.prediction_interval import Bands, half_width
-from bristle.identification.resampling.bootstrap import Bootstrap, bootstrap
-from bristle.identification.resampling.half_cycles import Groups, HalfCycles, level_slope, within_cycles
-from bristle.identification.resampling.identifiability import Unidentifiable, unidentifiable
-from bristle.identification.resampling.jackknife import jackknife_std
-from bristle.identification.resampling.refit import Refit, Space
-from bristle.identification.resampling.replicate import lasting_of
-from bristle.identification.resampling.whiteness import is_white
+from bristle.identification.problem import Problem
+from bristle.identification.refit import Refit
 from bristle.identification.result import Estimate, Fit, Resampling
-from bristle.identification.time_blocks import BLOCKS, beside, time_blocks
+from bristle.identification.settings import Settings
+from bristle.identification.time_blocks import BLOCKS
+from bristle.identification.whiteness import is_white
 
-__all__ = ["assessed", "at_odds", "how_sure", "with_interval"]
-
-CLEAR = 0.5  # relative standard error
-AT_ODDS = 3.0  # ratio of the jackknife to the bootstrap from which the reader is told
+__all__ = ["with_uncertainty"]
 
 
-def assessed(
-    fit: Fit, problem: InverseDynamics, space: Space, draws: int, report: Callable[[float], None] = lambda share: None
-) -> Fit:
+def with_uncertainty(
+    fit: Fit, estimation: Estimation, draws: int, settings: Settings,
+    report: Callable[[float], None] = lambda share: None,
+) -> Fit:  # fmt: skip
     """Return a fit with what resampling says of it.
 
     Parameters
     ----------
     fit : Fit
         The fit.
-    problem, space : InverseDynamics, Space
-        What was fitted, and the coordinates of the solution.
+    estimation : Estimation
+        What was fitted, and how it is fitted again.
     draws : int
-        Number of twins.
+        Number of replicates.
+    settings : Settings
+        The thresholds.
     report : callable
         Is told the share of the work done.
     """
-    residual, cycles = fit.traces.residual, HalfCycles(problem.dataset).groups
-    blind = unidentifiable(problem, space, frozenset(one.name for one in fit.estimates if _is_clear(one)))
+    problem, solution = estimation.resampled
+    clear = frozenset(estimate.name for estimate in fit.estimates if _is_clear(estimate, settings.clear_std))
+    lost = unidentifiable(problem, solution, clear, settings)
     # What is only weakly seen stays free: held, it would make the others look surer than they are.
-    flat = {one.name for one in blind if one.flat}
-    free = np.array([name not in flat for name in space.names])
-    found = bootstrap(problem, space, draws, free=free, report=report)
-    members = [space.finished(one) for one in found.members]
-    bands = Bands(
-        draws={name: np.array([one[name] for one in members]) for name in members[0]},
-        scatter=found.scatter.value, noise=found.disturbance.noise, unexplained=found.unexplained,
-        lasting=_lasting(found, problem, space, cycles, residual),
-    )  # fmt: skip
+    flat = {parameter.name for parameter in lost if parameter.flat}
+    free = np.array([name not in flat for name in solution.space.names])
+    linear = problem.refits_linearly(fit.friction)
+    replicates = bootstrap(problem, solution, draws, free=free, linear=linear, report=report)
+    residual, cycles = replicates.residual, problem.half_cycles
+    bands = _bands(replicates, estimation)
     resampling = Resampling(
-        bands=replace(bands, inflation=_inflation(bands, fit, problem, space, free)),
-        scatter=found.scatter,
+        bands=replace(bands, inflation=_inflation(bands, fit, estimation, free, linear=linear)),
+        scatter=replicates.scatter,
         half_cycles=cycles.count,
-        resolution=found.disturbance.resolution,
-        white=is_white(residual),
-        jackknife=jackknife_std(space, cycles, residual),
-        curve=found.curve,
+        resolution=replicates.disturbance.resolution,
+        white=is_white(residual, settings),
+        jackknife=jackknife_std(solution, cycles, residual),
+        curve=replicates.curve,
     )
     variables = problem.parameters.variables
-    estimates = tuple(_estimate(one, found, blind, variables.get(one.name)) for one in fit.estimates)
-    told = [f"{one.name} cannot be identified: {one.note}" for one in blind]
+    estimates = tuple(_estimate(estimate, replicates, lost, variables.get(estimate.name)) for estimate in fit.estimates)
     return replace(
         fit, estimates=estimates, resampling=resampling,
-        warnings=(*fit.warnings, *told, *at_odds(estimates, found, resampling.jackknife)),
-        assumptions=(*fit.assumptions, _how(fit, resampling)),
+        diagnostics=(
+            *fit.diagnostics,
+            *(parameter.diagnostic for parameter in lost),
+            *_at_odds(estimates, replicates, resampling.jackknife, settings),
+            _how_sure(problem, fit, resampling, replicates.unexplained),
+        ),
     )  # fmt: skip
 
 
-def _lasting(
-    found: Bootstrap, problem: InverseDynamics, space: Space, cycles: Groups, residual: np.ndarray
-) -> float:  # fmt: skip
-    """Return how long what the model lacks keeps its side [s]."""
-    dataset, left = problem.dataset, residual
-    if found.scatter.value > 0.0:
-        slope = level_slope(problem, problem.parameters.complete(space.values(space.theta)))
-        left = within_cycles(cycles, slope, residual)
-    return lasting_of(left, dataset.decimation * dataset.sample_time, found.unexplained)
+def _bands(replicates: Bootstrap, estimation: Estimation) -> Bands:
+    """Return what a band around an effort is made of; what a position lacks is none of it."""
+    problem, _ = estimation.resampled
+    members = [estimation.finished(member) for member in replicates.members]
+    lacking, rest = replicates.unexplained if problem.is_effort else 0.0, replicates.residual
+    if replicates.scatter.value > 0.0:
+        rest = within_cycles(problem.half_cycles, replicates.slope, rest)
+    return Bands(
+        draws={
+            name: np.array([member[name] for member in members])
+            for name in members[0]
+            if name not in problem.parameters.loop
+        },
+        scatter=replicates.scatter.value, noise=replicates.disturbance.noise, unexplained=lacking,
+        lasting=lasting_of(rest, problem.row_time, lacking),
+    )  # fmt: skip
 
 
-def _inflation(bands: Bands, fit: Fit, problem: InverseDynamics, space: Space, free: np.ndarray) -> float:
-    """Return the factor that makes bands hold 95 % of the rows of blocks that were held out, at least 1."""
-    dataset = problem.dataset
-    width = half_width(bands, fit.plant, fit.friction, dataset)
-    share = []
-    for part in time_blocks(dataset, BLOCKS)[1]:
-        fitted = beside(part, dataset.reach)
-        if fitted.any():
-            _, residual = Refit(space, free, fitted).solve(problem, space.theta)
-            share.append(np.abs(residual[part]) / width[part])
+def _inflation(bands: Bands, fit: Fit, estimation: Estimation, free: np.ndarray, *, linear: bool) -> float:
+    """Return the factor that makes bands hold 95 % of the rows of parts that were held out, at least 1."""
+    problem, solution = estimation.resampled
+    width, share = half_width(bands, fit.plant, fit.friction, problem.dataset), []
+    for fold in problem.folds(BLOCKS)[1]:
+        if fold.fitted.any() and fold.of_dataset.any():
+            theta, residual = Refit(solution, free, fold.fitted, linear).solve(problem, solution.theta)
+            rows = problem.effort_residual(solution.space.values(theta), residual)
+            share.append(np.abs(rows[fold.of_dataset]) / width[fold.of_dataset])
     return max(float(np.quantile(np.concatenate(share), 0.95)), 1.0) if share else 1.0
 
 
-def _is_clear(one: Estimate) -> bool:
+def _is_clear(estimate: Estimate, most: float) -> bool:
     """Return whether 30 % of a value mean anything: not so where it is known to be next to nothing."""
-    return one.status == "identified" and one.larger_std is not None and one.larger_std <= CLEAR * abs(one.value)
+    std = estimate.larger_std
+    return estimate.status == "identified" and std is not None and std <= most * abs(estimate.value)
 
 
 def _estimate(
-    one: Estimate, found: Bootstrap, blind: tuple[Unidentifiable, ...], variable: Variable | None
+    estimate: Estimate, replicates: Bootstrap, lost: tuple[Unidentifiable, ...], variable: Variable | None
 ) -> Estimate:
-    lost = next((other for other in blind if other.name == one.name), None)
-    if lost is not None:
-        one = replace(one, status="unidentifiable", note=lost.note)
-    return with_interval(one, found, variable)
+    for parameter in lost:
+        if parameter.name == estimate.name:
+            estimate = replace(estimate, status="unidentifiable", reason=parameter.diagnostic)
+    return _with_interval(estimate, replicates, variable)
 
 
-def with_interval(one: Estimate, found: Bootstrap, variable: Variable | None) -> Estimate:
-    """Return an estimate with its 95 % interval from twins, where it was fitted to them, within what is allowed."""
-    if one.name not in found.space.told:
-        return one
-    low, high = found.interval(one.name)
+def _with_interval(estimate: Estimate, replicates: Bootstrap, variable: Variable | None) -> Estimate:
+    """Return an estimate with its 95 % interval, where it was fitted to replicates, within what is allowed."""
+    if estimate.name not in replicates.reported:
+        return estimate
+    low, high = replicates.interval(estimate.name)
     if low == high:
-        # All twins end on the edge where the fit ended: that is no interval.
-        return one
+        # All replicates end on the edge where the fit ended: that is no interval.
+        return estimate
     # Errors that are turned around may reach beyond what the model allows.
     least, most = (variable.min, variable.max) if variable else (-np.inf, np.inf)
-    return replace(one, interval=(min(max(low, least), most), min(max(high, least), most)))
+    return replace(estimate, interval=(min(max(low, least), most), min(max(high, least), most)))
 
 
-def at_odds(estimates: tuple[Estimate, ...], found: Bootstrap, jackknife: Mapping[str, float]) -> list[str]:
-    """Return a warning for what scatters more from half-cycle to half-cycle than the twins do."""
-    spread = dict(zip(found.space.told, found.std.tolist(), strict=False))
-    names = [
-        one.name
-        for one in estimates
-        if one.status == "identified" and jackknife.get(one.name, 0.0) > AT_ODDS * spread.get(one.name, np.inf)
-    ]
-    if not names:
-        return []
-    return [
-        f"leaving out half-cycles changes {', '.join(names)} by more than noise, encoder and scatter do: the model "
-        "lacks something that differs between the half-cycles, and these intervals are too narrow"
-    ]
-
-
-def _how(fit: Fit, resampling: Resampling) -> str:
-    kind, bands = fit.friction.kind, resampling.bands
-    noise, left = (with_unit(one, unit_of("force", kind)) for one in (bands.noise, bands.unexplained))
-    step = with_unit(resampling.resolution, unit_of("length", kind))
-    return how_sure(resampling, f"noise of {noise}, encoder steps of {step}", left)
-
-
-def how_sure(resampling: Resampling, causes: str, left: str) -> str:
-    """Return in words how intervals were found: what disturbed the twins besides scatter, and what is none of it."""
-    scatter = number(100.0 * resampling.scatter.value, digits=2)
-    return (
-        f"95 % intervals from {resampling.bands.count} fits to logs simulated with the model: {causes}, friction that "
-        f"scatters by {scatter} % over {resampling.half_cycles} half-cycles; {left} of the residual (root mean square) "
-        "is none of these, and comes back block by block with a sign drawn by chance"
+def _at_odds(
+    estimates: tuple[Estimate, ...], replicates: Bootstrap, jackknife: Mapping[str, float], settings: Settings
+) -> tuple[Diagnostic, ...]:
+    """Return a warning for what scatters more from half-cycle to half-cycle than the replicates do."""
+    spread = dict(zip(replicates.reported, replicates.std.tolist(), strict=False))
+    names = tuple(
+        estimate.name
+        for estimate in estimates
+        if estimate.status == "identified"
+        and jackknife.get(estimate.name, 0.0) > settings.at_odds * spread.get(estimate.name, np.inf)
     )
+    return (Diagnostic("half-cycles-differ", numbers={"names": names}),) if names else ()
+
+
+def _how_sure(problem: Problem, fit: Fit, resampling: Resampling, unexplained: float) -> Diagnostic:
+    """Return how intervals were found: what disturbed the replicates, and what of the residual is none of it."""
+    numbers = {
+        "draws": resampling.bands.count, "resolution": resampling.resolution,
+        "scatter_percent": 100.0 * resampling.scatter.value, "half_cycles": resampling.half_cycles,
+        "unexplained": unexplained, "noise": resampling.bands.noise,
+    }  # fmt: skip
+    return Diagnostic(problem.intervals_code, "", "note", numbers, fit.friction.kind)

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from bristle.identification.settings import DEFAULT, Settings
+
 __all__ = ["is_white"]
 
-LAGS = 20
-SHARE = 0.95
 
-
-def is_white(residual: np.ndarray) -> bool:
+def is_white(residual: np.ndarray, settings: Settings = DEFAULT) -> bool:
     """Return whether the autocorrelation of a residual, shape (row,), is that of independent errors.
 
     References
@@ -20,10 +19,11 @@ def is_white(residual: np.ndarray) -> bool:
     """
     from scipy.stats import chi2
 
+    most = int(settings.white_lags)
     centred = residual - np.mean(residual)
     power, count = float(centred @ centred), centred.size
-    if power == 0.0 or count <= 2 * LAGS:
+    if power == 0.0 or count <= 2 * most:
         return False
-    lags = np.arange(1, LAGS + 1)
+    lags = np.arange(1, most + 1)
     correlation = np.array([float(centred[lag:] @ centred[:-lag]) for lag in lags]) / power
-    return bool(count * (count + 2) * np.sum(correlation**2 / (count - lags)) < chi2.ppf(SHARE, LAGS))
+    return bool(count * (count + 2) * np.sum(correlation**2 / (count - lags)) < chi2.ppf(settings.white_level, most))

@@ -1,4 +1,4 @@
-"""Whether a prediction can be trusted at all, in words."""
+"""Whether a prediction can be trusted at all."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bristle.core.typography import number, with_unit
-from bristle.core.variable import unit_of
+from bristle.core.diagnostic import Diagnostic
 from bristle.logs.log import Log
 from bristle.simulation.result import Prediction
 
@@ -15,11 +14,12 @@ __all__ = ["with_doubts"]
 
 NOTHING_PERCENT = 100.0  # error of predicting zero
 FAR = 1.5  # times the largest speed that the model was fitted to
+WORSE = {"position": "position-worse-than-none", "force": "effort-worse-than-none"}
 SPAN = 20  # samples over which a speed is taken
 
 
 def with_doubts(prediction: Prediction, log: Log, velocity_max: float | None) -> Prediction:
-    """Return a prediction with what speaks against it among its notes.
+    """Return a prediction with what speaks against it.
 
     Parameters
     ----------
@@ -30,36 +30,23 @@ def with_doubts(prediction: Prediction, log: Log, velocity_max: float | None) ->
     velocity_max : float or None
         Largest speed that the model was fitted to [m/s or rad/s], where known.
     """
-    return replace(prediction, notes=(*_about_error(prediction), *_about_speed(log, velocity_max), *prediction.notes))
+    doubts = (*_about_error(prediction), *_about_speed(log, velocity_max))
+    return replace(prediction, diagnostics=(*doubts, *prediction.diagnostics))
 
 
-def _about_error(prediction: Prediction) -> tuple[str, ...]:
-    off = prediction.metrics.get("position_error_percent")
-    if isinstance(off, float) and off > NOTHING_PERCENT:
-        return (
-            f"warning: a position of zero would be nearer to the log than what the model predicts "
-            f"({number(off, digits=2)} % off): "
-            "an open loop runs away where nothing holds the axis; predict in inverse or closed-loop mode",
-        )
-    error = prediction.metrics.get("force_error_percent")
-    if not isinstance(error, float) or error <= NOTHING_PERCENT:
-        return ()
-    return (
-        f"warning: an effort of zero would be nearer to the log than what the model predicts "
-        f"({number(error, digits=2)} % off): "
-        "check that the model is of this axis, and units and signs in the axis file",
-    )
+def _about_error(prediction: Prediction) -> tuple[Diagnostic, ...]:
+    for signal in ("position", "force"):
+        percent = prediction.metrics.get(f"{signal}_error_percent")
+        if isinstance(percent, float) and percent > NOTHING_PERCENT:
+            return (Diagnostic(WORSE[signal], numbers={"percent": percent}),)
+    return ()
 
 
-def _about_speed(log: Log, velocity_max: float | None) -> tuple[str, ...]:
+def _about_speed(log: Log, velocity_max: float | None) -> tuple[Diagnostic, ...]:
     top = _largest_speed(log)
     if velocity_max is None or top <= FAR * velocity_max:
         return ()
-    there, known = (with_unit(one, unit_of("length/time", log.kind)) for one in (top, velocity_max))
-    return (
-        f"warning: the log moves at up to {there}, the model was fitted to no more than {known}: beyond, its friction "
-        "is an extrapolation",
-    )
+    return (Diagnostic("beyond-speed", "", "warning", {"speed": top, "fitted_speed": velocity_max}, log.kind),)
 
 
 def _largest_speed(log: Log) -> float:

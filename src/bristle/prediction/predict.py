@@ -12,11 +12,11 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
+from bristle.core.diagnostic import Diagnostic
 from bristle.core.edge import Amount, among, amount, guarded, instance, model, optional
 from bristle.core.errors import InputError
 from bristle.core.experiment import substeps_for
 from bristle.core.status import Status
-from bristle.core.typography import number, with_unit
 from bristle.core.variable import Variable, unit_of
 from bristle.engine import Trace, run_open_loop
 from bristle.engine.part import finite
@@ -107,7 +107,7 @@ def predict(
         dataset = treat_all([log], [axis], *given, delay)
         width = None if bands is None else half_width(bands, plant, friction, dataset)
         found = replace(_inverse(plant, friction, log, dataset), half_width=width)
-        return with_doubts(replace(found, notes=(*told, *found.notes)), log, velocity_max)
+        return with_doubts(replace(found, diagnostics=(*told, *found.diagnostics)), log, velocity_max)
     axis = axis or Axis(kind=log.kind)
     axis = axis if lag is None else replace(axis, lag=lag)
     return with_doubts(_simulated(plant, friction, log, axis, mode, bands), log, velocity_max)
@@ -116,11 +116,10 @@ def predict(
 def _simulated(
     plant: Model, friction: Model, log: Log, axis: Axis, mode: str, bands: Bands | None
 ) -> Prediction:  # fmt: skip
-    notes = []
+    about: list[Diagnostic] = []
     if axis.presliding and is_static(friction):
         friction = with_presliding(friction, axis.presliding)
-        distance = with_unit(axis.presliding, unit_of("length", log.kind))
-        notes.append(f"friction turns over a pre-sliding distance of {distance} (axis file)")
+        about.append(Diagnostic("presliding-distance", "", "note", {"distance": axis.presliding}, log.kind))
     run = _closed_loop if mode == "closed-loop" else _from_rest if axis.at_rest else _open_loop
     segments = log.segments or (slice(0, len(log)),)
     runs, used, widths = [], [], []
@@ -128,40 +127,43 @@ def _simulated(
         first, last, _ = part.indices(len(log))
         first += START_SAMPLES if run is _open_loop else 0
         if last - first <= START_SAMPLES:
-            notes.append(f"a stretch of {last - first} samples is too short to be predicted, and was left out")
+            about.append(Diagnostic("short-stretch", severity="note", numbers={"samples": last - first}))
             continue
         here = slice(first, last)
         simulate = partial(run, log, axis, here)
         runs.append(simulate(plant, friction, np.zeros(last - first)))
         used.append(slice(first, first + runs[-1].position.size))
-        notes += runs[-1].notes
+        about += runs[-1].diagnostics
         if bands is not None:
             step = axis.resolution or 0.0
             widths.append(simulated_widths(bands, plant, friction, runs[-1], log, here, step, simulate))
     if not runs:
         raise InputError("no stretch of the log is long enough", path="log", allowed=f"> {2 * START_SAMPLES} samples")
-    return _with_widths(_compare(mode, log, runs, used, tuple(dict.fromkeys(notes))), widths)
+    return _with_widths(_compare(mode, log, runs, used, _each_once(about)), widths)
 
 
-def _about_start(places: Sequence[float | None]) -> tuple[str, ...]:
-    """Return where the contact stood before each stretch, in words; nothing where that does not matter."""
-    told = ", ".join(f"{number(100.0 * one, 10.0)} %" for one in places if one is not None)
-    where = "of the way from its middle to slip (below 0: backward), found from the first samples"
-    return (f"the contact began at {told} {where}",) if told else ()
+def _each_once(several: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
+    found: list[Diagnostic] = []
+    for one in several:
+        found += [one] if one not in found else []
+    return tuple(found)
+
+
+def _about_start(places: Sequence[float | None]) -> tuple[Diagnostic, ...]:
+    """Return where the contact stood before each stretch; nothing where that does not matter."""
+    percents = tuple(100.0 * one for one in places if one is not None)
+    return (Diagnostic("start-of-contact", severity="note", numbers={"percents": percents}),) if percents else ()
 
 
 def _within_reach(
     log: Log, cutoff: float | None, decimation: int | None, axis: Axis | None
-) -> tuple[tuple[float | None, int | None], tuple[str, ...]]:
+) -> tuple[tuple[float | None, int | None], tuple[Diagnostic, ...]]:
     """Return cut-off [Hz] and decimation for a log that may be sampled too slowly for those of the identification."""
     wanted = cutoff if cutoff is not None else axis.cutoff if axis is not None else None
     if wanted is None or wanted * log.sample_time < 0.5:
         return (cutoff, decimation), ()
     most = MOST / log.sample_time
-    note = (
-        f"the log is sampled too slowly for the filter of the identification, {wanted:g} Hz: {most:.3g} Hz in its place"
-    )
-    return (most, 1), (note,)
+    return (most, 1), (Diagnostic("slow-sampling", severity="note", numbers={"wanted": wanted, "cutoff": most}),)
 
 
 def _inverse(plant: Model, friction: Model, log: Log, dataset: Dataset) -> Prediction:
@@ -174,10 +176,16 @@ def _inverse(plant: Model, friction: Model, log: Log, dataset: Dataset) -> Predi
         position=dataset.rows_of([one.position for one in dataset.segments]),
         position_predicted=None,
         metrics=_metrics(log, dataset.effort, predicted, None, None),
-        notes=(
-            *_about_start(dataset.places(friction, plant)),
-            f"effort and motion are filtered at {dataset.cutoff:g} Hz"
-            + (f", and one row is kept for {dataset.decimation} samples" if dataset.decimation > 1 else ""),
+        diagnostics=(
+            *_about_start(dataset.contacts(friction, plant)),
+            Diagnostic(
+                "filtered-rows",
+                severity="note",
+                numbers={
+                    "cutoff": dataset.cutoff,
+                    "decimation": dataset.decimation,
+                },
+            ),
         ),
     )
 
@@ -188,7 +196,7 @@ class _Run(NamedTuple):
     position: np.ndarray
     command: np.ndarray
     status: Status
-    notes: tuple[str, ...] = ()
+    diagnostics: tuple[Diagnostic, ...] = ()
 
     @classmethod
     def of(cls, trace: Trace) -> _Run:
@@ -215,10 +223,10 @@ def _from_rest(log: Log, axis: Axis, part: slice, plant: Model, friction: Model,
     loop = open_loop_of(log, axis, part)
     position, status = loop.position(plant, friction, unseen)
     assert log.effort is not None
-    return _Run(position[np.isfinite(position)], log.effort.values[part], status, (loop.in_words,))
+    return _Run(position[np.isfinite(position)], log.effort.values[part], status, (loop.diagnostic,))
 
 
-def _compare(mode: str, log: Log, runs: list[_Run], used: list[slice], notes: tuple[str, ...]) -> Prediction:
+def _compare(mode: str, log: Log, runs: list[_Run], used: list[slice], about: tuple[Diagnostic, ...]) -> Prediction:
     assert log.effort is not None
     effort = np.concatenate([log.effort.values[part] for part in used])
     position = np.concatenate([log.position.values[part] for part in used])
@@ -234,7 +242,7 @@ def _compare(mode: str, log: Log, runs: list[_Run], used: list[slice], notes: tu
         position_predicted=reached,
         metrics=_metrics(log, effort, command, position, reached, failed=status == Status.NOT_FINITE),
         status=status,
-        notes=notes,
+        diagnostics=about,
     )
 
 

@@ -26,9 +26,9 @@ from bristle.core.contracts import Model
 from bristle.core.cores import Abreast
 from bristle.core.normal import NORMAL_95
 from bristle.engine.motion import along
+from bristle.identification.half_cycles import least_way, turns_of
 from bristle.identification.prediction_interval import MEMBERS, SEED, Bands, with_parameters
 from bristle.identification.preprocessing import CUTOFF_SHARE, segment_of
-from bristle.identification.resampling.half_cycles import least_way, turns_of
 from bristle.logs.log import Log
 
 __all__ = ["Course", "Widths", "simulated_widths"]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from bristle.core.typography import number, scale_of, with_unit
 from bristle.core.variable import unit_of
 from bristle.excitation import PURPOSES
+from bristle.report.messages import as_data, note_of
 from bristle.report.model_tables import STATUS_WORDS
 from bristle.report.page import Picture, picture, render
 from bristle.report.table import Table
@@ -113,17 +114,21 @@ def excitation_summary(
             "acceleration_max": float(abs(motion.acceleration).max()), "units": units,
         },
         "pieces": [_piece(one, begin) for one, begin in zip(motion.pieces, motion.begins, strict=True)],
-        "assumed": found.prior.assumed, "notes": found.notes, "parameters": {},
+        "assumed": found.prior.assumed, "notes": found.notes, "parameters": {}, "diagnostics": [],
         "provenance": provenance,
     }  # fmt: skip
     if found.rehearsal is not None:
         best = found.rehearsal.identification.best
-        data |= {"model": best.name, "peak_effort": found.rehearsal.peak_effort}
+        data |= {
+            "model": best.name,
+            "peak_effort": found.rehearsal.peak_effort,
+            "diagnostics": as_data(best.diagnostics),
+        }
         data["parameters"] = {
             one.name: {
                 "put_in": found.rehearsal.truth.get(one.name), "value": one.value, "unit": one.unit,
                 "error_percent": _error_percent(one, found.rehearsal.truth.get(one.name)),
-                "interval_percent": one.interval_percent, "status": one.status, "note": one.note,
+                "interval_percent": one.interval_percent, "status": one.status, "note": note_of(one),
             }
             for one in best.estimates
         }  # fmt: skip

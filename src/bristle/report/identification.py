@@ -14,11 +14,13 @@ from bristle.report.certificates import certificate_table
 from bristle.report.compensation import gain_of
 from bristle.report.log_facts import log_facts, scatter_facts, treatment_facts
 from bristle.report.loop_tables import variant_table
+from bristle.report.messages import assumptions_of, notes_of, warnings_of
 from bristle.report.model_tables import as_csv, comparison_table, drive_rows, parameter_table
 from bristle.report.page import render
 from bristle.report.passages import break_away_table, passage_table
 from bristle.report.pictures import identification_pictures
 from bristle.report.prediction import prediction_picture
+from bristle.report.settings import changed_settings, settings_table
 from bristle.report.simulation import following_picture
 from bristle.report.verdict import figures_of_merit, sentences
 
@@ -77,7 +79,7 @@ def identification_report(
         merits=figures_of_merit(fit, gain),
         verdict=sentences(identification, axis_name, gain, prediction),
         parameters=parameter_table(fit),
-        warnings=fit.warnings,
+        warnings=warnings_of(fit),
         next_measurements=next_measurements(fit),
         drive=None if not table else drive_rows(table, kind),
         deviation=with_unit(largest_deviation(fit, table or ()), unit_of("force", kind)) if table else None,
@@ -87,6 +89,8 @@ def identification_report(
         by_position=fit.position_rmse is not None,
         pictures=pictures,
         assumptions=_assumed(fit, prediction),
+        settings=settings_table(identification.settings),
+        changed_settings=changed_settings(identification.settings),
         passages=passage_table([one.as_data() for one in found], kind),
         break_aways=break_away_table(identification.break_aways, kind) if identification.break_aways else None,
         log=log_facts(identification.log, identification.further_logs)
@@ -98,5 +102,5 @@ def identification_report(
 
 
 def _assumed(fit: Fit, prediction: Prediction | None) -> list[str]:
-    told = [] if prediction is None else [f"{prediction.mode} prediction: {one}" for one in prediction.notes]
-    return [*fit.assumptions, *told]
+    told = [] if prediction is None else [f"{prediction.mode} prediction: {one}" for one in notes_of(prediction)]
+    return [*assumptions_of(fit), *told]

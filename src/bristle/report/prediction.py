@@ -10,6 +10,7 @@ from bristle.core.typography import number, with_unit
 from bristle.core.variable import Kind
 from bristle.report.log_facts import log_facts
 from bristle.report.loop_tables import component_table
+from bristle.report.messages import notes_of
 from bristle.report.page import Picture, picture, render
 
 if TYPE_CHECKING:
@@ -59,7 +60,7 @@ def prediction_report(
         predicts=MODES.get(prediction.mode, prediction.mode),
         metrics=metrics_in_words(prediction),
         status="" if prediction.status is Status.OK else prediction.status.sentence,
-        notes=(*prediction.notes, *log.notes),
+        notes=(*notes_of(prediction), *log.notes),
         components=component_table("The model", [("Plant", plant), ("Friction", friction)]),
         pictures=prediction_picture(prediction, log.kind),
         log=log_facts(log),

@@ -13,6 +13,7 @@ from bristle.files.results import SUMMARY, Results
 from bristle.files.summary import as_json
 from bristle.files.user_model import code_of
 from bristle.friction import base_of
+from bristle.report.messages import note_of
 from bristle.report.model_tables import as_csv
 
 if TYPE_CHECKING:
@@ -44,6 +45,7 @@ def write_identification(
     write_model(
         folder / "model.toml", best.plant, best.friction, estimates=best.estimates, provenance=provenance,
         treatment=identification.treatment, bands=best.resampling.bands if best.resampling else None,
+        notes={one.name: note_of(one) for one in best.estimates},
     )  # fmt: skip
     if table:
         folder.write("drive_table.csv", as_csv(table, best.friction.kind) + "\n")

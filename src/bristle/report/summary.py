@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from bristle.core.status import Status
 from bristle.core.variable import unit_of
 from bristle.prediction.drive_table import largest_deviation
+from bristle.report.messages import as_data, assumptions_of, note_of, notes_of, warnings_of
 
 if TYPE_CHECKING:
     from bristle.certificates import Certificate
@@ -39,11 +40,12 @@ def identification_summary(
         "metrics": NOT_SIMULATED | best.metrics,
         "resampling": _resampling(best),
         "certificates": {name: vars(one) for name, one in (certificates or {}).items()},
-        "warnings": best.warnings,
-        "assumptions": best.assumptions,
+        "warnings": warnings_of(best),
+        "assumptions": assumptions_of(best),
+        "diagnostics": as_data(best.diagnostics),
         "models": [
             {"name": fit.name, "rank": fit.rank, "parameters": _parameters(fit), "metrics": NOT_SIMULATED | fit.metrics,
-             "warnings": fit.warnings}
+             "warnings": warnings_of(fit), "diagnostics": as_data(fit.diagnostics)}
             for fit in identification.fits
         ],
         "correlation": {"names": best.correlation_names, "values": best.correlation},
@@ -59,6 +61,7 @@ def identification_summary(
         "left_out": dict(identification.left_out),
         "further_logs": [one.origin.name for one in identification.further_logs],
         "treatment": identification.treatment,
+        "settings": identification.settings.as_data(),
         "break_aways": [one._asdict() for one in identification.break_aways],
         "provenance": provenance,
     }  # fmt: skip
@@ -106,7 +109,7 @@ def _described(estimates: Sequence[Estimate]) -> dict[str, Any]:
             "interval_percent": one.interval_percent,
             "interval": one.interval,
             "status": one.status,
-            "note": one.note,
+            "note": note_of(one),
             "description": one.description,
         }
         for one in estimates
@@ -150,5 +153,6 @@ def _prediction(prediction: Prediction) -> dict[str, Any]:
         "position_inside_band_percent": prediction.position_inside_percent,
         "status": prediction.status.sentence,
         "completed": prediction.status is not Status.NOT_FINITE,
-        "notes": prediction.notes,
+        "notes": notes_of(prediction),
+        "diagnostics": as_data(prediction.diagnostics),
     }

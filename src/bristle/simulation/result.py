@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from bristle.core.diagnostic import Diagnostic
 from bristle.core.edge import array, guarded
 from bristle.core.experiment import Experiment
 from bristle.core.status import Status
@@ -189,6 +190,8 @@ class Prediction:
     metrics : mapping
         ``force_error_percent``, ``position_error_percent``, ``position_rmse``, ``position_unit``; None where the mode
         does not predict the signal.
+    diagnostics : tuple of Diagnostic
+        What may mislead, and what the prediction rests on.
     half_width : ndarray or None
         Half-width of the 95 % band around the effort [N or N*m]; None where the model does not say how sure it is, or
         does not predict the effort.
@@ -204,7 +207,7 @@ class Prediction:
     position_predicted: np.ndarray | None
     metrics: Mapping[str, float | str | None]
     status: Status = Status.OK
-    notes: tuple[str, ...] = field(default=())
+    diagnostics: tuple[Diagnostic, ...] = ()
     half_width: np.ndarray | None = None
     position_half_width: np.ndarray | None = None
 

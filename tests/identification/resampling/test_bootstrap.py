@@ -8,12 +8,12 @@ from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
 from bristle import friction
 from bristle.core import Axis, InputError
 from bristle.identification import identify
+from bristle.identification.bootstrap import basic_interval
+from bristle.identification.half_cycles import HalfCycles
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.preprocessing import treat
 from bristle.identification.request import PriorKnowledge, parameters_of
-from bristle.identification.resampling.bootstrap import basic_interval
-from bristle.identification.resampling.half_cycles import HalfCycles
-from bristle.identification.resampling.replicate import Disturbance, Replicates
+from bristle.identification.row_replicates import Disturbance, Replicates
 from bristle.prediction import predict
 
 PAIRS = 15

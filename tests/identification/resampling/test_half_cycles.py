@@ -5,8 +5,8 @@ import pytest
 from tests.identification.known_logs import Motion, log_of, sines, sliding_effort
 
 from bristle.core import Axis
+from bristle.identification.half_cycles import HalfCycles, scatter_seen, within_cycles
 from bristle.identification.preprocessing import treat
-from bristle.identification.resampling.half_cycles import HalfCycles, scatter_seen, within_cycles
 
 DT = 1e-3
 

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
+from bristle.identification.resampling import identifiability
 from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort, slow_log
 
 from bristle import friction
 from bristle.identification import identify
-from bristle.identification.resampling import identifiability
-from bristle.identification.resampling.whiteness import is_white
+from bristle.identification.whiteness import is_white
+from bristle.report.messages import warnings_of
 
 
 def test_everything_is_seen_in_a_log_that_shows_everything():
@@ -26,7 +27,7 @@ def test_an_inertia_that_hardly_matters_is_not_seen():
     fit = identify(log_of(motion, effort), blocks=0, draws=20).best
     assert fit.parameters["M"].status == "unidentifiable"
     assert fit.parameters["F_C"].status == "identified"
-    assert any("M cannot be identified" in one for one in fit.warnings)
+    assert any("M cannot be identified" in one for one in warnings_of(fit))
 
 
 @pytest.mark.parametrize(("model", "asked"), [("coulomb_viscous", [2, 2]), ("dahl", [0, 3])])
@@ -34,19 +35,18 @@ def test_what_is_beyond_doubt_is_not_asked_about_and_would_have_been_found_seen(
     log, counts = slow_log(friction.dahl(F_C=8.0, sigma_0=4e5), duration=8.0), []
 
     def identified(beyond_doubt):
-        seen, without = [], identifiability._Followed.without
+        seen, followed = [], identifiability._Followed
+        without = followed.without
         monkeypatch.setattr(identifiability, "BEYOND_DOUBT", beyond_doubt)
-        monkeypatch.setattr(
-            identifiability._Followed, "without", lambda self, name: seen.append(name) or without(self, name)
-        )
+        monkeypatch.setattr(followed, "without", lambda self, name: seen.append(name) or without(self, name))
         fit = identify(log, model, blocks=0, draws=20).best
-        monkeypatch.setattr(identifiability._Followed, "without", without)
+        monkeypatch.setattr(followed, "without", without)
         counts.append(len(seen))
         return fit
 
     quick, whole = identified(identifiability.BEYOND_DOUBT), identified(np.inf)
     assert quick.estimates == whole.estimates
-    assert quick.warnings == whole.warnings
+    assert warnings_of(quick) == warnings_of(whole)
     assert counts == asked
 
 

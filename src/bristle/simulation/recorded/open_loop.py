@@ -8,6 +8,7 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
+from bristle.core.diagnostic import Diagnostic
 from bristle.core.errors import InputError
 from bristle.core.status import Status
 from bristle.engine import Trace, run_open_loop
@@ -52,13 +53,11 @@ class OpenLoop:
     leads: tuple[int, ...] = LEADS
 
     @property
-    def in_words(self) -> str:
+    def diagnostic(self) -> Diagnostic:
         """How the motion begins."""
         if not self.periodic:
-            return "the motion begins at rest"
-        periods = self.count * self.steps / self.effort.size
-        what = "is one period" if periods == 1.0 else f"is {periods:g} equal periods"
-        return f"the log {what} of a motion that has run in: it is run from rest until it repeats itself"
+            return Diagnostic("begins-at-rest", severity="note")
+        return Diagnostic("run-in", severity="note", numbers={"periods": self.count * self.steps / self.effort.size})
 
     def position(
         self, plant: Model, friction: Model, unseen: np.ndarray | None = None

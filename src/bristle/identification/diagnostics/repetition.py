@@ -5,34 +5,27 @@ from __future__ import annotations
 import numpy as np
 
 from bristle.core.contracts import Model
-from bristle.core.typography import with_unit
-from bristle.core.variable import unit_of
+from bristle.core.diagnostic import Diagnostic
 from bristle.friction import is_static
 from bristle.identification.dataset import Dataset
+from bristle.identification.settings import DEFAULT, Settings
 
 __all__ = ["about_amplitudes", "about_repeated_logs", "about_repetition", "half_cycles", "repeats_after"]
 
-NESTED = 0.7  # of the longest half-cycle: a shorter one is another amplitude
-TURNS_LEAST = 6  # half-cycles, for one amplitude to be worth a word
-SMALLEST = 0.02  # of the range: a shorter way between two reversals is a tremble
-ALIKE = 0.98  # correlation of a motion with itself, one period later
-PERIODS_LEAST = 3.0  # in the log
-SAME_SIZE = 1.1  # ratio of two motions that are one
-OVERLAP = 0.5  # of the shorter of two logs, over which they are compared
-COMPARED = 4000  # samples of the longer one
-NO_TEST = (
-    "what was held out is the motion that was fitted, so that its error tells how well the axis repeats itself, not "
-    "how the model does on another motion. Predict a log of another motion with it"
-)
+COMPARED = 4000  # samples of the longer of two logs
+DESIGN = (1.0, 0.4, 0.7, 0.2, 1.0)  # of the amplitude: turning points that close loops inside one another
 
 
-def half_cycles(dataset: Dataset) -> np.ndarray:
-    """Return how far the body goes between reversals [m or rad], trembles left out, shape (half-cycle,)."""
+def half_cycles(dataset: Dataset, tremble: float = DEFAULT.tremble) -> np.ndarray:
+    """Return how far the body goes between reversals [m or rad], shape (half-cycle,).
+
+    A way below the share `tremble` of the range is none.
+    """
     found = []
     for number, one in enumerate(dataset.segments):
         turns = [k for segment, k in dataset.reversals if segment == number]
         tops = one.position[turns]
-        least = SMALLEST * float(np.ptp(one.position))
+        least = tremble * float(np.ptp(one.position))
         kept: list[float] = []
         for x in tops.tolist():
             if kept and abs(x - kept[-1]) <= least:
@@ -46,25 +39,19 @@ def half_cycles(dataset: Dataset) -> np.ndarray:
     return np.concatenate(found) if found else np.empty(0)
 
 
-def about_amplitudes(dataset: Dataset, friction: Model) -> tuple[str, ...]:
+def about_amplitudes(dataset: Dataset, friction: Model, settings: Settings) -> tuple[Diagnostic, ...]:
     """Return a warning where a model has pre-sliding and the log shows it at one amplitude only."""
     if is_static(friction):
         return ()
-    ways = half_cycles(dataset)
-    if ways.size < TURNS_LEAST or np.min(ways) < NESTED * np.max(ways):
+    ways = half_cycles(dataset, settings.tremble)
+    if ways.size < settings.amplitude_half_cycles or np.min(ways) < settings.nested_loop * np.max(ways):
         return ()
-    unit = unit_of("length", dataset.kind)
     whole = float(np.median(ways))
-    turns = ", ".join(with_unit(share * whole, unit) for share in (1.0, 0.4, 0.7, 0.2, 1.0))
-    return (
-        f"all {ways.size} half-cycles go the same way of {with_unit(whole, unit)}: a log of one amplitude holds no "
-        "loop inside another one, so that it cannot tell a contact that remembers one force (dahl, lugre) from one "
-        "that remembers its turning points (maxwell_slip), however their errors differ. Record a motion to and fro "
-        f"over {turns}: elements close the loops inside the large one, the others creep",
-    )
+    numbers = {"half_cycles": ways.size, "amplitude": whole, "advised": tuple(share * whole for share in DESIGN)}
+    return (Diagnostic("one-amplitude", numbers=numbers, kind=dataset.kind),)
 
 
-def repeats_after(dataset: Dataset) -> float | None:
+def repeats_after(dataset: Dataset, settings: Settings = DEFAULT) -> float | None:
     """Return the period of a motion that repeats itself [s]; None where it does not."""
     one = max(dataset.segments, key=lambda segment: segment.position.size)
     x = one.position - np.mean(one.position)
@@ -76,26 +63,24 @@ def repeats_after(dataset: Dataset) -> float | None:
     both = np.sqrt(squares[count:0:-1] * (squares[-1] - squares[:count]))
     correlation = np.where(both > 0.0, lagged / np.where(both > 0.0, both, 1.0), 0.0)
     below = np.flatnonzero(correlation < 0.0)
-    last = int(count / PERIODS_LEAST)
+    last = int(count / settings.repeated_periods)
     if not below.size or below[0] >= last:
         return None
     beyond = correlation[below[0] : last]
-    if not np.max(beyond) >= ALIKE:
+    if not np.max(beyond) >= settings.repeated:
         return None
-    first = int(np.argmax(beyond >= ALIKE * np.max(beyond)))
+    first = int(np.argmax(beyond >= settings.repeated * np.max(beyond)))
     period = first + int(np.argmax(beyond[first : first + (below[0] + first) // 2]))
     return float((below[0] + period) * dataset.sample_time)
 
 
-def about_repetition(dataset: Dataset) -> tuple[str, ...]:
+def about_repetition(dataset: Dataset, settings: Settings) -> tuple[Diagnostic, ...]:
     """Return a warning where held-out blocks only repeat the motion that was fitted."""
-    period = repeats_after(dataset)
-    if period is None:
-        return ()
-    return (f"the motion repeats itself every {with_unit(period, 's')}: {NO_TEST}",)
+    period = repeats_after(dataset, settings)
+    return () if period is None else (Diagnostic("motion-repeats", numbers={"period": period}),)
 
 
-def about_repeated_logs(dataset: Dataset) -> tuple[str, ...]:
+def about_repeated_logs(dataset: Dataset, settings: Settings) -> tuple[Diagnostic, ...]:
     """Return a warning where logs that were held out only repeat the motion of others that were fitted."""
     motions: dict[int, np.ndarray] = {}
     for one in dataset.segments:
@@ -103,14 +88,15 @@ def about_repeated_logs(dataset: Dataset) -> tuple[str, ...]:
             motions[one.log] = one.position
     step = max(max(x.size for x in motions.values()) // COMPARED, 1)
     thinned = {log: x[::step] - np.mean(x) for log, x in motions.items()}
-    again = [log for log, x in thinned.items() if any(_is_again(x, y) for two, y in thinned.items() if two != log)]
+    again = sum(
+        any(_is_again(x, y, settings) for other, y in thinned.items() if other != log) for log, x in thinned.items()
+    )
     if not again:
         return ()
-    which = "each log repeats" if len(again) == len(motions) else f"{len(again)} of {len(motions)} logs repeat"
-    return (f"{which} the motion of another one: {NO_TEST}",)
+    return (Diagnostic("logs-repeat", numbers={"repeated": again, "logs": len(motions)}),)
 
 
-def _is_again(one: np.ndarray, other: np.ndarray) -> bool:
+def _is_again(one: np.ndarray, other: np.ndarray, settings: Settings) -> bool:
     """Return whether two motions, each about its mean, are the same, one of them shifted in time."""
     n, m = one.size, other.size
     lag = np.arange(-m + 1, n)
@@ -120,6 +106,7 @@ def _is_again(one: np.ndarray, other: np.ndarray) -> bool:
     product = np.fft.irfft(spectrum, size)[lag]
     squares, others = (np.concatenate([[0.0], np.cumsum(x * x)]) for x in (one, other))
     mine, its = squares[last] - squares[first], others[last - lag] - others[first - lag]
-    long = (last - first >= OVERLAP * min(n, m)) & (mine > 0.0) & (its > 0.0)
-    alike = long & (product >= ALIKE * np.sqrt(mine * its))
-    return bool(np.any(alike & (mine <= SAME_SIZE**2 * its) & (its <= SAME_SIZE**2 * mine)))
+    long = (last - first >= settings.repeated_overlap * min(n, m)) & (mine > 0.0) & (its > 0.0)
+    alike = long & (product >= settings.repeated * np.sqrt(mine * its))
+    most = settings.repeated_size**2
+    return bool(np.any(alike & (mine <= most * its) & (its <= most * mine)))

@@ -1,36 +1,34 @@
 r"""Elements that slip by a Stribeck curve, the generalised Maxwell-slip model, from a log.
 
 For a given curve the forces of elements that break away at deflections laid out beforehand are linear in their
-stiffness, and non-negative least squares finds them (`bristle.identification.elements`). For given elements the curve,
-the attraction to it and all else are a few numbers, which a bounded search finds. Both are done in turn, beginning with
-elements that know no curve, as long as the error falls. Loops before sliding tell the elements, slides the curve, and
-what happens between both the attraction :math:`C`.
+stiffness, and non-negative least squares finds them (`bristle.identification.element_models`). For given elements the
+curve, the attraction to it and all else are a few numbers, which a bounded search finds. Both are done in turn,
+beginning with elements that know no curve, as long as the error falls. Loops before sliding tell the elements, slides
+the curve, and what happens between both the attraction :math:`C`.
 
 The intervals are those of the numbers, for elements of this shape.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import Model
+from bristle.core.contracts import FrictionModel, Model
+from bristle.core.diagnostic import Diagnostic
 from bristle.friction import find, gms, maxwell_slip
-from bristle.friction.slots import SlottedModel
-from bristle.identification.dataset import Dataset
-from bristle.identification.elements import Elements, of_one_speed
+from bristle.identification.element_models import Elements, elements_of
+from bristle.identification.estimation import Context, Estimation
+from bristle.identification.fixed_shape import ShapedModel, further_numbers, in_lists, shaped
 from bristle.identification.inverse_dynamics import InverseDynamics
-from bristle.identification.parameters import Scales
-from bristle.identification.request import PriorKnowledge, parameters_of
-from bristle.identification.resampling.refit import Space, space_of
-from bristle.identification.search import EVALUATIONS, Report, Search
-from bristle.identification.shaped import ShapedModel, shaped
+from bristle.identification.least_squares import EVALUATIONS, Report
 from bristle.identification.solution import Solution
 
-__all__ = ["StribeckElements"]
+__all__ = ["StribeckElements", "estimate_stribeck_elements"]
+
+OF_THIS_SHAPE = Diagnostic("element-shape", severity="note")
 
 ROUNDS = 4
 FALLS = 0.98  # of the sum of squares before: by less it does not fall
@@ -54,45 +52,45 @@ class Curve(NamedTuple):
         )  # fmt: skip
 
 
+def estimate_stribeck_elements(context: Context, component: FrictionModel, report: Report) -> Estimation:
+    """Fit elements that slip by a curve: shape and curve in turn."""
+    model = StribeckElements(context, component)
+    problem, solution, elements = model.solve(report)
+    view = problem.parameters.component
+    assert isinstance(view, ShapedModel)
+
+    def residual_without(rows: np.ndarray) -> np.ndarray:
+        there, best = model.on_rows(elements, solution, rows)
+        return there.residual(best.values)
+
+    return Estimation(
+        problem, solution, problem, (problem, solution), residual_without, finished=view.finished, written=in_lists,
+        further=further_numbers(view), diagnostics=(OF_THIS_SHAPE,),
+    )  # fmt: skip
+
+
 @dataclass(frozen=True)
 class StribeckElements:
-    """The problem of one log.
+    """The problem of one log: ``gms`` with its slots."""
 
-    Parameters
-    ----------
-    dataset : Dataset
-        The rows.
-    component : SlottedModel
-        ``gms`` with its slots.
-    known : Known
-        What is known beforehand.
-    scales : Scales
-        Typical magnitudes of the log.
-    guess : mapping of str to float
-        Coulomb and viscous friction of the same log, as `Search` takes it.
-    """
-
-    dataset: Dataset
-    component: SlottedModel
-    known: PriorKnowledge
-    scales: Scales
-    guess: Mapping[str, float]
+    context: Context
+    component: FrictionModel
 
     def solve(self, report: Report) -> tuple[InverseDynamics, Solution, Elements]:
         """Return the problem with the elements of the best shape, its solution, and where they came from."""
         elements = self._elements()
         first, plain = elements.solution()
         problem = self._problem(first.parameters.component)
-        found = []
+        ends = []
         for number, start in enumerate(self._starts(problem, first, plain)):
             report((number + 0.3) / (STARTS + ROUNDS))
-            found.append(self._search(problem).refit(start, limit=EVALUATIONS))
-        best = min(found, key=lambda one: one.cost)
+            ends.append(self.context.search(problem).refit(start, limit=EVALUATIONS))
+        best = min(ends, key=lambda end: end.cost)
         for number in range(ROUNDS):
             report((STARTS + number) / (STARTS + ROUNDS))
             again = self._elements(self._curve(best))
             there = self._problem(again.solution()[0].parameters.component)
-            solution = self._search(there).refit(best.values, limit=EVALUATIONS)
+            solution = self.context.search(there).refit(best.values, limit=EVALUATIONS)
             fell = solution.cost < FALLS * best.cost
             if solution.cost < best.cost:
                 problem, best, elements = there, solution, again
@@ -103,40 +101,23 @@ class StribeckElements:
     def on_rows(self, elements: Elements, start: Solution, rows: np.ndarray) -> tuple[InverseDynamics, Solution]:
         """Return problem and solution from some rows: the elements of the best shape there, then all else."""
         problem = self._problem(elements.solution(rows)[0].parameters.component)
-        return problem, self._search(problem).refit(start.values, rows)
-
-    def space(self, problem: InverseDynamics, solution: Solution) -> tuple[InverseDynamics, Space]:
-        """Return the problem, and the coordinates of its solution."""
-        view = problem.parameters.component
-        assert isinstance(view, ShapedModel)
-
-        def finished(values: Mapping[str, Any]) -> dict[str, Any]:
-            rest = {name: value for name, value in values.items() if name != "s"}
-            return rest | view.lists(values)
-
-        return problem, replace(space_of(problem, solution, self.scales), finished=finished)
+        return problem, self.context.search(problem).refit(start.values, rows)
 
     def _elements(self, curve: Curve | None = None) -> Elements:
         """Return the problem of the elements alone, which slip by a curve or, at first, at one force."""
         plain = find(self.component.name.replace(gms.name, maxwell_slip.name, 1))
-        prototype = shaped(plain, np.ones(1), np.ones(1))
-        parameters = of_one_speed(parameters_of(prototype, self.known, self.dataset), self.dataset)
-        elements = Elements(self.dataset, plain, parameters)
+        elements = elements_of(self.context, plain)
         return elements if curve is None else replace(elements, element=curve.element)
 
     def _problem(self, view: Any) -> InverseDynamics:
-        component = shaped(self.component, *(np.array(part) for part in view.shape))
-        return InverseDynamics(self.dataset, parameters_of(component, self.known, self.dataset))
-
-    def _search(self, problem: InverseDynamics) -> Search:
-        return Search(problem, self.scales, self.guess)
+        return self.context.problem(shaped(self.component, *(np.array(part) for part in view.shape)))
 
     def _starts(self, problem: InverseDynamics, first: InverseDynamics, plain: Solution) -> list[dict[str, float]]:
         known = first.parameters.complete(plain.values)
         level = {f"F_S{side}": known[f"F_C{side}"] for side in SIDES if f"F_C{side}" in known}
         level |= {f"F_C{side}": COULOMB * known[f"F_C{side}"] for side in SIDES if f"F_C{side}" in known}
-        attraction = {"C": self.scales.force / (ATTRACTION * self.scales.sample_time)}
-        low, high = self.scales.range(problem.parameters.variables["v_S"])
+        attraction = {"C": self.context.scales.force / (ATTRACTION * self.context.scales.sample_time)}
+        low, high = self.context.scales.range(problem.parameters.variables["v_S"])
         return [
             {name: (known | level | attraction | {"v_S": v_S})[name] for name in problem.parameters.free}
             for v_S in np.geomspace(low, high, STARTS + 2)[1:-1].tolist()

@@ -25,22 +25,23 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Model
+from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, FrictionModel, Model
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import unbounded
 from bristle.friction import maxwell_slip
-from bristle.friction.slots import SlottedModel
 from bristle.hysteresis_identification.stops import thresholds_over
 from bristle.hysteresis_identification.weights import NormalEquations
 from bristle.identification.dataset import Dataset, Segment
+from bristle.identification.estimation import Context, Estimation
+from bristle.identification.fixed_shape import ShapedModel, further_numbers, in_lists, shaped
 from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.least_squares import Report
+from bristle.identification.parameter_space import LinearSpace
 from bristle.identification.parameters import Fixed, ParameterSet
-from bristle.identification.resampling.refit import Space
-from bristle.identification.shaped import shaped
 from bristle.identification.solution import Solution
 
-__all__ = ["Elements", "of_one_speed"]
+__all__ = ["Elements", "elements_of", "estimate_elements", "of_one_speed"]
 
 COUNT_LEAST, PER_DECADE = 20, 12  # of the thresholds
 CURVE = 12  # displacements at which the virgin curve has intervals
@@ -65,9 +66,140 @@ def of_one_speed(parameters: ParameterSet, dataset: Dataset) -> ParameterSet:
     viscous = [name for name in parameters.free if name.startswith("sigma_2")]
     if np.mean(speeds) ** 2 < ONE_SPEED * np.mean(speeds**2):
         return parameters
-    held = Fixed(0.0, "the log moves at one speed only: it cannot be told from elements that slip at once")
+    fixed = Fixed(0.0, "held-one-speed")
     free = tuple(name for name in parameters.free if name not in viscous)
-    return replace(parameters, free=free, fixed={**parameters.fixed, **dict.fromkeys(viscous, held)})
+    return replace(parameters, free=free, held={**parameters.fixed, **dict.fromkeys(viscous, fixed)})
+
+
+def estimate_elements(context: Context, component: FrictionModel, report: Report) -> Estimation:
+    """Fit elements that slip: their shape comes with the solution."""
+    elements = elements_of(context, component)
+    problem, solution = elements.solution()
+    report(1.0)
+
+    def residual_without(rows: np.ndarray) -> np.ndarray:
+        there, best = elements.solution(rows)
+        return there.residual(best.values)
+
+    view = problem.parameters.component
+    assert isinstance(view, ShapedModel)
+    return Estimation(
+        problem, solution, problem, elements.all_elements(), residual_without, written=in_lists,
+        further=further_numbers(view),
+    )  # fmt: skip
+
+
+def elements_of(context: Context, component: FrictionModel) -> Elements:
+    """Return the problem of the elements of a log."""
+    prototype = shaped(component, np.ones(1), np.ones(1))
+    return Elements(context.dataset, component, of_one_speed(context.parameters(prototype), context.dataset))
+
+
+@dataclass(frozen=True)
+class ElementSpace:
+    """One stiffness for each element, then the other free parameters, then the factors of the slots.
+
+    Parameters
+    ----------
+    thresholds : ndarray, shape (element,)
+        Deflections at which elements slip [m or rad].
+    others, factors : tuple of str
+        Parameters that count once, and factors of the slots.
+    levels : mapping of str to float
+        The parameters that tell the level of the elements, and the sign of the difference in each.
+    free : tuple of str
+        All free parameters, as they are reported.
+    """
+
+    thresholds: np.ndarray
+    others: tuple[str, ...]
+    factors: tuple[str, ...]
+    levels: Mapping[str, float]
+    free: tuple[str, ...]
+
+    @property
+    def logarithmic(self) -> frozenset[str]:
+        """None of them."""
+        return frozenset()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The coordinates."""
+        return self._names
+
+    @cached_property
+    def _names(self) -> tuple[str, ...]:
+        return (*(f"k_{number}" for number in range(self.thresholds.size)), *self.others, *self.factors)
+
+    @property
+    def reported(self) -> tuple[str, ...]:
+        """The level, the stiffness, then all else."""
+        return self._reported
+
+    @cached_property
+    def _reported(self) -> tuple[str, ...]:
+        return (*self.levels, "s", *self._rest)
+
+    @cached_property
+    def _rest(self) -> tuple[str, ...]:
+        return tuple(name for name in self.free if name not in (*self.levels, "s"))
+
+    @property
+    def low(self) -> np.ndarray:
+        """Lower bounds: no stiffness, inertia or damping is negative."""
+        return self._low
+
+    @cached_property
+    def _low(self) -> np.ndarray:
+        others = [0.0 if _is_positive(name) else -np.inf for name in self.others]
+        return np.array([*np.zeros(self.thresholds.size), *others, *([-np.inf] * len(self.factors))])
+
+    @property
+    def high(self) -> np.ndarray:
+        """Upper bounds: none."""
+        return self._high
+
+    @cached_property
+    def _high(self) -> np.ndarray:
+        return np.full(len(self.names), np.inf)
+
+    @property
+    def linear(self) -> bool:
+        """Whether no factor multiplies the elements."""
+        return not self.factors
+
+    @property
+    def curve(self) -> tuple[float, ...]:
+        """Displacements [m or rad] at which the virgin curve is reported."""
+        return self._curve
+
+    @cached_property
+    def _curve(self) -> tuple[float, ...]:
+        return tuple(np.geomspace(self.thresholds[0], self.thresholds[-1], CURVE).tolist())
+
+    def values(self, theta: np.ndarray) -> dict[str, Any]:
+        """Return what the model takes [SI]; an element without force still has its threshold."""
+        r = self.thresholds
+        stiffness = np.maximum(theta[: r.size], 1e-12 * np.sum(theta[: r.size]))
+        level = float(stiffness @ r)
+        rest = dict(zip(self.names[r.size :], theta[r.size :].tolist(), strict=True))
+        difference = rest.pop(DIFFERENCE, 0.0)
+        levels = {name: level + sign * difference for name, sign in self.levels.items()}
+        return {"k_i": stiffness, "nu_i": stiffness * r / level} | levels | rest
+
+    def derivative(self, theta: np.ndarray) -> np.ndarray:
+        """Return the derivative of what is reported, shape (reported, coordinate)."""
+        r, names = self.thresholds, self.names
+        first = np.zeros((len(self.levels) + 1, len(names)))
+        first[:-1, : r.size], first[-1, : r.size] = r, 1.0
+        if DIFFERENCE in names:
+            first[:-1, names.index(DIFFERENCE)] = list(self.levels.values())
+        return np.vstack([first, np.eye(len(names))[[names.index(name) for name in self._rest]]])
+
+    def numbers(self, theta: np.ndarray) -> np.ndarray:
+        """Return what is reported [SI], and the virgin curve."""
+        reach = np.minimum.outer(np.array(self.curve), self.thresholds)
+        return np.concatenate([self.derivative(theta) @ theta, reach @ theta[: self.thresholds.size]])
 
 
 def slipping_at(r: float) -> Model:
@@ -93,7 +225,7 @@ class Elements:
     ----------
     dataset : Dataset
         The rows.
-    component : SlottedModel
+    component : FrictionModel
         ``maxwell_slip`` with its slots.
     unknowns : ParameterSet
         What is free and what is held, the elements by their level and stiffness.
@@ -102,7 +234,7 @@ class Elements:
     """
 
     dataset: Dataset
-    component: SlottedModel
+    component: FrictionModel
     parameters: ParameterSet
     element: Callable[[float], Model] = slipping_at
 
@@ -136,41 +268,20 @@ class Elements:
         for name in self._factors:
             if abs(values[name]) > EDGE * FACTOR_MOST:
                 at_edge[name] = "largest" if values[name] > 0.0 else "smallest"
-        solution = Solution(values, at_edge, jacobian, np.eye(len(values)))
+        space = LinearSpace.of(self.parameters)
+        solution = Solution(space, np.array(list(values.values())), jacobian, at_edge)
         return InverseDynamics(self.dataset, replace(self.parameters, component=view)), solution
 
-    def space(self) -> tuple[InverseDynamics, Space]:
-        """Return the problem with all its elements, and the coordinates of its solution: one stiffness for each."""
-        found, r = self._best(slice(None)), self.thresholds
-        factors = [self._varying[place + 1] @ self._multiplied(found) for place in range(len(self._factors))]
-        names = (*(f"k_{number}" for number in range(r.size)), *self._others, *self._factors)
-        told = tuple(name for name in self.parameters.free if name not in (*self._levels, "s"))
-        first = np.zeros((len(self._levels) + 1, len(names)))
-        first[:-1, : r.size], first[-1, : r.size] = r, 1.0
-        if DIFFERENCE in names:
-            first[:-1, names.index(DIFFERENCE)] = list(self._levels.values())
-        curve = np.geomspace(r[0], r[-1], CURVE)
-        reach = np.minimum.outer(curve, r)
-        rest = [names.index(name) for name in told]
-        low = np.array([*(0.0 if sign > 0.0 else -np.inf for sign in self._signs), *([-np.inf] * len(factors))])
-
-        def values(theta: np.ndarray) -> dict[str, Any]:
-            # An element without force still has its threshold.
-            stiffness = np.maximum(theta[: r.size], 1e-12 * np.sum(theta[: r.size]))
-            level = float(stiffness @ r)
-            rest = dict(zip(names[r.size :], theta[r.size :].tolist(), strict=True))
-            levels = self._told(level, rest)
-            rest.pop(DIFFERENCE, None)
-            return {"k_i": stiffness, "nu_i": stiffness * r / level} | levels | rest
-
-        return InverseDynamics(self.dataset, replace(self.parameters, component=self.component)), Space(
-            names, np.concatenate([found.stiffness, list(found.others.values()), found.factors]), low,
-            np.full(len(names), np.inf), np.column_stack([found.columns, *factors]), values,
-            (*self._levels, "s", *told), np.vstack([first, np.eye(len(names))[rest]]),
-            at_edge=frozenset(self._at_nothing(found)), linear=not factors,
-            curve=tuple(curve.tolist()),
-            tell=lambda theta: np.concatenate([first @ theta, theta[rest], reach @ theta[: r.size]]),
-        )  # fmt: skip
+    def all_elements(self) -> tuple[InverseDynamics, Solution]:
+        """Return the problem with all its elements, and its solution: one stiffness for each of them."""
+        best = self._best(slice(None))
+        factors = [self._varying[place + 1] @ self._multiplied(best) for place in range(len(self._factors))]
+        space = ElementSpace(self.thresholds, self._others, self._factors, self._levels, self.parameters.free)
+        theta = np.concatenate([best.stiffness, list(best.others.values()), best.factors])
+        jacobian = np.column_stack([best.columns, *factors])
+        at_edge = dict.fromkeys(self._at_nothing(best), "smallest")
+        problem = InverseDynamics(self.dataset, replace(self.parameters, component=self.component))
+        return problem, Solution(space, theta, jacobian, at_edge)
 
     @property
     def _factors(self) -> tuple[str, ...]:

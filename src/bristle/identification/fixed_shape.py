@@ -12,11 +12,12 @@ from bristle.core.contracts import FrictionModel, Model
 from bristle.core.lazy import cached_property
 from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable
-from bristle.friction.slots import SlottedModel
+from bristle.friction import gms, maxwell_slip
 
-__all__ = ["ShapedModel", "in_lists", "shaped"]
+__all__ = ["ELEMENT_MODELS", "ShapedModel", "further_numbers", "in_lists", "shaped"]
 
 ARRAYS = ("k_i", "nu_i")
+ELEMENT_MODELS = (maxwell_slip, gms)
 STIFFNESS = Variable(
     "force/length", "stiffness after a reversal, of all elements", min=1e-9, nominal=1e6, excitation="presliding"
 )
@@ -30,7 +31,7 @@ class ShapedModel(FrictionModel):
     larger ``F_C`` lets them slip later.
     """
 
-    inner: SlottedModel
+    inner: FrictionModel
     shape: tuple[tuple[float, ...], tuple[float, ...]]
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -71,13 +72,17 @@ class ShapedModel(FrictionModel):
         given = {name: value for name, value in values.items() if name in self.inner.variables}
         return given | {"k_i": values["s"] * stiffness, "nu_i": shares}
 
+    def finished(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Return values with the lists in place of the stiffness, whatever else there is among them."""
+        return {name: value for name, value in values.items() if name != "s"} | self.lists(values)
+
     def values(self, parameters: Any) -> dict[str, Any]:
         """Return the values that a person sets, from what kernels receive."""
         whole = self.inner.values(parameters)
         return {name: float(np.sum(whole["k_i"])) if name == "s" else whole[name] for name in self.variables}
 
 
-def shaped(model: SlottedModel, stiffness: np.ndarray, levels: np.ndarray) -> ShapedModel:
+def shaped(model: FrictionModel, stiffness: np.ndarray, levels: np.ndarray) -> ShapedModel:
     """Return a `maxwell_slip` model whose elements have these shares.
 
     Parameters
@@ -90,7 +95,7 @@ def shaped(model: SlottedModel, stiffness: np.ndarray, levels: np.ndarray) -> Sh
     return _shaped(model, (tuple((stiffness / np.sum(stiffness)).tolist()), tuple((levels / np.sum(levels)).tolist())))
 
 
-def _shaped(model: SlottedModel, shape: tuple[tuple[float, ...], tuple[float, ...]]) -> ShapedModel:
+def _shaped(model: FrictionModel, shape: tuple[tuple[float, ...], tuple[float, ...]]) -> ShapedModel:
     return ShapedModel(
         name=model.name,
         description=model.description,
@@ -110,3 +115,8 @@ def _shaped(model: SlottedModel, shape: tuple[tuple[float, ...], tuple[float, ..
 def in_lists(friction: Model) -> Model:
     """Return a model of a fixed shape as the one with its lists, as it is written and run."""
     return Model(friction.component.inner, friction.parameters, friction.kind)
+
+
+def further_numbers(model: ShapedModel) -> int:
+    """Return how many free numbers the elements are, besides their level and their stiffness."""
+    return max(len(model.shape[0]) - 2, 0)

@@ -1,0 +1,68 @@
+"""What the part of the effort that a model leaves over says of the model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from bristle.core.diagnostic import Diagnostic
+from bristle.friction import is_static
+from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.settings import Settings
+
+__all__ = ["about_residual", "about_rise"]
+
+DIRECTIONS = {"": "", "_pos": "forward", "_neg": "backward"}
+
+
+def about_residual(
+    problem: InverseDynamics, values: Mapping[str, float], percent: float, settings: Settings
+) -> tuple[Diagnostic, ...]:  # fmt: skip
+    """Return a warning where the model leaves much of the effort [%] over, and where it lacks pre-sliding."""
+    residual = problem.dataset.effort - problem.predicted(values)
+    if percent >= settings.reversal_error and _lacks_presliding(problem, values, residual, settings):
+        code = "no-presliding"
+    elif percent >= settings.poor_error:
+        code = "unexplained"
+    elif percent >= settings.coloured_error and _from_row_to_row(residual) > settings.coloured_correlation:
+        code = "coloured-residual"
+    else:
+        return ()
+    return (Diagnostic(code, numbers={"percent": percent}),)
+
+
+def about_rise(problem: InverseDynamics, values: Mapping[str, float]) -> tuple[Diagnostic, ...]:
+    """Return a remark where friction rises with speed before it levels off, which no break-away force does."""
+    found = []
+    for side, direction in DIRECTIONS.items():
+        first, level = values.get(f"F_0{side}"), values.get(f"F_C{side}")
+        if first is not None and level is not None and "v_S" in values and first < level:
+            numbers = {"first": first, "level": level, "speed": values["v_S"], "direction": direction}
+            found.append(Diagnostic("rising-friction", f"F_0{side}", "warning", numbers, problem.dataset.kind))
+    return tuple(found)
+
+
+def _from_row_to_row(residual: np.ndarray) -> float:
+    whole = float(residual @ residual)
+    return float(residual[1:] @ residual[:-1]) / whole if whole > 0.0 else 0.0
+
+
+def _lacks_presliding(
+    problem: InverseDynamics, values: Mapping[str, float], residual: np.ndarray, settings: Settings
+) -> bool:  # fmt: skip
+    """Return whether a static model errs mostly around reversals, and there by friction that lags behind it."""
+    whole = float(residual @ residual)
+    if not is_static(problem.model(values)) or not problem.dataset.reversals or whole == 0.0:
+        return False
+    dataset = problem.dataset
+    near = dataset.samples_from_reversal < settings.reversal_periods / (dataset.cutoff * dataset.sample_time)
+    if not near.any():
+        return False
+    share = float(residual[near] @ residual[near]) / whole
+    friction = np.abs(problem.friction(values))
+    if not friction.any():
+        return False
+    behind = -float(np.mean(residual[near] * np.sign(dataset.velocity[near]))) / float(np.mean(friction))
+    much = max(settings.reversal_share, settings.reversal_excess * float(np.mean(near)))
+    return share > much and behind > settings.reversal_lag

@@ -1,0 +1,105 @@
+"""What one model was fitted with, and how the same is done again on other rows or other data."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from bristle.core.contracts import FrictionModel, Model
+from bristle.core.diagnostic import Diagnostic
+from bristle.identification.dataset import Dataset
+from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.least_squares import Search, Sliding
+from bristle.identification.parameters import ParameterSet
+from bristle.identification.problem import Problem
+from bristle.identification.request import PriorKnowledge, parameters_of
+from bristle.identification.scales import Scales
+from bristle.identification.settings import DEFAULT, Settings
+from bristle.identification.solution import Solution
+
+__all__ = ["Context", "Estimation"]
+
+
+@dataclass(frozen=True)
+class Context:
+    """What the fits of all models to one log share.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        The log as rows of inverse dynamics.
+    prior : PriorKnowledge
+        What is known of the axis beforehand.
+    sliding : Sliding
+        Coulomb and viscous friction with the plant, as a linear fit finds them [SI].
+    scales : Scales
+        Typical magnitudes of the log.
+    everywhere : bool
+        Whether the whole range of each parameter is looked at.
+    settings : Settings
+        The thresholds of what is said of a fit.
+    """
+
+    dataset: Dataset
+    prior: PriorKnowledge
+    sliding: Sliding
+    scales: Scales
+    everywhere: bool = False
+    settings: Settings = DEFAULT
+
+    def parameters(self, component: FrictionModel) -> ParameterSet:
+        """Return which parameters of a model are free and which are fixed."""
+        return parameters_of(component, self.prior, self.dataset)
+
+    def problem(self, component: FrictionModel) -> InverseDynamics:
+        """Return inverse dynamics of a model."""
+        return InverseDynamics(self.dataset, self.parameters(component))
+
+    def search(self, problem: Problem, unit: float = 0.0, *, simulates: bool = False) -> Search:
+        """Return the search for the parameters of a problem."""
+        return Search(problem, self.scales, self.sliding, unit, simulates)
+
+
+@dataclass(frozen=True)
+class Estimation:
+    """What one model was fitted with.
+
+    Parameters
+    ----------
+    inverse : InverseDynamics
+        The model along the measured motion.
+    solution : Solution
+        Where its search ended, in the parameters that are reported.
+    problem : Problem
+        What was made small.
+    resampled : tuple of Problem and Solution
+        The same in the coordinates in which it is fitted to replicates.
+    residual_without : callable
+        Returns the residual of all rows, of a fit to those of which an array of bool is true.
+    finished : callable
+        Returns the values of the finished model, from those that a fit to a replicate takes.
+    written : callable
+        Returns the friction model as it is written and run, from the one that was fitted.
+    further : int
+        Free numbers besides the parameters.
+    diagnostics : tuple of Diagnostic
+        What there is to say of how it was fitted.
+    """
+
+    inverse: InverseDynamics
+    solution: Solution
+    problem: Problem
+    resampled: tuple[Problem, Solution]
+    residual_without: Callable[[np.ndarray], np.ndarray]
+    finished: Callable[[Mapping[str, Any]], Mapping[str, Any]] = dict
+    written: Callable[[Model], Model] = lambda friction: friction
+    further: int = 0
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+    @property
+    def simulates(self) -> bool:
+        """Whether a simulated signal was made small."""
+        return self.problem is not self.inverse

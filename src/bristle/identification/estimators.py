@@ -1,0 +1,179 @@
+"""How a model is estimated: by least squares along the measured motion, or by a simulation that goes on from there.
+
+What an estimator returns is an `Estimation`; it is chosen by what the model and the request say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bristle.core.axis import Axis
+from bristle.core.contracts import FrictionModel
+from bristle.core.diagnostic import Diagnostic
+from bristle.core.errors import InputError
+from bristle.core.interruption import BestSoFar
+from bristle.friction import base_of
+from bristle.identification.element_models import estimate_elements
+from bristle.identification.estimation import Context, Estimation
+from bristle.identification.fixed_shape import ELEMENT_MODELS
+from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.least_squares import Report, Search, between, linear
+from bristle.identification.output_error import OutputError
+from bristle.identification.outputs import LAG
+from bristle.identification.refit import Refit
+from bristle.identification.solution import Solution
+from bristle.identification.stribeck_element_models import estimate_stribeck_elements
+from bristle.logs.log import Log
+
+__all__ = ["Simulation", "estimate"]
+
+AWAY = 0.3  # standard deviation of the logarithm by which further starts are away from the first
+FURTHER_STARTS = 2
+FIRST_EVALUATIONS, LAST_EVALUATIONS = 40, 12
+LAG_AT_FIRST = 0.2  # samples
+EVERYWHERE = 0.7  # of the work, where the whole range is looked at
+SEED = 7_110_601
+START = 0.25  # of the work, which finds where a simulation begins
+
+ELEMENTS: dict[FrictionModel, Callable[[Context, FrictionModel, Report], Estimation]] = dict(
+    zip(ELEMENT_MODELS, (estimate_elements, estimate_stribeck_elements), strict=True)
+)
+"""Models whose lists are found by variable projection, and how."""
+
+
+def estimate(
+    context: Context, component: FrictionModel, simulation: Simulation | None, report: Report
+) -> Estimation:  # fmt: skip
+    """Return the estimation of one model.
+
+    Parameters
+    ----------
+    context : Context
+        The log and what is known of it.
+    component : FrictionModel
+        The model.
+    simulation : Simulation or None
+        The error of what is made small; that of the effort along the measured motion where None.
+    report : callable
+        Is told the share of the work done.
+    """
+    elements = ELEMENTS.get(base_of(component))
+    if elements is not None:
+        if simulation is not None:
+            raise InputError("is identified by inverse dynamics only", path="model", value=component.name,
+                             mend="Write --method inverse_dynamics, or ask for dahl or lugre")  # fmt: skip
+        return elements(context, component, report)
+    problem = context.problem(component)
+    if simulation is None:
+        return _along_the_motion(context, problem, report)
+    start = _start(context, problem, between(report, 0.0, START))
+    if start.unfinished:
+        return Estimation(problem, start, problem, (problem, start), lambda rows: problem.residual(start.values))
+    return simulation.estimate(context, problem, start, between(report, START, 1.0))
+
+
+def _along_the_motion(context: Context, problem: InverseDynamics, report: Report) -> Estimation:
+    if problem.parameters.is_linear:
+        solution = linear(problem)
+
+        def on_rows(rows: np.ndarray) -> Solution:
+            return linear(problem, rows)
+    else:
+        search = context.search(problem)
+        solution = search.solve(report, everywhere=context.everywhere)
+
+        def on_rows(rows: np.ndarray) -> Solution:
+            return search.refit(solution.values, rows)
+
+    return Estimation(
+        problem, solution, problem, (problem, solution), lambda rows: problem.residual(on_rows(rows).values)
+    )
+
+
+def _start(context: Context, problem: InverseDynamics, report: Report) -> Solution:
+    """Return the solution of inverse dynamics from which the simulation goes on."""
+    return linear(problem) if problem.parameters.is_linear else context.search(problem, simulates=True).solve(report)
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """The search for the parameters of least output error.
+
+    Parameters
+    ----------
+    logs, axes : sequence of Log, of Axis or None
+        The logs.
+    error : type of OutputError
+        What is simulated.
+    """
+
+    logs: Sequence[Log]
+    axes: Sequence[Axis | None]
+    error: type[OutputError]
+
+    def estimate(self, context: Context, inverse: InverseDynamics, start: Solution, report: Report) -> Estimation:
+        """Return the estimation of least output error.
+
+        Parameters
+        ----------
+        context : Context
+            The log and what is known of it.
+        inverse, start : InverseDynamics, Solution
+            The model along the measured motion, and its solution.
+        report : callable
+            Is told the share of the work done.
+        """
+        error = self.error.of(inverse, self.logs, self.axes)
+        search = context.search(error, error.magnitude, simulates=True)
+        first = {LAG: LAG_AT_FIRST * self.logs[0].sample_time} | start.values
+
+        def work(best: BestSoFar) -> None:
+            self._from_several(search, first, best, report, everywhere=context.everywhere)
+
+        solution = search.as_far_as_it_came(work)
+        last = error.at_last(self.logs, self.axes)
+        if last is not error:
+            fine = context.search(last, last.magnitude, simulates=True)
+            ended = fine.refit(solution.values, limit=1 if solution.unfinished else LAST_EVALUATIONS)
+            solution = replace(ended, unfinished=solution.unfinished)
+        every = np.ones(len(solution.space.names), dtype=bool)
+        return Estimation(
+            last.inverse, solution, last, (last, solution),
+            lambda rows: Refit(solution, every, rows).solve(last, solution.theta)[1],
+            diagnostics=(Diagnostic(last.code, severity="note"),),
+        )  # fmt: skip
+
+    def _from_several(
+        self, search: Search, first: dict[str, float], best: BestSoFar, report: Report, *, everywhere: bool
+    ) -> None:
+        before = EVERYWHERE if everywhere else 0.0
+
+        def told(number: float) -> None:
+            share = before + (1.0 - before) * number / (FURTHER_STARTS + 2.0)
+            report(share, f"best so far {search.percent(best.cost):.3g} %")
+
+        rng = np.random.default_rng(SEED)
+        best.take(search.refit(first, limit=FIRST_EVALUATIONS, best=best))
+        if everywhere:
+            theta = self._explored(search, best, between(report, 0.0, before))
+            best.take(search.descend(theta, limit=FIRST_EVALUATIONS, best=best))
+        for number in range(FURTHER_STARTS):
+            told(number + 1.0)
+            away = {name: value * float(np.exp(rng.normal(0.0, AWAY))) for name, value in best.result.values.items()}
+            best.take(search.refit(away, limit=self.error.away_evaluations, best=best))
+        told(FURTHER_STARTS + 1.0)
+
+    @staticmethod
+    def _explored(search: Search, best: BestSoFar, report: Report) -> np.ndarray:
+        """Return the best place in the whole range of each parameter, as a rough simulation finds it."""
+        assert isinstance(search.problem, OutputError)
+        rough, seen = replace(search, problem=search.problem.rough), BestSoFar()
+        try:
+            return rough.explored(best.result.theta, seen, report)
+        except KeyboardInterrupt:
+            if seen.at is not None:
+                best.see(seen.at, search.cost_at(seen.at))
+            raise

@@ -1,0 +1,139 @@
+"""One model fitted: values with their uncertainty, the error on what was held out, and what the log does not tell."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from bristle.core.contracts import FrictionModel, Model, make_model
+from bristle.core.diagnostic import Diagnostic
+from bristle.core.errors import InputError
+from bristle.core.held_out import HeldOut
+from bristle.core.interruption import UNFINISHED, obey
+from bristle.core.variable import Kind
+from bristle.engine.part import finite
+from bristle.identification.covariance import covariance_of
+from bristle.identification.diagnostics.estimates import Judgement, about_estimates, about_held, combinations_of
+from bristle.identification.diagnostics.excitation import Excitation
+from bristle.identification.diagnostics.noise import about_held_effort, about_noise
+from bristle.identification.diagnostics.repetition import about_amplitudes, about_repeated_logs, about_repetition
+from bristle.identification.diagnostics.residual import about_residual, about_rise
+from bristle.identification.diagnostics.treatment import about_treatment
+from bristle.identification.estimation import Context, Estimation
+from bristle.identification.estimators import Simulation, estimate
+from bristle.identification.least_squares import Report, between
+from bristle.identification.result import Fit, Traces
+from bristle.identification.sliding_friction import with_pitch
+from bristle.identification.validation import held_out_error
+from bristle.simulation.result import relative_error_percent
+
+__all__ = ["fit", "fit_of"]
+
+ESTIMATED = 0.7  # of the work, where a model is fitted to all of the log
+
+
+def fit(
+    context: Context, component: FrictionModel, simulation: Simulation | None, blocks: int, report: Report
+) -> tuple[Fit, Estimation]:  # fmt: skip
+    """Fit one model, and return how that is done again, too.
+
+    Parameters
+    ----------
+    context : Context
+        The log and what is known of it.
+    component : FrictionModel
+        The model.
+    simulation : Simulation or None
+        What is simulated; None where the effort along the measured motion is explained.
+    blocks : int
+        Parts of the log that are held out in turn; 0 for none.
+    report : callable
+        Is told the share of the work done.
+    """
+    report(0.0)
+    context = with_pitch(context, component)
+    estimation = estimate(context, component, simulation, between(report, 0.0, ESTIMATED))
+    fit, held_out, unfinished = fit_of(estimation, context), None, estimation.solution.unfinished
+    if blocks and not unfinished:
+        try:
+            held_out = held_out_error(estimation, blocks, context.settings, between(report, ESTIMATED, 1.0))
+        except KeyboardInterrupt as error:
+            obey(error)
+            unfinished = True
+    report(1.0)
+    diagnostics = (*((UNFINISHED,) if unfinished else ()), *fit.diagnostics, *_about_held_out(fit, held_out, context))
+    return replace(fit, held_out=held_out, unfinished=unfinished, diagnostics=diagnostics), estimation
+
+
+def _about_held_out(fit: Fit, held_out: HeldOut | None, context: Context) -> tuple[Diagnostic, ...]:
+    """Return whether what was held out was like what was fitted."""
+    if held_out is not None and held_out.of == "logs":
+        return about_repeated_logs(context.dataset, context.settings)
+    if held_out is not None and fit.position_error_percent is None:
+        return about_repetition(context.dataset, context.settings)
+    return ()
+
+
+def fit_of(estimation: Estimation, context: Context) -> Fit:
+    """Return the fit at a solution, all but its error on what was held out."""
+    problem, solution, settings = estimation.inverse, estimation.solution, context.settings
+    dataset, component = problem.dataset, problem.parameters.component
+    values = problem.parameters.complete(solution.values)
+    predicted = finite(problem.predicted(values), problem.model(values))
+    residual = estimation.problem.residual(solution.values) if estimation.simulates else dataset.effort - predicted
+    uncertainty = covariance_of(solution, residual)
+    excitation = Excitation(dataset, context.scales, values, problem.parameters.variables, settings)
+    estimates = Judgement(problem, solution, uncertainty, excitation, filtered=not estimation.simulates).estimates()
+    error = relative_error_percent(dataset.effort, predicted)
+    rows: tuple[Diagnostic, ...] = ()
+    if not estimation.simulates:
+        rows = (
+            *about_held_effort(problem, estimates, settings), *about_noise(problem, settings),
+            *about_residual(problem, values, error, settings),
+        )  # fmt: skip
+    errors: dict[str, Any] = estimation.problem.errors(solution.values)
+    names, friction = solution.space.reported, problem.model(values)
+    return Fit(
+        plant=problem.plant(values),
+        friction=estimation.written(_valid(component, values, dataset.kind)),
+        estimates=estimates,
+        combinations=combinations_of(component, {estimate.name: estimate for estimate in estimates}),
+        correlation=uncertainty.correlation,
+        correlation_names=names,
+        condition_number=uncertainty.condition_number,
+        traces=Traces(
+            dataset.time,
+            dataset.velocity,
+            dataset.acceleration,
+            dataset.effort,
+            predicted,
+            problem.mechanical(values),
+        ),
+        force_error_percent=error,
+        diagnostics=(
+            *about_estimates(estimates, uncertainty.correlation, names, settings.inseparable),
+            *rows,
+            *about_rise(problem, values),
+            *about_amplitudes(dataset, friction, settings),
+            *about_held(problem),
+            *(estimation.diagnostics if estimation.simulates else ()),
+            *about_treatment(dataset),
+            *(() if estimation.simulates else estimation.diagnostics),
+        ),
+        further=estimation.further,
+        **errors,
+    )
+
+
+def _valid(component: FrictionModel, values: Mapping[str, float], kind: Kind) -> Model:
+    """Return the friction model with its values, refused where a model file with them could not be read again."""
+    try:
+        written = {name: variable.written(values[name]) for name, variable in component.variables.items()}
+        return make_model(component, written, kind=kind, validate=True)
+    except InputError as error:
+        raise InputError(
+            f"the best fit of {component.name} is not what the model allows: {error.path} {error.message}",
+            path="model", value=component.name,
+            mend=f"Fit another model to this log. {error.mend}".strip(),
+        ) from None  # fmt: skip

@@ -1,0 +1,174 @@
+"""Thresholds of an identification: from where on something is said, doubted or left out.
+
+None of them changes the value of a parameter. What methods need to work (numbers of starts, seeds, tolerances) stands
+with the methods.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from typing import Any, NamedTuple
+
+from bristle.core.errors import InputError
+
+__all__ = ["DEFAULT", "Settings", "Threshold", "thresholds"]
+
+
+class Threshold(NamedTuple):
+    """What a setting is: its default, unit, meaning, what it may be, and where it comes from."""
+
+    name: str
+    default: float
+    unit: str
+    meaning: str
+    least: float
+    most: float
+    source: str
+
+
+def _set(
+    default: float, meaning: str, unit: str = "1", least: float = 0.0, most: float = math.inf, source: str = ""
+) -> Any:
+    about = {"meaning": meaning, "unit": unit, "least": least, "most": most, "source": source}
+    return field(default=default, metadata=about)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The thresholds; `thresholds` tells what each of them is.
+
+    Examples
+    --------
+    >>> Settings(unsure_std=0.3).unsure_std, Settings().unsure_std
+    (0.3, 0.5)
+    """
+
+    # Parameters: which of them count as identified.
+    unsure_std: float = _set(0.5, "relative standard error above which a parameter counts as not identified")
+    hopeless_std: float = _set(100.0, "relative standard error above which none is given")
+    negligible_force: float = _set(
+        0.02, "share of the root mean square effort: a constant force with a smaller error is known to be small",
+    )  # fmt: skip
+    beyond_effort: float = _set(
+        1.2, "share of the largest effort beyond which a friction force counts as one that never acted"
+    )
+    inseparable: float = _set(0.99, "correlation above which two parameters are told to be hardly separable", most=1.0)
+
+    # Excitation: what a log shows at all.
+    one_speed: float = _set(
+        1.3, "ratio of the 90 % to the 10 % quantile of the speed below which a log has one", least=1.0
+    )
+    zone_noise: float = _set(
+        10.0, "standard deviations of the noise of the position that a pre-sliding zone must exceed", "σ"
+    )
+    zone_counts: float = _set(2.0, "encoder steps that a pre-sliding zone must exceed", "steps")
+
+    # Noise and residual.
+    acceleration_noise: float = _set(
+        0.01, "share of noise in the mean square acceleration from which it is told", most=1.0
+    )
+    half_sample_damping: float = _set(
+        0.1, "share of a damping from which the stiffness over half a sample is told to matter"
+    )
+    poor_error: float = _set(40.0, "error of the effort from which units and signs are doubted", "%")
+    coloured_error: float = _set(15.0, "error of the effort from which a residual that lasts is told", "%")
+    coloured_correlation: float = _set(
+        0.8, "correlation of the residual from row to row above which it lasts", least=-1.0, most=1.0
+    )
+    reversal_error: float = _set(5.0, "error of the effort from which missing pre-sliding is looked for", "%")
+    reversal_periods: float = _set(3.0, "periods of the cut-off that count as around a reversal", "periods")
+    reversal_share: float = _set(0.25, "share of the squared residual around reversals that is much", most=1.0)
+    reversal_excess: float = _set(3.0, "times the share of the rows around reversals that the share there must be")
+    reversal_lag: float = _set(0.1, "share of the friction force by which friction must lag behind around reversals")
+
+    # Repetition: what a motion cannot tell, whatever is fitted.
+    nested_loop: float = _set(0.7, "share of the longest half-cycle below which one is of another amplitude", most=1.0)
+    amplitude_half_cycles: float = _set(6.0, "half-cycles from which one amplitude is told", "half-cycles", least=2.0)
+    tremble: float = _set(0.02, "share of the range below which a way between two reversals is no half-cycle", most=1.0)
+    repeated: float = _set(0.98, "correlation from which two motions are the same", most=1.0)
+    repeated_periods: float = _set(3.0, "periods in a log from which it repeats itself", "periods", least=2.0)
+    repeated_size: float = _set(1.1, "ratio of two motions up to which they are the same", least=1.0)
+    repeated_overlap: float = _set(0.5, "share of the shorter of two logs over which they are compared", most=1.0)
+
+    # Identifiability by refitting.
+    clear_std: float = _set(0.5, "relative standard error up to which a parameter is asked whether the log sees it")
+    moved: float = _set(
+        0.3, "share by which a parameter is moved away, up and down, the others fitted again", least=0.01, most=0.9,
+        source="profile likelihood: A. Raue et al., Bioinformatics 25(15), 2009, doi:10.1093/bioinformatics/btp358",
+    )  # fmt: skip
+    seen_rise: float = _set(
+        3.841, "rise of the held-out squared error, in variances of the residual, from which a parameter is seen",
+        source="95 % quantile of chi-square with one degree of freedom",
+    )  # fmt: skip
+    flat_rise: float = _set(0.1, "the same of the fitted rows, below which nothing in the log depends on a parameter")
+    follows: float = _set(0.1, "relative change of another parameter that makes up for a move")
+
+    # Resampling.
+    at_odds: float = _set(
+        3.0, "ratio of the jackknife over half-cycles to the bootstrap from which intervals are told to be too narrow"
+    )
+    white_lags: float = _set(
+        20.0, "lags of the autocorrelation that tell whether a residual is white", "rows", least=1.0,
+        source="G. M. Ljung, G. E. P. Box, Biometrika 65(2), 1978, doi:10.1093/biomet/65.2.297",
+    )  # fmt: skip
+    white_level: float = _set(0.95, "level of that test", least=0.5, most=0.9999)
+
+    # Validation and comparison of models.
+    held_out_rows: float = _set(20.0, "rows that a held-out block has at least, its margins apart", "rows", least=2.0)
+    same_error: float = _set(1e-3, "relative difference of held-out errors that is none")
+    doubtful_share: float = _set(0.5, "share of parameters not identified from which a model gives way to simpler ones")
+    unfinished_error: float = _set(
+        0.7, "share of the best held-out error below which an interrupted model leads nevertheless"
+    )
+
+    @classmethod
+    def of(cls, given: Mapping[str, Any], path: str = "settings") -> Settings:
+        """Return the thresholds that are given, all others at their defaults.
+
+        Parameters
+        ----------
+        given : mapping of str to float
+            Names of thresholds with their values.
+        path : str
+            What an error names.
+
+        Raises
+        ------
+        InputError
+            If there is no such threshold, or its value is out of range.
+        """
+        known = {one.name: one for one in thresholds()}
+        found: dict[str, float] = {}
+        for name, value in given.items():
+            if name not in known:
+                raise InputError("is no threshold of an identification", path=f"{path}.{name}", value=value,
+                                 allowed=", ".join(known))  # fmt: skip
+            found[name] = _checked(known[name], value, f"{path}.{name}")
+        return cls(**found)
+
+    @property
+    def changed(self) -> dict[str, float]:
+        """Those that differ from the default, by name."""
+        return {one.name: value for one in thresholds() if (value := getattr(self, one.name)) != one.default}
+
+    def as_data(self) -> dict[str, float]:
+        """Return all of them, by name."""
+        return {one.name: getattr(self, one.name) for one in thresholds()}
+
+
+def _checked(one: Threshold, value: Any, path: str) -> float:
+    number = value if isinstance(value, (int, float)) and not isinstance(value, bool) else math.nan
+    if not (one.least <= number <= one.most and math.isfinite(number)):
+        allowed = f"{one.least:g} to {one.most:g}" if math.isfinite(one.most) else f">= {one.least:g}"
+        raise InputError("is out of range", path=path, value=value, allowed=allowed)
+    return float(number)
+
+
+def thresholds() -> tuple[Threshold, ...]:
+    """Return what each of the settings is, in order."""
+    return tuple(Threshold(one.name, getattr(DEFAULT, one.name), **one.metadata) for one in fields(Settings))
+
+
+DEFAULT = Settings()

@@ -1,0 +1,92 @@
+"""Coulomb and viscous friction of a log, fitted first: it checks the sign of the effort, and sets the scale of all."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bristle.core.contracts import FrictionModel
+from bristle.core.errors import InputError
+from bristle.core.least_squares import unbounded
+from bristle.core.typography import with_unit
+from bristle.core.variable import unit_of
+from bristle.friction import find
+from bristle.identification.dataset import Dataset
+from bristle.identification.estimation import Context
+from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.least_squares import Sliding, linear
+from bristle.identification.request import PriorKnowledge, parameters_of
+from bristle.identification.scales import scales_of
+from bristle.identification.settings import DEFAULT, Settings
+from bristle.identification.slot_parameters import PITCH, pitch_in
+
+__all__ = ["context_of", "with_pitch"]
+
+LEAST_LEVEL = 0.01  # of the effort: a Coulomb force that says nothing of the magnitude of friction
+PUT_IN = 0.1  # share of the work besides inertia from which friction that puts energy in is a wrong sign
+
+
+def context_of(
+    dataset: Dataset, prior: PriorKnowledge, *, everywhere: bool = False, settings: Settings = DEFAULT
+) -> Context:  # fmt: skip
+    """Return what the fits of all models to a log share.
+
+    Raises
+    ------
+    InputError
+        If the effort is zero, or pushes the other way.
+    """
+    effort = float(np.sqrt(np.mean(dataset.effort**2)))
+    if effort == 0.0:
+        raise InputError("is zero throughout", path="log.effort", mend="Check which column holds the effort")
+    _refuse_reversed_effort(dataset, prior)
+    problem = _sliding_problem(dataset, prior)
+    values = problem.parameters.complete(linear(problem).values)
+    coulomb, viscous = values.pop("F_C"), values.pop("F_v")
+    if coulomb <= LEAST_LEVEL * effort:
+        # Pre-sliding over much of the stroke looks viscous: its level is that of all friction.
+        friction = viscous * dataset.velocity + coulomb * np.sign(dataset.velocity)
+        coulomb = max(float(np.sqrt(np.mean(friction**2))), coulomb)
+    scales = scales_of(dataset, max(coulomb, LEAST_LEVEL * effort))
+    return Context(dataset, prior, Sliding(values, coulomb, viscous), scales, everywhere, settings)
+
+
+def with_pitch(context: Context, component: FrictionModel) -> Context:
+    """Return the context with the pitch of the screw, found in what sliding leaves, where a model asks for it."""
+    if PITCH not in component.variables or context.prior.pitch is not None:
+        return context
+    sliding = context.sliding
+    values = {**sliding.known, "F_C": sliding.coulomb, "F_v": sliding.viscous}
+    pitch = pitch_in(_sliding_problem(context.dataset, context.prior), values)
+    return replace(context, prior=replace(context.prior, pitch=pitch))
+
+
+def _sliding_problem(dataset: Dataset, prior: PriorKnowledge) -> InverseDynamics:
+    return InverseDynamics(dataset, parameters_of(find("coulomb_viscous"), prior, dataset))
+
+
+def _refuse_reversed_effort(dataset: Dataset, prior: PriorKnowledge) -> None:
+    """Refuse a log whose effort drives the friction backward: friction would put energy in.
+
+    Raises
+    ------
+    InputError
+        If so.
+    """
+    # A mass that is known must not hide that the effort pushes the other way.
+    problem = _sliding_problem(dataset, PriorKnowledge(plant=prior.plant))
+    free = unbounded(problem.columns, dataset.effort - problem.fixed_effort).tolist()
+    values = problem.parameters.complete(dict(zip(problem.parameters.free, free, strict=True)))
+    mass, damping, elastic = values["M"], values["F_v"] + values.get("c", 0.0), values.get("k", 0.0)
+    speed = np.abs(dataset.velocity)
+    power = float(np.mean(values["F_C"] * speed + damping * speed * speed))
+    rest = dataset.effort - mass * dataset.acceleration - elastic * dataset.position - values["offset"]
+    clearly = -PUT_IN * float(np.mean(np.abs(rest * dataset.velocity)))
+    if power < clearly or (power < 0.0 and mass <= 0.0):
+        dissipated = f"{power:.3g} W dissipated by friction, and an inertia of "
+        raise InputError(
+            "the sign of effort seems reversed", path="log.effort",
+            value=dissipated + with_unit(mass, unit_of("mass", dataset.kind)),
+            mend="Turn the sign of the effort in the axis file: sign = -1 where it has none or 1, else 1",
+        )  # fmt: skip

@@ -1,0 +1,140 @@
+"""What diagnostics say: one sentence for each code, with the numbers of the diagnostic in units that read well."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from string import Formatter
+from typing import TYPE_CHECKING, Any
+
+from bristle.core.diagnostic import Diagnostic
+from bristle.core.typography import number, with_unit
+from bristle.core.variable import UNITS, Kind, unit_of
+from bristle.report.sentences import SENTENCES, Sentence
+
+if TYPE_CHECKING:
+    from bristle.identification.result import Estimate, Fit
+    from bristle.simulation.result import Prediction
+
+__all__ = [
+    "as_data",
+    "assumptions_of",
+    "clause",
+    "fields_of",
+    "message",
+    "note_of",
+    "notes_of",
+    "sentence_of",
+    "warnings_of",
+]
+
+_HEADS = {
+    ("parameter", "warning"): "{parameter} cannot be identified: ",
+    ("parameter", "note"): "{parameter} is held at {value:unit}: ",
+    ("edge", "warning"): "{parameter} has no standard error: ",
+}
+
+
+def sentence_of(code: str) -> Sentence:
+    """Return what there is to say of a code.
+
+    Raises
+    ------
+    KeyError
+        If no sentence has that code.
+    """
+    return SENTENCES[code]
+
+
+def message(diagnostic: Diagnostic) -> str:
+    """Return a diagnostic as one sentence.
+
+    Examples
+    --------
+    >>> message(Diagnostic("low-speed", "F_v", numbers={"speed": 628e-6}))
+    'F_v cannot be identified: the log never exceeds 628 µm/s'
+    >>> message(Diagnostic("held-known", "M", "note", {"value": 12.0, "unit": "kg"}))
+    'M is held at 12 kg: given as known'
+    """
+    head = _HEADS.get((SENTENCES[diagnostic.code].about, diagnostic.severity), "")
+    return _formatted(head, diagnostic) + clause(diagnostic)
+
+
+def clause(diagnostic: Diagnostic) -> str:
+    """Return the same without the parameter and what became of it: what stands beside the parameter in a table.
+
+    Examples
+    --------
+    >>> clause(Diagnostic("low-speed", "F_v", numbers={"speed": 628e-6}))
+    'the log never exceeds 628 µm/s'
+    """
+    return _formatted(SENTENCES[diagnostic.code].template(diagnostic.numbers), diagnostic)
+
+
+def note_of(estimate: Estimate) -> str:
+    """Return why a parameter is held, at an edge or unidentifiable; nothing where it is identified."""
+    return "" if estimate.reason is None else clause(estimate.reason)
+
+
+def warnings_of(fit: Fit) -> tuple[str, ...]:
+    """Return what may mislead in a fit, in sentences."""
+    return tuple(message(one) for one in fit.diagnostics if one.severity != "note")
+
+
+def assumptions_of(fit: Fit) -> tuple[str, ...]:
+    """Return what a fit rests on, in sentences."""
+    return tuple(message(one) for one in fit.diagnostics if one.severity == "note")
+
+
+def notes_of(prediction: Prediction) -> tuple[str, ...]:
+    """Return what is to be known of a prediction, in sentences; one that may mislead begins with ``warning:``."""
+    return tuple(
+        message(one) if one.severity == "note" else f"{one.severity}: {message(one)}" for one in prediction.diagnostics
+    )
+
+
+def as_data(diagnostics: Iterable[Diagnostic]) -> list[dict[str, Any]]:
+    """Return diagnostics as they stand in JSON: ``code``, ``parameter``, ``severity``, ``numbers``, ``message``."""
+    return [one.as_data() | {"message": message(one)} for one in diagnostics]
+
+
+def fields_of(code: str) -> dict[str, str]:
+    """Return the numbers that the sentence of a code needs, each with its format: a quantity, or one of `format`."""
+    found: dict[str, str] = {}
+    for text in SENTENCES[code].texts:
+        found |= {name.split("[")[0]: spec or "" for _, name, spec, _ in Formatter().parse(text) if name}
+    return {name: spec for name, spec in found.items() if name != "parameter"}
+
+
+def _formatted(template: str, diagnostic: Diagnostic) -> str:
+    given: dict[str, Any] = {"parameter": diagnostic.parameter, **diagnostic.numbers}
+    if "cause" in given:
+        cause = Diagnostic(given.pop("cause"), diagnostic.parameter, "warning", given, diagnostic.kind)
+        given = given | {"cause": clause(cause)}
+    return _Words(diagnostic.kind, str(given.get("unit", "1"))).vformat(template, (), given)
+
+
+class _Words(Formatter):
+    """Formats numbers by what they are.
+
+    Behind the colon stands a generalised quantity (``length/time``), ``unit`` for the unit that the numbers name,
+    ``list`` or ``and`` for names, ``2 digits``, or what Python knows.
+    """
+
+    def __init__(self, kind: Kind, unit: str) -> None:
+        self.kind: Kind = kind
+        self.unit = unit
+
+    def format_field(self, value: Any, format_spec: str) -> str:
+        """Return one number in words."""
+        if format_spec in ("list", "and"):
+            return {"list": ", ", "and": " and "}[format_spec].join(value)
+        if format_spec == "unit":
+            return value if isinstance(value, str) else with_unit(value, self.unit)
+        if format_spec == "percents":
+            return ", ".join(f"{number(one, 10.0)} %" for one in value)
+        if format_spec.endswith(" digits"):
+            return number(value, digits=int(format_spec.split()[0]))
+        if format_spec in UNITS:
+            several = value if isinstance(value, tuple) else (value,)
+            return ", ".join(with_unit(one, unit_of(format_spec, self.kind)) for one in several)
+        return super().format_field(value, format_spec)

@@ -1,0 +1,36 @@
+"""The thresholds of an identification as tables: those that a person changed, and all of them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from bristle.identification.settings import thresholds
+from bristle.report.table import Table
+
+if TYPE_CHECKING:
+    from bristle.identification.settings import Settings
+
+__all__ = ["changed_settings", "settings_table"]
+
+
+def settings_table(settings: Settings) -> Table:
+    """Return every threshold with its value, default and meaning."""
+    return _table("Thresholds of what is said and doubted", settings, [one.name for one in thresholds()])
+
+
+def changed_settings(settings: Settings) -> Table | None:
+    """Return those thresholds that differ from the default; None where there is none."""
+    return _table("Thresholds that were changed", settings, list(settings.changed)) if settings.changed else None
+
+
+def _table(caption: str, settings: Settings, names: list[str]) -> Table:
+    rows = [
+        (
+            one.name, f"{getattr(settings, one.name):g}", f"{one.default:g}", one.unit if one.unit != "1" else "–",
+            one.meaning, one.source,
+        )
+        for one in thresholds()
+        if one.name in names
+    ]  # fmt: skip
+    heads = ("Name", "Value", "Default", "Unit", "Meaning", "Source")
+    return Table(caption, heads, rows).without_empty_columns()

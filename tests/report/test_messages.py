@@ -1,0 +1,112 @@
+"""Every diagnostic has its sentence and every sentence its diagnostic, with the numbers that the sentence needs."""
+
+import ast
+import pickle
+from pathlib import Path
+
+import pytest
+from tests.identification.known_logs import log_of, sines, sliding_effort, slow_log
+
+import bristle
+from bristle import friction
+from bristle.core.diagnostic import Diagnostic
+from bristle.core.variable import UNITS
+from bristle.identification import identify
+from bristle.report.messages import as_data, clause, fields_of, message, note_of, warnings_of
+from bristle.report.sentences import SENTENCES
+
+PACKAGE = Path(bristle.__file__).parent
+# Filled in by what writes the sentence, not by what makes the diagnostic.
+WRITTEN = {"cause"}
+
+
+def calls():
+    """Every call of the package that makes a diagnostic, or holds a parameter for a reason."""
+    for file in PACKAGE.rglob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.Call) and isinstance(node.func, (ast.Name, ast.Attribute)):
+                name = node.func.id if isinstance(node.func, ast.Name) else node.func.attr
+                place = {"Diagnostic": 0, "_said": 0, "how_sure": 0, "Held": 1}.get(name)
+                if place is not None and len(node.args) > place:
+                    yield file, node.args[place]
+
+
+def strings():
+    """Every string of the package, but for those of the sentences."""
+    return {
+        node.value
+        for file in PACKAGE.rglob("*.py")
+        if file.name != "sentences.py"
+        for node in ast.walk(ast.parse(file.read_text()))
+        if isinstance(node, ast.Constant) and isinstance(node.value, str)
+    }
+
+
+def test_every_code_has_a_sentence_and_every_sentence_a_code():
+    made = {one.value for _, one in calls() if isinstance(one, ast.Constant)}
+    assert len(made) > 40
+    assert made <= set(SENTENCES)
+    assert set(SENTENCES) <= strings()
+
+
+def test_codes_are_in_kebab_case_and_each_says_what_it_means():
+    for code, one in SENTENCES.items():
+        assert all(part.isalnum() and part == part.lower() for part in code.split("-")), code
+        assert one.means, code
+        assert one.advice, code
+
+
+@pytest.fixture(scope="module")
+def fits():
+    motion = sines(30.0, amplitudes=(2e-4,), frequencies=(0.5,), phases=(0.0,))
+    slow = log_of(motion, sliding_effort(motion, noise=3.0))
+    flat = slow_log(friction.coulomb_viscous(F_C=8.0, F_v=30.0))
+    found = identify(slow, "coulomb_viscous,lugre,bouc_wen_classic", blocks=0, draws=20).fits
+    return (*found, *identify(flat, "stribeck", draws=0).fits)
+
+
+def test_the_numbers_are_those_that_the_sentence_names(fits):
+    seen = set()
+    for one in (each for fit in fits for each in fit.diagnostics):
+        needed = set(fields_of(one.code)) - WRITTEN - {"std_percent"}
+        if "cause" not in one.numbers:
+            assert needed <= set(one.numbers), one
+            assert set(one.numbers) - needed <= {"value", "unit", "std_percent", "slowest", "fastest", "direction"}, one
+        seen.add(one.code)
+    assert {"low-speed", "low-acceleration", "filtered", "intervals", "held-default", "redundant"} <= seen
+
+
+def test_a_diagnostic_survives_pickle_and_stands_in_json_with_its_sentence(fits):
+    every = fits[0].diagnostics
+    assert pickle.loads(pickle.dumps(every)) == every
+    data = as_data(every)
+    assert [one["message"] for one in data if one["severity"] == "warning"] == list(warnings_of(fits[0]))
+    assert all(set(one) == {"code", "parameter", "severity", "numbers", "message"} for one in data)
+
+
+def test_units_are_those_of_the_axis():
+    turning = Diagnostic("low-speed", "F_v", numbers={"speed": 2.0}, kind="rotational")
+    assert message(turning) == "F_v cannot be identified: the log never exceeds 2 rad/s"
+    assert clause(turning) == "the log never exceeds 2 rad/s"
+    assert all(spec in UNITS for spec in fields_of("fast-reversals").values() if "length" in spec)
+
+
+def test_what_is_redundant_is_both_held_and_not_identified(fits):
+    fit = next(one for one in fits if one.name == "bouc_wen_classic")
+    told = [message(one) for one in fit.diagnostics if one.code == "redundant"]
+    assert [one.split(":")[0].split(" at ")[0] for one in told] == ["beta cannot be identified", "beta is held"]
+    assert note_of(fit.parameters["beta"]) in told[0]
+
+
+def test_an_edge_names_its_cause():
+    cause = {"cause": "low-speed", "speed": 0.5, "value": 1.0, "unit": "N", "edge": "largest"}
+    told = message(Diagnostic("edge-of-search", "F_v", numbers=cause))
+    assert told == (
+        "F_v has no standard error: the search ran to the largest value that this log could show, 1 N: the log never "
+        "exceeds 500 mm/s"
+    )
+
+
+def test_the_unit_of_a_shift_is_that_of_a_damping():
+    told = Diagnostic("half-sample", "sigma_1", numbers={"names": ("sigma_1", "sigma_2"), "shift": 12.0})
+    assert message(told).startswith("sigma_1, sigma_2 may be too large by 12 N·s/m and more")
