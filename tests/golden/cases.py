@@ -1,0 +1,441 @@
+"""The golden cases: every way of identifying, with fixed input. Each returns what it found as plain data."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from benchmarks.loops import AXIS as LOOP
+from tests.golden import logs
+from tests.golden.case import golden
+from tests.golden.told import (
+    of_break_aways,
+    of_identification,
+    of_operator_prediction,
+    of_operators,
+    of_prediction,
+    signal,
+)
+from tests.identification.known_logs import held_log, log_of, sines, sliding_effort, sliding_log, slow_log
+from tests.identification.operators.known_curves import TRUTH, recorded, reversal_curves, to_and_fro
+from tests.identification.test_delay import DT, late
+from tests.identification.test_elements import MASS, elements_log
+from tests.identification.test_output_error import AXIS as OPEN
+from tests.identification.test_output_error import recorded as recorded_open
+from tests.identification.test_stribeck_elements import ASKED, gms_log
+
+from bristle import friction
+from bristle.core import Axis, InputError
+from bristle.demo.run import MODELS
+from bristle.identification import identify, predict, unexplained_force
+from bristle.identification.asked import models_of
+from bristle.identification.break_away import break_aways
+from bristle.identification.operators import identify_operator, predict_operator
+from bristle.identification.treatment import treat
+from bristle.logs.curves import Curves
+from bristle.logs.log import Log
+from bristle.logs.span import within
+from bristle.plants import inertia
+
+ALL = "all,stribeck+asymmetry"  # with what is no model of its own: a slot
+STATIC = "coulomb,viscous,coulomb_viscous,stribeck,coulomb_viscous+asymmetry,stribeck_free+asymmetry"
+
+Found = dict[str, Any]
+
+
+def fitted(log: Log | Sequence[Log], model: str, axis: Axis | None = None, **asked: Any) -> Found:
+    """Return what an identification says, without draws where none are asked for."""
+    return of_identification(identify(log, model, axis=axis, **({"draws": 0} | asked)))
+
+
+# --- a measured axis ------------------------------------------------------------------------------------------------
+
+
+@golden(fast=True, measured=True)
+def emps_static() -> Found:
+    log, axis = logs.emps()
+    return fitted(log, STATIC, axis)
+
+
+@golden(fast=True, measured=True)
+def emps_draws() -> Found:
+    log, axis = logs.emps()
+    return fitted(log, "coulomb_viscous+asymmetry,coulomb_viscous", axis, draws=20)
+
+
+@golden(measured=True)
+def emps_all() -> Found:
+    log, axis = logs.emps()
+    return fitted(within(log, (0.0, 6.5)), ALL, axis)
+
+
+@golden(measured=True)
+def emps_whole() -> Found:
+    log, axis = logs.emps()
+    return fitted(log, "dahl,lugre,lugre+asymmetry,maxwell_slip,gms", axis)
+
+
+@golden(measured=True)
+def emps_lugre_draws_without_blocks() -> Found:
+    log, axis = logs.emps()
+    return fitted(log, "lugre", axis, draws=20, blocks=0)
+
+
+@golden(fast=True, measured=True)
+def emps_as_asked() -> Found:
+    """Every number that can be known beforehand, and every number of the treatment."""
+    log, axis = logs.emps()
+    return fitted(log, "coulomb_viscous,stribeck", axis, cutoff="50 Hz", decimation=5, blocks=3, mass="95 kg",
+                  offset="-3 N")  # fmt: skip
+
+
+@golden(fast=True, measured=True)
+def emps_varying() -> Found:
+    """Friction that varies with the place and the turn of the screw, of an axis whose effort is held."""
+    log, axis = logs.emps("axis_refined.toml")
+    return fitted(log, "coulomb_viscous+periodic,coulomb_viscous+position+asymmetry", axis, blocks=4)
+
+
+@golden(measured=True)
+def emps_closed_loop() -> Found:
+    """The first half in closed loop, and the second as predicted."""
+    log, axis = logs.emps("axis_refined.toml")
+    half = len(log) // 2
+    first, second = (replace(log, segments=(part,)) for part in (slice(0, half), slice(half, len(log))))
+    found = identify(first, "stribeck_free+asymmetry,coulomb_viscous", axis=axis, method="output_error", draws=0,
+                     blocks=0)  # fmt: skip
+    best = found.best
+    predictions = {
+        mode: of_prediction(predict(best.plant, best.friction, second, axis, mode, lag=best.lag), best.friction)
+        for mode in ("inverse", "closed-loop", "open-loop")
+    }
+    return of_identification(found) | {"predictions": predictions}
+
+
+@golden(measured=True)
+def emps_closed_loop_draws() -> Found:
+    log, axis = logs.emps("axis_refined.toml")
+    return fitted(within(log, (0.0, 6.5)), "coulomb_viscous+asymmetry", axis, method="output_error", draws=20, blocks=3)
+
+
+# --- a reciprocating contact ----------------------------------------------------------------------------------------
+
+
+@golden(measured=True)
+def tribometer_all() -> Found:
+    log, axis = logs.tribometer()
+    return fitted(within(log, (12.0, 44.0)), ALL, axis)
+
+
+@golden(measured=True)
+def tribometer_halves() -> Found:
+    """The first half with a free exponent, and the second as predicted."""
+    log, axis = logs.tribometer()
+    first, second = within(log, (12.0, 108.5)), within(log, (108.5, 205.0))
+    found = identify(first, "dahl,maxwell_slip,maxwell_slip+position,gms", axis=axis, free="exponent", draws=0)
+    predictions = {
+        fit.name: of_prediction(predict(fit.plant, fit.friction, second, axis), fit.friction) for fit in found.fits
+    }
+    return of_identification(found) | {"predictions": predictions}
+
+
+@golden(measured=True)
+def tribometer_elements_draws() -> Found:
+    log, axis = logs.tribometer()
+    return fitted(within(log, (12.0, 60.0)), "maxwell_slip", axis, draws=20)
+
+
+# --- a friction damper: several logs --------------------------------------------------------------------------------
+
+
+@golden(measured=True)
+def damper_all() -> Found:
+    several, axis = logs.damper("0.5Hz80lb", "1Hz80lb")
+    return fitted(several, ALL, axis)
+
+
+@golden(measured=True)
+def damper_gap_draws() -> Found:
+    """A contact with a gap, its intervals, and another test as predicted with its band."""
+    several, axis = logs.damper("0.5Hz80lb", "1Hz80lb")
+    (other,), _ = logs.damper("1Hz70lb")
+    found = identify(several, "gap_slider+asymmetry,coulomb", axis=axis, draws=20)
+    best = found.best
+    assert best.resampling is not None
+    said = predict(best.plant, best.friction, other, axis, bands=best.resampling.bands)
+    return of_identification(found) | {"prediction": of_prediction(said, best.friction)}
+
+
+@golden(fast=True, measured=True)
+def damper_elements() -> Found:
+    several, axis = logs.damper("0.5Hz80lb", "1Hz80lb")
+    return fitted(several, "maxwell_slip,coulomb", axis, blocks=0)
+
+
+# --- an oscillator whose truth is known -----------------------------------------------------------------------------
+
+
+@golden(measured=True)
+def bouc_wen_open_loop_draws() -> Found:
+    """The benchmark in open loop with intervals, and its test record as predicted."""
+    log, axis = logs.bouc_wen()
+    found = identify(log, "bouc_wen_classic", axis=axis, draws=20)
+    best = found.best
+    said = predict(best.plant, best.friction, logs.bouc_wen_test(), axis, "open-loop")
+    return of_identification(found) | {"prediction": of_prediction(said, best.friction)}
+
+
+@golden(measured=True)
+def bouc_wen_all() -> Found:
+    """Every model but elastoplastic, which alone takes longer than all other cases."""
+    log, axis = logs.bouc_wen()
+    names = [one.name for one in models_of(ALL) if one.name != "elastoplastic"]
+    return fitted(within(log, (0.0, 10.92)), ",".join(names), axis, method="inverse_dynamics", blocks=3)
+
+
+@golden(measured=True)
+def bouc_wen_open_loop_others() -> Found:
+    log, axis = logs.bouc_wen()
+    return fitted(within(log, (0.0, 21.84)), "coulomb_viscous,dahl", axis, blocks=0)
+
+
+# --- the axis of the demonstration and the virtual ball screw --------------------------------------------------------
+
+
+@golden()
+def demo_all() -> Found:
+    log, axis = logs.demo()
+    return fitted(within(log, (0.0, 8.0)), ALL, axis)
+
+
+@golden()
+def demo_draws() -> Found:
+    """The models of the demonstration, and its unseen log as predicted with a band."""
+    log, axis = logs.demo()
+    unseen, _ = logs.demo(2)
+    found = identify(log, MODELS, axis=axis, draws=20)
+    best = found.best
+    assert best.resampling is not None
+    said = {
+        mode: of_prediction(predict(best.plant, best.friction, unseen, axis, mode, bands=best.resampling.bands),
+                            best.friction)
+        for mode in ("inverse", "closed-loop")
+    }  # fmt: skip
+    force = signal(unexplained_force(best.plant, best.friction, unseen, axis))
+    return of_identification(found) | {"predictions": said, "unexplained": force}
+
+
+@golden()
+def demo_closed_loop() -> Found:
+    """Models of elements cannot be compared in a loop, and are left out."""
+    log, axis = logs.demo()
+    return fitted(within(log, (0.0, 8.0)), "coulomb_viscous,maxwell_slip", axis, method="output_error")
+
+
+@golden()
+def ball_screw() -> Found:
+    log, axis = logs.ball_screw()
+    return fitted(log, "maxwell_slip,gms,dahl", axis)
+
+
+@golden()
+def ball_screw_all() -> Found:
+    log, axis = logs.ball_screw()
+    return fitted(within(log, (0.0, 12.0)), ALL, replace(axis, seeks_delay=False), blocks=0)
+
+
+@golden()
+def ball_screw_draws() -> Found:
+    log, axis = logs.ball_screw()
+    return fitted(log, "maxwell_slip", axis, draws=20, blocks=2)
+
+
+# --- simulated axes: output error -----------------------------------------------------------------------------------
+
+
+@golden(fast=True)
+def open_loop() -> Found:
+    return fitted(recorded_open(), "bouc_wen_classic", OPEN)
+
+
+@golden()
+def open_loop_draws() -> Found:
+    return fitted(recorded_open(), "bouc_wen_classic,dahl", OPEN, draws=20)
+
+
+@golden()
+def open_loop_searched_everywhere() -> Found:
+    return fitted(recorded_open(), "bouc_wen_classic", OPEN, global_search=True, blocks=0)
+
+
+@golden()
+def closed_loop() -> Found:
+    return fitted(logs.in_loop(), "stribeck,coulomb_viscous,dahl,lugre", replace(LOOP, seeks_lag=True))
+
+
+@golden(fast=True)
+def closed_loop_without_blocks() -> Found:
+    log, axis = logs.in_loop(pairs=3), replace(LOOP, seeks_lag=True)
+    found = identify(log, "stribeck", axis=axis, draws=0, blocks=0)
+    best = found.best
+    said = predict(best.plant, best.friction, log, LOOP, "closed-loop", lag=best.lag)
+    return of_identification(found) | {"prediction": of_prediction(said, best.friction)}
+
+
+@golden(fast=True)
+def closed_loop_draws() -> Found:
+    return fitted(logs.in_loop(scatter=0.05), "stribeck", LOOP, draws=20, blocks=0)
+
+
+@golden()
+def closed_loop_several_draws() -> Found:
+    """Two logs of one loop, each held out in turn, with intervals."""
+    several = [logs.in_loop(pairs=3), logs.in_loop(pairs=4, scatter=0.05)]
+    return fitted(several, "coulomb_viscous", LOOP, draws=20)
+
+
+# --- simulated axes: inverse dynamics -------------------------------------------------------------------------------
+
+
+@golden(fast=True)
+def late_effort() -> Found:
+    """An effort that is recorded three samples late, whose delay is found."""
+    log = late(3.0 * DT)
+    found = identify(log, "coulomb_viscous,stribeck", axis=Axis(seeks_delay=True), draws=20)
+    best = found.best
+    said = predict(best.plant, best.friction, log, delay=found.treatment["delay"])
+    return of_identification(found) | {"prediction": of_prediction(said, best.friction)}
+
+
+@golden(fast=True)
+def held_effort() -> Found:
+    log = held_log(logs.LUGRE)
+    return fitted(log, "lugre", Axis(held=True, resolution=1e-7), blocks=0)
+
+
+@golden(fast=True)
+def held_effort_not_said() -> Found:
+    return fitted(held_log(logs.LUGRE), "lugre,dahl", Axis(resolution=1e-7), blocks=2)
+
+
+@golden()
+def held_effort_all_draws() -> Found:
+    return fitted(held_log(logs.LUGRE), ALL, Axis(held=True, resolution=1e-7), draws=20, blocks=0)
+
+
+@golden(fast=True)
+def several_logs_draws() -> Found:
+    several = [sliding_log(seed, noise=1.0) for seed in (1, 2, 3)]
+    return fitted(several, "coulomb_viscous,coulomb_viscous+asymmetry", draws=20)
+
+
+@golden(fast=True)
+def several_axes() -> Found:
+    axes = [Axis(resolution=1e-7), Axis(resolution=1e-6)]
+    return of_identification(identify([sliding_log(1), sliding_log(2)], "coulomb_viscous", axis=axes, draws=0))
+
+
+@golden(fast=True)
+def rotational() -> Found:
+    log = sliding_log(5)
+    position = replace(log.position, unit="rad")
+    assert log.effort is not None
+    turned = replace(log, kind="rotational", position=position, effort=replace(log.effort, unit="N*m"))
+    return fitted(turned, "coulomb_viscous,stribeck+asymmetry", Axis(kind="rotational"))
+
+
+@golden(fast=True)
+def free_exponent() -> Found:
+    truth = friction.dahl(F_C=20.0, sigma_0=5e6, sigma_2=200.0, exponent=0.7)
+    return fitted(slow_log(truth, duration=10.0), "dahl", Axis(resolution=1e-7), free="exponent", mass=12.0)
+
+
+@golden()
+def searched_everywhere() -> Found:
+    return fitted(slow_log(logs.LUGRE, duration=8.0), "lugre", Axis(resolution=1e-7), global_search=True, blocks=0)
+
+
+@golden(fast=True)
+def elements_draws() -> Found:
+    return fitted(elements_log(), "maxwell_slip,dahl", mass=MASS, cutoff=80.0, decimation=2, draws=20)
+
+
+@golden()
+def elements_with_stribeck_draws() -> Found:
+    return fitted(gms_log(scatter=0.03), "gms,maxwell_slip", **(ASKED | {"draws": 20, "blocks": 3}))
+
+
+@golden()
+def elements_under_load() -> Found:
+    load = 1.0 + 0.5 * np.sin(np.linspace(0.0, 20.0, 12_000))
+    log = elements_log(load=load)
+    return fitted(log, "maxwell_slip+load", mass=MASS, cutoff=80.0, decimation=5, blocks=0)
+
+
+@golden(fast=True)
+def refused() -> Found:
+    """What cannot be identified, and what is said of it."""
+    motion = sines(3.0)
+    effort = sliding_effort(motion)
+    asked: dict[str, dict[str, Any]] = {
+        "no model": {"model": "lugr"},
+        "twice": {"model": "dahl,dahl"},
+        "no shape": {"model": "coulomb_viscous", "free": "exponent"},
+        "sign": {"model": "coulomb_viscous", "log": log_of(motion, -effort)},
+        "lists": {"model": "maxwell_stribeck"},
+        "cut-off": {"model": "coulomb_viscous", "cutoff": 900.0},
+        "mass": {"model": "coulomb_viscous", "mass": -1.0},
+        "blocks": {"model": "coulomb_viscous", "blocks": 900},
+        "elements": {"model": "gms", "method": "output_error"},
+        "no loop": {"model": "coulomb_viscous", "axis": Axis(loop="closed", method="output_error")},
+        "one way": {"model": "coulomb_viscous+asymmetry", "log": _one_way()},
+    }
+    return {name: _refusal(**({"log": log_of(motion, effort)} | one)) for name, one in asked.items()}
+
+
+def _one_way() -> Log:
+    motion = sines(3.0)
+    onward = motion._replace(position=motion.position + 0.5 * motion.time, velocity=motion.velocity + 0.5)
+    return log_of(onward, sliding_effort(onward))
+
+
+def _refusal(**asked: Any) -> list[str]:
+    try:
+        identify(**asked, draws=0)
+    except InputError as error:
+        return [str(error)]
+    return ["was not refused"]
+
+
+@golden(fast=True)
+def pulls_from_rest() -> Found:
+    log, truth = logs.pulls()
+    known = break_aways(treat(log, logs.PULLED, 60.0), inertia(M=28.0), truth)
+    found = fitted(log, "coulomb_viscous,maxwell_slip", logs.PULLED, cutoff=60.0)
+    return found | {"break_aways": of_break_aways(known)}
+
+
+# --- hysteresis operators -------------------------------------------------------------------------------------------
+
+
+@golden(measured=True)
+def magnet_operators() -> Found:
+    return of_operators(identify_operator(logs.magnet()))
+
+
+@golden(fast=True)
+def friction_operators() -> Found:
+    rng = np.random.default_rng(11)
+    curves = recorded(TRUTH, to_and_fro(rng, turns=50, samples=800), rng, offset=0.3)
+    found = identify_operator(curves, cells=12)
+    unseen = recorded(TRUTH, to_and_fro(rng, turns=30, samples=500))
+    said = predict_operator(found.best.operator, unseen, found.best.offset)
+    return of_operators(found) | {"prediction": of_operator_prediction(said, found.best.operator, unseen)}
+
+
+@golden()
+def operators_of_reversal_curves() -> Found:
+    curves = Curves(reversal_curves(TRUTH), start="saturated")
+    return of_operators(identify_operator(curves, cells=12, stops=15))

@@ -1,0 +1,108 @@
+"""Numbers as they were frozen against numbers as they are."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+RELATIVE = 1e-9
+MISSING = "nothing"
+LINE = 400  # characters
+SURE = ("std", "robust_std", "interval")
+
+
+class Difference(NamedTuple):
+    """One place that is not what it was."""
+
+    path: str
+    was: Any
+    now: Any
+
+    def __str__(self) -> str:
+        return f"{self.path}: was {_short(self.was)}, is {_short(self.now)}"
+
+
+def _short(value: Any) -> str:
+    text = value if value is MISSING else json.dumps(value, ensure_ascii=False)
+    return text if len(text) <= 160 else f"{text[:120]} ... ({len(text)} characters)"
+
+
+def differences(was: Any, now: Any, relative: float = RELATIVE) -> Iterator[Difference]:
+    """Yield where plain data is not what it was; what was added to a table is no difference.
+
+    Numbers may differ by a share of themselves, or of their scale: the largest number of their list, the width of the
+    interval of an estimate.
+    """
+    yield from _compared("", was, now, relative, 0.0)
+
+
+def _compared(path: str, was: Any, now: Any, relative: float, scale: float) -> Iterator[Difference]:
+    if isinstance(was, dict) and isinstance(now, dict):
+        yield from _tables(path, was, now, relative)
+    elif isinstance(was, list) and isinstance(now, list):
+        if len(was) != len(now):
+            yield Difference(f"{path}.length", len(was), len(now))
+        largest = max([scale, *(_magnitude(one) for one in was)])
+        for place, (one, other) in enumerate(zip(was, now, strict=False)):
+            yield from _compared(f"{path}[{place}]", one, other, relative, largest)
+    elif _is_number(was) and _is_number(now):
+        if not math.isclose(was, now, rel_tol=relative, abs_tol=relative * scale):
+            yield Difference(path, was, now)
+    elif type(was) is not type(now) or was != now:
+        yield Difference(path, was, now)
+
+
+def _tables(path: str, was: dict[str, Any], now: dict[str, Any], relative: float) -> Iterator[Difference]:
+    scale = _scale_of(was)
+    for name, one in was.items():
+        below = f"{path}.{name}" if path else name
+        if name not in now:
+            yield Difference(below, one, MISSING)
+        else:
+            yield from _compared(below, one, now[name], relative, scale.get(name, 0.0))
+
+
+def _scale_of(table: dict[str, Any]) -> dict[str, float]:
+    """Return the scale of those numbers of a table that may happen to be next to nothing."""
+    if "value" in table:  # an estimate
+        ends = [one for name in SURE for one in _numbers(table.get(name))]
+        return dict.fromkeys(("value", "interval"), max((abs(one) for one in ends), default=0.0))
+    if "rms" in table and "samples" in table:  # a signal
+        return dict.fromkeys(("mean", "samples"), _magnitude(table["rms"]))
+    if "aic" in table:  # above those of the best model: differences of numbers as large as the rows
+        return dict.fromkeys(("aic", "bic"), 1e3)
+    if "largest_deviation" in table:
+        return {"largest_deviation": max(map(_magnitude, table["effort"]), default=0.0)}
+    return {}
+
+
+def _numbers(value: Any) -> list[float]:
+    return [one for one in (value if isinstance(value, list) else [value]) if _is_number(one)]
+
+
+def _magnitude(value: Any) -> float:
+    return abs(value) if _is_number(value) else 0.0
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def frozen_text(found: Any) -> str:
+    """Return plain data as JSON for reading and for diffs: what is short, or numbers only, stands on one line."""
+    return _written(found, "") + "\n"
+
+
+def _written(value: Any, margin: str) -> str:
+    line = json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    below = list(value.values()) if isinstance(value, dict) else value if isinstance(value, list) else []
+    numbers = all(one is None or _is_number(one) for one in below)
+    if numbers or (len(line) <= LINE and not any(isinstance(one, dict) for one in below)):
+        return line
+    deeper = margin + " "
+    if isinstance(value, dict):
+        entries = [f"{deeper}{json.dumps(name)}: {_written(one, deeper)}" for name, one in value.items()]
+        return "{\n" + ",\n".join(entries) + f"\n{margin}}}"
+    return "[\n" + ",\n".join(f"{deeper}{_written(one, deeper)}" for one in value) + f"\n{margin}]"

@@ -1,0 +1,72 @@
+"""What identifications find is what they found: the fast golden cases; ``python -m tests.golden check`` has all."""
+
+import json
+import os
+
+import pytest
+import tests.golden.cases  # noqa: F401  (it registers them)
+from tests.golden.case import CASES, FROZEN
+from tests.golden.comparison import differences, frozen_text
+
+FAST = [
+    pytest.param(one, id=one.name, marks=[pytest.mark.measured] if one.measured else [])
+    for one in CASES.values()
+    if one.fast
+]
+
+
+@pytest.mark.parametrize("case", FAST)
+def test_what_is_found_is_what_was_found(case):
+    if case.measured and not os.environ.get("BRISTLE_DATA"):
+        pytest.skip("BRISTLE_DATA does not name the folder of the measured logs")
+    found = json.loads(frozen_text(case.work()))
+    told = [str(one) for one in differences(json.loads(case.file.read_text(encoding="utf-8")), found)]
+    assert told[:20] == []
+
+
+def test_every_case_is_frozen_and_nothing_else():
+    assert {one.stem for one in FROZEN.glob("*.json")} == set(CASES)
+
+
+ESTIMATE = {"value": 1e-3, "std": 2.0, "robust_std": None, "interval": [-4.0, 4.0], "status": "identified"}
+
+
+@pytest.mark.parametrize(
+    ("was", "now", "paths"),
+    [
+        ({"a": 1.0}, {"a": 1.0 + 2e-9}, ["a"]),
+        ({"a": 1.0}, {"a": 1.0 + 5e-10}, []),
+        ({"a": 1.0}, {"a": None}, ["a"]),
+        ({"a": 1}, {"a": 1.0}, []),
+        ({"a": 1}, {"a": True}, ["a"]),
+        ({"a": {"b": "text"}}, {"a": {"b": "texts"}}, ["a.b"]),
+        ({"a": {"b": 1}}, {"a": {}}, ["a.b"]),
+        ({"a": {}}, {"a": {"b": 1}}, []),
+        ({"a": ["x"]}, {"a": ["x", "y"]}, ["a.length"]),
+        ({"a": [1e-12, 1.0]}, {"a": [0.0, 1.0]}, []),  # next to nothing beside its neighbour
+        ({"a": [1e-8, 1.0]}, {"a": [0.0, 1.0]}, ["a[0]"]),
+        (ESTIMATE, ESTIMATE | {"value": 1e-3 + 3e-9}, []),  # next to nothing beside its interval
+        (ESTIMATE, ESTIMATE | {"value": 1e-3 + 5e-9}, ["value"]),
+        (ESTIMATE, ESTIMATE | {"std": 2.0 + 3e-9}, ["std"]),
+        (ESTIMATE, ESTIMATE | {"status": "held"}, ["status"]),
+        ([{"n": 0.0}], [{"n": 1e-300}], ["[0].n"]),
+    ],
+)
+def test_a_difference_is_told_with_its_place(was, now, paths):
+    assert [one.path for one in differences(was, now)] == paths
+
+
+def test_what_was_and_what_is_are_told():
+    (one,) = differences({"fits": [{"rank": 1}]}, {"fits": [{"rank": 2}]})
+    assert str(one) == "fits[0].rank: was 1, is 2"
+
+
+def test_numbers_survive_the_file_to_the_last_bit():
+    found = {
+        "a": [0.1 + 0.2, 5e-324, -1e300],
+        "b": {"c": [1, None, True]},
+        "µ": ["x", {}],
+        "d": [],
+        "e": [[1.5], [2.5]],
+    }
+    assert json.loads(frozen_text(found)) == found

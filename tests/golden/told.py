@@ -1,0 +1,119 @@
+"""What was found, as plain data: what ``--json`` prints, and the raw numbers that it leaves out.
+
+The only place of the golden tests that knows how results are made up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from bristle.files.summary import plain
+from bristle.identification import drive_table
+from bristle.report.operators import operator_prediction_summary, operator_summary
+from bristle.report.summary import identification_summary, prediction_summary
+
+MARKS = 7  # of a signal that are kept one by one, beside its length, mean and root mean square
+
+
+def of_identification(found: Any) -> dict[str, Any]:
+    """Return all that an identification says."""
+    summary = identification_summary(
+        found, table=drive_table(found.best, 20), simulation=None, prediction=None, provenance={}
+    )
+    traces = {name: signal(values) for name, values in vars(found.best.traces).items()}
+    return plain({"json": summary, "notes": found.notes, "fits": [_fit(one) for one in found.fits], "traces": traces})
+
+
+def _fit(fit: Any) -> dict[str, Any]:
+    """Return what the JSON leaves out of a fit."""
+    return {
+        "name": fit.name,
+        "rank": fit.rank,
+        "plant": {"name": fit.plant.name, **fit.plant.values},
+        "friction": dict(fit.friction.values),
+        "order": [one.name for one in fit.estimates],
+        "error_percent": fit.error_percent,
+        "held_out": None if fit.held_out is None else vars(fit.held_out),
+        "measurements": None if fit.information is None else fit.information.measurements,
+        "combinations": {one.name: vars(one) for one in fit.combinations},
+        "correlation": {
+            "names": fit.correlation_names,
+            "below_the_diagonal": [row[:place] for place, row in enumerate(fit.correlation)][1:],
+        },
+        "assumptions": fit.assumptions,
+        "lag": fit.lag,
+        "further": fit.further,
+        "unfinished": fit.unfinished,
+        "resampling": None if fit.resampling is None else _resampling(fit.resampling),
+        "predicted": signal(fit.traces.predicted),
+        "mechanical": signal(fit.traces.mechanical),
+    }
+
+
+def _resampling(found: Any) -> dict[str, Any]:
+    draws = {name: np.asarray(one) for name, one in found.bands.draws.items()}
+    return {
+        "draws": {name: one if one.ndim == 1 else [signal(each) for each in one] for name, one in draws.items()},
+        "bands": {name: value for name, value in vars(found.bands).items() if name != "draws"},
+        "scatter": found.scatter,
+        "jackknife": found.jackknife,
+        "curve": found.curve,
+    }
+
+
+def of_prediction(prediction: Any, friction: Any) -> dict[str, Any]:
+    """Return all that a prediction says."""
+    summary = prediction_summary(prediction, friction=friction, notes=(), provenance={})
+    names = ("time", "effort", "effort_predicted", "position", "position_predicted", "half_width",
+             "position_half_width")  # fmt: skip
+    return plain({"json": summary, "signals": {name: signal(getattr(prediction, name)) for name in names}})
+
+
+def of_operators(found: Any) -> dict[str, Any]:
+    """Return all that an identification of operators says."""
+    fits = [
+        {
+            "name": fit.name,
+            "rank": fit.rank,
+            "offset": fit.offset,
+            "values": _short(fit.operator.values),
+            "held_out": None if fit.held_out is None else vars(fit.held_out),
+            "notes": fit.notes,
+            "outputs": signal(np.concatenate(fit.prediction.outputs)),
+        }
+        for fit in found.fits
+    ]
+    return plain({"json": operator_summary(found, provenance={}), "notes": found.notes, "fits": fits})
+
+
+def of_operator_prediction(prediction: Any, operator: Any, recorded: Any) -> dict[str, Any]:
+    """Return all that an operator says of curves."""
+    summary = operator_prediction_summary(prediction, operator, recorded, provenance={})
+    return plain({"json": summary, "outputs": signal(np.concatenate(prediction.outputs))})
+
+
+def of_break_aways(found: Sequence[Any]) -> list[Any]:
+    """Return break-aways by rate."""
+    return plain([one._asdict() for one in found])
+
+
+def _short(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return values, of long lists what tells them apart."""
+    return {name: signal(one) if np.size(one) > 100 else one for name, one in values.items()}
+
+
+def signal(values: Any) -> dict[str, Any] | None:
+    """Return what tells a signal from another one: its size, mean, root mean square and a few of its samples."""
+    if values is None:
+        return None
+    flat = np.ravel(np.asarray(values, float))
+    places = np.linspace(0, flat.size - 1, MARKS).astype(int)
+    return {
+        "size": flat.size,
+        "mean": float(np.mean(flat)),
+        "rms": float(np.sqrt(np.mean(flat**2))),
+        "samples": flat[places].tolist(),
+    }
