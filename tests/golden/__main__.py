@@ -7,18 +7,18 @@
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import sys
 import time
 import traceback
-from itertools import islice
 
-import tests.golden.cases  # noqa: F401  (it registers them)
-from tests.golden.case import CASES, Case
-from tests.golden.comparison import differences, frozen_text
+import tests.golden.cases
+import tests.golden.commands  # noqa: F401  (both register theirs)
+from tests.golden.case import CASES, Case, differences_of
+from tests.golden.comparison import frozen_text
 
 TOLD = 20  # differences of a case
+SAME, FROZEN = ["the same"], ["frozen"]
 
 
 def main() -> int:
@@ -48,37 +48,28 @@ def _run(cases: list[Case], *, freeze: bool) -> int:
             continue
         start = time.process_time()
         try:
-            found = case.work()
-        except Exception:  # noqa: BLE001  (whatever it is, the other cases tell more)
-            print(f"{case.name}: ended with", flush=True)
+            said = _frozen(case) if freeze else _checked(case)
+        except Exception as error:  # noqa: BLE001  (whatever it is, the other cases tell more)
             traceback.print_exc()
+            said = [f"ended with {error!r}"]
+        took = f"{'fast' if case.fast else 'slow'}, {time.process_time() - start:.1f} s of CPU"
+        print(f"{case.name} ({took}): {said[0] if len(said) == 1 else f'{len(said)} differences'}", flush=True)
+        if said not in (SAME, FROZEN):
             wrong.append(case.name)
-            continue
-        took = f"{case.name} ({'fast' if case.fast else 'slow'}, {time.process_time() - start:.1f} s of CPU)"
-        if freeze:
-            case.file.parent.mkdir(exist_ok=True)
-            case.file.write_text(frozen_text(found), encoding="utf-8")
-            print(f"{took}: frozen, {case.file.stat().st_size / 1000:.0f} kB", flush=True)
-        elif told(case, found, took):
-            wrong.append(case.name)
-    print(f"{len(cases)} cases, {time.process_time() - begun:.0f} s of CPU; differ: {', '.join(wrong) or 'none'}")
+        for line in said[:TOLD] if len(said) > 1 else ():
+            print(f"  {case.name}: {line}", flush=True)
+    print(f"{len(cases)} cases, {time.process_time() - begun:.0f} s of CPU; wrong: {', '.join(wrong) or 'none'}")
     return 1 if wrong else 0
 
 
-def told(case: Case, found: dict, took: str) -> bool:
-    """Tell how a case differs from what was frozen, and return whether it does."""
-    if not case.file.is_file():
-        print(f"{took}: was never frozen", flush=True)
-        return True
-    # What is found goes through JSON as what was frozen did.
-    found = json.loads(frozen_text(found))
-    every = list(differences(json.loads(case.file.read_text(encoding="utf-8")), found))
-    print(f"{took}: {f'{len(every)} differences' if every else 'the same'}", flush=True)
-    for one in islice(every, TOLD):
-        print(f"  {case.name}: {one}", flush=True)
-    if len(every) > TOLD:
-        print(f"  and {len(every) - TOLD} more", flush=True)
-    return bool(every)
+def _frozen(case: Case) -> list[str]:
+    case.file.parent.mkdir(exist_ok=True)
+    case.file.write_text(frozen_text(case.found()), encoding="utf-8")
+    return FROZEN
+
+
+def _checked(case: Case) -> list[str]:
+    return [str(one) for one in differences_of(case)] or SAME
 
 
 if __name__ == "__main__":

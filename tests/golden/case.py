@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+import scipy.linalg  # noqa: F401  (it brings a library of its own, which must be there to be limited)
+from tests.golden.comparison import Difference, differences, frozen_text
+from threadpoolctl import threadpool_limits
 
 FROZEN = Path(__file__).parent / "frozen"
 
@@ -31,6 +36,11 @@ class Case:
     fast: bool
     measured: bool
 
+    def found(self) -> dict[str, Any]:
+        """Do the work, with one thread for linear algebra: several add up in another order, machine by machine."""
+        with threadpool_limits(1, user_api="blas"):
+            return json.loads(frozen_text(self.work()))  # as it comes out of the file
+
     @property
     def file(self) -> Path:
         """Where the numbers lie."""
@@ -40,13 +50,22 @@ class Case:
 CASES: dict[str, Case] = {}
 
 
-def golden(*, fast: bool = False, measured: bool = False) -> Callable[[Callable[[], Any]], Callable[[], Any]]:
-    """Register a function as a case under its own name."""
+def register(name: str, work: Callable[[], dict[str, Any]], *, fast: bool, measured: bool = False) -> None:
+    """Add a case."""
+    assert name not in CASES, name
+    CASES[name] = Case(name, work, fast, measured)
 
-    def register(work: Callable[[], Any]) -> Callable[[], Any]:
-        name = work.__name__
-        assert name not in CASES, name
-        CASES[name] = Case(name, work, fast, measured)
+
+def golden(*, fast: bool = False, measured: bool = False) -> Callable[[Callable[[], Any]], Callable[[], Any]]:
+    """Add a function as a case under its own name."""
+
+    def added(work: Callable[[], Any]) -> Callable[[], Any]:
+        register(work.__name__, work, fast=fast, measured=measured)
         return work
 
-    return register
+    return added
+
+
+def differences_of(case: Case) -> list[Difference]:
+    """Do the work of a case, and return how what is found differs from what was frozen."""
+    return list(differences(json.loads(case.file.read_text(encoding="utf-8")), case.found()))

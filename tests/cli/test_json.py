@@ -1,0 +1,76 @@
+"""What commands print as JSON keeps its keys, names, units and statuses; what is added is no difference."""
+
+import pytest
+from tests.golden.case import CASES, differences_of
+from tests.golden.commands import COMMANDS
+from tests.golden.comparison import differences
+from tests.golden.skeleton import skeleton
+
+from bristle.cli.application import app
+
+FAST = [one for one in (CASES[f"json_{name}"] for name in COMMANDS) if one.fast]
+
+
+@pytest.mark.parametrize("case", FAST, ids=lambda one: one.name.removeprefix("json_"))
+def test_no_key_is_gone_and_no_name_is_another_one(case):
+    assert [str(one) for one in differences_of(case)][:20] == []
+
+
+def test_every_command_is_among_them():
+    assert {one.name for one in app.registered_commands} == {line.split()[0] for line in COMMANDS.values()}
+
+
+RESULT = {
+    "model": "lugre",
+    "metrics": {"rms": 1.0, "lost": None},
+    "passed": True,
+    "warnings": ["two words"],
+    "status": "ran to the end",
+    "models": [{"name": "dahl", "rank": 1}, {"name": "lugre", "rank": 2, "more": {"unit": "N"}}],
+    "pieces": [{"begin": 0.0}, {"begin": 1.0, "end": "late"}, {"begin": 2.0, "end": "early"}],
+    "choices": ["one", "two"],
+    "provenance": {"command": "bristle"},
+}
+
+
+def test_the_skeleton_of_a_result():
+    assert skeleton(RESULT) == {
+        "model": "= lugre",
+        "metrics": {"rms": "number", "lost": "nothing"},
+        "passed": "= true",
+        "warnings": {"[]": "text"},
+        "status": "= ran to the end",
+        "models": {
+            "[dahl]": {"name": "= dahl", "rank": "number"},
+            "[lugre]": {"name": "= lugre", "rank": "number", "more": {"unit": "= N"}},
+        },
+        "pieces": {"[]": {"begin": "number", "end": {"seen: = early": "", "seen: = late": "", "seen: absent": ""}}},
+        "choices": {"[one]": "= one", "[two]": "= two"},
+        "provenance": {"command": "text"},
+    }
+
+
+@pytest.mark.parametrize(
+    ("changed", "places"),
+    [
+        ({"more": 1.0}, []),
+        ({"models": [*RESULT["models"], {"name": "gms"}]}, []),
+        ({"models": RESULT["models"][:1]}, ["models.[lugre]"]),
+        ({"metrics": {"rmse": 1.0, "lost": None}}, ["metrics.rms"]),
+        ({"metrics": {"rms": 1.0, "lost": 2.0}}, ["metrics.lost"]),
+        ({"metrics": 1.0}, ["metrics"]),
+        ({"passed": False}, ["passed"]),
+        ({"status": "ended early"}, ["status"]),
+        ({"warnings": []}, ["warnings.[]"]),
+        ({"status": "ran to the end 2"}, ["status"]),
+        ({"choices": ["two", "one", "three"]}, []),
+        ({"choices": ["two"]}, ["choices.[one]"]),
+        ({"pieces": [{"begin": 0.0}]}, ["pieces.[].end"]),
+        ({"pieces": [*RESULT["pieces"], {"end": "never"}]}, ["pieces.[].begin"]),
+        ({"pieces": [*RESULT["pieces"], {"begin": 0.0, "end": "never"}]}, []),
+        ({"provenance": {"command": "other"}}, []),
+        ({"provenance": {}}, ["provenance.command"]),
+    ],
+)
+def test_what_is_gone_is_told_and_what_is_added_is_not(changed, places):
+    assert [one.path for one in differences(skeleton(RESULT), skeleton(RESULT | changed))] == places

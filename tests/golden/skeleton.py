@@ -1,0 +1,63 @@
+"""The skeleton of a result: its keys, and of its values what a program tells apart by: names, units, statuses."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+OF_THE_PLACE = {"provenance", "file", "files", "checksum", "written", "identify"}  # below them no text is kept
+LONGEST = 40  # characters of a name
+NAME = "name"
+ABSENT = "absent"
+
+
+def skeleton(value: Any, key: str = "", *, bare: bool = False) -> Any:
+    """Return plain data with a word for each value: what it is, or itself where it is a name.
+
+    Items of a list are told apart by their names; where they have none, they become one with what each of them has.
+    """
+    bare = bare or key in OF_THE_PLACE
+    if isinstance(value, dict):
+        return {name: skeleton(one, name, bare=bare) for name, one in value.items()}
+    if isinstance(value, list):
+        return _of_list(value, key, bare=bare)
+    if isinstance(value, str):
+        return f"= {value}" if not bare and _is_name(value, key) else "text"
+    if isinstance(value, bool):
+        return f"= {json.dumps(value)}"
+    return "nothing" if value is None else "number"
+
+
+def _is_name(value: str, key: str) -> bool:
+    if key == "status":  # a sentence; what it counts is no name
+        return not any(map(str.isdigit, value))
+    return 0 < len(value) <= LONGEST and " " not in value
+
+
+def _of_list(value: list[Any], key: str, *, bare: bool) -> Any:
+    names = [one.get(NAME) if isinstance(one, dict) else one for one in value]
+    if names and all(isinstance(one, str) and _is_name(one, key) for one in names) and len(set(names)) == len(names):
+        return {f"[{name}]": skeleton(one, bare=bare) for name, one in zip(names, value, strict=True)}
+    found: Any = "empty"
+    for one in value:
+        found = _joined(found, skeleton(one, key, bare=bare))
+    return {"[]": found}
+
+
+def _joined(one: Any, other: Any) -> Any:
+    """Return what two items of a list have between them; of words that differ, each that was seen."""
+    if one in (other, "empty"):
+        return other
+    if isinstance(one, dict) and isinstance(other, dict) and not (_is_seen(one) or _is_seen(other)):
+        return {name: _joined(one.get(name, ABSENT), other.get(name, ABSENT)) for name in one | other}
+    return {f"seen: {word}": "" for word in sorted({*_words(one), *_words(other)})}
+
+
+def _is_seen(found: dict[str, Any]) -> bool:
+    return any(name.startswith("seen: ") for name in found)
+
+
+def _words(found: Any) -> list[str]:
+    if isinstance(found, dict):
+        return [name.removeprefix("seen: ") for name in found] if _is_seen(found) else ["table"]
+    return [found]

@@ -1,0 +1,113 @@
+"""A folder with all that the golden command lines read."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import scipy.io
+from tests.cli import conftest as bench
+from tests.cli.test_check import COMPOSITE, LUGRE
+from tests.cli.test_operators import AXIS as CURVES
+from tests.golden import logs
+from tests.identification.operators.known_curves import TRUTH, recorded, reversal_curves, to_and_fro
+from tests.identification.test_delay import DT, late
+from tests.identification.test_output_error import recorded as recorded_open
+
+from bristle.demo import axis_simulated
+from bristle.files import read_experiment
+from bristle.logs.log import Log
+from bristle.simulation import simulate
+
+PLAIN = """
+schema = 1
+name = "plain"
+kind = "translational"
+
+[columns]
+time = { column = "t", unit = "s" }
+position = { column = "q", unit = "m" }
+effort = { column = "u", unit = "N" }
+"""
+LEARNING = """
+[controller.learning]
+trials = 3
+k_e = "1e5 N/m"
+cutoff = "40 Hz"
+"""
+_CONTROLLER = bench.AXIS.index("[controller]")
+_COMPARED = bench.EXPERIMENT.index("[compare")
+_RUN = bench.EXPERIMENT.index("[run]")
+TEXTS = {
+    "axis.toml": bench.AXIS,
+    "bare.toml": bench.AXIS[:_CONTROLLER],
+    "loop.toml": bench.AXIS.replace("[effort]", '[effort]\nlag = "identify"').replace(
+        "[identification]", '[identification]\nmethod = "output_error"'
+    ),
+    "late.toml": PLAIN + '[timing]\ndelay = "identify"\n',
+    "pulls.toml": PLAIN + '[encoder]\nresolution = "20 nm"\n',
+    "curves.toml": CURVES,
+    "reversals.toml": CURVES.replace('"x"', '"column_1"').replace('"F"', '"column_2"')
+    + '[log]\ntables = "curve_*"\n\n[curves]\nstart = "saturated"\n',
+    "experiment.toml": bench.EXPERIMENT,
+    "seeds.toml": bench.EXPERIMENT.replace("[run]", "[run]\nseeds = 2"),
+    "learning.toml": bench.EXPERIMENT[:_RUN] + LEARNING + bench.EXPERIMENT[_RUN:_COMPARED],
+    "diverging.toml": bench.EXPERIMENT.replace('"4 N*s/mm"', '"400 N*s/mm"').replace('limit = "300 N"', ""),
+    "model.toml": bench.MODEL,
+    "own.py": bench.USER_MODEL,
+    "lugre.toml": LUGRE,
+    "composite.toml": COMPOSITE,
+}
+
+
+@cache
+def _kept() -> tempfile.TemporaryDirectory[str]:
+    return tempfile.TemporaryDirectory(prefix="golden")  # cleared when the process ends
+
+
+@cache
+def yard() -> Path:
+    """Return the folder; what commands write goes there too."""
+    folder = Path(_kept().name)
+    for name, text in TEXTS.items():
+        (folder / name).write_text(text)
+    shutil.copyfile(axis_simulated.AXIS_FILE, folder / "axis_of_demo.toml")
+    shutil.copyfile(logs.EXAMPLES / "bouc_wen" / "axis.toml", folder / "ringing.toml")
+    _write_loop(folder)
+    _write_rows(folder / "late.csv", late(3.0 * DT))
+    _write_rows(folder / "pulls.csv", logs.pulls()[0])
+    ringing = recorded_open()
+    assert ringing.effort is not None
+    np.savez(folder / "ringing.npz", u=ringing.effort.values, y=ringing.position.values)
+    _write_curves(folder)
+    return folder
+
+
+def _write_loop(folder: Path) -> None:
+    """Write the log of the bench, once whole, once with holes, and once as MAT with a constant."""
+    variant = simulate(read_experiment(folder / "experiment.toml")).variants["none"]
+    columns = np.column_stack((variant.time, variant.measured, variant.reference, variant.effort))
+    for name, rows in {"log.csv": columns, "second.csv": columns[:4000]}.items():
+        np.savetxt(folder / name, rows, delimiter=",", header="t,q,r,u", comments="", fmt="%.9g")
+    lines = (folder / "log.csv").read_text().splitlines()
+    for row in (100, 300):
+        lines[row] = lines[row].rpartition(",")[0] + ",nan"
+    (folder / "holes.csv").write_text("\n".join(lines))
+    scipy.io.savemat(folder / "constants.mat", {"t": columns[:, 0], "q": columns[:, 1], "gain": 35.0})
+
+
+def _write_rows(path: Path, log: Log) -> None:
+    assert log.effort is not None
+    columns = np.column_stack((log.time.values, log.position.values, log.effort.values))
+    np.savetxt(path, columns, delimiter=",", header="t,q,u", comments="", fmt="%.12g")
+
+
+def _write_curves(folder: Path) -> None:
+    rng = np.random.default_rng(11)
+    (curve,) = recorded(TRUTH, to_and_fro(rng, turns=40, samples=600), rng).curves
+    np.savetxt(folder / "curves.csv", np.column_stack(curve), delimiter=",", header="x,F", comments="", fmt="%.9g")
+    curves = {f"curve_{k:02}": np.column_stack(one) for k, one in enumerate(reversal_curves(TRUTH, count=21))}
+    np.savez(folder / "reversals.npz", **curves)
