@@ -1,21 +1,25 @@
-"""Freeze what identifications find, or check that they find it still.
+"""Freeze what identifications find and what commands print, or check that they still do.
 
-``python -m tests.golden check [CASE ...]``: runs all cases, tells each difference, exit code 1 if there is one.
-``python -m tests.golden freeze [CASE ...]``: writes what is found now. ``python -m tests.golden list``: their names.
+``python -m tests.golden check [CASE ...]`` tells each difference; exit code 1 if there is one. ``--relative 1e-6`` lets
+more pass than last bits. ``python -m tests.golden freeze [CASE ...]`` writes what is found now, ``list`` tells names.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import sys
 import time
 import traceback
+from collections.abc import Callable
+from functools import partial
 
 import tests.golden.cases
 import tests.golden.commands  # noqa: F401  (both register theirs)
 from tests.golden.case import CASES, Case, differences_of
-from tests.golden.comparison import frozen_text
+from tests.golden.comparison import RELATIVE, frozen_text
+from tests.golden.machine import MADE_ON, elsewhere, here
 
 TOLD = 20  # differences of a case
 SAME, FROZEN = ["the same"], ["frozen"]
@@ -27,6 +31,7 @@ def main() -> int:
     parser.add_argument("action", choices=("check", "freeze", "list"))
     parser.add_argument("cases", nargs="*", metavar="CASE", help="all where none is named")
     parser.add_argument("--fast", action="store_true", help="those that run among the tests only")
+    parser.add_argument("--relative", type=float, default=RELATIVE, metavar="SHARE", help="by which numbers may differ")
     chosen = parser.parse_args()
     unknown = [name for name in chosen.cases if name not in CASES]
     if unknown:
@@ -37,10 +42,17 @@ def main() -> int:
         for one in cases:
             print(one.name, "fast" if one.fast else "slow", "measured" if one.measured else "", sep="\t")
         return 0
-    return _run(cases, freeze=chosen.action == "freeze")
+    if chosen.action == "check":
+        if elsewhere():
+            print(f"frozen elsewhere, so that last bits differ: {elsewhere()}", flush=True)
+        return _run(cases, partial(_checked, chosen.relative))
+    if len(cases) < len(CASES) and elsewhere():
+        parser.error(f"the others were frozen elsewhere, freeze all: {elsewhere()}")
+    MADE_ON.write_text(json.dumps(here(), indent=1) + "\n", encoding="utf-8")
+    return _run(cases, _frozen)
 
 
-def _run(cases: list[Case], *, freeze: bool) -> int:
+def _run(cases: list[Case], work: Callable[[Case], list[str]]) -> int:
     wrong, begun = [], time.process_time()
     for case in cases:
         if case.measured and not os.environ.get("BRISTLE_DATA"):
@@ -48,7 +60,7 @@ def _run(cases: list[Case], *, freeze: bool) -> int:
             continue
         start = time.process_time()
         try:
-            said = _frozen(case) if freeze else _checked(case)
+            said = work(case)
         except Exception as error:  # noqa: BLE001  (whatever it is, the other cases tell more)
             traceback.print_exc()
             said = [f"ended with {error!r}"]
@@ -68,8 +80,8 @@ def _frozen(case: Case) -> list[str]:
     return FROZEN
 
 
-def _checked(case: Case) -> list[str]:
-    return [str(one) for one in differences_of(case)] or SAME
+def _checked(relative: float, case: Case) -> list[str]:
+    return [str(one) for one in differences_of(case, relative)] or SAME
 
 
 if __name__ == "__main__":

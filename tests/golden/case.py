@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import scipy.linalg  # noqa: F401  (it brings a library of its own, which must be there to be limited)
-from tests.golden.comparison import Difference, differences, frozen_text
+from tests.golden.comparison import RELATIVE, Difference, differences, frozen_text
 from threadpoolctl import threadpool_limits
 
 FROZEN = Path(__file__).parent / "frozen"
@@ -66,6 +66,6 @@ def golden(*, fast: bool = False, measured: bool = False) -> Callable[[Callable[
     return added
 
 
-def differences_of(case: Case) -> list[Difference]:
-    """Do the work of a case, and return how what is found differs from what was frozen."""
-    return list(differences(json.loads(case.file.read_text(encoding="utf-8")), case.found()))
+def differences_of(case: Case, relative: float = RELATIVE) -> list[Difference]:
+    """Do the work of a case, and return how what is found differs from what was frozen; numbers by a share."""
+    return list(differences(json.loads(case.file.read_text(encoding="utf-8")), case.found(), relative))

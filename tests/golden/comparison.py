@@ -33,7 +33,7 @@ def differences(was: Any, now: Any, relative: float = RELATIVE) -> Iterator[Diff
     """Yield where plain data is not what it was; what was added to a table is no difference.
 
     Numbers may differ by a share of themselves, or of their scale: the largest number of their list, the width of the
-    interval of an estimate.
+    interval of an estimate, 1 of correlations.
     """
     yield from _compared("", was, now, relative, 0.0)
 
@@ -73,6 +73,8 @@ def _scale_of(table: dict[str, Any]) -> dict[str, float]:
         return dict.fromkeys(("mean", "samples"), _magnitude(table["rms"]))
     if "aic" in table:  # above those of the best model: differences of numbers as large as the rows
         return dict.fromkeys(("aic", "bic"), 1e3)
+    if "below_the_diagonal" in table:
+        return {"below_the_diagonal": 1.0}
     if "largest_deviation" in table:
         return {"largest_deviation": max(map(_magnitude, table["effort"]), default=0.0)}
     return {}
