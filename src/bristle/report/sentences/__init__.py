@@ -1,0 +1,11 @@
+"""The sentences of all diagnostics, by their codes, with what each means and what to do."""
+
+from bristle.report.sentences.fits import FITS
+from bristle.report.sentences.parameters import PARAMETERS
+from bristle.report.sentences.predictions import PREDICTIONS
+from bristle.report.sentences.sentence import Sentence
+
+__all__ = ["SENTENCES", "Sentence"]
+
+SENTENCES: dict[str, Sentence] = {**PARAMETERS, **FITS, **PREDICTIONS}
+"""The sentence of each code."""
