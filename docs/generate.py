@@ -321,7 +321,8 @@ def diagnostics() -> str:
         "concerns, a severity, and numbers in SI. The sentences in `warnings[]`, `assumptions[]`, `notes[]` and `note` "
         "are made of them; [JSON](json.md) has both. In Python they are `fit.diagnostics`, `estimate.reason` and "
         "`prediction.diagnostics`, and `bristle.report.messages.message` says one of them.",
-        "| Severity | Meaning |\n| --- | --- |\n| `error` | there is no result |\n| `warning` | the result may "
+        "| Severity | Meaning |\n| --- | --- |\n| `error` | there is no result, or none to rely on |\n"
+        "| `warning` | the result may "
         "mislead |"
         "\n| `note` | what the result rests on |",
         "## Codes",

@@ -27,6 +27,8 @@ class Sentence(NamedTuple):
         Whether the parameter stands before it, and what became of it.
     choose : callable
         Returns the text, from the texts and the numbers.
+    also : tuple of str
+        Numbers that choose, and do not stand in the texts.
     """
 
     texts: tuple[str, ...]
@@ -34,6 +36,7 @@ class Sentence(NamedTuple):
     advice: str
     about: str = ""
     choose: Choice = lambda texts, numbers: texts[0]
+    also: tuple[str, ...] = ()
 
     def template(self, numbers: Mapping[str, Any]) -> str:
         """Return the text for these numbers, braces still in it."""
