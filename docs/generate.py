@@ -295,9 +295,64 @@ def equations() -> str:
     )
 
 
+# --- diagnostics ------------------------------------------------------------------------------------------------
+
+
+def diagnostics() -> str:
+    """Return the page of the codes of all diagnostics, and of the thresholds that decide on them."""
+    from bristle.identification.settings import thresholds
+    from bristle.report.messages import fields_of
+    from bristle.report.sentences import SENTENCES
+
+    codes = [
+        (f"`{code}`", one.means, ", ".join(_number_of(name, spec) for name, spec in fields_of(code).items()
+                                              if name != "std_percent") or "–",
+         one.advice)
+        for code, one in SENTENCES.items()
+    ]  # fmt: skip
+    settings = [
+        (f"`{one.name}`", f"{one.default:g}", one.unit if one.unit != "1" else "–", _range(one.least, one.most),
+         one.meaning + (f" ({one.source})" if one.source else ""))
+        for one in thresholds()
+    ]  # fmt: skip
+    return page(
+        "Diagnostics",
+        "What there is to know of a result besides its numbers: a code, which keeps its meaning, the parameter it "
+        "concerns, a severity, and numbers in SI. The sentences in `warnings[]`, `assumptions[]`, `notes[]` and `note` "
+        "are made of them; [JSON](json.md) has both. In Python they are `fit.diagnostics`, `estimate.reason` and "
+        "`prediction.diagnostics`, and `bristle.report.messages.message` says one of them.",
+        "| Severity | Meaning |\n| --- | --- |\n| `error` | there is no result, or none to rely on |\n"
+        "| `warning` | the result may "
+        "mislead |"
+        "\n| `note` | what the result rests on |",
+        "## Codes",
+        "A code with a parameter and the severity `warning` is the reason why the log does not determine it; with the "
+        "severity `note`, why it was held. Numbers without a unit are counts, shares in percent or names; a cut-off is "
+        "in Hz. The `value` of a parameter comes with its `unit`; `std_percent` is its standard error, where that is "
+        "told.",
+        table(("Code", "What it means", "Numbers", "What to do"), codes),
+        "## Thresholds",
+        "From where on something is said or doubted. None of them changes the value of a parameter. Set one with "
+        "`bristle identify --set NAME=VALUE`, under `[identification.settings]` of the axis file, or with "
+        '`settings={"NAME": VALUE}` in Python; the report and the JSON tell all of them.',
+        table(("Name", "Default", "Unit", "Allowed", "Meaning"), settings),
+    )
+
+
+def _number_of(name: str, spec: str) -> str:
+    from bristle.core.variable import UNITS
+
+    return f"`{name}` [{' or '.join(dict.fromkeys(UNITS[spec]))}]" if spec in UNITS else f"`{name}`"
+
+
+def _range(least: float, most: float) -> str:
+    return f"{least:g} … {'∞' if math.isinf(most) else f'{most:g}'}"
+
+
 PAGES: dict[str, Callable[[], str]] = {
     "models.md": models,
     "symbols.md": symbols,
+    "diagnostics.md": diagnostics,
     "command-line.md": command_line,
     "python.md": python,
     "errata.md": errata,

@@ -10,11 +10,16 @@ from tests.docs.conftest import ROOT
 
 from bristle.files import read_experiment
 from bristle.loop_design import error_budget, proposals_for
+from bristle.report.messages import message
 from bristle.simulation import simulate
-from bristle.stability import Verdict, assess, remarks, runnable, sentence
+from bristle.stability import Verdict, assess, doubts_of, runnable, verdict_of
 
 EXPERIMENTS = files("bristle.paper") / "experiments"
 SET_A = EXPERIMENTS / "set_a.toml"
+
+
+def told_of(assessment):
+    return [message(one) for one in doubts_of(assessment)]
 
 
 @cache
@@ -55,8 +60,8 @@ def test_two_samples_are_flagged_inside_the_layer_and_three_are_refused():
     kept, judged = runnable(experiment)
     assert [one.name for one in kept.variants] == ["0", "1", "2"]
     assert judged["2"].verdict is Verdict.OSCILLATES
-    assert "pole at 1.062: two samples of delay" in sentence(judged["2"])
-    assert "pole at 1.096: three samples of delay" in sentence(judged["3"])
+    assert "pole at 1.062: two samples of delay" in message(verdict_of(judged["2"]))
+    assert "pole at 1.096: three samples of delay" in message(verdict_of(judged["3"]))
 
 
 def test_two_samples_of_delay_degrade_and_three_diverge_as_their_poles_say():
@@ -79,7 +84,7 @@ def low_gain(name):
 
 
 def measured_is_warned_of(variant):
-    return any("along the measured motion" in text for text in remarks(assess(variant)))
+    return any("along the measured motion" in text for text in told_of(assess(variant)))
 
 
 def test_friction_fed_forward_along_the_measured_motion_is_warned_of_at_low_gain():
@@ -99,7 +104,7 @@ def test_more_than_the_stiffness_there_is_cannot_be_taken_away():
     too_much = replace(one, feedforward=replace(one.feedforward, gain=1.5))
     found = assess(too_much)
     assert found.verdict is Verdict.OSCILLATES
-    assert "takes away more stiffness than the axis has" in sentence(found)
+    assert "takes away more stiffness than the axis has" in message(verdict_of(found))
 
 
 def test_the_error_budget_of_the_paper_s_compensator():

@@ -10,9 +10,14 @@ from tests.stability.laws import RADIAN, rig
 from bristle import controllers, friction, plants
 from bristle.core.experiment import Experiment, Run
 from bristle.engine import run_closed_loop
+from bristle.report.messages import message
 from bristle.sensors import encoder
-from bristle.stability import Friction, Motions, Verdict, assess, remarks, runnable, sentence
+from bristle.stability import Friction, Motions, Verdict, assess, doubts_of, runnable, verdict_of
 from bristle.stability.linear_friction import slope_in_sliding, stiffness_at_rest
+
+
+def told_of(assessment):
+    return [message(one) for one in doubts_of(assessment)]
 
 
 def point(assessment, motions, under=Friction.NONE):
@@ -36,15 +41,15 @@ def test_poles_decide_what_diverges_and_what_oscillates():
 
 
 def test_an_unstable_loop_is_named_with_its_pole_and_what_puts_it_there():
-    text = sentence(assess(rig(3)))
+    text = message(verdict_of(assess(rig(3))))
     assert "the sampled loop has a pole at 1.096: three samples of delay" in text
     assert "stable with one sample of delay at most" in text
-    assert "for small motions" in sentence(assess(rig(2)))
-    assert "two samples of delay" in sentence(assess(rig(2)))
+    assert "for small motions" in message(verdict_of(assess(rig(2))))
+    assert "two samples of delay" in message(verdict_of(assess(rig(2))))
 
 
 def test_the_gain_that_is_named_is_the_largest_that_is_stable():
-    share = float(sentence(assess(rig(3))).rpartition("gains at ")[2].partition(" %")[0]) / 100.0
+    share = float(message(verdict_of(assess(rig(3)))).rpartition("gains at ")[2].partition(" %")[0]) / 100.0
     for factor, verdict in ((0.95 * share, Verdict.STABLE), (1.05 * share, Verdict.OSCILLATES)):
         weaker = rig(3)
         law = weaker.controller.with_values(J=factor * 4e-4)
@@ -52,14 +57,14 @@ def test_the_gain_that_is_named_is_the_largest_that_is_stable():
 
 
 def test_small_margins_are_warned_of_and_wide_ones_are_not():
-    assert any("phase margin is 3.6°" in one for one in remarks(assess(rig(1))))
-    assert remarks(assess(rig(0, slope=150.0, gain=150.0, switching=0.0))) == []
+    assert any("phase margin is 3.6°" in one for one in told_of(assess(rig(1))))
+    assert told_of(assess(rig(0, slope=150.0, gain=150.0, switching=0.0))) == []
 
 
 def test_a_law_without_a_boundary_layer_switches():
     found = assess(rig(0, layer=0.0))
     assert found.switches
-    assert any("chatters" in one for one in remarks(found))
+    assert any("chatters" in one for one in told_of(found))
     assert {one.motions for one in found.points} == {Motions.LARGE}
 
 
@@ -239,7 +244,7 @@ def test_what_only_friction_upsets_is_stick_slip_and_simulated():
     fast = replace(weak.reference, parameters=weak.reference.parameters._replace(amplitude=0.25))
     found = assess(replace(weak, reference=fast))
     assert found.verdict is Verdict.OSCILLATES
-    assert "sticks and slips" in sentence(found)
+    assert "sticks and slips" in message(verdict_of(found))
 
 
 def test_variants_that_diverge_are_left_out():

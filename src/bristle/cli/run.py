@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -15,10 +14,7 @@ from bristle.cli.failure import NO
 from bristle.cli.options import AllowCode, Data, Force, Formats, Json, Out, SizeLimit, bytes_asked
 from bristle.cli.terminal import complain, progress, say, show_table
 
-if TYPE_CHECKING:
-    from bristle.stability import Assessment
-
-__all__ = ["EXAMPLE", "about_loops", "run"]
+__all__ = ["EXAMPLE", "run"]
 
 EXAMPLE = """Example:
   bristle run experiment.toml --out results"""
@@ -53,11 +49,13 @@ def run(
     from bristle.report.best import closing_sentences
     from bristle.report.figure_files import figure_files
     from bristle.report.loop_tables import variant_table
+    from bristle.report.loop_warnings import about_loops, loop_warnings
+    from bristle.report.messages import message
     from bristle.report.results import write_logs, write_report
     from bristle.report.summary import simulation_summary
     from bristle.simulation import simulate
     from bristle.simulation.compensation import on_another_rig
-    from bristle.stability import Verdict, runnable, sentence
+    from bristle.stability import Verdict, runnable, verdict_of
     from bristle.testing import admit
 
     if log and not out:
@@ -73,16 +71,15 @@ def run(
         }:
             admit(friction)
         stable, judged = runnable(described)
-        told = {name: sentence(one) for name, one in judged.items() if one.verdict is not Verdict.STABLE}
-        warnings = about_loops(judged, told)
-        warnings += [f"{name}: {text}" for name, text in on_another_rig(described).items()]
+        about = about_loops(judged, on_another_rig(described))
+        warnings = loop_warnings(about)
         for warning in warnings:
             complain(warning)
-        refused = {name: told[name] for name, one in judged.items() if one.verdict is Verdict.DIVERGES}
+        refused = {name: message(verdict_of(one)) for name, one in judged.items() if one.verdict is Verdict.DIVERGES}
         result = replace(simulate(stable, report), refused=refused)
         source = provenance(context.obj, **described.origins)
         files = write_logs(folder, result) if folder and log else {}
-        summary = simulation_summary(result, files=files, provenance=source, warnings=warnings)
+        summary = simulation_summary(result, files=files, provenance=source, diagnostics=about)
         if folder:
             from bristle.report.simulation import simulation_report
 
@@ -101,14 +98,3 @@ def run(
         if name not in refused:
             complain(f"{name}: {summary['variants'][name]['status']}")
     return NO if failed else 0
-
-
-def about_loops(judged: Mapping[str, Assessment], told: Mapping[str, str]) -> list[str]:
-    """Return what is to be said of the loops, those that are unstable or have small margins: once for alike ones."""
-    from bristle.stability import remarks
-
-    found: dict[str, list[str]] = {}
-    for name, one in judged.items():
-        for text in [told[name]] if name in told else [f"warning: {remark}" for remark in remarks(one)]:
-            found.setdefault(text, []).append(name)
-    return [f"{', '.join(names)}: {text}" for text, names in found.items()]

@@ -26,7 +26,8 @@ class Diagnostic:
     parameter : str
         The parameter it concerns; empty where it concerns none.
     severity : {"warning", "note", "error"}
-        ``error``: there is no result. ``warning``: the result may mislead. ``note``: what it rests on.
+        ``error``: there is no result, or none to rely on. ``warning``: the result may mislead. ``note``: what it rests
+        on.
     numbers : mapping of str to number, str or tuple of either
         What the sentence needs, in SI.
     kind : {"translational", "rotational"}

@@ -6,7 +6,17 @@ import math
 import re
 from typing import Any, NamedTuple
 
-__all__ = ["Scale", "number", "printable", "scale_of", "typed", "typeset", "typeset_sentence", "with_unit"]
+__all__ = [
+    "Scale",
+    "number",
+    "printable",
+    "scale_of",
+    "stiffness_text",
+    "typed",
+    "typeset",
+    "typeset_sentence",
+    "with_unit",
+]
 
 # For each leading symbol the multiples in use: symbol, factor on a number in SI, from which magnitude on.
 _METRE = ((1.0, "{}", 1.0), (1e-3, "m{}", 1e3), (1e-6, "µ{}", 1e6), (1e-9, "n{}", 1e9))
@@ -158,3 +168,15 @@ def with_unit(value: float, unit: str, digits: int = 3) -> str:
     if "." in text and "e" not in text:
         text = text.rstrip("0").rstrip(".")
     return f"{text} {scale.unit}".rstrip()
+
+
+def stiffness_text(stiffness: float, kind: str) -> str:
+    """Return a stiffness [N/m or N*m/rad] as it is told of an axis: in N/µm or N·m/rad.
+
+    Examples
+    --------
+    >>> stiffness_text(23.08e6, "translational"), stiffness_text(36.0, "rotational")
+    ('23.1 N/µm', '36.0 N·m/rad')
+    """
+    factor, unit = (1e-6, "N/µm") if kind == "translational" else (1.0, "N·m/rad")
+    return f"{number(factor * stiffness, digits=3)} {unit}"

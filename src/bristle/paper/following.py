@@ -10,6 +10,7 @@ from bristle.core.typography import number
 from bristle.paper.reproduced import Reproduced, Verdict, in_micrometres, percent
 from bristle.paper.sound_loop import Sound, break_away_extra, sound_extra, sound_table
 from bristle.paper.tracking import BEFORE, CALIBRATED, NAMES, PRINTED, Tracked, spread_of, with_spread
+from bristle.report.messages import message
 from bristle.report.table import Table
 from bristle.simulation import VariantResult
 from bristle.simulation.compensation import on_another_rig
@@ -103,9 +104,9 @@ def _directions(tracked: Tracked, worse: dict[str, float]) -> list[str]:
 def _strangers(*several: Tracked) -> list[str]:
     """Return what is to be said of compensators that were identified on another rig."""
     return [
-        f"{one.experiment.name}, {name}: {text}."
+        f"{one.experiment.name}, {name}: {message(about)}."
         for one in several
-        for name, text in on_another_rig(one.experiment).items()
+        for name, about in on_another_rig(one.experiment).items()
     ]
 
 

@@ -16,8 +16,9 @@ from bristle.report.design_tables import (
     margin_table,
     proposal_table,
 )
+from bristle.report.messages import as_data, message
 from bristle.report.page import Picture, picture, render
-from bristle.stability import remarks, sentence
+from bristle.stability import doubts_of, verdict_of
 
 if TYPE_CHECKING:
     from bristle.loop_design import Design, Proposal
@@ -61,7 +62,8 @@ def design_report(design: Design, *, command: str, provenance: Mapping[str, str]
 def design_sentences(design: Design) -> list[str]:
     """Return what matters most of a design, in words."""
     assessment = design.assessment
-    found = [f"{design.variant.name}: {sentence(assessment)}.", *(f"{_capital(one)}." for one in remarks(assessment))]
+    found = [f"{design.variant.name}: {message(verdict_of(assessment))}."]
+    found += [f"{_capital(message(one))}." for one in doubts_of(assessment)]
     delays = design.delays
     found.append(
         f"The loop has {with_unit(delays.total, 's')} of delay. As a rule of thumb that allows the sum of its two "
@@ -201,10 +203,12 @@ def design_summary(design: Design, *, provenance: Mapping[str, str]) -> dict[str
 
 
 def _loop(assessment: Any) -> dict[str, Any]:
+    verdict, doubts = verdict_of(assessment), doubts_of(assessment)
     return {
         "verdict": assessment.verdict.value,
-        "sentence": sentence(assessment),
-        "remarks": remarks(assessment),
+        "sentence": message(verdict),
+        "remarks": [message(one) for one in doubts],
+        "diagnostics": as_data((verdict, *doubts)),
         "points": [
             {
                 "motions": one.motions.value,

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from bristle.core.typography import number
+from bristle.core.typography import number, stiffness_text
 from bristle.core.variable import unit_of
 from bristle.files.components import key_of
 from bristle.report.table import Quantity, Table
-from bristle.stability import stiffness_text
 
 if TYPE_CHECKING:
     from bristle.core.experiment import Variant

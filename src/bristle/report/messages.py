@@ -7,9 +7,10 @@ from string import Formatter
 from typing import TYPE_CHECKING, Any
 
 from bristle.core.diagnostic import Diagnostic
-from bristle.core.typography import number, with_unit
+from bristle.core.typography import number, stiffness_text, with_unit
 from bristle.core.variable import UNITS, Kind, unit_of
 from bristle.report.sentences import SENTENCES, Sentence
+from bristle.report.sentences.loops import counted
 
 if TYPE_CHECKING:
     from bristle.identification.result import Estimate, Fit
@@ -102,6 +103,7 @@ def fields_of(code: str) -> dict[str, str]:
     found: dict[str, str] = {}
     for text in SENTENCES[code].texts:
         found |= {name.split("[")[0]: spec or "" for _, name, spec, _ in Formatter().parse(text) if name}
+    found |= dict.fromkeys(SENTENCES[code].also, "")
     return {name: spec for name, spec in found.items() if name != "parameter"}
 
 
@@ -117,7 +119,7 @@ class _Words(Formatter):
     """Formats numbers by what they are.
 
     Behind the colon stands a generalised quantity (``length/time``), ``unit`` for the unit that the numbers name,
-    ``list`` or ``and`` for names, ``2 digits``, or what Python knows.
+    ``list`` or ``and`` for names, ``samples`` for a count in words, ``2 digits``, or what Python knows.
     """
 
     def __init__(self, kind: Kind, unit: str) -> None:
@@ -132,6 +134,10 @@ class _Words(Formatter):
             return value if isinstance(value, str) else with_unit(value, self.unit)
         if format_spec == "percents":
             return ", ".join(f"{number(one, 10.0)} %" for one in value)
+        if format_spec == "samples":
+            return counted(value)
+        if format_spec == "stiffness of an axis":
+            return stiffness_text(value, self.kind)
         if format_spec.endswith(" digits"):
             return number(value, digits=int(format_spec.split()[0]))
         if format_spec in UNITS:

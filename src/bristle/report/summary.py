@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Any
 from bristle.core.status import Status
 from bristle.core.variable import unit_of
 from bristle.prediction.drive_table import largest_deviation
+from bristle.report.loop_warnings import loop_warnings
 from bristle.report.messages import as_data, assumptions_of, note_of, notes_of, warnings_of
 
 if TYPE_CHECKING:
     from bristle.certificates import Certificate
     from bristle.core.contracts import Model
+    from bristle.core.diagnostic import Diagnostic
     from bristle.identification.result import Estimate, Fit, Identification
     from bristle.simulation.result import Prediction, SimulationResult
 
@@ -76,9 +78,13 @@ def prediction_summary(
 
 
 def simulation_summary(
-    result: SimulationResult, *, files: Mapping[str, str], provenance: Mapping[str, str], warnings: Sequence[str] = ()
+    result: SimulationResult,
+    *,
+    files: Mapping[str, str],
+    provenance: Mapping[str, str],
+    diagnostics: Sequence[Diagnostic] = (),
 ) -> dict[str, Any]:
-    """Return a simulated experiment in numbers, in SI of the axis; `files` are its logs, `warnings` of its loops."""
+    """Return a simulated experiment in numbers, in SI of the axis; `files` are its logs, `diagnostics` of its loops."""
     kind = result.experiment.kind
     return {
         "name": result.experiment.name,
@@ -89,7 +95,8 @@ def simulation_summary(
         "variants": _variants(result)
         | {name: {"status": reason, "completed": False, "runs": 0} for name, reason in result.refused.items()},
         "files": files,
-        "warnings": warnings,
+        "warnings": loop_warnings(diagnostics),
+        "diagnostics": as_data(diagnostics),
         "provenance": provenance,
     }
 

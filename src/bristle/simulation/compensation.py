@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from bristle.core.contracts import Model
+from bristle.core.diagnostic import Diagnostic
 from bristle.core.digest import digest
 from bristle.core.edge import TEXT, Amount, amount, array, guarded, instance, model, optional
 from bristle.core.experiment import RUN, Experiment, Feedforward, Run, Variant
@@ -90,7 +91,7 @@ def compensation_experiment(
 
 
 @guarded(experiment=instance(Experiment, "an Experiment"))
-def on_another_rig(experiment: Experiment) -> dict[str, str]:
+def on_another_rig(experiment: Experiment) -> dict[str, Diagnostic]:
     """Return what is to be said of compensators that were identified on another friction, by the name of the variant.
 
     Parameters
@@ -98,12 +99,8 @@ def on_another_rig(experiment: Experiment) -> dict[str, str]:
     experiment : Experiment
         Its variants feed friction forward; one that does not tell what it was identified on is not spoken of.
     """
-    text = (
-        "its compensator was identified on another friction than the one here: what it reaches is not what a model "
-        "identified on this one would"
-    )
     return {
-        one.name: text
+        one.name: Diagnostic("another-rig", severity="note", kind=one.plant.kind)
         for one in experiment.variants
         if one.feedforward.fitted_to and one.feedforward.fitted_to != digest(one.friction)
     }

@@ -4,7 +4,7 @@ from bristle.stability.assessment import Assessment, Friction, Motions, Verdict,
 from bristle.stability.linear_friction import NO_FRICTION
 from bristle.stability.margins import Margins, margins_of
 from bristle.stability.sampled_loop import SampledLoop
-from bristle.stability.verdict import remarks, runnable, sentence, stiffness_text
+from bristle.stability.verdict import doubts_of, runnable, verdict_of
 
 __all__ = [
     "NO_FRICTION",
@@ -16,10 +16,9 @@ __all__ = [
     "Verdict",
     "WorkingPoint",
     "assess",
+    "doubts_of",
     "margins_of",
-    "remarks",
     "runnable",
-    "sentence",
-    "stiffness_text",
     "top_speed",
+    "verdict_of",
 ]

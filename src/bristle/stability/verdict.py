@@ -1,23 +1,20 @@
-"""What poles and margins mean, in words, with what to change."""
+"""What poles and margins mean, with what to change, as codes and numbers."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
+from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.experiment import Experiment
-from bristle.core.typography import number
-from bristle.core.variable import Kind
 from bristle.stability.assessment import Assessment, Friction, Motions, Verdict, WorkingPoint, assess
-from bristle.stability.measured_feedforward import Stiffness
 
-__all__ = ["remarks", "runnable", "sentence", "stiffness_text"]
+__all__ = ["doubts_of", "runnable", "verdict_of"]
 
 PHASE_ENOUGH, GAIN_ENOUGH = 30.0, 2.0  # [deg], and a factor: what is usual as the least of both
 MOSTLY = 0.5  # share of the stiffness below which what is left is little
 FINER = 0.98  # from one gain that is tried to the next
 GAINS = 400
-WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
-WHERE = {Motions.ALL: "", Motions.SMALL: "for small motions ", Motions.LARGE: "for large motions "}
+WHERE = {Motions.ALL: "all", Motions.SMALL: "small", Motions.LARGE: "large"}
 
 
 def runnable(experiment: Experiment) -> tuple[Experiment, dict[str, Assessment]]:
@@ -27,115 +24,52 @@ def runnable(experiment: Experiment) -> tuple[Experiment, dict[str, Assessment]]
     return replace(experiment, variants=kept), judged
 
 
-def sentence(assessment: Assessment) -> str:
-    """Return the verdict on a loop in words.
-
-    One that is unstable is named with its pole, what puts the pole there, and what to change.
-    """
+def verdict_of(assessment: Assessment) -> Diagnostic:
+    """Return the verdict on a loop; of one that is unstable with what puts its pole there, and what would help."""
+    worst = assessment.worst
+    numbers: dict[str, Number] = {"radius": worst.loop.spectral_radius}
     if assessment.verdict is Verdict.STABLE:
-        return "the sampled loop is stable: " + _largest(assessment.worst)
-    if assessment.verdict is Verdict.DIVERGES:
-        return f"unstable, not simulated: the sampled loop has a pole at {_pole(assessment)}. {_mend(assessment)}"
-    where = WHERE[assessment.worst.motions]
-    end = (
-        "What is a small motion grows until it is a large one, and never settles"
-        if assessment.worst.motions is Motions.SMALL
-        else "It does not settle there"
-    )
-    return f"oscillates: {where}the sampled loop has a pole at {_pole(assessment)}. {end}. {_mend(assessment)}"
+        return Diagnostic("loop-stable", severity="note", numbers=numbers, kind=assessment.kind)
+    diverges = assessment.verdict is Verdict.DIVERGES
+    numbers |= {"motions": WHERE[worst.motions], "delay": worst.loop.delay, **_why(assessment)}
+    if diverges:
+        return Diagnostic("loop-diverges", severity="error", numbers=numbers, kind=assessment.kind)
+    return Diagnostic("loop-oscillates", severity="error", numbers=numbers, kind=assessment.kind)
 
 
-def remarks(assessment: Assessment) -> list[str]:
+def doubts_of(assessment: Assessment) -> tuple[Diagnostic, ...]:
     """Return what to know of a loop that is stable: margins that are small, a law that switches."""
-    found = []
-    if assessment.switches:
-        found.append(
-            "the law has no slope at rest: it answers however small a motion with a jump of the effort, and chatters "
-            "around rest. A boundary layer ends that"
-        )
+    found = [Diagnostic("switching-law")] if assessment.switches else []
     held = assessment.stiffness
     if held is not None and held.left < MOSTLY * (held.law + held.friction):
-        found.append(_taken(held, assessment.kind))
+        numbers = {"taken": held.taken, "whole": held.law + held.friction, "law": held.law}
+        found.append(Diagnostic("stiffness-taken", numbers=numbers, kind=assessment.kind))
     bare = [one for one in assessment.bare if not one.loop.is_unstable and one.margins.phase is not None]
     least = min(bare, key=lambda one: one.margins.phase or 0.0, default=None)
     if least is None or least.margins.phase is None:
-        return found
+        return tuple(found)
     phase, gain = least.margins.phase, least.margins.gain
     if phase < PHASE_ENOUGH or (gain is not None and gain < GAIN_ENOUGH):
-        room = "" if gain is None else f", {number(gain, digits=3)} times the gain makes it unstable"
-        found.append(
-            f"{WHERE[least.motions]}the phase margin is {number(phase, digits=2)}° (at least {PHASE_ENOUGH:g}° is "
-            f"usual){room}: what excites the loop near its crossover rings"
-        )
-    return found
+        margins: dict[str, Number] = {"motions": WHERE[least.motions], "phase": phase, "enough": PHASE_ENOUGH}
+        found.append(Diagnostic("small-margin", numbers=margins if gain is None else {**margins, "gain": gain}))
+    return tuple(found)
 
 
-def stiffness_text(stiffness: float, kind: Kind) -> str:
-    """Return a stiffness [N/m or N*m/rad] as it is told of an axis: in N/µm or N·m/rad.
-
-    Examples
-    --------
-    >>> stiffness_text(23.08e6, "translational"), stiffness_text(36.0, "rotational")
-    ('23.1 N/µm', '36.0 N·m/rad')
-    """
-    factor, unit = (1e-6, "N/µm") if kind == "translational" else (1.0, "N·m/rad")
-    return f"{number(factor * stiffness, digits=3)} {unit}"
-
-
-def _taken(held: Stiffness, kind: Kind) -> str:
-    taken, whole, law = (stiffness_text(one, kind) for one in (held.taken, held.law + held.friction, held.law))
-    return (
-        f"friction is fed forward along the measured motion, and takes {taken} of the {whole} that hold the axis, of "
-        f"which the law itself has no more than {law}: at gains this low it raises the error. Feed it forward along "
-        "the desired motion"
-    )
-
-
-def _largest(point: WorkingPoint) -> str:
-    return f"its largest pole is at {number(point.loop.spectral_radius)}"
-
-
-def _pole(assessment: Assessment) -> str:
-    """Return the size of the largest pole, and what puts it there."""
-    worst = assessment.worst
-    return f"{number(worst.loop.spectral_radius)}: {_cause(assessment)}"
-
-
-def _cause(assessment: Assessment) -> str:
-    worst = assessment.worst
+def _why(assessment: Assessment) -> dict[str, Number]:
+    """Return what puts the largest pole where it is, and up to which delay and gain the loop would be stable."""
+    worst, held = assessment.worst, assessment.stiffness
     if worst.friction is Friction.SLIDING:
-        return "friction falls with velocity at the speed of the reference, and the axis sticks and slips"
-    held = assessment.stiffness
-    if worst.friction is Friction.STUCK and held is not None and held.left <= 0.0:
-        return "friction fed forward along the measured motion takes away more stiffness than the axis has"
-    if worst.friction is Friction.STUCK:
-        return "stuck, the axis is held by the friction as well, and the gain of both is too high for the delay"
-    if _longest_delay(assessment) is not None:
-        delay = worst.loop.delay
-        return f"{_count(delay)} of delay"
-    return "gains too high for the sample time" if _largest_gain(assessment) else "no gain below this one stabilises it"
-
-
-def _mend(assessment: Assessment) -> str:
-    if assessment.worst.friction is Friction.SLIDING:
-        return "Raise the gains or feed the friction forward"
-    held = assessment.stiffness
-    if held is not None and held.left <= 0.0:
-        return "Feed it forward along the desired motion"
+        return {"why": "falling-friction", "mend": "raise-gains"}
+    taken = held is not None and held.left <= 0.0
+    if taken and worst.friction is Friction.STUCK:
+        return {"why": "stiffness-taken", "mend": "feed-desired"}
+    found: dict[str, Number] = {"mend": "feed-desired"} if taken else {}
     delay, gain = _longest_delay(assessment), _largest_gain(assessment)
-    ways = []
-    if delay is not None:
-        ways.append(f"with {_count(delay)} of delay{' at most' if delay else ''}")
-    if gain is not None:
-        ways.append(f"with its gains at {number(100.0 * gain, digits=2)} % at most")
-    if not ways:
-        return "Look at the signs of its gains"
-    return f"It is stable {' or '.join(ways)}"
-
-
-def _count(samples: int) -> str:
-    word = WORDS[samples] if samples < len(WORDS) else str(samples)
-    return f"{word} sample{'' if samples == 1 else 's'}"
+    found |= {"longest_delay": delay} if delay is not None else {}
+    found |= {"largest_gain_percent": 100.0 * gain} if gain is not None else {}
+    if worst.friction is Friction.STUCK:
+        return {"why": "stuck", **found}
+    return {"why": "delay" if delay is not None else "gains" if gain is not None else "none", **found}
 
 
 def _loops(assessment: Assessment) -> list[WorkingPoint]:

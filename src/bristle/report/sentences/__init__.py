@@ -1,0 +1,12 @@
+"""The sentences of all diagnostics, by their codes, with what each means and what to do."""
+
+from bristle.report.sentences.fits import FITS
+from bristle.report.sentences.loops import LOOPS
+from bristle.report.sentences.parameters import PARAMETERS
+from bristle.report.sentences.predictions import PREDICTIONS
+from bristle.report.sentences.sentence import Sentence
+
+__all__ = ["SENTENCES", "Sentence"]
+
+SENTENCES: dict[str, Sentence] = {**PARAMETERS, **FITS, **PREDICTIONS, **LOOPS}
+"""The sentence of each code."""

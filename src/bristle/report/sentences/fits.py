@@ -1,0 +1,169 @@
+"""What there is to know of a fit as a whole, and what it rests on."""
+
+from __future__ import annotations
+
+from bristle.report.sentences.sentence import Sentence, plural, says
+
+__all__ = ["FITS"]
+
+_NO_TEST = (
+    "what was held out is the motion that was fitted, so that its error tells how well the axis repeats itself, not "
+    "how the model does on another motion. Predict a log of another motion with it"
+)
+_INTERVALS = (
+    "95 % intervals from {{draws}} fits to logs simulated with the model: {causes}, friction that scatters by "
+    "{{scatter_percent:2 digits}} % over {{half_cycles}} half-cycles; {left} of the residual (root mean square) is "
+    "none of these, and comes back block by block with a sign drawn by chance"
+)
+
+FITS: dict[str, Sentence] = {
+    # Pairs of parameters, noise, residual.
+    "correlated": says(
+        "{other} and {parameter} can hardly be told apart in this log (correlation {correlation:.3f})",
+        "two parameters trade places",
+        "give one of them, or excite them apart",
+    ),
+    "half-sample": says(
+        "{names:list} may be too large by {shift:force*time/length} and more: an effort that the controller holds "
+        "until "
+        "its next sample leads the position by half a sample. Write `held = true` under [effort] of the axis file if "
+        "it "
+        "does so, `held = false` if not",
+        "half a sample between effort and position decides on a damping",
+        "write `held` under [effort]",
+    ),
+    "noisy-acceleration": says(
+        "{parameter} is too small by about {percent:.2g} %: so much of the acceleration is noise of the position; "
+        "lower "
+        "the cut-off to {cutoff:.0f} Hz",
+        "noise of the position makes the inertia too small",
+        "lower the cut-off to the one told",
+    ),
+    "no-presliding": says(
+        "the model leaves {percent:.0f} % of the effort unexplained, much of it around reversals, where friction "
+        "builds up over a distance that this model does not have: its parameters may be biased beyond "
+        "their intervals. Add `lugre` or `dahl` to the comparison, or leave slow and short reversals out",
+        "a static model errs around reversals",
+        "add `lugre` or `dahl`",
+    ),
+    "unexplained": says(
+        "the model leaves {percent:.0f} % of the effort unexplained: check units, signs, the delay between the "
+        "channels and the mass in the axis file",
+        "the model explains little",
+        "check units, signs, delay and mass",
+    ),
+    "coloured-residual": says(
+        "the model leaves {percent:.0f} % of the effort unexplained, and that is no noise but lasts from row to "
+        "row: compare it with models that know more, and take the intervals for too narrow",
+        "what the model leaves over is no noise",
+        "compare with models that know more",
+    ),
+    "rising-friction": Sentence(
+        (
+            "friction rises from {first:force} to {level:force} over the first {speed:length/time}: no Stribeck "
+            "effect, "
+            "whose force falls",
+            "friction rises from {first:force} to {level:force} over the first {speed:length/time}, moving "
+            "{direction}: "
+            "no Stribeck effect, whose force falls",
+        ),
+        "friction rises with speed before it levels off",
+        "take the curve for what it is",
+        choose=lambda texts, numbers: texts[bool(numbers["direction"])],
+    ),
+    "half-cycles-differ": says(
+        "leaving out half-cycles changes {names:list} by more than noise, encoder and scatter do: the model "
+        "lacks something that differs between the half-cycles, and these intervals are too narrow",
+        "parameters change from half-cycle to half-cycle",
+        "look for what differs: position, load, temperature",
+    ),
+    # What the motion cannot tell, and what was held out.
+    "one-amplitude": says(
+        "all {half_cycles} half-cycles go the same way of {amplitude:length}: a log of one amplitude holds no "
+        "loop inside another one, so that it cannot tell a contact that remembers one force (dahl, lugre) from one "
+        "that remembers its turning points (maxwell_slip), however their errors differ. Record a motion to and fro "
+        "over {advised:length}: elements close the loops inside the large one, the others creep",
+        "the log turns at one amplitude only",
+        "record a motion over the amplitudes told",
+    ),
+    "motion-repeats": says(
+        "the motion repeats itself every {period:time}: " + _NO_TEST,
+        "what was held out is no other motion",
+        "predict a log of another motion",
+    ),
+    "logs-repeat": Sentence(
+        (
+            "each log repeats the motion of another one: " + _NO_TEST,
+            "{repeated} of {logs} logs repeat the motion of another one: " + _NO_TEST,
+        ),
+        "logs that were held out repeat the motion of others",
+        "predict a log of another motion",
+        choose=lambda texts, numbers: texts[numbers["repeated"] < numbers["logs"]],
+    ),
+    "too-short": says(
+        "the log is too short for a part of it to be held out: all errors are those of what was fitted",
+        "nothing was held out",
+        "record a longer log",
+    ),
+    "unfinished": says(
+        "unfinished: the search was interrupted, and this is the best that it had found; run it again to the end",
+        "a person interrupted the search",
+        "run it again",
+    ),
+    # What a fit rests on.
+    "output-error-open": says(
+        "the parameters make the position that the effort causes the measured one, unfiltered; what is said of the "
+        "effort holds along the measured motion, differentiated twice, and serves as the start only",
+        "the position was fitted",
+    ),
+    "output-error-closed": says(
+        "the parameters make the effort that the controller asks for in the simulated loop the measured one, "
+        "unfiltered, from the reference and the known inputs; what is said of rows of the effort holds along the "
+        "measured motion and serves as the start only",
+        "the effort of the simulated loop was fitted",
+    ),
+    "filtered": Sentence(
+        (
+            "position, effort and friction filtered at {cutoff:g} Hz without phase, {dropped} samples dropped at each "
+            "edge, a row for each sample",
+            "position, effort and friction filtered at {cutoff:g} Hz without phase, {dropped} samples dropped at each "
+            "edge, one row for {decimation} samples",
+        ),
+        "how the log was filtered",
+        "nothing",
+        choose=plural("decimation"),
+    ),
+    "delay-found": says(
+        "the effort lags the position by {delay:time} ({samples:.2f} samples), found where simple friction explains it "
+        "best",
+        "a delay between the channels was found and taken out",
+    ),
+    "rests-left-out": says(
+        "{percent:.3g} % of the samples are at rest and left out: there friction balances whatever effort there is",
+        "samples at rest were not fitted",
+        'write `rests = "keep"` under [identification] where they tell friction',
+    ),
+    "standard-errors": says(
+        "standard errors take the residuals for independent; intervals rest on those that hold for residuals "
+        "correlated over time, where these are larger",
+        "which standard errors are told",
+    ),
+    "element-shape": says(
+        "errors and intervals are those for elements of this shape: their shares do not vary in them",
+        "the shape of the elements is taken for known",
+    ),
+    "intervals": says(
+        _INTERVALS.format(
+            causes="noise of {noise:force}, encoder steps of {resolution:length}", left="{unexplained:force}"
+        ),
+        "how the 95 % intervals were found",
+    ),
+    "intervals-loop": says(
+        _INTERVALS.format(causes="encoder steps of {resolution:length} in the loop", left="{unexplained:force}"),
+        "the same, of a fit to a closed loop",
+    ),
+    "intervals-motion": says(
+        _INTERVALS.format(causes="encoder steps of {resolution:length} behind the motion", left="{unexplained:length}"),
+        "the same, of a fit to the position",
+    ),
+}

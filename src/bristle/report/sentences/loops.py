@@ -1,0 +1,113 @@
+"""What there is to know of a loop before it is simulated."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from bristle.report.sentences.sentence import Sentence, says
+
+__all__ = ["LOOPS", "counted"]
+
+WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
+CAUSES = {
+    "falling-friction": "friction falls with velocity at the speed of the reference, and the axis sticks and slips",
+    "stiffness-taken": "friction fed forward along the measured motion takes away more stiffness than the axis has",
+    "stuck": "stuck, the axis is held by the friction as well, and the gain of both is too high for the delay",
+    "delay": "{delay:samples} of delay",
+    "gains": "gains too high for the sample time",
+    "none": "no gain below this one stabilises it",
+}
+MENDS = {
+    "raise-gains": "Raise the gains or feed the friction forward",
+    "feed-desired": "Feed it forward along the desired motion",
+}
+WHERE = {"all": "", "small": "for small motions ", "large": "for large motions "}
+ENDS = {"small": "What is a small motion grows until it is a large one, and never settles"}
+REASONS = ("motions", "why", "mend", "delay", "longest_delay", "largest_gain_percent")
+SETTLES_NOT = "It does not settle there"
+
+
+def counted(samples: int) -> str:
+    """Return a number of samples in words.
+
+    Examples
+    --------
+    >>> counted(1), counted(3), counted(12)
+    ('one sample', 'three samples', '12 samples')
+    """
+    word = WORDS[samples] if samples < len(WORDS) else str(samples)
+    return f"{word} sample{'' if samples == 1 else 's'}"
+
+
+def _mend(numbers: Mapping[str, Any]) -> str:
+    if "mend" in numbers:
+        return MENDS[numbers["mend"]]
+    ways = []
+    if "longest_delay" in numbers:
+        ways.append("with {longest_delay:samples} of delay" + (" at most" if numbers["longest_delay"] else ""))
+    if "largest_gain_percent" in numbers:
+        ways.append("with its gains at {largest_gain_percent:2 digits} % at most")
+    return f"It is stable {' or '.join(ways)}" if ways else "Look at the signs of its gains"
+
+
+def _diverges(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
+    return f"{texts[0]}: {CAUSES[numbers['why']]}. {_mend(numbers)}"
+
+
+def _oscillates(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
+    where, end = WHERE[numbers["motions"]], ENDS.get(numbers["motions"], SETTLES_NOT)
+    return f"oscillates: {where}{texts[0]}: {CAUSES[numbers['why']]}. {end}. {_mend(numbers)}"
+
+
+def _margin(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
+    room = texts[1] if "gain" in numbers else ""
+    return f"{WHERE[numbers['motions']]}{texts[0]}{room}: what excites the loop near its crossover rings"
+
+
+LOOPS: dict[str, Sentence] = {
+    "loop-stable": says("the sampled loop is stable: its largest pole is at {radius:4 digits}", "the loop is stable"),
+    "loop-diverges": Sentence(
+        ("unstable, not simulated: the sampled loop has a pole at {radius:4 digits}",),
+        "the loop runs away, for the reason `why`",
+        "lower the delay or the gains, as told",
+        choose=_diverges,
+        also=REASONS,
+    ),
+    "loop-oscillates": Sentence(
+        ("the sampled loop has a pole at {radius:4 digits}",),
+        "the loop does not settle, for the reason `why`",
+        "lower the delay or the gains, as told",
+        choose=_oscillates,
+        also=REASONS,
+    ),
+    "switching-law": says(
+        "the law has no slope at rest: it answers however small a motion with a jump of the effort, and chatters "
+        "around rest. A boundary layer ends that",
+        "the control law switches",
+        "give it a boundary layer",
+    ),
+    "stiffness-taken": says(
+        "friction is fed forward along the measured motion, and takes {taken:stiffness of an axis} of the "
+        "{whole:stiffness of an axis} that hold the axis, of which the law itself has no more than "
+        "{law:stiffness of an axis}: at gains this low it raises the error. Feed it forward along the desired motion",
+        "friction fed forward along the measured motion takes stiffness away",
+        "feed it forward along the desired motion",
+    ),
+    "small-margin": Sentence(
+        (
+            "the phase margin is {phase:2 digits}° (at least {enough:g}° is usual)",
+            ", {gain:3 digits} times the gain makes it unstable",
+        ),
+        "the margins of the loop are small",
+        "lower the gains",
+        choose=_margin,
+        also=("motions",),
+    ),
+    "another-rig": says(
+        "its compensator was identified on another friction than the one here: what it reaches is not what a model "
+        "identified on this one would",
+        "a compensator was identified on another friction",
+        "identify it on this one",
+    ),
+}

@@ -1,0 +1,160 @@
+"""Why a log does not determine a parameter, why one lies at an edge, and why one is held."""
+
+from __future__ import annotations
+
+from bristle.core.typography import with_unit
+from bristle.report.sentences.sentence import Sentence, cause, held, plural
+
+__all__ = ["PARAMETERS"]
+
+_WEIGH = "accelerate harder, or give the mass or inertia in the axis file"
+_SPEEDS = "move at several steady speeds between a tenth and all of the working speed"
+_REVERSE = "reverse gently and often, at amplitudes of the break-away distance and below"
+_FINER = "record the position more finely, or leave the stiffness of the contact out of the model"
+
+
+def _told(speed: float) -> str:
+    """Return a speed as it is told, but for the kind of axis."""
+    return with_unit(speed, "m/s")
+
+
+PARAMETERS: dict[str, Sentence] = {
+    # A parameter that the log does not determine.
+    "low-acceleration": cause(
+        "the motion hardly accelerates",
+        _WEIGH,
+        "the acceleration never exceeds {acceleration:length/time^2}; give the mass or inertia in the axis file",
+    ),
+    "one-speed": cause("there is one speed only", _SPEEDS, "the log moves at one speed only, {speed:length/time}"),
+    "low-speed": cause("the speeds are too low", _SPEEDS, "the log never exceeds {speed:length/time}"),
+    "no-fall": cause(
+        "the fall of friction with speed does not show",
+        "move slowly and steadily, at least at five speeds below the one at which friction is least",
+        "the log does not show the force fall with speed ({slow_samples} of {samples} samples are slower than "
+        "{speed:length/time}, and it slides steadily at {slowest:length/time} to {fastest:length/time})",
+        "the log does not show the force fall with speed ({slow_samples} of {samples} samples are slower than "
+        "{speed:length/time}, and it slides steadily at {slowest:length/time})",
+        choose=lambda texts, numbers: texts[_told(numbers["slowest"]) == _told(numbers["fastest"])],
+    ),
+    "no-steady-slide": cause(
+        "the fall of friction with speed does not show, and nothing slides steadily",
+        "move slowly and steadily, at least at five speeds below the one at which friction is least",
+        "the log does not show the force fall with speed ({slow_samples} of {samples} samples are slower than "
+        "{speed:length/time}, and none of its motion is a slide at constant velocity)",
+    ),
+    "no-reversal": cause("the motion does not reverse", _REVERSE, "the log has no reversal"),
+    "few-reversals": cause(
+        "there are few reversals",
+        _REVERSE,
+        "the log has only {reversals} reversal",
+        "the log has only {reversals} reversals",
+        choose=plural("reversals"),
+    ),
+    "fast-reversals": cause(
+        "reversals are through the pre-sliding zone before the filter sees it",
+        _REVERSE,
+        "the log has only {reversals} reversal, each crosses the pre-sliding zone of {zone:length} in {samples:.0f} "
+        "samples, where a period of the filter takes {filter_samples:.0f}",
+        "the log has only {reversals} reversals, each crosses the pre-sliding zone of {zone:length} in {samples:.0f} "
+        "samples, where a period of the filter takes {filter_samples:.0f}",
+        choose=plural("reversals"),
+    ),
+    "coarse-position": cause(
+        "the pre-sliding zone is a few steps of the encoder",
+        _FINER,
+        "the pre-sliding zone of {zone:length} is less than {counts:.0f} steps of the recorded position "
+        "({resolution:length} each)",
+    ),
+    "noisy-position": cause(
+        "the noise of the position is as large as the pre-sliding zone",
+        _FINER,
+        "the pre-sliding zone of {zone:length} is less than {deviations:.0f} times the noise of the position "
+        "({noise:length} standard deviation), which turns friction alike",
+    ),
+    "no-bend": cause(
+        "the force stays straight over the stroke",
+        "move at several amplitudes, up to the largest that matters",
+        "over a stroke of {stroke:length} the log does not show the force bend",
+    ),
+    "few-strokes": cause(
+        "there is too little sliding in both directions",
+        "move in both directions, at least ten reversals",
+        "the log holds {reversals} reversals over a stroke of {stroke:length}",
+    ),
+    "small-effect": cause(
+        "the parameter hardly changes the effort",
+        "leave it out, or excite it more",
+        "its effect on the effort is smaller than what the model misses",
+    ),
+    "beyond-effort": cause(
+        "the best force is one that the log never reached",
+        "let the axis stick and break away, or leave it out",
+        "the best value is far beyond the largest effort of the log, {effort:force}",
+    ),
+    "unseen": cause(
+        "moved away, the others fitted again, it leaves the held-out error as it was",
+        "excite it, or hold it",
+        "changed by {percent:.0f} %, with all others fitted again, the error on held-out blocks does not rise "
+        "noticeably",
+    ),
+    "seen-together": cause(
+        "the same, and other parameters move with it",
+        "give one of them, or excite them apart",
+        "the log sees it only together with {instead:list}: changed by {percent:.0f} %, it is made up for by them, and "
+        "the error on held-out blocks does not rise noticeably",
+    ),
+    "redundant": held(
+        "only {products:and} show in the force, whatever {parameter} is",
+        "no log can tell it: the force depends on products with it only",
+        "read the products, under `combinations`",
+    ),
+    # A parameter at the end of its range.
+    "edge-no-fall": Sentence(
+        (
+            "the best value is the smallest that is allowed, {value:unit}: in this log friction does not fall with "
+            "speed",
+        ),
+        "a break-away force is no larger than sliding friction",
+        "take a model without the Stribeck effect",
+        "edge",
+    ),
+    "edge-of-model": Sentence(
+        ("the best value is the {edge} that is allowed, {value:unit}; {cause}",),
+        "the best value is the smallest or largest that the model allows",
+        "see `cause`, a code of this table",
+        "edge",
+    ),
+    "edge-of-search": Sentence(
+        ("the search ran to the {edge} value that this log could show, {value:unit}: {cause}",),
+        "the best value lies where the log shows nothing any more",
+        "see `cause`, a code of this table",
+        "edge",
+    ),
+    # A parameter that is held.
+    "held-known": held("given as known", "given by a person"),
+    "held-default": held(
+        "a shape that is kept at its default", "a shape that nobody asked for", "identify it with --free"
+    ),
+    "held-plant-damping": held(
+        "it cannot be told from the damping c of the plant", "viscous friction is that of the plant"
+    ),
+    "held-levels": held(
+        "it cannot be told from the difference between {levels[0]} and {levels[1]}",
+        "the offset is the difference of friction by direction",
+    ),
+    "held-one-direction": held(
+        "it cannot be told from {level}: the log moves {direction} only",
+        "in one direction, offset and friction are one",
+        "move in both directions",
+    ),
+    "held-one-speed": held(
+        "the log moves at one speed only: it cannot be told from elements that slip at once",
+        "at one speed, viscous friction is a constant that turns with the motion",
+        _SPEEDS,
+    ),
+    "held-middle": held("the middle of the range of the log", "where the position of a slot is counted from"),
+    "held-half-range": held("half of the range of the log", "the length that the position of a slot is counted in"),
+    "held-pitch": held(
+        "the lead of the axis file, or else the period of what simple friction leaves", "the pitch of the screw"
+    ),
+}

@@ -1,0 +1,70 @@
+"""What there is to say of a code, and short forms to write it down with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+__all__ = ["Sentence", "cause", "held", "plural", "says"]
+
+Choice = Callable[[tuple[str, ...], Mapping[str, Any]], str]
+
+UNSURE = "; standard error {std_percent:.0f} %, with residuals correlated over time"
+
+
+class Sentence(NamedTuple):
+    """What there is to say of a code.
+
+    Parameters
+    ----------
+    texts : tuple of str
+        The sentence, with its numbers in braces; several where the numbers choose.
+    means : str
+        What the code is for, for a table of all of them.
+    advice : str
+        What to do.
+    about : {"", "parameter", "edge"}
+        Whether the parameter stands before it, and what became of it.
+    choose : callable
+        Returns the text, from the texts and the numbers.
+    also : tuple of str
+        Numbers that choose, and do not stand in the texts.
+    """
+
+    texts: tuple[str, ...]
+    means: str
+    advice: str
+    about: str = ""
+    choose: Choice = lambda texts, numbers: texts[0]
+    also: tuple[str, ...] = ()
+
+    def template(self, numbers: Mapping[str, Any]) -> str:
+        """Return the text for these numbers, braces still in it."""
+        return self.choose(self.texts, numbers)
+
+
+def plural(name: str) -> Choice:
+    """Return the choice of the first text for one, else the second."""
+    return lambda texts, numbers: texts[0 if numbers[name] == 1 else 1]
+
+
+def _unsure(choose: Choice) -> Any:
+    """Return a choice with the standard error behind it, where there is one."""
+    return lambda texts, numbers: choose(texts[:-1], numbers) + (texts[-1] if "std_percent" in numbers else "")
+
+
+def cause(
+    means: str, advice: str, *texts: str, choose: Choice = lambda texts, numbers: texts[0]
+) -> Sentence:  # fmt: skip
+    """Return a reason why a log does not determine a parameter."""
+    return Sentence((*texts, UNSURE), means, advice, "parameter", _unsure(choose))
+
+
+def held(text: str, means: str, advice: str = "nothing") -> Sentence:
+    """Return a reason why a parameter is held."""
+    return Sentence((text,), means, advice, "parameter")
+
+
+def says(text: str, means: str, advice: str = "nothing") -> Sentence:
+    """Return what there is to say of a fit or a prediction as a whole."""
+    return Sentence((text,), means, advice)
