@@ -5,12 +5,13 @@ import math
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.core.quantities import PRODUCTS, UNITS
 
-from bristle.core.typography import number, scale_of, typeset, with_unit
+from bristle.core.dimensions import KINDS, unit_of
+from bristle.core.typography import number, scale_of, typeset, typeset_sentence, with_unit
 from bristle.core.units import factor
-from bristle.core.variable import UNITS
 
-SI = sorted({unit for pair in UNITS.values() for unit in pair})
+SI = sorted({unit_of(quantity, kind) for quantity in (*UNITS, *PRODUCTS) for kind in KINDS})
 
 
 @pytest.mark.parametrize("unit", SI)
@@ -46,6 +47,11 @@ def test_zero_has_no_sign():
 def test_units_are_set_for_reading():
     assert typeset("N*m*s/rad") == "N·m·s/rad"
     assert typeset("um/s^2") == "µm/s²"
+    assert typeset("m^2.5/(N*s^2)") == "m^2.5/(N·s²)"
     assert with_unit(2.5e-9, "m") == "2.5 nm"
     assert with_unit(0.034, "N*m") == "34 mN·m"
     assert with_unit(5e-6, "kg*m^2") == "50 g·cm²"
+
+
+def test_a_unit_in_a_sentence_is_set_whole():
+    assert typeset_sentence("k_I = 7 N*m/(rad*s) (at 2 N*s^2/m^2.)") == "k_I = 7 N·m/(rad·s) (at 2 N·s²/m².)"

@@ -46,6 +46,12 @@ controller = { model = "cascade", k_p = "60 1/s", k_v = "12 A*s/rad", k_i = "6 A
 """
 
 
+def test_an_inertia_may_be_told_as_an_effort_of_the_drive_over_an_acceleration():
+    column = Column("u", "A", "A", 0.12)
+    table = {"model": "sliding_mode", "J": "2 A*s^2/rad", "lambda": "10 1/s", "K_1": "10 1/s"}
+    assert controller_of(table, Axis(kind="rotational", columns={"effort": column})).values["J"] == pytest.approx(0.24)
+
+
 def test_gains_for_an_angle_of_the_motor_go_through_gear_and_lead():
     law = axis_from(tomllib.loads(SCREW)).controller
     travel = 0.01 / (2 * 2 * math.pi)  # of the carriage for one radian of the motor [m]

@@ -31,7 +31,7 @@ _MULTIPLES: dict[str, tuple[tuple[float, str, float], ...]] = {
     "Hz": _NEWTON[:2],
 }
 LARGEST_WRITTEN_OUT = 1e12  # what is larger is told by its power of ten
-_UNIT_IN_TEXT = re.compile(r"(?<=\d )[A-Za-z]+[A-Za-z*/^0-9]*")
+_UNIT_IN_TEXT = re.compile(r"(?<=\d )[A-Za-z]+(?:[A-Za-z*/^0-9]|\.(?=\d)|\([A-Za-z*^0-9.]+\))*")
 _INERTIA = ((1e-1, "kg*m^2", 1.0), (1e-5, "kg*cm^2", 1e4), (0.0, "g*cm^2", 1e7))
 _MASS = ((0.1, "kg", 1.0), (0.0, "g", 1e3))
 
@@ -71,7 +71,8 @@ def typeset(unit: str) -> str:
     """
     if unit == "1":
         return ""
-    return re.sub(r"\bu(?=(m|rad|s|N)\b)", "µ", unit).replace("*", "·").replace("^2", "²")
+    unit = re.sub(r"\bu(?=(m|rad|s|N)\b)", "µ", unit).replace("*", "·")
+    return re.sub(r"\^2(?!\.)", "²", unit)
 
 
 def typeset_sentence(text: str) -> str:

@@ -21,8 +21,9 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from bristle.core.dimensions import KINDS, Kind, unit_elsewhere
 from bristle.core.errors import InputError
-from bristle.core.variable import KINDS, UNITS, Kind, Variable
+from bristle.core.variable import Variable
 
 __all__ = [
     "DECIMAL_UNITS",
@@ -374,10 +375,9 @@ def _mend(given: str, unit: str) -> str:
     if "percent_rated" in names:
         return "Percent of rated needs the rated effort: write `rated` in [effort] of the axis file"
     for here, there in (KINDS, KINDS[::-1]):
-        for units in UNITS.values():
-            pair = dict(zip(KINDS, units, strict=True))
-            if unit == pair[here] != pair[there] and compatible(given, pair[there]):
-                return f"That is the unit of a {there} axis, and this one is {here}: write it in {unit}"
+        elsewhere = unit_elsewhere(unit, here, there)
+        if elsewhere not in (None, unit) and compatible(given, elsewhere):
+            return f"That is the unit of a {there} axis, and this one is {here}: write it in {unit}"
     if "rad" in unit and not any("angle" in name for name in dimensions):
         return f"On a rotational axis the angle is written: {unit}"
     return "Write a plain number" if unit == "1" else f"Write it in {unit} or a multiple of it"

@@ -2,8 +2,7 @@
 
 Bounds for identification, the schema of files, tables in the docs, captions and units all come from the
 `Variable` in the annotation of a field. Its attributes carry the names that the Functional Mock-up Interface
-gives them. Quantities are *generalised*: `force` is a force [N] on a translational axis and a torque [N*m] on a
-rotational one. Hysteresis operators serve magnets too: there `length` is the field [T] and `force` the moment [A*m^2].
+gives them. What a quantity is, and its unit on each kind of axis: `bristle.core.dimensions`.
 """
 
 from __future__ import annotations
@@ -11,15 +10,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cache
-from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
+from bristle.core.dimensions import KINDS, AxisKind, Kind, canonical, unit_of
 from bristle.core.errors import InputError, did_you_mean
 
 __all__ = [
     "EXCITATIONS",
     "KINDS",
-    "MAGNETIC",
-    "UNITS",
     "AxisKind",
     "Kind",
     "Variable",
@@ -29,76 +27,11 @@ __all__ = [
     "variables_of",
 ]
 
-AxisKind = Literal["translational", "rotational"]
-Kind = Literal["translational", "rotational", "magnetic"]
-# Kinds of axis; only a hysteresis operator can be magnetic.
-KINDS: tuple[Kind, ...] = ("translational", "rotational")
-
 EXCITATIONS = (
     "", "sliding", "speed", "stribeck", "presliding", "displacement", "acceleration", "place", "load", "temperature",
     "drive",
 )  # fmt: skip
 """What a log may have to contain for a parameter to be identified from it."""
-
-# Generalised quantity -> SI unit on a translational axis, on a rotational axis.
-UNITS: dict[str, tuple[str, str]] = {
-    "1": ("1", "1"),
-    "time": ("s", "s"),
-    "frequency": ("Hz", "Hz"),
-    "1/time": ("1/s", "1/s"),
-    "length": ("m", "rad"),
-    "length/time": ("m/s", "rad/s"),
-    "length/time^2": ("m/s^2", "rad/s^2"),
-    "length/time^3": ("m/s^3", "rad/s^3"),
-    "length^0.5/time^1.5": ("m^0.5/s^1.5", "rad^0.5/s^1.5"),
-    "force": ("N", "N*m"),
-    "force/length": ("N/m", "N*m/rad"),
-    "1/length": ("1/m", "1/rad"),
-    "length/force": ("m/N", "rad/(N*m)"),
-    "force*time/length": ("N*s/m", "N*m*s/rad"),
-    "force/time": ("N/s", "N*m/s"),
-    "mass": ("kg", "kg*m^2"),
-    # What moves straight, whatever the kind of axis: the table of a ball screw.
-    "travel": ("m", "m"),
-    "mass of travel": ("kg", "kg"),
-    "force of travel/travel": ("N/m", "N/m"),
-    "force of travel*time/travel": ("N*s/m", "N*s/m"),
-    "temperature": ("K", "K"),
-    "1/temperature": ("1/K", "1/K"),
-}
-MAGNETIC = {
-    "1": "1",
-    "time": "s",
-    "length": "T",
-    "length/time": "T/s",
-    "force": "A*m^2",
-    "force/length": "A*m^2/T",
-    "length/force": "T/(A*m^2)",
-    "force*time/length": "A*m^2*s/T",
-}
-
-
-def unit_of(quantity: str, kind: Kind = "translational") -> str:
-    """Return the SI unit of a generalised quantity on an axis of this kind.
-
-    Parameters
-    ----------
-    quantity : str
-        A key of `UNITS`, such as ``"force/length"``.
-    kind : {"translational", "rotational", "magnetic"}
-        The kind of axis.
-
-    Returns
-    -------
-    str
-        The unit, as pint reads it.
-
-    Examples
-    --------
-    >>> unit_of("force/length"), unit_of("force/length", "rotational"), unit_of("force", "magnetic")
-    ('N/m', 'N*m/rad', 'A*m^2')
-    """
-    return MAGNETIC[quantity] if kind == "magnetic" else UNITS[quantity][KINDS.index(kind)]
 
 
 @dataclass(frozen=True)
@@ -108,7 +41,8 @@ class Variable:
     Parameters
     ----------
     quantity : str
-        Generalised quantity, a key of `UNITS`.
+        Generalised quantity: a product of powers of the names in `bristle.core.dimensions`, such as
+        ``"force*time^2/length^2"``. It is kept in one spelling.
     description : str
         What it is, in a few words.
     min, max : float
@@ -123,6 +57,16 @@ class Variable:
         is among.
     choices : tuple of str
         Where the quantity is one of several names: what a person writes. Kernels receive its place in this tuple.
+
+    Raises
+    ------
+    InputError
+        If the quantity or the excitation is none.
+
+    Examples
+    --------
+    >>> Variable("force*time^2/length^2", "drag over the square of the speed").unit("rotational")
+    'N*m*s^2/rad^2'
     """
 
     quantity: str
@@ -135,10 +79,14 @@ class Variable:
     choices: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        if self.quantity not in UNITS:
-            raise ValueError(f"unknown quantity {self.quantity!r}; known: {', '.join(UNITS)}")
+        try:
+            object.__setattr__(self, "quantity", canonical(self.quantity))
+        except InputError as error:
+            raise error.at(f"quantity of {self.description!r}") from None
         if self.excitation not in EXCITATIONS:
-            raise ValueError(f"unknown excitation {self.excitation!r}; known: {', '.join(EXCITATIONS[1:])}, or empty")
+            raise InputError("is no excitation", path=f"excitation of {self.description!r}", value=self.excitation,
+                             allowed=f"{', '.join(EXCITATIONS[1:])}, or empty",
+                             mend=did_you_mean(self.excitation, EXCITATIONS[1:]))  # fmt: skip
 
     def unit(self, kind: Kind = "translational") -> str:
         """Return the SI unit on an axis of this kind."""

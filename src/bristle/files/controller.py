@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import product
 from typing import Any
 
 from bristle.controllers import CONTROLLERS
 from bristle.core import units
 from bristle.core.axis import Axis, Column
 from bristle.core.contracts import Model, make_model
+from bristle.core.dimensions import Kind, exponents_of, unit_of
 from bristle.core.errors import InputError
-from bristle.core.variable import Kind, unit_of
 from bristle.files.components import component_named, parameters_in, table_at
 
 __all__ = ["controller_from", "controller_of", "in_effort"]
@@ -57,11 +58,11 @@ def controller_from(table: Any, *, kind: Kind, columns: Mapping[str, Column], pa
     component = component_named(given["model"], CONTROLLERS, f"{path}.model")
     values = parameters_in(given, component, path, beside=("model",))
     for name, value in values.items():
-        values[name] = in_effort(value, component.variables[name].unit(kind), kind, columns, f"{path}.{name}")
+        values[name] = in_effort(value, component.variables[name].quantity, kind, columns, f"{path}.{name}")
     return make_model(component, values, kind=kind, validate=True, path=path)
 
 
-def in_effort(value: Any, unit: str, kind: Kind, columns: Mapping[str, Column], path: str) -> Any:
+def in_effort(value: Any, quantity: str, kind: Kind, columns: Mapping[str, Column], path: str) -> Any:
     """Return text in the units of the drive as a number in SI, and everything else as it is.
 
     The effort may be told in the unit of the effort column, the movement in that of the position column: ``"A*s/rad"``
@@ -71,8 +72,8 @@ def in_effort(value: Any, unit: str, kind: Kind, columns: Mapping[str, Column], 
     ----------
     value : object
         What a person wrote, such as ``"243.45 V*s/m"``.
-    unit : str
-        The SI unit wanted, such as ``"N*s/m"``.
+    quantity : str
+        What it is, such as ``"force*time/length"``.
     kind : {"translational", "rotational"}
         Kind of axis.
     columns : mapping of str to Column
@@ -80,27 +81,30 @@ def in_effort(value: Any, unit: str, kind: Kind, columns: Mapping[str, Column], 
     path : str
         Where the value stands, for messages.
     """
-    force = unit_of("force", kind)
-    if not isinstance(value, str) or not unit.startswith(force):
+    if not isinstance(value, str) or "force" not in exponents_of(quantity):
         return value
     _, given = units.split(value, path)
-    if not given or units.compatible(given, unit, path=path):
+    if not given or units.compatible(given, unit_of(quantity, kind), path=path):
         return value
-    for told, factor in _told(unit.removeprefix(force), kind, columns):
-        if units.compatible(given, told, path=path):
-            return units.convert(value, told, path=path) * factor
+    for unit, factor in _units_of_drive(quantity, kind, columns):
+        if units.compatible(given, unit, path=path):
+            return units.convert(value, unit, path=path) * factor
     return value
 
 
-def _told(rest: str, kind: Kind, columns: Mapping[str, Column]) -> Iterator[tuple[str, float]]:
-    """Yield each unit in which a gain may be told, and SI for one of it; `rest` is what follows the force in SI."""
+def _units_of_drive(quantity: str, kind: Kind, columns: Mapping[str, Column]) -> Iterator[tuple[str, float]]:
+    """Yield each unit in which a quantity may be told, and SI for one of it."""
+    powers = exponents_of(quantity)
+    # An inertia too may be told as what it is a product of: an effort over an acceleration.
+    expanded = "*".join(f"{name}^{power:g}" for name, power in powers.items())
+    forces, lengths = _counted("force", columns.get("effort"), kind), _counted("length", columns.get("position"), kind)
+    for (force, effort), (length, position) in product(forces, lengths):
+        factor = effort ** powers["force"] * position ** powers.get("length", 0.0)
+        yield unit_of(expanded, kind, force=force, length=length), factor
+
+
+def _counted(name: str, column: Column | None, kind: Kind) -> list[tuple[str, float]]:
+    """Return the units in which an effort or a position is counted, and SI for one of each."""
+    in_si = [(unit_of(name, kind), 1.0)]
     # A sign in the scale is a matter of wiring; a gain has none.
-    per = f"/{unit_of('length', kind)}"
-    effort, position = columns.get("effort"), columns.get("position")
-    efforts = [(unit_of("force", kind), 1.0)]
-    if effort is not None:
-        efforts.append((effort.base, abs(effort.scale)))
-    for base, factor in efforts:
-        yield f"{base}{rest}", factor
-        if position is not None and rest.endswith(per):
-            yield f"{base}{rest.removesuffix(per)}/{position.base}", factor / abs(position.scale)
+    return in_si if column is None else [*in_si, (column.base, abs(column.scale))]

@@ -52,8 +52,8 @@ def run_from(table: Mapping[str, Any], axis: Axis | None, reference: Model, kind
             raise InputError(f"needs {name}", path=path, mend=f"Write {name}, {RUN[name].description}, under [{path}]")
     if "effort_limit" in given:
         columns = axis.columns if axis is not None else {}
-        unit, where = RUN["effort_limit"].unit(kind), f"{path}.effort_limit"
-        given["effort_limit"] = in_effort(given["effort_limit"], unit, kind, columns, where)
+        quantity, where = RUN["effort_limit"].quantity, f"{path}.effort_limit"
+        given["effort_limit"] = in_effort(given["effort_limit"], quantity, kind, columns, where)
     values: dict[str, Any] = {name: number_at(given[name], RUN[name], kind, f"{path}.{name}") for name in given}
     for name in ("substeps", "delay", "seeds"):
         if name in values:

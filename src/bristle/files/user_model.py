@@ -17,6 +17,7 @@ from bristle.core.content import Content, Origin, Readable, content_of
 from bristle.core.contracts import FrictionModel
 from bristle.core.errors import BristleError, InputError, told_by
 from bristle.core.locks import LOADING
+from bristle.core.variable import variables_of
 from bristle.files.permission import CODE_LIMIT
 
 __all__ = ["SourceText", "code_of", "load_model_file", "origins_of_code"]
@@ -86,7 +87,19 @@ def load_model_file(path: Readable) -> FrictionModel:
             "gives its model a name that cannot be asked for", path=str(source), value=model.name,
             allowed="a name without + and comma", mend='Write another name in FrictionModel(name="...")',
         )  # fmt: skip
+    _refuse_odd_quantities(model, source)
     return model
+
+
+def _refuse_odd_quantities(model: FrictionModel, source: Path) -> None:
+    """Refuse a model with a quantity that is none; what else a description lacks, the contract says."""
+    for fields in (model.Parameters, model.State):
+        try:
+            variables_of(fields)
+        except InputError as error:
+            raise error.at(_place(error, source)) from None
+        except Exception:  # noqa: BLE001  (annotations may hold anything)
+            return
 
 
 def code_of(component: Any) -> Content | None:
@@ -131,9 +144,12 @@ def _executed(name: str, content: Content) -> types.ModuleType:
         # What it prints is no part of a result, and goes where messages go.
         messages = _Messages()
         with contextlib.redirect_stdout(messages), contextlib.redirect_stderr(messages):
-            exec(compile(content.data, str(source), "exec"), module.__dict__)
+            # Its annotations are what it says they are: without this, they would be read as this file reads its own.
+            exec(compile(content.data, str(source), "exec", dont_inherit=True), module.__dict__)
     except BaseException as error:
         del sys.modules[name]
+        if isinstance(error, InputError):
+            raise error.at(_place(error, source)) from None
         if isinstance(error, (BristleError, KeyboardInterrupt)):
             raise
         raise _refusal(error, source) from None
@@ -156,7 +172,12 @@ def _refusal(error: BaseException, source: Path) -> InputError:
     if isinstance(error, (SyntaxError, ValueError, RecursionError, MemoryError)) and not _line_of(error, source):
         return InputError(f"is not valid Python ({error})", path=str(source))  # what the compiler gives up on
     said = f"stops with {type(error).__name__}: {told_by(error)}".rstrip(": ")
-    return InputError(said, path=f"{source}, line {_line_of(error, source)}")
+    return InputError(said, path=_place(error, source))
+
+
+def _place(error: BaseException, source: Path) -> str:
+    line = _line_of(error, source)
+    return f"{source}, line {line}" if line else str(source)
 
 
 def _let_travel(module: types.ModuleType, source: SourceText) -> None:

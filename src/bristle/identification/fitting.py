@@ -98,7 +98,7 @@ def fit_of(estimation: Estimation, context: Context) -> Fit:
         plant=problem.plant(values),
         friction=estimation.written(_valid(component, values, dataset.kind)),
         estimates=estimates,
-        combinations=combinations_of(component, {estimate.name: estimate for estimate in estimates}),
+        combinations=combinations_of(component, {estimate.name: estimate for estimate in estimates}, dataset.kind),
         correlation=uncertainty.correlation,
         correlation_names=names,
         condition_number=uncertainty.condition_number,

@@ -11,7 +11,7 @@ import numpy as np
 from bristle.core.contracts import FrictionModel
 from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.lazy import cached_property
-from bristle.core.variable import Kind, Variable
+from bristle.core.variable import Kind, Variable, unit_of
 from bristle.identification.covariance import Covariance
 from bristle.identification.diagnostics.excitation import Excitation
 from bristle.identification.inverse_dynamics import InverseDynamics
@@ -167,14 +167,16 @@ def about_estimates(
     return tuple(found)
 
 
-def combinations_of(component: FrictionModel, known: Mapping[str, Estimate]) -> tuple[Estimate, ...]:
+def combinations_of(
+    component: FrictionModel, known: Mapping[str, Estimate], kind: Kind
+) -> tuple[Estimate, ...]:  # fmt: skip
     """Return the products of a redundant parameter with each one that it is a factor of."""
     found = []
     for redundancy in component.redundancies:
         factor = known[redundancy.name]
         for name in redundancy.factor_of:
             other = known[name]
-            unit = "*".join(one for one in (factor.unit, other.unit) if one != "1") or "1"
+            unit = unit_of("*".join(component.variables[each].quantity for each in (factor.name, name)), kind)
             std, robust = (None if one is None else abs(factor.value) * one for one in (other.std, other.robust_std))
             found.append(Estimate(
                 f"{factor.name}*{name}", unit, f"product of {factor.name} and {name}", factor.value * other.value, std,

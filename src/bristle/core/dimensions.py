@@ -1,0 +1,229 @@
+"""Quantities as products of powers: the exponents of ``force*time^2/length^2``, and its unit on each kind of axis.
+
+A quantity is written from the names of `NAMES` with ``*``, ``/``, powers such as ``^2`` or ``^0.5``, and one level of
+brackets. Quantities are *generalised*: `force` is a force [N] on a translational axis and a torque [N*m] on a
+rotational one. Hysteresis operators serve magnets too: there `length` is the field [T] and `force` the moment [A*m^2].
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from functools import lru_cache
+from typing import Any, Literal, NamedTuple
+
+from bristle.core.errors import InputError, did_you_mean
+
+__all__ = ["KINDS", "NAMES", "AxisKind", "Kind", "Name", "canonical", "exponents_of", "unit_elsewhere", "unit_of"]
+
+AxisKind = Literal["translational", "rotational"]
+Kind = Literal["translational", "rotational", "magnetic"]
+# Kinds of axis; only a hysteresis operator can be magnetic.
+KINDS: tuple[Kind, ...] = ("translational", "rotational")
+
+
+class Name(NamedTuple):
+    """A quantity with a name: its SI unit on each kind, and the product that it is short for, if it is."""
+
+    translational: str
+    rotational: str
+    magnetic: str
+    product: str = ""
+
+
+NAMES = {
+    "mass of travel": Name("kg", "kg", "kg", "force of travel*time^2/travel"),
+    "force of travel": Name("N", "N", "N"),
+    "mass": Name("kg", "kg*m^2", "A*m^2*s^2/T", "force*time^2/length"),
+    "force": Name("N", "N*m", "A*m^2"),
+    # What moves straight, whatever the kind of axis: the table of a ball screw.
+    "travel": Name("m", "m", "m"),
+    "length": Name("m", "rad", "T"),
+    "time": Name("s", "s", "s"),
+    "frequency": Name("Hz", "Hz", "Hz", "1/time"),
+    "temperature": Name("K", "K", "K"),
+}
+"""Names of which quantities are products, in the order in which they are written."""
+# In a unit, symbols stand in this order; among them those in which a drive counts effort and position.
+SYMBOLS = ("kg", "N", "V", "A", "rated", "m", "rad", "T", "s", "Hz", "count", "K")
+HIGHEST, LONGEST = 9.0, 200  # power in a unit that text is read in, and characters of a quantity
+WITHOUT_NAME = {
+    "torque": "force", "angle": "length", "position": "length", "distance": "length", "inertia": "mass",
+    "velocity": "length/time", "speed": "length/time", "acceleration": "length/time^2", "stiffness": "force/length",
+}  # fmt: skip
+EXAMPLE = 'Write a product such as "force*time^2/length^2"'
+
+_FACTOR = r"(?:1|[A-Za-z]+(?: [A-Za-z]+)*)(?:\^-?\d(?:\.5)?)?"
+_PRODUCT = rf"{_FACTOR}(?:[*/]{_FACTOR})*"
+_GRAMMAR = re.compile(rf"(?:{_FACTOR}|\({_PRODUCT}\))(?:[*/](?:{_FACTOR}|\({_PRODUCT}\)))*")
+_STEP = re.compile(r"([*/]?)(\(?)(1|[A-Za-z ]+)(?:\^(-?[\d.]+))?(\)?)")
+
+
+def canonical(quantity: Any) -> str:
+    """Return a quantity in the one spelling that it has.
+
+    Parameters
+    ----------
+    quantity : str
+        A product of powers of `NAMES`.
+
+    Raises
+    ------
+    InputError
+        If it is none, or its unit would have powers beyond 9.
+
+    Examples
+    --------
+    >>> canonical("time * force/length/length"), canonical("length/length")
+    ('force*time/length^2', '1')
+    """
+    if not isinstance(quantity, str):
+        raise InputError("must be the text of a quantity", value=quantity, allowed=_allowed(), mend=EXAMPLE)
+    return _canonical(quantity)
+
+
+@lru_cache(maxsize=512)
+def _canonical(quantity: str) -> str:
+    powers = _names_in(quantity)
+    for kind in KINDS:
+        if any(abs(power) > HIGHEST for power in _expanded(powers, _units(kind)).values()):
+            raise InputError("has too high a power", value=quantity, allowed=f"powers up to {HIGHEST:g} in its unit",
+                             mend=EXAMPLE)  # fmt: skip
+    return _written(powers, NAMES)
+
+
+def exponents_of(quantity: str) -> dict[str, float]:
+    """Return the power of each name that is short for no other in a quantity; those of power 0 are left out.
+
+    Examples
+    --------
+    >>> exponents_of("mass*length/time^2"), exponents_of("frequency")
+    ({'force': 1.0}, {'time': -1.0})
+    """
+    products = {name: entry.product or name for name, entry in NAMES.items()}
+    return _expanded(_names_in(quantity), products)
+
+
+@lru_cache(maxsize=512)
+def _unit_of(quantity: str, kind: Kind, *counted: tuple[str, str]) -> str:
+    return _written(_expanded(_names_in(quantity), _units(kind) | dict(counted)), SYMBOLS)
+
+
+def unit_of(quantity: str, kind: Kind = "translational", **counted: str) -> str:
+    """Return the SI unit of a generalised quantity on an axis of this kind.
+
+    Parameters
+    ----------
+    quantity : str
+        A product of powers of `NAMES`, such as ``"force/length"``.
+    kind : {"translational", "rotational", "magnetic"}
+        The kind of axis.
+    **counted : str
+        Units by name for what is not counted in SI, such as ``force="V"``.
+
+    Returns
+    -------
+    str
+        The unit, as pint reads it.
+
+    Raises
+    ------
+    InputError
+        If it is no quantity.
+
+    Examples
+    --------
+    >>> unit_of("force/length"), unit_of("force/length", "rotational"), unit_of("force", "magnetic")
+    ('N/m', 'N*m/rad', 'A*m^2')
+    >>> unit_of("force*time^2/length^2"), unit_of("force/length/time", "rotational")
+    ('N*s^2/m^2', 'N*m/(rad*s)')
+    >>> unit_of("force*time/length", force="V", length="rad")
+    'V*s/rad'
+    """
+    return _unit_of(quantity, kind, *counted.items())
+
+
+def unit_elsewhere(unit: str, here: Kind, there: Kind) -> str | None:
+    """Return what a unit of an axis of the kind `here` is on one of the kind `there`; None where it is of none.
+
+    Examples
+    --------
+    >>> unit_elsewhere("N*s/m", "translational", "rotational"), unit_elsewhere("N", "rotational", "translational")
+    ('N*m*s/rad', None)
+    """
+    rest = _factors(unit) if _GRAMMAR.fullmatch(unit) else {unit: 1.0}
+    powers = {}
+    for name in ("mass", "force", "length", "time", "frequency", "temperature"):
+        symbols = _factors(unit_of(name, here))
+        powers[name] = rest.get(next(iter(symbols)), 0.0)
+        rest = _total([*rest.items(), *((symbol, -powers[name] * power) for symbol, power in symbols.items())])
+    return None if rest else unit_of(_written(powers, NAMES), there)
+
+
+def _units(kind: Kind) -> dict[str, str]:
+    return {name: getattr(entry, kind) for name, entry in NAMES.items()}
+
+
+def _expanded(powers: Mapping[str, float], products: Mapping[str, str]) -> dict[str, float]:
+    """Return the power of each factor of what the factors of a product are products of."""
+    return _total(
+        (part, power * inner) for name, power in powers.items() for part, inner in _factors(products[name]).items()
+    )
+
+
+def _names_in(quantity: str) -> dict[str, float]:
+    """Return the power of each name in a quantity, which is refused if it is none."""
+    text = re.sub(r"\s*([*/^()])\s*", r"\1", quantity[:LONGEST].strip().replace("**", "^"))
+    if len(quantity) > LONGEST or not _GRAMMAR.fullmatch(text):
+        raise InputError("is not a quantity", value=quantity, allowed=_allowed(), mend=EXAMPLE)
+    powers = _factors(text)
+    for name in powers:
+        if name not in NAMES:
+            reason = f"is not a quantity: there is no {name!r}"
+            raise InputError(reason, value=quantity, allowed=_allowed(), mend=_mend(name))
+    return powers
+
+
+def _allowed() -> str:
+    known = sorted(NAMES, key=lambda name: ("travel" in name, NAMES[name].product != ""))
+    return f"1, or a product of powers of {', '.join(known)}"
+
+
+def _mend(name: str) -> str:
+    if name.lower() in WITHOUT_NAME:
+        return f'Write "{WITHOUT_NAME[name.lower()]}" for {name}'
+    return did_you_mean(name, NAMES) or f"{EXAMPLE}, not its unit"
+
+
+def _factors(product: str) -> dict[str, float]:
+    """Return the power of each factor of a product in the grammar."""
+    factors, bracket = [], 1.0
+    for operator, opened, name, power, closed in _STEP.findall(product):
+        side = -1.0 if operator == "/" else 1.0
+        if opened:
+            side, bracket = 1.0, side
+        factors.append((name, bracket * side * float(power or 1.0)))
+        if closed:
+            bracket = 1.0
+    return _total((name, power) for name, power in factors if name != "1")
+
+
+def _total(powers: Iterable[tuple[str, float]]) -> dict[str, float]:
+    total: dict[str, float] = {}
+    for name, power in powers:
+        total[name] = total.get(name, 0.0) + power
+    return {name: power for name, power in total.items() if power}
+
+
+def _written(powers: Mapping[str, float], order: Iterable[str]) -> str:
+    """Return a product in this order of its factors; what is divided by stands behind one stroke."""
+    places = {name: place for place, name in enumerate(order)}
+    sorted_powers = sorted(powers.items(), key=lambda factor: places.get(factor[0], len(places)))
+    above = [_raised(name, power) for name, power in sorted_powers if power > 0.0]
+    below = [_raised(name, -power) for name, power in sorted_powers if power < 0.0]
+    product, divisor = "*".join(above) or "1", "*".join(below)
+    return f"{product}/({divisor})" if len(below) > 1 else f"{product}/{divisor}".removesuffix("/")
+
+
+def _raised(name: str, power: float) -> str:
+    return name if power == 1.0 else f"{name}^{power:g}"
