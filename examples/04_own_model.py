@@ -10,7 +10,7 @@ from bristle.testing import check_model
 for check in check_model(MODEL):
     print(f"{'met' if check.passed else 'NOT MET'}: {check.name}")
 
-model = MODEL(F_C="20 N", v_q="0.4 m/s")
+model = MODEL(F_C="20 N", F_q="125 N*s^2/m^2")
 F = br.response(model, np.linspace(0.0, 0.4, 401), dt=1e-3)  # at 1 m/s
 print(f"force at 1 m/s: {F[-1]:.3f} N")
 

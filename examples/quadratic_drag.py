@@ -13,9 +13,9 @@ from bristle.core.mathematics import direction
 
 class Parameters(NamedTuple):
     F_C: Annotated[float, Variable("force", "Coulomb friction force", min=0.0, directional=True, excitation="sliding")]
-    # Force over the square of a velocity has no name among the quantities: the speed v_q, at which the drag
-    # equals F_C, says the same in a unit that people know.
-    v_q: Annotated[float, Variable("length/time", "speed at which drag equals F_C", min=1e-6, excitation="speed")]
+    F_q: Annotated[
+        float, Variable("force*time^2/length^2", "drag over the square of the speed", min=0.0, excitation="speed")
+    ]
 
 
 class State(NamedTuple):
@@ -28,8 +28,8 @@ class Move(NamedTuple):
 
 @kernel
 def trial(state, memory, motion, dt, p):
-    ratio = motion.v / p.v_q
-    return p.F_C * (direction(motion.v) + ratio * abs(ratio)), Move()
+    v = motion.v
+    return p.F_C * direction(v) + p.F_q * v * abs(v), Move()
 
 
 @kernel
@@ -44,5 +44,5 @@ MODEL = FrictionModel(
     State=State,
     trial=trial,
     commit=commit,
-    example={"F_C": 20.0, "v_q": 0.4},
+    example={"F_C": 20.0, "F_q": 125.0},
 )

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+EXAMPLE = Path(__file__).parents[2] / "examples" / "quadratic_drag.py"
 KEYS = {"applies", "value", "unit", "threshold", "passed", "advice"}
 
 LUGRE = """
@@ -142,3 +143,41 @@ def test_a_model_file_of_a_users_own_model_has_its_certificates(bristle, place):
 
 def test_a_model_file_is_checked_with_its_values(bristle, place):
     assert bristle("check", "model.toml").code == 0
+
+
+@pytest.mark.parametrize("command", [("check",), ("identify", "log.csv", "--axis", "axis.toml", "--model")])
+@pytest.mark.parametrize(
+    ("old", "new", "line", "place_of", "said"),
+    [
+        ('"force"', '"forse*time"', 9, "quantity of 'force against the motion'", "Did you mean 'force'?"),
+        ('"force"', '"N"', 9, "quantity of 'force against the motion'", "not its unit"),
+        ("directional=True", 'excitation="slide"', 9, "excitation of 'force against the motion'", "'sliding'?"),
+        (
+            '"""None."""',
+            'z: Annotated[float, Variable("depth", "depth")] = 0.0',
+            13,
+            "quantity of 'depth'",
+            "no 'depth'",
+        ),
+    ],
+)
+def test_a_quantity_that_is_none_is_bad_input_with_its_line(bristle, place, command, old, new, line, place_of, said):
+    text = Path("own.py").read_text().replace(old, new, 1)
+    # Annotations that are evaluated late have no line.
+    for own, where in ((text, f"own.py, line {line}"), (f"from __future__ import annotations\n{text}", "own.py")):
+        Path("own.py").write_text(own)
+        found = bristle(*command, "own.py")
+        assert (found.code, found.out) == (2, "")
+        assert found.err.startswith(f"bristle: {where}: {place_of}: is no")
+        assert said in found.err
+        assert "allowed" in found.err
+
+
+def test_a_product_of_quantities_is_described_checked_and_identified(bristle, place):
+    for header in ("", "from __future__ import annotations\n"):
+        own = header + EXAMPLE.read_text()
+        Path("drag.py").write_text(own)
+        assert bristle("check", "drag.py").code == 0
+    found = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", "drag.py", "--json")
+    assert found.code == 0
+    assert found.data["parameters"]["F_q"]["unit"] == "N*s^2/m^2"

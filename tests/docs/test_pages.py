@@ -10,6 +10,7 @@ import typer
 from tests.docs.conftest import PAGES, ROOT, blocks
 
 from bristle.cli.application import app
+from bristle.core.dimensions import NAMES
 from bristle.core.errors import InputWarning
 from bristle.files.axis import axis_from
 from bristle.files.axis_schema import AxisFile
@@ -163,6 +164,13 @@ def test_the_axis_page_tells_every_key():
     keys = set(keys_of(AxisFile))
     assert {"presliding", "gear_ratio", "cutoff", "schema"} <= keys
     assert [key for key in sorted(keys) if not re.search(rf"`[^`]*\b{key}\b[^`]*`", page)] == []
+
+
+def test_the_page_of_models_tells_every_quantity_with_its_units():
+    page = (ROOT / "docs/how-to/your-own-model.md").read_text()
+    rows = {name: f"| `{name}` | {entry.translational} | {entry.rotational} |" for name, entry in NAMES.items()}
+    rows |= {name: f"{rows[name]} `{entry.product}` |" for name, entry in NAMES.items() if entry.product}
+    assert [name for name, row in rows.items() if row not in page] == []
 
 
 def test_the_experiment_page_tells_every_key():

@@ -57,10 +57,10 @@ def test_own_model():
     output = printed("04_own_model.py")
     assert "NOT MET" not in output
     assert output.count("met: ") >= 10
-    # 20 N and, at 2.5 times the speed at which the drag equals them, 6.25 times as much.
-    assert number_after("force at 1 m/s:", output) == pytest.approx(20.0 * 7.25, rel=1e-6)
-    # 100 N carry four times 20 N of drag: twice the speed.
-    assert number_after("speed under 100 N:", output) == pytest.approx(0.8, rel=1e-3)
+    # At 1 m/s the drag is the number of its coefficient.
+    assert number_after("force at 1 m/s:", output) == pytest.approx(20.0 + 125.0, rel=1e-6)
+    # 100 N carry 80 N of drag.
+    assert number_after("speed under 100 N:", output) == pytest.approx((80.0 / 125.0) ** 0.5, rel=1e-3)
     assert "under 10 N: friction 10.000 N, speed 0.0 m/s" in output
 
 

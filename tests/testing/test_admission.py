@@ -14,7 +14,7 @@ from bristle.friction import MODELS, with_slots
 from bristle.testing import admit
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "quadratic_drag.py"
-RATIO = "ratio = motion.v / p.v_q"
+SPEED = "    v = motion.v\n"
 
 
 def edited(folder: Path, old: str, new: str):
@@ -35,14 +35,14 @@ def test_a_sound_model_is_admitted_without_a_word(model):
 @pytest.mark.parametrize(
     ("new", "said"),
     [
-        ("ratio = undefined_thing / p.v_q", "undefined_thing"),
-        ("ratio = motion.v / p.v_Q", "v_Q"),
-        ("ratio = (motion.v - motion.v) / (motion.v - motion.v)", "ZeroDivisionError"),
+        ("v = undefined_thing * p.F_q", "undefined_thing"),
+        ("v = motion.v * p.F_Q", "F_Q"),
+        ("v = (motion.v - motion.v) / (motion.v - motion.v)", "ZeroDivisionError"),
     ],
 )
 def test_a_model_that_cannot_run_is_refused_with_its_file(tmp_path, new, said):
     with pytest.raises(InputError, match=rf"own\.py: is not fit to be used .*{said}.* Try: bristle check .*own\.py"):
-        admit(edited(tmp_path, RATIO, new))
+        admit(edited(tmp_path, SPEED, f"    {new}\n"))
 
 
 def test_the_text_that_was_read_is_tried_whatever_has_become_of_its_file(tmp_path):
@@ -56,24 +56,24 @@ def test_the_text_that_was_read_is_tried_whatever_has_become_of_its_file(tmp_pat
 
 
 def test_an_example_of_something_else_is_refused(tmp_path):
-    model = edited(tmp_path, '"v_q": 0.4', '"v_Q": 0.4')
-    with pytest.raises(InputError, match=r"own\.py: .*v_Q"):
+    model = edited(tmp_path, '"F_q": 125.0', '"F_Q": 125.0')
+    with pytest.raises(InputError, match=r"own\.py: .*F_Q"):
         admit(model)
-    with pytest.raises(InputError, match=r"the example gives v_Q.*Did you mean 'v_q'"):
+    with pytest.raises(InputError, match=r"the example gives F_Q.*Did you mean 'F_q'"):
         with_slots(model, ["asymmetry"])
 
 
 def test_friction_that_drives_is_warned_of(tmp_path):
-    model = edited(tmp_path, "return p.F_C * (", "return -p.F_C * (")
+    model = edited(tmp_path, "return p.F_C * ", "return -p.F_C * ")
     with pytest.warns(InputWarning, match=r"does not meet the contract.*opposes sliding, dissipates.*bristle check"):
-        admit(model(F_C=20.0, v_q=0.4))
+        admit(model(F_C=20.0, F_q=125.0))
 
 
 @pytest.mark.parametrize(
     ("new", "said"),
-    [("ratio = undefined_thing / p.v_q", "name 'undefined_thing' is not"), ("ratio = motion.v / p.v_Q", "'v_Q'")],
+    [("v = undefined_thing * p.F_q", "name 'undefined_thing' is not"), ("v = motion.v * p.F_Q", "'F_Q'")],
 )
 def test_what_does_not_compile_is_a_fault_of_the_file_and_not_of_bristle(tmp_path, new, said):
-    model = edited(tmp_path, RATIO, new)(F_C=20.0, v_q=0.4)
+    model = edited(tmp_path, SPEED, f"    {new}\n")(F_C=20.0, F_q=125.0)
     with pytest.raises(InputError, match=rf"own\.py.*: cannot be compiled: .*{said}.*Try: bristle check"):
         response(model, [0.0, 1e-3], 1e-3)

@@ -276,7 +276,7 @@ class Search:
             return self.sliding.coulomb * rng.exponential(0.3)
         if variable.quantity == "force":
             return self.sliding.coulomb
-        if variable.excitation == "speed":
+        if (variable.quantity, variable.excitation) == ("force*time/length", "speed"):
             return self.sliding.viscous
         if transform.form == "log":
             return math.exp(rng.uniform(transform.low, transform.high))

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bristle.core.dimensions import exponents_of
 from bristle.core.variable import Variable
 from bristle.identification.dataset import Dataset
 
@@ -30,21 +31,29 @@ class Scales(NamedTuple):
     sample_time: float
 
     def magnitude(self, variable: Variable) -> float:
-        """Return a typical value of a parameter [SI]."""
+        """Return a typical value of a parameter [SI]: where nothing else is known of it, by its exponents."""
         if variable.excitation == "drive":
             return variable.nominal
-        return {
-            "force": self.force,
+        known = {
             "length": math.sqrt(self.stroke * self.shortest),
             "length/time": math.sqrt(self.slowest * self.speed),
             "force/length": self.force / math.sqrt(self.stroke * self.shortest),
-            "force*time/length": self.force / self.speed,
-            "mass": self.force / self.acceleration,
             "1/length": 1.0 / self.stroke,
             "time": math.sqrt(self.sample_time * self.duration),
             "1/time": 1.0 / math.sqrt(self.sample_time * self.duration),
             "force/time": self.force / math.sqrt(self.sample_time * self.duration),
-        }.get(variable.quantity, variable.nominal)
+        }
+        powers = exponents_of(variable.quantity)
+        if variable.quantity in known or not powers or set(powers) - {"force", "length", "time"}:
+            return known.get(variable.quantity, variable.nominal)
+        length, time = powers.get("length", 0.0), powers.get("time", 0.0)
+        # A speed and an acceleration have every power of a length and a time between them.
+        parts = (
+            (self.force, powers.get("force", 0.0)), (self.speed, 2.0 * length + time),
+            (self.acceleration, -length - time),
+        )  # fmt: skip
+        above, below = (math.prod(part ** max(sign * power, 0.0) for part, power in parts) for sign in (1.0, -1.0))
+        return above / below
 
     def range(self, variable: Variable) -> tuple[float, float]:
         """Return between which values a positive parameter of unknown magnitude is sought [SI]."""
