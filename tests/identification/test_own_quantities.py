@@ -1,13 +1,18 @@
 """A model of a user's own with a quantity that no other model has is identified like any other."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from tests.identification.known_logs import Motion, log_of, sines
 
+from bristle.core import Variable
+from bristle.core.dimensions import exponents_of
 from bristle.files import load_model_file
 from bristle.identification import identify
+from bristle.identification.parameters import Scales, Transform
+from bristle.identification.search import Search
 
 OWN = load_model_file(Path(__file__).parents[2] / "examples" / "quadratic_drag.py")
 TRUTH = {"M": 12.0, "F_C": 8.0, "F_q": 40.0}
@@ -26,3 +31,42 @@ def test_the_coefficient_of_a_drag_is_found_whatever_its_magnitude(length, force
     assert found.status == "identified"
     assert found.value == pytest.approx(TRUTH["F_q"] * force / length**2, rel=0.02)
     assert found.unit == {"translational": "N*s^2/m^2", "rotational": "N*m*s^2/rad^2"}[kind]
+
+
+SCALES = Scales(
+    force=8.0, peak=20.0, speed=0.2, slowest=1e-3, acceleration=3.0, stroke=0.05, shortest=1e-6, duration=10.0,
+    sample_time=1e-3,
+)  # fmt: skip
+DIMENSIONS = Scales(
+    force="force", peak="force", speed="length/time", slowest="length/time", acceleration="length/time^2",
+    stroke="length", shortest="length", duration="time", sample_time="time",
+)  # fmt: skip
+
+
+def ratio(quantity, force, length, time):
+    """By what a quantity is multiplied where forces, lengths and times are multiplied by these."""
+    by = {"force": force, "length": length, "time": time}
+    return np.prod([by[name] ** power for name, power in exponents_of(quantity).items()])
+
+
+@pytest.mark.parametrize(
+    "quantity",
+    ["force", "length", "time", "1/time", "1/length", "length/time", "length/time^2", "length/time^3", "force/length",
+     "force*time/length", "force*time^2/length^2", "force/length/time", "mass", "force/time", "force^0.5*time^1.5",
+     "frequency"],
+)  # fmt: skip
+def test_what_a_search_takes_for_typical_has_the_dimension_of_the_parameter(quantity):
+    by = (3.0, 7.0, 11.0)
+    other = Scales(*(value * ratio(of, *by) for value, of in zip(SCALES, DIMENSIONS, strict=True)))
+    for excitation in ("", "speed", "presliding"):
+        variable = Variable(quantity, "a parameter", excitation=excitation)
+        expected = pytest.approx(ratio(quantity, *by), rel=1e-12)
+        assert other.magnitude(variable) / SCALES.magnitude(variable) == expected
+        ends = zip(other.range(variable), SCALES.range(variable), strict=True)
+        assert [one / before for one, before in ends] == [expected, expected]
+        starts = []
+        for scales in (other, SCALES):
+            guess = {"F_C": scales.force, "F_v": scales.force / scales.speed}
+            search, coordinate = SimpleNamespace(guess=guess, scales=scales), Transform("p", "plain", 1.0, *4 * (0.0,))
+            starts.append(Search._draw(search, coordinate, variable, np.random.default_rng(1)))
+        assert starts[0] / starts[1] == expected
