@@ -37,7 +37,7 @@ from bristle.friction.stribeck import STATIC_ABOVE_COULOMB
 
 # However large the scatter, a limit keeps a part of itself.
 SMALLEST_SCALE = 0.05
-BEYOND = 1e300  # [N or N*m]
+BEYOND = 1e150  # times a limit: more than any force
 
 
 class Parameters(NamedTuple):
@@ -128,7 +128,7 @@ def commit(state, memory, move, p):
     """Pull every element by the displacement of the step; a reversal draws a new limit."""
     side = direction(move.v)
     # Where nothing moves no limit, of neither direction, takes anything from an element.
-    limit = move.limit if move.v != 0.0 else BEYOND
+    limit = move.limit if move.v != 0.0 else BEYOND * move.limit
     for i in range(p.k_i.size):
         memory[i] = side * min(side * memory[i] + p.k_i[i] * move.way, p.nu_i[i] * limit)
     return State(side, state.reversals + 1, drawn_scale(state, p)) if reverses(state, move.v, p) else state
