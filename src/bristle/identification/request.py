@@ -11,6 +11,7 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel, Model, Plant
+from bristle.core.dimensions import exponents_of
 from bristle.core.errors import InputError
 from bristle.core.units import quantity
 from bristle.core.variable import Kind, Variable, unit_of
@@ -253,7 +254,7 @@ def _redundant(component: FrictionModel, stroke: float) -> dict[str, Fixed]:
     for one in component.redundancies:
         products = tuple(f"{one.name}*{other}" for other in one.factor_of)
         length = 10.0 ** math.floor(math.log10(stroke))
-        value = 1.0 / length if component.variables[one.name].quantity == "1/length" else 1.0
+        value = length ** exponents_of(component.variables[one.name].quantity).get("length", 0.0)
         found[one.name] = Fixed(value, "redundant", redundant=True, numbers={"products": products})
     return found
 
