@@ -88,21 +88,21 @@ def _steady(planned: Motion, friction: np.ndarray, part: slice) -> np.ndarray:
     """Return (velocity, friction) of the middle of each steady slide, shape (slide, 2)."""
     velocity = planned.velocity[part]
     cruise = np.isclose(velocity[1:], velocity[:-1], rtol=1e-9, atol=0.0)
-    found = []
+    points = []
     for moving, group in groupby(range(cruise.size), key=lambda k: bool(cruise[k] and velocity[k] != 0.0)):
         members = list(group)
         if moving and len(members) > 4:
             late = slice(part.start + members[len(members) // 2], part.start + members[-1])
-            found.append((float(planned.velocity[late].mean()), float(friction[late].mean())))
-    return np.array(found).reshape(-1, 2)
+            points.append((float(planned.velocity[late].mean()), float(friction[late].mean())))
+    return np.array(points).reshape(-1, 2)
 
 
 def _parts(planned: Motion) -> dict[str, slice]:
     """Return the samples of each purpose, in the order in which they come."""
-    found = {}
+    slices = {}
     placed = zip(planned.begins, planned.pieces, strict=True)
-    for purpose, group in groupby(placed, key=lambda one: one[1].purpose):
+    for purpose, group in groupby(placed, key=lambda entry: entry[1].purpose):
         members = list(group)
         first, last = members[0][0], members[-1][0] + members[-1][1].duration
-        found[purpose] = slice(*(int(k) for k in np.searchsorted(planned.time, (first, last))))
-    return found
+        slices[purpose] = slice(*(int(k) for k in np.searchsorted(planned.time, (first, last))))
+    return slices
