@@ -36,7 +36,6 @@ CEILINGS = {  # of the folders that still wait for better names: these numbers o
     "logs": 181,
     "loop_design": 58,
     "paper": 200,
-    "report": 192,
     "simulation": 21,
     "stability": 42,
     "testing": 20,

@@ -61,8 +61,8 @@ def identification_report(
     """
     fit, kind = identification.best, identification.best.plant.kind
     curve = steady_curve(fit)
-    found = passages(identification.log)
-    pictures = identification_pictures(identification, table or (), curve, found)
+    segments = passages(identification.log)
+    pictures = identification_pictures(identification, table or (), curve, segments)
     if simulation is not None:
         pictures |= following_picture(simulation)
     if prediction is not None:
@@ -87,7 +87,7 @@ def identification_report(
         by_position=fit.position_rmse is not None,
         pictures=pictures,
         assumptions=_assumed(fit, prediction),
-        passages=passage_table([one.as_data() for one in found], kind),
+        passages=passage_table([segment.as_data() for segment in segments], kind),
         break_aways=break_away_table(identification.break_aways, kind) if identification.break_aways else None,
         log=log_facts(identification.log, identification.further_logs)
         + treatment_facts(identification.treatment, kind)
@@ -98,5 +98,5 @@ def identification_report(
 
 
 def _assumed(fit: Fit, prediction: Prediction | None) -> list[str]:
-    told = [] if prediction is None else [f"{prediction.mode} prediction: {one}" for one in prediction.notes]
-    return [*fit.assumptions, *told]
+    notes = [] if prediction is None else [f"{prediction.mode} prediction: {note}" for note in prediction.notes]
+    return [*fit.assumptions, *notes]

@@ -38,7 +38,7 @@ def identification_summary(
         "combinations": _described(best.combinations),
         "metrics": NOT_SIMULATED | best.metrics,
         "resampling": _resampling(best),
-        "certificates": {name: vars(one) for name, one in (certificates or {}).items()},
+        "certificates": {name: vars(certificate) for name, certificate in (certificates or {}).items()},
         "warnings": best.warnings,
         "assumptions": best.assumptions,
         "models": [
@@ -57,9 +57,9 @@ def identification_summary(
         "log": {"samples": len(log), "sample_time": log.sample_time, "duration": log.duration, "notes": log.notes},
         "unfinished": identification.unfinished or None,
         "left_out": dict(identification.left_out),
-        "further_logs": [one.origin.name for one in identification.further_logs],
+        "further_logs": [log.origin.name for log in identification.further_logs],
         "treatment": identification.treatment,
-        "break_aways": [one._asdict() for one in identification.break_aways],
+        "break_aways": [break_away._asdict() for break_away in identification.break_aways],
         "provenance": provenance,
     }  # fmt: skip
 
@@ -82,7 +82,7 @@ def simulation_summary(
         "kind": kind,
         "error_unit": unit_of("length", kind),
         "effort_unit": unit_of("force", kind),
-        "runs": max((one.runs for one in result.variants.values()), default=0),
+        "runs": max((variant.runs for variant in result.variants.values()), default=0),
         "variants": _variants(result)
         | {name: {"status": reason, "completed": False, "runs": 0} for name, reason in result.refused.items()},
         "files": files,
@@ -97,48 +97,48 @@ def _parameters(fit: Fit) -> dict[str, Any]:
 
 def _described(estimates: Sequence[Estimate]) -> dict[str, Any]:
     return {
-        one.name: {
-            "value": one.value,
-            "unit": one.unit,
-            "std": one.std,
-            "relative_std_percent": one.relative_std_percent,
-            "robust_std": one.robust_std,
-            "interval_percent": one.interval_percent,
-            "interval": one.interval,
-            "status": one.status,
-            "note": one.note,
-            "description": one.description,
+        estimate.name: {
+            "value": estimate.value,
+            "unit": estimate.unit,
+            "std": estimate.std,
+            "relative_std_percent": estimate.relative_std_percent,
+            "robust_std": estimate.robust_std,
+            "interval_percent": estimate.interval_percent,
+            "interval": estimate.interval,
+            "status": estimate.status,
+            "note": estimate.note,
+            "description": estimate.description,
         }
-        for one in estimates
+        for estimate in estimates
     }
 
 
 def _resampling(fit: Fit) -> dict[str, Any] | None:
     """Return what fits to simulated logs say beside the intervals of the parameters, in SI."""
-    found = fit.resampling
-    if found is None:
+    resampling = fit.resampling
+    if resampling is None:
         return None
     return {
-        "draws": found.bands.count,
-        "scatter": found.scatter._asdict(),
-        "half_cycles": found.half_cycles,
-        "noise": found.bands.noise,
-        "resolution": found.resolution,
-        "unexplained": found.bands.unexplained,
-        "lasting": found.bands.lasting,
-        "inflation": found.bands.inflation,
-        "white": found.white,
-        "jackknife_std": dict(found.jackknife),
+        "draws": resampling.bands.count,
+        "scatter": resampling.scatter._asdict(),
+        "half_cycles": resampling.half_cycles,
+        "noise": resampling.bands.noise,
+        "resolution": resampling.resolution,
+        "unexplained": resampling.bands.unexplained,
+        "lasting": resampling.bands.lasting,
+        "inflation": resampling.bands.inflation,
+        "white": resampling.white,
+        "jackknife_std": dict(resampling.jackknife),
         "virgin_curve": {
-            name: [one[place] for one in found.curve] for place, name in enumerate(("x", "force", "low", "high"))
+            name: [row[column] for row in resampling.curve] for column, name in enumerate(("x", "force", "low", "high"))
         },
     }
 
 
 def _variants(result: SimulationResult) -> dict[str, Any]:
     return {
-        name: one.as_dict() | {"completed": one.status is not Status.NOT_FINITE}
-        for name, one in result.variants.items()
+        name: variant.as_dict() | {"completed": variant.status is not Status.NOT_FINITE}
+        for name, variant in result.variants.items()
     }
 
 
