@@ -35,7 +35,6 @@ CEILINGS = {  # of the folders that still wait for better names: these numbers o
     "identification": 507,
     "logs": 181,
     "loop_design": 58,
-    "paper": 200,
     "simulation": 21,
     "stability": 42,
     "testing": 20,
