@@ -29,7 +29,6 @@ CEILINGS = {  # of the folders that still wait for better names: these numbers o
     "demo": 4,
     "engine": 43,
     "excitation": 66,
-    "files": 135,
     "friction": 15,
     "hysteresis": 27,
     "identification": 507,

@@ -51,11 +51,11 @@ def controller_from(table: Any, *, kind: Kind, columns: Mapping[str, Column], pa
     InputError
         With the path of the key that does not fit, its value and what is allowed.
     """
-    given = table_at(table, path)
-    if "model" not in given:
+    entries = table_at(table, path)
+    if "model" not in entries:
         raise InputError("names no model", path=path, allowed=", ".join(CONTROLLERS), mend='Write model = "cascade"')
-    component = component_named(given["model"], CONTROLLERS, f"{path}.model")
-    values = parameters_in(given, component, path, beside=("model",))
+    component = component_named(entries["model"], CONTROLLERS, f"{path}.model")
+    values = parameters_in(entries, component, path, beside=("model",))
     for name, value in values.items():
         values[name] = in_effort(value, component.variables[name].unit(kind), kind, columns, f"{path}.{name}")
     return make_model(component, values, kind=kind, validate=True, path=path)
@@ -83,16 +83,16 @@ def in_effort(value: Any, unit: str, kind: Kind, columns: Mapping[str, Column], 
     force = unit_of("force", kind)
     if not isinstance(value, str) or not unit.startswith(force):
         return value
-    _, given = units.split(value, path)
-    if not given or units.compatible(given, unit, path=path):
+    _, value_unit = units.split(value, path)
+    if not value_unit or units.compatible(value_unit, unit, path=path):
         return value
-    for told, factor in _told(unit.removeprefix(force), kind, columns):
-        if units.compatible(given, told, path=path):
-            return units.convert(value, told, path=path) * factor
+    for candidate, factor in _gain_units(unit.removeprefix(force), kind, columns):
+        if units.compatible(value_unit, candidate, path=path):
+            return units.convert(value, candidate, path=path) * factor
     return value
 
 
-def _told(rest: str, kind: Kind, columns: Mapping[str, Column]) -> Iterator[tuple[str, float]]:
+def _gain_units(rest: str, kind: Kind, columns: Mapping[str, Column]) -> Iterator[tuple[str, float]]:
     """Yield each unit in which a gain may be told, and SI for one of it; `rest` is what follows the force in SI."""
     # A sign in the scale is a matter of wiring; a gain has none.
     per = f"/{unit_of('length', kind)}"
