@@ -15,7 +15,7 @@ from bristle.report.page import Picture, picture, render
 from bristle.report.table import Table
 
 if TYPE_CHECKING:
-    from bristle.excitation import Excitation, Piece
+    from bristle.excitation import Excitation, ExcitationPiece
     from bristle.identification.result import Estimate
 
 __all__ = ["excitation_report", "excitation_summary", "outlook_table", "piece_table"]
@@ -130,7 +130,7 @@ def excitation_summary(
     return data
 
 
-def _piece(piece: Piece, begin: float) -> dict[str, Any]:
+def _piece(piece: ExcitationPiece, begin: float) -> dict[str, Any]:
     return {
         "purpose": piece.purpose, "name": piece.name, "begin": float(begin), "duration": piece.duration,
         "amplitude": piece.amplitude, "speed": piece.speed, "reference": piece.reference.name,
@@ -192,7 +192,7 @@ def _verdict(excitation: Excitation) -> list[str]:
         f"This was rehearsed {setting}, with friction that scatters by 5 % from one reversal to the next, 0.5 % noise "
         "of the effort and the encoder of the axis; one rehearsal: the error is what an interval should cover."
     )
-    if excitation.room.presliding is not None and rehearsal.lag > excitation.room.presliding:
+    if excitation.limits.presliding is not None and rehearsal.lag > excitation.limits.presliding:
         lines.append(
             f"The controller follows the loops before sliding no closer than {with_unit(rehearsal.lag, length)}: they "
             "are smaller or larger than designed. Raise its gains for this motion, or add integral action."
@@ -204,7 +204,7 @@ def _verdict(excitation: Excitation) -> list[str]:
 
 
 def _limits(excitation: Excitation) -> list[tuple[str, str]]:
-    motion, limits, kind = excitation.motion, excitation.room, excitation.motion.kind
+    motion, limits, kind = excitation.motion, excitation.limits, excitation.motion.kind
     rows = []
     for word, quantity, value, limit in (
         ("Travel", "length", motion.position.max() - motion.position.min(), limits.travel),
