@@ -248,7 +248,7 @@ def errata() -> str:
 
     parts = []
     for kind, what in KINDS.items():
-        found = [(one.place, one.printed, one.correct, f"`{one.test}`") for one in errata_of(kind)]
+        found = [(one.location, one.printed, one.correct, f"`{one.test}`") for one in errata_of(kind)]
         parts += [f"## {kind.capitalize()}s", what, table(("Place", "As printed", "Correct", "Test"), found)]
     return page(
         "Errata of the source paper",
@@ -274,9 +274,9 @@ def equations() -> str:
         rows.append(
             (
                 f"({one.number})",
-                one.what,
+                one.title,
                 f"${one.printed}$",
-                one.stands + (f": ${one.here}$" if one.here else ""),
+                one.stands + (f": ${one.formula}$" if one.formula else ""),
                 f"[{one.file}](../../src/bristle/{one.file})",
                 f"[`{one.test}`](../../tests/{one.test.partition('::')[0]})",
                 run,

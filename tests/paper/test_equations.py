@@ -45,15 +45,15 @@ def test_the_test_that_holds_it_is_there(one):
 
 @each
 def test_it_is_corrected_where_it_says_so_and_not_else(one):
-    assert (one.stands == "as printed") == (not one.here)
-    assert one.here != one.printed
-    assert "|" not in one.printed + one.here  # it would end the cell
+    assert (one.stands == "as printed") == (not one.formula)
+    assert one.formula != one.printed
+    assert "|" not in one.printed + one.formula  # it would end the cell
 
 
 @each
 def test_its_formulas_can_be_set(one):
     # Of the usual TeX this parser knows all but a few words that do not change the sense.
-    for formula in filter(None, (one.printed, one.here)):
+    for formula in filter(None, (one.printed, one.formula)):
         plain = formula.replace(r"\tfrac12", r"\frac{1}{2}").replace(r"\frac1J", r"\frac{1}{J}")
         plain = re.sub(r"\\lvert|\\rvert", "|", plain).replace(r"\text{", r"\mathrm{")
         MathTextParser("path").parse(f"${plain}$")

@@ -38,7 +38,7 @@ def test_every_figure_is_legible_in_grey_too_and_its_axes_have_units(number, pap
 @pytest.mark.parametrize("number", FIGURES)
 def test_every_figure_tells_what_the_paper_says_and_what_was_found(number, paper):
     one = paper[number]
-    assert len(one.words.said) > 40
+    assert len(one.words.quotation) > 40
     assert len(one.words.differs) > 40
     assert one.words.claim.endswith(".")
     assert one.found

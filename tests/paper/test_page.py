@@ -24,7 +24,7 @@ def test_each_figure_stands_beside_what_the_paper_says_and_what_was_found(html, 
     assert [one for one in ids if one.startswith("fig-")] == [f"fig-{number}" for number in FIGURES]
     assert len(ids) == len(set(ids))
     for one in paper.values():
-        assert " ".join(one.words.said.split()) in page.words
+        assert " ".join(one.words.quotation.split()) in page.words
         assert " ".join(one.words.differs.split()) in page.words
         assert one.verdict in page.words
 
@@ -61,8 +61,8 @@ def test_every_erratum_is_told_with_its_kind(html):
 def test_every_equation_is_told(html):
     cells = Page(html).cells
     for one in EQUATIONS:
-        start = cells.index(one.what) - 1
-        assert cells[start : start + 5] == [f"({one.number})", one.what, one.stands, one.file, one.run]
+        start = cells.index(one.title) - 1
+        assert cells[start : start + 5] == [f"({one.number})", one.title, one.stands, one.file, one.run]
 
 
 def test_the_numbers_are_plain_json(paper):

@@ -91,7 +91,7 @@ def test_the_sentence_leaves_out_a_filter_that_is_not_there(setting):
 def test_readings_are_a_twentieth_of_a_micrometre_apart_and_at_every_turn(setting):
     one = setting(5)
     record = measured(one, one.contact(RIG), [2e-6, -1e-6], np.random.default_rng(0))
-    assert np.max(np.abs(np.diff(record.itself.x))) < 6e-8
+    assert np.max(np.abs(np.diff(record.actual.x))) < 6e-8
     assert 90 < record.x.size < 110
-    assert record.itself.x[record.turns] == pytest.approx([2e-6, -1e-6], abs=1e-9)
-    assert np.std(record.torque - record.itself.torque) == pytest.approx(0.2e-3, rel=0.25)
+    assert record.actual.x[record.turns] == pytest.approx([2e-6, -1e-6], abs=1e-9)
+    assert np.std(record.torque - record.actual.torque) == pytest.approx(0.2e-3, rel=0.25)

@@ -19,7 +19,7 @@ from bristle.paper.errata import ERRATA
 from bristle.simulation import simulate
 
 
-@pytest.mark.parametrize("erratum", ERRATA, ids=lambda one: f"{one.place}: {one.test.partition('::')[2]}")
+@pytest.mark.parametrize("erratum", ERRATA, ids=lambda one: f"{one.location}: {one.test.partition('::')[2]}")
 def test_every_erratum_has_its_test(erratum):
     file, _, name = erratum.test.partition("::")
     assert f"def {name}(" in (Path(__file__).parents[1] / file).read_text(encoding="utf-8")

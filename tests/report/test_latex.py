@@ -65,7 +65,7 @@ def test_each_erratum_is_a_row_with_all_that_it_tells():
     rows = [line for line in text.splitlines() if line.startswith("  {}")]
     assert len(rows) == len(ERRATA)
     for one, row in zip(ERRATA, rows, strict=True):
-        for said in (one.place, one.printed, one.correct):
+        for said in (one.location, one.printed, one.correct):
             assert as_latex(said) in row
     assert "test_" not in text
     assert r"\endhead" in text

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from bristle.excitation.motion import Piece, in_time
+from bristle.excitation.limits import MotionLimits
+from bristle.excitation.motion import ExcitationPiece, in_time
 from bristle.excitation.presliding import conditioning
 from bristle.excitation.presliding import missing as missing_for_presliding
-from bristle.excitation.room import Room
 from bristle.references import s_curve
 
 __all__ = ["missing", "pieces"]
@@ -20,31 +20,31 @@ REST = 0.4  # [s]
 missing = missing_for_presliding
 
 
-def pieces(room: Room, seconds: float) -> list[Piece]:
+def pieces(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
     """Return the motion, to last about so long [s]."""
-    assert room.presliding is not None
-    turn = 2.0 * room.presliding
-    most = min(turn / (SAMPLES * room.sample_time), room.velocity or math.inf)
+    assert limits.presliding is not None
+    turn = 2.0 * limits.presliding
+    most = min(turn / (SAMPLES * limits.sample_time), limits.velocity or math.inf)
 
     # The conditioning slide ends forward: the first ramp turns back.
-    def make(speed: float) -> list[Piece]:
+    def make(speed: float) -> list[ExcitationPiece]:
         return [
-            conditioning(room, "break-away"),
-            *(_ramp(room, side, min(rate * speed, most)) for rate in RATES for side in (-1.0, 1.0)),
+            conditioning(limits, "break-away"),
+            *(_ramp(limits, side, min(rate * speed, most)) for rate in RATES for side in (-1.0, 1.0)),
         ]
 
     pace = turn / (0.2 * seconds)
     return in_time(make, seconds, pace, 1e-2 * pace, most)
 
 
-def _ramp(room: Room, side: float, speed: float) -> Piece:
-    assert room.presliding is not None
-    distance = REACH * room.presliding
+def _ramp(limits: MotionLimits, side: float, speed: float) -> ExcitationPiece:
+    assert limits.presliding is not None
+    distance = REACH * limits.presliding
     reference = s_curve(
-        kind=room.kind,
+        kind=limits.kind,
         distance=side * distance,
         velocity=speed,
-        acceleration=room.corner(speed, room.presliding),
-        jerk=room.jerk,
+        acceleration=limits.corner(speed, limits.presliding),
+        jerk=limits.jerk,
     )
-    return Piece("break-away", "break-away ramp", reference, REST, speed, side * distance)
+    return ExcitationPiece("break-away", "break-away ramp", reference, REST, speed, side * distance)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from bristle.excitation.motion import Piece
+from bristle.excitation.limits import MotionLimits
+from bristle.excitation.motion import ExcitationPiece
 from bristle.excitation.presliding import missing as missing_for_presliding
-from bristle.excitation.room import Room
 from bristle.references import chirp
 
 __all__ = ["missing", "pieces"]
@@ -21,40 +21,40 @@ RAMP_SHARE = 0.2  # of the duration, at most
 REST = 0.2  # [s]
 
 
-def missing(room: Room) -> str:
+def missing(limits: MotionLimits) -> str:
     """Return why there is no such motion on this axis, and what to do; nothing where there is one."""
-    reason = missing_for_presliding(room)
+    reason = missing_for_presliding(limits)
     if reason:
         return reason
-    if room.resonance is None:
+    if limits.resonance is None:
         return (
             "the frequency at which the mass moves on the contact is not known: write the moving mass under [plant] "
             "and limit under [effort], or give a model"
         )
-    if _highest(room) < ENOUGH * room.resonance:
+    if _highest(limits) < ENOUGH * limits.resonance:
         return (
-            f"the sample time of {room.told(room.sample_time, 'time')} is too long for a resonance at "
-            f"{room.resonance:.3g} Hz"
+            f"the sample time of {limits.in_unit(limits.sample_time, 'time')} is too long for a resonance at "
+            f"{limits.resonance:.3g} Hz"
         )
     return ""
 
 
-def pieces(room: Room, seconds: float) -> list[Piece]:
+def pieces(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
     """Return the motion, to last about so long [s]."""
-    assert room.presliding is not None
-    assert room.resonance is not None
-    low, high = BELOW * room.resonance, _highest(room)
+    assert limits.presliding is not None
+    assert limits.resonance is not None
+    low, high = BELOW * limits.resonance, _highest(limits)
     omega = 2.0 * math.pi * high
-    amplitude = max(AMPLITUDE * room.presliding, COUNTS * room.count)
+    amplitude = max(AMPLITUDE * limits.presliding, COUNTS * limits.count)
     # The ramps add little to what the sine itself takes.
-    amplitude = min(amplitude, (room.acceleration or math.inf) / omega**2, (room.velocity or math.inf) / omega)
-    amplitude = min(amplitude, room.jerk / omega**3)
+    amplitude = min(amplitude, (limits.acceleration or math.inf) / omega**2, (limits.velocity or math.inf) / omega)
+    amplitude = min(amplitude, limits.jerk / omega**3)
     duration = max(seconds - REST, 2.0 * RAMP_PERIODS / low)
     ramp = min(RAMP_PERIODS / low, RAMP_SHARE * duration)
-    reference = chirp(kind=room.kind, amplitude=amplitude, f_0=low, f_1=high, duration=duration, ramp=ramp)
-    return [Piece("damping", "chirp", reference, REST, omega * amplitude, amplitude)]
+    reference = chirp(kind=limits.kind, amplitude=amplitude, f_0=low, f_1=high, duration=duration, ramp=ramp)
+    return [ExcitationPiece("damping", "chirp", reference, REST, omega * amplitude, amplitude)]
 
 
-def _highest(room: Room) -> float:
+def _highest(limits: MotionLimits) -> float:
     """Return the highest frequency [Hz]."""
-    return min(ABOVE * (room.resonance or 0.0), 1.0 / (SAMPLES * room.sample_time))
+    return min(ABOVE * (limits.resonance or 0.0), 1.0 / (SAMPLES * limits.sample_time))

@@ -18,10 +18,10 @@ from bristle.core.typography import with_unit
 from bristle.core.units import quantity
 from bristle.core.variable import Variable, unit_of
 from bristle.excitation import break_away, damping, presliding, stribeck
-from bristle.excitation.motion import Motion, Piece, length_of
+from bristle.excitation.limits import MotionLimits, limits_of
+from bristle.excitation.motion import ExcitationMotion, ExcitationPiece, length_of
 from bristle.excitation.prior import Prior, prior_of
 from bristle.excitation.rehearsal import Rehearsal, rehearse
-from bristle.excitation.room import Room, room_of
 from bristle.files.given import AXIS
 
 __all__ = ["PURPOSES", "Excitation", "Purpose", "excite"]
@@ -61,11 +61,11 @@ class Excitation:
 
     Parameters
     ----------
-    motion : Motion
+    motion : ExcitationMotion
         What to run.
     axis : Axis
         The axis that it is made for.
-    room : Room
+    limits : MotionLimits
         The limits that it keeps.
     prior : Prior
         What is believed of the axis.
@@ -75,9 +75,9 @@ class Excitation:
         The motion run on the prior, and what was identified from that.
     """
 
-    motion: Motion
+    motion: ExcitationMotion
     axis: Axis
-    room: Room
+    limits: MotionLimits
     prior: Prior
     notes: tuple[str, ...]
     rehearsal: Rehearsal | None = None
@@ -143,20 +143,20 @@ def excite(
     if seconds / sample_time < SAMPLES_LEAST:
         raise InputError(f"is less than {SAMPLES_LEAST} samples of this axis", path="duration", value=duration,
                          mend=f"Give it longer, or mend the sample time, {with_unit(sample_time, 's')}")  # fmt: skip
-    room = room_of(axis, prior, sample_time, _travel(travel, axis))
-    chosen, notes = _chosen(purposes, room)
-    pieces, left_out = _in_time(chosen, room, seconds - Motion.rest, may_drop=purposes is None)
+    limits = limits_of(axis, prior, sample_time, _travel(travel, axis))
+    chosen, notes = _chosen(purposes, limits)
+    pieces, left_out = _in_time(chosen, limits, seconds - ExcitationMotion.rest, may_drop=purposes is None)
     start = 0.5 * sum(axis.stroke) if axis.stroke else 0.0
-    motion = Motion(tuple(pieces), sample_time, axis.kind, start)
-    notes += left_out + _told(motion, axis, prior)
-    _keep(motion, room)
-    found = Excitation(motion, axis, room, prior, tuple(notes))
+    motion = ExcitationMotion(tuple(pieces), sample_time, axis.kind, start)
+    notes += left_out + _notes(motion, axis, prior)
+    _keep(motion, limits)
+    excitation = Excitation(motion, axis, limits, prior, tuple(notes))
     if not rehearsed:
-        return found
+        return excitation
     try:
-        return replace(found, rehearsal=rehearse(motion, axis, prior, draws=draws, progress=progress))
+        return replace(excitation, rehearsal=rehearse(motion, axis, prior, draws=draws, progress=progress))
     except InputError as reason:
-        return replace(found, notes=(*notes, f"it could not be rehearsed: {reason}"))
+        return replace(excitation, notes=(*notes, f"it could not be rehearsed: {reason}"))
 
 
 def _mechanism(model: Any, axis: Axis, allow_code: bool) -> tuple[Model | None, Model | None]:
@@ -167,32 +167,32 @@ def _mechanism(model: Any, axis: Axis, allow_code: bool) -> tuple[Model | None, 
     else:
         from bristle.files.model import read_model
 
-        found = read_model(model, allow_code=allow_code)
-        plant, friction = found.plant, found.friction
+        described = read_model(model, allow_code=allow_code)
+        plant, friction = described.plant, described.friction
     if friction.kind != axis.kind:
         raise InputError(f"is one of a {friction.kind} axis", path="model", value=friction.name,
                          allowed=f"a model of a {axis.kind} axis")  # fmt: skip
     return plant, friction
 
 
-def _travel(given: Any, axis: Axis) -> float | None:
-    if given is None:
+def _travel(raw: Any, axis: Axis) -> float | None:
+    if raw is None:
         return None
-    travel = quantity(given, TRAVEL, axis.kind, path="travel")
+    travel = quantity(raw, TRAVEL, axis.kind, path="travel")
     if not 0.0 < travel < math.inf:
-        raise InputError("must be positive and finite", path="travel", value=given)
+        raise InputError("must be positive and finite", path="travel", value=raw)
     return travel
 
 
-def _chosen(purposes: Sequence[str] | None, room: Room) -> tuple[list[str], list[str]]:
+def _chosen(purposes: Sequence[str] | None, limits: MotionLimits) -> tuple[list[str], list[str]]:
     """Return what can be done of what is asked, and why the rest cannot."""
-    asked = list(PURPOSES) if purposes is None else _names(purposes)
-    reasons = {name: PURPOSES[name].made_by.missing(room) for name in asked}
+    names = list(PURPOSES) if purposes is None else _names(purposes)
+    reasons = {name: PURPOSES[name].made_by.missing(limits) for name in names}
     for name, reason in reasons.items():
         if reason and (purposes is not None or all(reasons.values())):
             raise InputError(f"cannot be planned: {reason}", path="purposes", value=name)
     notes = [f"no {name} ({PURPOSES[name].tells}): {reason}" for name, reason in reasons.items() if reason]
-    return [name for name in PURPOSES if name in asked and not reasons[name]], notes
+    return [name for name in PURPOSES if name in names and not reasons[name]], notes
 
 
 def _names(names: Sequence[str]) -> Sequence[str]:
@@ -206,7 +206,9 @@ def _names(names: Sequence[str]) -> Sequence[str]:
     return names
 
 
-def _in_time(chosen: list[str], room: Room, seconds: float, *, may_drop: bool) -> tuple[list[Piece], list[str]]:
+def _in_time(
+    chosen: list[str], limits: MotionLimits, seconds: float, *, may_drop: bool
+) -> tuple[list[ExcitationPiece], list[str]]:
     """Return pieces that take no longer than they may [s], and what was left out for that.
 
     Raises
@@ -216,53 +218,56 @@ def _in_time(chosen: list[str], room: Room, seconds: float, *, may_drop: bool) -
     """
     notes: list[str] = []
     while True:
-        made = _as_short_as(seconds, chosen, room)
-        takes = length_of(made)
+        pieces = _as_short_as(seconds, chosen, limits)
+        takes = length_of(pieces)
         if takes <= seconds * LATE:
-            return made, notes
+            return pieces, notes
         if len(chosen) == 1 or not may_drop:
             raise InputError(
-                f"is too short: a motion for {', '.join(chosen)} takes {takes + Motion.rest:.3g} s on this axis, any "
-                "faster it would not show enough", path="duration", value=f"{seconds + Motion.rest:.3g} s",
+                f"is too short: a motion for {', '.join(chosen)} takes {takes + ExcitationMotion.rest:.3g} s on this "
+                "axis, any faster it would not show enough",
+                path="duration", value=f"{seconds + ExcitationMotion.rest:.3g} s",
                 mend="Give it that time, or ask for less",
             )  # fmt: skip
         first = next(name for name in LEAVES_FIRST if name in chosen)
-        notes.append(f"no {first} ({PURPOSES[first].tells}): with it the motion takes {takes + Motion.rest:.3g} s")
+        notes.append(
+            f"no {first} ({PURPOSES[first].tells}): with it the motion takes {takes + ExcitationMotion.rest:.3g} s"
+        )
         chosen = [name for name in chosen if name != first]
 
 
-def _as_short_as(seconds: float, chosen: list[str], room: Room) -> list[Piece]:
+def _as_short_as(seconds: float, chosen: list[str], limits: MotionLimits) -> list[ExcitationPiece]:
     """Return pieces that take no longer than this [s], or those that take the least."""
-    asked = seconds
-    made = _pieces(chosen, room, asked)
+    target = seconds
+    pieces = _pieces(chosen, limits, target)
     for _ in range(ROUNDS):
-        takes = length_of(made)
+        takes = length_of(pieces)
         if takes <= seconds * LATE:
             break
-        asked *= seconds / takes
-        again = _pieces(chosen, room, asked)
-        made = min(made, again, key=length_of)
-    return made
+        target *= seconds / takes
+        again = _pieces(chosen, limits, target)
+        pieces = min(pieces, again, key=length_of)
+    return pieces
 
 
-def _pieces(chosen: Sequence[str], room: Room, seconds: float) -> list[Piece]:
+def _pieces(chosen: Sequence[str], limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
     """Return the pieces of all purposes; what one does not use of its share goes to those after it."""
-    left, share_left, found = seconds, sum(PURPOSES[name].share for name in chosen), []
+    left, share_left, pieces = seconds, sum(PURPOSES[name].share for name in chosen), []
     # The pieces of a fixed number come first, so that triangles, which can take any time, take what is left.
-    for name in sorted(chosen, key=lambda one: one == "presliding"):
+    for name in sorted(chosen, key=lambda name: name == "presliding"):
         purpose = PURPOSES[name]
         try:
-            made = purpose.made_by.pieces(room, left * purpose.share / share_left)
+            added = purpose.made_by.pieces(limits, left * purpose.share / share_left)
         except InputError as error:
             raise error.at(f"the motion for {name} that the limits allow") from None
-        left -= sum(one.rest + one.duration for one in made)
+        left -= sum(piece.rest + piece.duration for piece in added)
         share_left -= purpose.share
         left = max(left, LEAST)
-        found += made
-    return sorted(found, key=lambda one: chosen.index(one.purpose))
+        pieces += added
+    return sorted(pieces, key=lambda piece: chosen.index(piece.purpose))
 
 
-def _told(motion: Motion, axis: Axis, prior: Prior) -> list[str]:
+def _notes(motion: ExcitationMotion, axis: Axis, prior: Prior) -> list[str]:
     notes = []
     if axis.sample_time is None:
         notes.append(
@@ -279,13 +284,13 @@ def _told(motion: Motion, axis: Axis, prior: Prior) -> list[str]:
     return notes
 
 
-def _keep(motion: Motion, room: Room) -> None:
+def _keep(motion: ExcitationMotion, limits: MotionLimits) -> None:
     """Make sure that the samples keep the limits: whatever made the motion, the axis is not to pay for it."""
     reach = float(np.max(np.abs(motion.position - motion.start)))
-    for what, found, limit in (
-        ("travel", 2.0 * reach, room.travel),
-        ("velocity", float(np.max(np.abs(motion.velocity))), room.velocity),
-        ("acceleration", float(np.max(np.abs(motion.acceleration))), room.acceleration),
+    for name, value, limit in (
+        ("travel", 2.0 * reach, limits.travel),
+        ("velocity", float(np.max(np.abs(motion.velocity))), limits.velocity),
+        ("acceleration", float(np.max(np.abs(motion.acceleration))), limits.acceleration),
     ):
-        if limit is not None and found > limit * (1.0 + 1e-9):
-            raise RuntimeError(f"the motion exceeds the {what} of the axis: {found:g} > {limit:g}")
+        if limit is not None and value > limit * (1.0 + 1e-9):
+            raise RuntimeError(f"the motion exceeds the {name} of the axis: {value:g} > {limit:g}")

@@ -1,4 +1,4 @@
-"""`Motion`: pieces from rest to rest, one after the other, and the samples of the whole."""
+"""`ExcitationMotion`: pieces from rest to rest, one after the other, and the samples of the whole."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from bristle.core.contracts import Model
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind
 
-__all__ = ["Motion", "Piece", "in_time", "length_of"]
+__all__ = ["ExcitationMotion", "ExcitationPiece", "in_time", "length_of"]
 
 ROUNDS = 12
 
 
 @dataclass(frozen=True)
-class Piece:
+class ExcitationPiece:
     """A part of a motion, from rest to rest.
 
     Parameters
@@ -59,12 +59,12 @@ class Piece:
 
 
 @dataclass(frozen=True)
-class Motion:
+class ExcitationMotion:
     """A motion to run on an axis, in SI of its kind.
 
     Parameters
     ----------
-    pieces : tuple of Piece
+    pieces : tuple of ExcitationPiece
         In order.
     sample_time : float
         Time between samples [s].
@@ -76,7 +76,7 @@ class Motion:
         Standstill at its end [s].
     """
 
-    pieces: tuple[Piece, ...]
+    pieces: tuple[ExcitationPiece, ...]
     sample_time: float
     kind: Kind = "translational"
     start: float = 0.0
@@ -85,8 +85,8 @@ class Motion:
     @cached_property
     def begins(self) -> np.ndarray:
         """When each piece begins to move [s], shape (piece,)."""
-        ends = np.cumsum([one.rest + one.duration for one in self.pieces])
-        return ends - [one.duration for one in self.pieces]
+        ends = np.cumsum([piece.rest + piece.duration for piece in self.pieces])
+        return ends - [piece.duration for piece in self.pieces]
 
     @property
     def duration(self) -> float:
@@ -101,13 +101,13 @@ class Motion:
     @cached_property
     def _samples(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         position, velocity, acceleration = np.full(self.time.size, self.start), *np.zeros((2, self.time.size))
-        here = self.start
+        origin = self.start
         for piece, begin in zip(self.pieces, self.begins, strict=True):
             first, last = np.searchsorted(self.time, (begin, begin + piece.duration))
             x, velocity[first:last], acceleration[first:last] = piece.sample(self.time[first:last] - begin)
-            position[first:last] = here + x
-            here += piece.end
-            position[last:] = here
+            position[first:last] = origin + x
+            origin += piece.end
+            position[last:] = origin
         return position, velocity, acceleration
 
     @property
@@ -126,12 +126,14 @@ class Motion:
         return self._samples[2]
 
 
-def length_of(pieces: Sequence[Piece]) -> float:
+def length_of(pieces: Sequence[ExcitationPiece]) -> float:
     """Return how long pieces take, their rests included [s]."""
-    return sum(one.rest + one.duration for one in pieces)
+    return sum(piece.rest + piece.duration for piece in pieces)
 
 
-def in_time(make: Callable[[float], list[Piece]], seconds: float, pace: float, low: float, high: float) -> list[Piece]:
+def in_time(
+    make: Callable[[float], list[ExcitationPiece]], seconds: float, pace: float, low: float, high: float
+) -> list[ExcitationPiece]:
     """Return pieces made at the pace at which they take this time, as far as it lies between `low` and `high`.
 
     Parameters

@@ -10,8 +10,8 @@ import math
 
 import numpy as np
 
-from bristle.excitation.motion import Piece, in_time
-from bristle.excitation.room import Room
+from bristle.excitation.limits import MotionLimits
+from bristle.excitation.motion import ExcitationPiece, in_time
 from bristle.references import triangle
 
 __all__ = ["conditioning", "missing", "pieces"]
@@ -27,61 +27,61 @@ LEG_TIME = 5.0  # [s] at most, for the longest leg: longer, and drift of the axi
 REST = 0.2  # [s]
 
 
-def missing(room: Room) -> str:
+def missing(limits: MotionLimits) -> str:
     """Return why there is no such motion on this axis, and what to do; nothing where there is one."""
-    if room.presliding is None:
+    if limits.presliding is None:
         return (
             "the distance over which friction turns is not known: write presliding under [plant], or give a model; a "
             "slow reversal shows it"
         )
-    if COUNTS * room.count > 0.5 * LARGEST * room.presliding:
+    if COUNTS * limits.count > 0.5 * LARGEST * limits.presliding:
         return (
-            f"the encoder is too coarse: {COUNTS:.0f} of its steps of {room.told(room.count, 'length')} are no small "
-            f"part of {room.told(room.presliding, 'length')}"
+            f"the encoder is too coarse: {COUNTS:.0f} of its steps of {limits.in_unit(limits.count, 'length')} are no "
+            f"small part of {limits.in_unit(limits.presliding, 'length')}"
         )
-    if room.travel is not None and room.travel < 2.0 * SLIDE * room.presliding:
-        return f"it takes a travel of {room.told(2.0 * SLIDE * room.presliding, 'length')}"
+    if limits.travel is not None and limits.travel < 2.0 * SLIDE * limits.presliding:
+        return f"it takes a travel of {limits.in_unit(2.0 * SLIDE * limits.presliding, 'length')}"
     return ""
 
 
-def conditioning(room: Room, purpose: str) -> Piece:
+def conditioning(limits: MotionLimits, purpose: str) -> ExcitationPiece:
     """Return a slide to and fro that wipes out what the contact remembers."""
-    assert room.presliding is not None
-    amplitude = SLIDE * room.presliding
-    return _triangle(room, purpose, "conditioning slide", amplitude, 4.0 * amplitude / SLIDE_TIME)
+    assert limits.presliding is not None
+    amplitude = SLIDE * limits.presliding
+    return _triangle(limits, purpose, "conditioning slide", amplitude, 4.0 * amplitude / SLIDE_TIME)
 
 
-def pieces(room: Room, seconds: float) -> list[Piece]:
+def pieces(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
     """Return the motion, to last about so long [s]."""
-    assert room.presliding is not None
-    largest = LARGEST * room.presliding
-    smallest = max(SMALLEST * room.presliding, COUNTS * room.count)
+    assert limits.presliding is not None
+    largest = LARGEST * limits.presliding
+    smallest = max(SMALLEST * limits.presliding, COUNTS * limits.count)
     # Evenly spaced: most of the time goes to the large loops, which hold most of the force.
     amplitudes = np.linspace(smallest, largest, PAIRS)
     slowest = 2.0 * largest / LEG_TIME
-    fastest = min(2.0 * smallest / (LEG_SAMPLES * room.sample_time), room.velocity or math.inf)
+    fastest = min(2.0 * smallest / (LEG_SAMPLES * limits.sample_time), limits.velocity or math.inf)
     cycles = 2
 
-    def make(speed: float) -> list[Piece]:
+    def make(speed: float) -> list[ExcitationPiece]:
         decay = DECAYED ** (1.0 / (2 * DECAYING_CYCLES - 1))
-        loops = _triangle(room, "presliding", "decaying loops", largest, speed, DECAYING_CYCLES, decay)
-        pairs = [_triangle(room, "presliding", "triangles", one, speed, cycles) for one in amplitudes]
-        return [conditioning(room, "presliding"), loops, *pairs]
+        loops = _triangle(limits, "presliding", "decaying loops", largest, speed, DECAYING_CYCLES, decay)
+        pairs = [_triangle(limits, "presliding", "triangles", amplitude, speed, cycles) for amplitude in amplitudes]
+        return [conditioning(limits, "presliding"), loops, *pairs]
 
-    found = in_time(make, seconds, slowest, 1e-3 * slowest, fastest)
-    if found[-1].speed < slowest <= (room.velocity or math.inf):
-        cycles = 2 * max(round(slowest / found[-1].speed), 1)
-        found = in_time(make, seconds, slowest, 1e-3 * slowest, fastest)
-    return found
+    planned = in_time(make, seconds, slowest, 1e-3 * slowest, fastest)
+    if planned[-1].speed < slowest <= (limits.velocity or math.inf):
+        cycles = 2 * max(round(slowest / planned[-1].speed), 1)
+        planned = in_time(make, seconds, slowest, 1e-3 * slowest, fastest)
+    return planned
 
 
 def _triangle(
-    room: Room, purpose: str, name: str, amplitude: float, speed: float, cycles: int = 1, ratio: float = 1.0
-) -> Piece:
-    speed = min(speed, room.velocity or math.inf)
+    limits: MotionLimits, purpose: str, name: str, amplitude: float, speed: float, cycles: int = 1, ratio: float = 1.0
+) -> ExcitationPiece:
+    speed = min(speed, limits.velocity or math.inf)
     shortest = 2.0 * amplitude * ratio ** (2 * cycles - 1)
     reference = triangle(
-        kind=room.kind, amplitude=amplitude, velocity=speed, cycle_count=cycles, ratio=ratio,
-        acceleration=room.corner(speed, shortest), jerk=room.jerk,
+        kind=limits.kind, amplitude=amplitude, velocity=speed, cycle_count=cycles, ratio=ratio,
+        acceleration=limits.corner(speed, shortest), jerk=limits.jerk,
     )  # fmt: skip
-    return Piece(purpose, name, reference, REST, speed, amplitude)
+    return ExcitationPiece(purpose, name, reference, REST, speed, amplitude)

@@ -68,22 +68,22 @@ def prior_of(axis: Axis, plant: Model | None = None, friction: Model | None = No
     """
     if friction is None:
         return _from_limits(axis, plant)
-    mass, told = _mass(axis, plant, 1.0)
+    mass, assumed = _mass(axis, plant, 1.0)
     if is_static(friction) and axis.presliding:
         simulated = with_presliding(friction, axis.presliding / LENGTHS)
         distance = axis.presliding
     else:
         simulated, distance = friction, turning_distance(friction)
     stiffness = _stiffness(simulated, distance) if distance else 0.0
-    known = plant is not None or axis.mass is not None
+    mass_known = plant is not None or axis.mass is not None
     return Prior(
         plant or make_model(inertia, {"M": mass}, kind=axis.kind, validate=True),
         simulated,
         distance,
-        math.sqrt(stiffness / mass) / (2.0 * math.pi) if stiffness and known else None,
+        math.sqrt(stiffness / mass) / (2.0 * math.pi) if stiffness and mass_known else None,
         friction.values.get("v_S"),
-        told,
-        known,
+        assumed,
+        mass_known,
     )
 
 
@@ -92,8 +92,8 @@ def _from_limits(axis: Axis, plant: Model | None) -> Prior:
     most = effort_limit(axis)
     force = FRICTION_SHARE * most if most is not None else 1.0
     static = STATIC_OVER_COULOMB * force
-    mass, told = _mass(axis, plant, force)
-    told += (f"Coulomb friction of {with_unit(force, unit_of('force', kind))}",)
+    mass, assumed = _mass(axis, plant, force)
+    assumed += (f"Coulomb friction of {with_unit(force, unit_of('force', kind))}",)
     distance = axis.presliding
     length = (distance or 20.0 * (axis.resolution or 1e-6)) / LENGTHS
     fastest = axis.velocity_limit or 1e4 * length
@@ -106,15 +106,15 @@ def _from_limits(axis: Axis, plant: Model | None) -> Prior:
         "sigma_1": 2.0 * DAMPING_RATIO * math.sqrt(stiffness * mass),
         "sigma_2": VISCOUS_SHARE * force / fastest,
     }
-    known = plant is not None or axis.mass is not None
+    mass_known = plant is not None or axis.mass is not None
     return Prior(
         plant or make_model(inertia, {"M": mass}, kind=kind, validate=True),
         make_model(find("lugre"), values, kind=kind, validate=True),
         distance,
-        math.sqrt(stiffness / mass) / (2.0 * math.pi) if known and most is not None and distance else None,
+        math.sqrt(stiffness / mass) / (2.0 * math.pi) if mass_known and most is not None and distance else None,
         None,
-        (*told, "lugre with the usual proportions"),
-        known,
+        (*assumed, "lugre with the usual proportions"),
+        mass_known,
     )
 
 

@@ -13,7 +13,7 @@ from bristle.core.contracts import Model
 from bristle.core.status import Status
 from bristle.core.variable import unit_of
 from bristle.engine import Trace, force_along, run_closed_loop
-from bristle.excitation.motion import Motion
+from bristle.excitation.motion import ExcitationMotion
 from bristle.excitation.prior import Prior
 from bristle.identification import Identification, identify
 from bristle.logs.log import Channel, Log
@@ -63,7 +63,7 @@ class Rehearsal:
 
 
 def rehearse(
-    motion: Motion, axis: Axis, prior: Prior, *, draws: int, progress: Progress | None = None
+    motion: ExcitationMotion, axis: Axis, prior: Prior, *, draws: int, progress: Progress | None = None
 ) -> Rehearsal:  # fmt: skip
     """Run a motion on the prior, and identify the prior from the log.
 
@@ -72,7 +72,7 @@ def rehearse(
 
     Parameters
     ----------
-    motion : Motion
+    motion : ExcitationMotion
         The motion.
     axis : Axis
         Its controller, encoder and limit.
@@ -87,19 +87,25 @@ def rehearse(
         progress(0.1, "running the motion on the prior")
     log, friction, loop = recorded(motion, axis, prior)
     name = model_to_fit(prior.friction)
-    told = replace(axis, delay=0.0, seeks_delay=False, held=loop)
-    found = identify(
-        log, name, axis=told, blocks=0, draws=draws,
+    simulated = replace(axis, delay=0.0, seeks_delay=False, held=loop)
+    identification = identify(
+        log, name, axis=simulated, blocks=0, draws=draws,
         progress=None if progress is None else lambda share, text: progress(0.2 + 0.6 * share, text),
     )  # fmt: skip
-    same = name.partition("+")[0] == prior.friction.name.partition("+")[0]
-    values = prior.plant.values | (prior.friction.values if same else {})
-    truth = {one.name: float(values[one.name]) for one in found.best.estimates if one.name in values}
+    same_base = name.partition("+")[0] == prior.friction.name.partition("+")[0]
+    values = prior.plant.values | (prior.friction.values if same_base else {})
+    truth = {
+        estimate.name: float(values[estimate.name])
+        for estimate in identification.best.estimates
+        if estimate.name in values
+    }
     assert log.effort is not None
-    return Rehearsal(log, friction, float(np.max(np.abs(log.effort.values))), _lag(motion, log), found, truth, loop)
+    return Rehearsal(
+        log, friction, float(np.max(np.abs(log.effort.values))), _lag(motion, log), identification, truth, loop
+    )
 
 
-def _lag(motion: Motion, log: Log) -> float:
+def _lag(motion: ExcitationMotion, log: Log) -> float:
     away = np.abs(motion.position - log.position.values)
     parts = [
         away[slice(*np.searchsorted(motion.time, (begin, begin + piece.duration)))]
@@ -115,7 +121,7 @@ def model_to_fit(friction: Model) -> str:
     return FITTED if any(component.is_array(name) for name in component.variables) else friction.name
 
 
-def recorded(motion: Motion, axis: Axis, prior: Prior) -> tuple[Log, np.ndarray, bool]:
+def recorded(motion: ExcitationMotion, axis: Axis, prior: Prior) -> tuple[Log, np.ndarray, bool]:
     """Return the log of a motion run on the prior, the friction force along it [N or N*m], and whether in the loop."""
     expected = _friction(motion, prior.friction)
     disturbance = (_scattered(motion) - 1.0) * expected
@@ -134,7 +140,7 @@ def recorded(motion: Motion, axis: Axis, prior: Prior) -> tuple[Log, np.ndarray,
     return _log(motion, position, effort + offset + noise, axis), friction, trace is not None
 
 
-def _in_loop(motion: Motion, axis: Axis, prior: Prior, disturbance: np.ndarray) -> Trace | None:
+def _in_loop(motion: ExcitationMotion, axis: Axis, prior: Prior, disturbance: np.ndarray) -> Trace | None:
     """Return the run in the loop of the controller; None where there is none, or where it is not stable.
 
     A controller is tuned to the mass of its axis: with a mass that is a guess, its loop would tell nothing.
@@ -154,14 +160,14 @@ def _in_loop(motion: Motion, axis: Axis, prior: Prior, disturbance: np.ndarray) 
     return None if astray > ASTRAY * float(np.ptp(motion.position)) else trace
 
 
-def _friction(motion: Motion, friction: Model) -> np.ndarray:
+def _friction(motion: ExcitationMotion, friction: Model) -> np.ndarray:
     """Return the friction force along the motion [N or N*m]."""
     # The velocity at a sample is the mean over the step around it.
     dt, v = motion.sample_time, motion.velocity
     return force_along(friction, v, dt, motion.position + 0.5 * dt * v)
 
 
-def _scattered(motion: Motion) -> np.ndarray:
+def _scattered(motion: ExcitationMotion) -> np.ndarray:
     """Return a factor for the friction force at each sample, drawn anew after every reversal."""
     forward = np.sign(motion.velocity)
     moving = np.flatnonzero(forward)
@@ -171,7 +177,7 @@ def _scattered(motion: Motion) -> np.ndarray:
     return factors[leg]
 
 
-def _log(motion: Motion, position: np.ndarray, effort: np.ndarray, axis: Axis) -> Log:
+def _log(motion: ExcitationMotion, position: np.ndarray, effort: np.ndarray, axis: Axis) -> Log:
     length, force = unit_of("length", axis.kind), unit_of("force", axis.kind)
     return Log(
         time=Channel(motion.time, "s", "time"),

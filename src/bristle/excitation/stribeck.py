@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from bristle.excitation.motion import Piece, in_time
-from bristle.excitation.room import Room
+from bristle.excitation.limits import MotionLimits
+from bristle.excitation.motion import ExcitationPiece, in_time
 from bristle.references import triangle
 
 __all__ = ["missing", "pieces"]
@@ -23,72 +23,76 @@ CYCLES_MOST = 6
 REST = 0.2  # [s]
 
 
-def missing(room: Room) -> str:
+def missing(limits: MotionLimits) -> str:
     """Return why there is no such motion on this axis, and what to do; nothing where there is one."""
-    for value, what, where in (
-        (room.velocity, "velocity", "velocity under [limits]"),
-        (room.acceleration, "acceleration", "acceleration under [limits], or limit under [effort] and the moving mass"),
-        (room.travel, "travel", "stroke under [limits], or give a travel"),
+    for value, quantity, remedy in (
+        (limits.velocity, "velocity", "velocity under [limits]"),
+        (
+            limits.acceleration,
+            "acceleration",
+            "acceleration under [limits], or limit under [effort] and the moving mass",
+        ),
+        (limits.travel, "travel", "stroke under [limits], or give a travel"),
     ):
         if value is None:
-            return f"how much {what} the axis allows is not known: write {where}"
-    if _slowest(room, math.inf) * SPREAD > _fastest(room):
-        return f"a travel of {room.told(room.travel or 0.0, 'length')} is too short for several velocities"
+            return f"how much {quantity} the axis allows is not known: write {remedy}"
+    if _slowest(limits, math.inf) * SPREAD > _fastest(limits):
+        return f"a travel of {limits.in_unit(limits.travel or 0.0, 'length')} is too short for several velocities"
     return ""
 
 
-def pieces(room: Room, seconds: float) -> list[Piece]:
+def pieces(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
     """Return the motion, to last about so long [s]."""
-    assert room.acceleration is not None
-    assert room.travel is not None
-    acceleration, most = room.acceleration, 0.5 * room.travel
-    fastest, least = _fastest(room), _shortest(room)
+    assert limits.acceleration is not None
+    assert limits.travel is not None
+    acceleration, most = limits.acceleration, 0.5 * limits.travel
+    fastest, least = _fastest(limits), _shortest(limits)
 
-    def make(rate: float) -> list[Piece]:
-        slowest = min(_slowest(room, seconds, rate), fastest / SPREAD)
-        found = []
+    def make(rate: float) -> list[ExcitationPiece]:
+        slowest = min(_slowest(limits, seconds, rate), fastest / SPREAD)
+        sweeps = []
         for speed in np.geomspace(slowest, fastest, SPEEDS):
-            braking = speed * speed / acceleration + speed * acceleration / room.jerk
-            wanted = speed / (4.0 * rate)
-            amplitude = min(max(wanted, least, 2.0 * braking), most)
-            cycles = min(max(round(wanted / amplitude), 1), CYCLES_MOST)
-            found.append(_sweep(room, float(speed), float(amplitude), cycles))
-        return found
+            braking = speed * speed / acceleration + speed * acceleration / limits.jerk
+            ideal = speed / (4.0 * rate)
+            amplitude = min(max(ideal, least, 2.0 * braking), most)
+            cycles = min(max(round(ideal / amplitude), 1), CYCLES_MOST)
+            sweeps.append(_sweep(limits, float(speed), float(amplitude), cycles))
+        return sweeps
 
     pace = SPEEDS / seconds
     return in_time(make, seconds, pace, 1e-2 * pace, 1e3 * pace)
 
 
-def _sweep(room: Room, speed: float, amplitude: float, cycles: int) -> Piece:
+def _sweep(limits: MotionLimits, speed: float, amplitude: float, cycles: int) -> ExcitationPiece:
     reference = triangle(
-        kind=room.kind,
+        kind=limits.kind,
         amplitude=amplitude,
         velocity=speed,
         cycle_count=cycles,
-        acceleration=room.corner(speed, amplitude),
-        jerk=room.jerk,
+        acceleration=limits.corner(speed, amplitude),
+        jerk=limits.jerk,
     )
-    return Piece("stribeck", "constant velocity", reference, REST, speed, amplitude)
+    return ExcitationPiece("stribeck", "constant velocity", reference, REST, speed, amplitude)
 
 
-def _shortest(room: Room) -> float:
+def _shortest(limits: MotionLimits) -> float:
     """Return the amplitude of the shortest slide [m or rad]."""
-    known = max(BEYOND_PRESLIDING * (room.presliding or 0.0), COUNTS * room.count)
-    return min(known or TRAVEL_SHARE * (room.travel or 0.0), 0.5 * (room.travel or 0.0))
+    smallest = max(BEYOND_PRESLIDING * (limits.presliding or 0.0), COUNTS * limits.count)
+    return min(smallest or TRAVEL_SHARE * (limits.travel or 0.0), 0.5 * (limits.travel or 0.0))
 
 
-def _slowest(room: Room, seconds: float, rate: float = 0.0) -> float:
+def _slowest(limits: MotionLimits, seconds: float, rate: float = 0.0) -> float:
     """Return the smallest velocity of a slide that is long enough [m/s or rad/s]."""
-    least = 4.0 * _shortest(room)
-    if room.stribeck_velocity is not None:
-        return max(BELOW_STRIBECK * room.stribeck_velocity, least / (SLOWEST_SHARE * seconds))
+    least = 4.0 * _shortest(limits)
+    if limits.stribeck_velocity is not None:
+        return max(BELOW_STRIBECK * limits.stribeck_velocity, least / (SLOWEST_SHARE * seconds))
     return least * rate
 
 
-def _fastest(room: Room) -> float:
+def _fastest(limits: MotionLimits) -> float:
     """Return the largest velocity at which half of a quarter of the loop is left for a steady slide [m/s or rad/s]."""
-    assert room.velocity is not None
-    assert room.acceleration is not None
-    a, room_left = room.acceleration, 0.25 * (room.travel or 0.0)
-    rise = a / room.jerk
-    return min(room.velocity, 2.0 * room_left / (math.sqrt(rise * rise + 4.0 * room_left / a) + rise))
+    assert limits.velocity is not None
+    assert limits.acceleration is not None
+    a, room_left = limits.acceleration, 0.25 * (limits.travel or 0.0)
+    rise = a / limits.jerk
+    return min(limits.velocity, 2.0 * room_left / (math.sqrt(rise * rise + 4.0 * room_left / a) + rise))

@@ -20,7 +20,7 @@ COLUMNS, HANDLE = 3, 1.8  # of the legend
 
 @style.styled
 def break_away(
-    traces: Mapping[str, tuple[np.ndarray, np.ndarray]], reached: Mapping[str, float], said: float,
+    traces: Mapping[str, tuple[np.ndarray, np.ndarray]], reached: Mapping[str, float], published: float,
     kind: Kind = "translational", effort: Kind | None = None,
 ) -> Figure:  # fmt: skip
     """Return force over position with the place marked where each contact has nearly reached its largest force.
@@ -31,8 +31,8 @@ def break_away(
         Positions [m or rad] and forces [N or N*m], by the name of the contact.
     reached : mapping of str to float
         Where it is [m or rad], by name; NaN where it is not reached.
-    said : float
-        Where it is said to be [m or rad].
+    published : float
+        Where the paper puts it [m or rad].
     kind, effort : {"translational", "rotational"}
         The kind of axis, and that of the forces where it is another one.
     """
@@ -40,7 +40,7 @@ def break_away(
     force, word = effort_scale(effort or kind, *(f for _, f in traces.values()))
     more = LINE * (lines(["the paper", *map(label, traces)], COLUMNS, HANDLE) - 1)
     figure, ((axes,),) = style.panels(3.4 + more, top=0.32 + more)
-    axes.axvline(said * length.factor, color=style.GREY, linewidth=1.0, linestyle=(0, (1, 2)), label="the paper")
+    axes.axvline(published * length.factor, color=style.GREY, linewidth=1.0, linestyle=(0, (1, 2)), label="the paper")
     for (name, (x, f)), look in zip(traces.items(), style.SERIES, strict=False):
         line = {key: value for key, value in look.items() if key != "marker"}
         axes.plot(x * length.factor, f * force.factor, label=label(name), **line)

@@ -25,22 +25,22 @@ HEIGHT = 4.6
 LABELS = 0.25 * np.pi  # where the numbers of the radius stand
 HANDLE = 0.4  # of the legend [inch]
 FULL = 5  # lines of it
-ROOM = 1.0  # from the centre of the picture to the smallest deviation, in spans of the deviation
+MARGIN = 1.0  # from the centre of the picture to the smallest deviation, in spans of the deviation
 
 
 @style.styled
-def circles(found: Sequence[Circle], kind: Kind) -> Figure:
+def circles(curves: Sequence[Circle], kind: Kind) -> Figure:
     """Return the radial deviation of circles over the angle: around the round circle, and unrolled.
 
     Parameters
     ----------
-    found : sequence of Circle
+    curves : sequence of Circle
         Circles of one radius and feed.
     kind : {"translational", "rotational"}
         The kind of axis.
     """
-    scale = scale_for("length", kind, np.array([1e-6]), *(one.deviation for one in found))
-    lowest, highest = (scale.factor * pick([pick(one.deviation) for one in found]) for pick in (np.min, np.max))
+    scale = scale_for("length", kind, np.array([1e-6]), *(circle.deviation for circle in curves))
+    lowest, highest = (scale.factor * pick([pick(circle.deviation) for circle in curves]) for pick in (np.min, np.max))
     low, high = min(float(lowest), 0.0), max(float(highest), 0.0)
     span = max(high - low, 1e-12)
     figure = Drawing(figsize=(style.WIDTH, HEIGHT))
@@ -48,12 +48,12 @@ def circles(found: Sequence[Circle], kind: Kind) -> Figure:
     unrolled = figure.add_axes((0.63, 0.13, 0.355, 0.7))
     turn = np.linspace(0.0, 2.0 * np.pi, 200)
     round_.plot(turn, np.zeros_like(turn), color=style.GREY, linewidth=0.9)
-    for look, one in zip(style.SERIES, found, strict=False):
+    for look, circle in zip(style.SERIES, curves, strict=False):
         drawn = {key: look[key] for key in ("color", "linestyle", "linewidth")}
-        angle, deviation = line(one.angle, one.deviation)
-        round_.plot(angle, deviation * scale.factor, label=label(one.variant), **drawn)
+        angle, deviation = line(circle.angle, circle.deviation)
+        round_.plot(angle, deviation * scale.factor, label=label(circle.variant), **drawn)
         unrolled.plot(np.degrees(angle), deviation * scale.factor, **drawn)
-    round_.set_ylim(low - ROOM * span, high + 0.05 * span)
+    round_.set_ylim(low - MARGIN * span, high + 0.05 * span)
     step = float(f"{0.4 * span:.1g}")
     ticks = [-step, 0.0] if -low > high else [0.0, step]
     round_.set_yticks(ticks, [""] * len(ticks))
@@ -68,9 +68,9 @@ def circles(found: Sequence[Circle], kind: Kind) -> Figure:
     unrolled.set_xlabel("Angle [°]; an axis reverses at each tick")
     unrolled.set_ylabel(scale.label("Deviation"))
     handles, labels = round_.get_legend_handles_labels()
-    room = style.WIDTH * unrolled.get_position().width - HANDLE
+    space = style.WIDTH * unrolled.get_position().width - HANDLE
     unrolled.legend(
-        handles, shortened_apart(labels, room), loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=1, frameon=False,
+        handles, shortened_apart(labels, space), loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=1, frameon=False,
         handlelength=2.2, borderpad=0.1, borderaxespad=0.2, labelspacing=0.5 if len(labels) < FULL else 0.3,
     )  # fmt: skip
     return figure

@@ -46,31 +46,31 @@ def control_effort(
     friction : bool
         Whether the part of it that goes into friction is drawn over it.
     """
-    scale, word = effort_scale(effort, *(arm * one.effort for one in results.values()))
+    scale, word = effort_scale(effort, *(arm * result.effort for result in results.values()))
     peak = (
         1.06
         * scale.factor
-        * max(float(np.max(np.abs(arm * one.effort[one.time >= settle]))) for one in results.values())
+        * max(float(np.max(np.abs(arm * result.effort[result.time >= settle]))) for result in results.values())
     )
     top = 0.56 if friction else 0.32
     figure, grid = style.panels(
         top - 0.22 + 2.0 * len(results), rows=len(results), columns=2, widths=(2.0, 1.0), between=0.3, top=top
     )
-    for (whole, near), (name, one) in zip(grid, results.items(), strict=True):
-        inside = (one.time >= close[0]) & (one.time <= close[1])
-        for axes, part in ((whole, one.time >= settle), (near, inside)):
-            span = time_scale(one.time[part])
-            x, y = line(one.time[part], arm * one.effort[part])
+    for (full, near), (name, result) in zip(grid, results.items(), strict=True):
+        inside = (result.time >= close[0]) & (result.time <= close[1])
+        for axes, part in ((full, result.time >= settle), (near, inside)):
+            span = time_scale(result.time[part])
+            x, y = line(result.time[part], arm * result.effort[part])
             axes.plot(x * span.factor, y * scale.factor, label=f"driving {word.lower()}", **style.PREDICTED)
             if friction:
-                x, y = line(one.time[part], arm * one.friction[part])
+                x, y = line(result.time[part], arm * result.friction[part])
                 axes.plot(x * span.factor, y * scale.factor, label="friction", **style.MEASURED)
             axes.set_ylim(-peak, peak)
             axes.set_xlabel(span.label("Time"))
-        whole.set_ylabel(scale.label(f"Driving {word.lower()}"))
+        full.set_ylabel(scale.label(f"Driving {word.lower()}"))
         near.tick_params(labelleft=False)
-        style.mark_window(whole, np.array(close))
-        style.title(whole, name)
+        style.mark_window(full, np.array(close))
+        style.title(full, name)
         near.set_title("close up")
     if friction:
         style.legend_in_corner(figure, grid[0][0])

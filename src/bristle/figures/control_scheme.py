@@ -27,7 +27,7 @@ __all__ = ["control_scheme", "rig_layout"]
 
 WIDTH, HEIGHT = 100.0, 62.0
 LINE = 8.0  # points
-SHOWN = 6  # lines in a block
+LINES_SHOWN = 6  # lines in a block
 BOLDER = 1.12  # times as wide
 GREEK = {"lambda": "λ", "phi": "φ"}
 
@@ -88,10 +88,10 @@ def rig_layout(mechanics: Mechanics, variant: Variant) -> Figure:
     variant : Variant
         The loop.
     """
-    whole = HEIGHT + LAYOUT_HEIGHT
-    figure = Drawing(figsize=(style.WIDTH, style.WIDTH * whole / WIDTH))
-    draw_layout(figure.add_axes((0.0, HEIGHT / whole, 1.0, LAYOUT_HEIGHT / whole)), mechanics)
-    draw_scheme(figure.add_axes((0.0, 0.0, 1.0, HEIGHT / whole)), variant)
+    total = HEIGHT + LAYOUT_HEIGHT
+    figure = Drawing(figsize=(style.WIDTH, style.WIDTH * total / WIDTH))
+    draw_layout(figure.add_axes((0.0, HEIGHT / total, 1.0, LAYOUT_HEIGHT / total)), mechanics)
+    draw_scheme(figure.add_axes((0.0, 0.0, 1.0, HEIGHT / total)), variant)
     return figure
 
 
@@ -103,18 +103,18 @@ def draw_scheme(axes: Axes, variant: Variant) -> None:
     kind, run, fed = variant.plant.kind, variant.run, variant.feedforward
     _frame(axes, 1.0, 4.0, 57.0, 55.0, f"controller, every {with_unit(run.sample_time, 's')}")
     _frame(axes, 61.0, 4.0, 38.0, 55.0, "rig, simulated")
-    reference = Block(2.5, 21.0, 16.5, 17.0, "reference", _told(variant.reference))
-    law = Block(28.0, 19.0, 19.0, 21.0, variant.controller.name.replace("_", " "), _told(variant.controller))
+    reference = Block(2.5, 21.0, 16.5, 17.0, "reference", _value_lines(variant.reference))
+    law = Block(28.0, 19.0, 19.0, 21.0, variant.controller.name.replace("_", " "), _value_lines(variant.controller))
     compensator = Block(15.5, 43.5, 32.5, 12.5, "compensator" if fed.friction else "no compensator", _fed(variant))
     drive = Block(63.0, 23.5, 13.0, 12.0, "drive", _drive(variant))
-    table = Block(81.0, 23.5, 16.0, 12.0, variant.plant.name, _told(variant.plant))
+    table = Block(81.0, 23.5, 16.0, 12.0, variant.plant.name, _value_lines(variant.plant))
     friction = Block(68.0, 43.5, 29.0, 12.5, "friction", _friction(variant.friction))
-    sensor = Block(77.0, 6.5, 20.0, 9.5, variant.sensor.name, _told(variant.sensor, skip=("seed",)))
+    sensor = Block(77.0, 6.5, 20.0, 9.5, variant.sensor.name, _value_lines(variant.sensor, skip=("seed",)))
     for block in (reference, law, compensator, drive, table, friction, sensor):
         _draw(axes, block)
     minus, plus = (23.0, 29.5), (53.0, 29.5)
-    for place in (minus, plus):
-        axes.add_patch(Circle(place, 1.5, facecolor="white", edgecolor=style.INK, linewidth=0.9))
+    for joint in (minus, plus):
+        axes.add_patch(Circle(joint, 1.5, facecolor="white", edgecolor=style.INK, linewidth=0.9))
     _arrow(axes, [reference.right, (21.5, 29.5)])
     _arrow(axes, [(24.5, 29.5), law.left], "e")
     _arrow(axes, [law.right, (51.5, 29.5)])
@@ -130,7 +130,7 @@ def draw_scheme(axes: Axes, variant: Variant) -> None:
         axes.text(54.0, 32.2, "+", fontsize=LINE)
 
 
-def _told(model: Model, skip: tuple[str, ...] = ()) -> list[str]:
+def _value_lines(model: Model, skip: tuple[str, ...] = ()) -> list[str]:
     """Return the first parameters of a model, one a line; lists by their range."""
     variables, lines = model.component.variables, []
     for name, value in model.values.items():
@@ -142,7 +142,7 @@ def _told(model: Model, skip: tuple[str, ...] = ()) -> list[str]:
             lines += [f"{len(value)} {symbol}", f"up to {_amount(float(max(map(abs, value))), unit)}"]
         elif value not in (0.0, float("inf")):
             lines.append(f"{symbol} = {_amount(float(value), unit)}")
-    return lines[:SHOWN]
+    return lines[:LINES_SHOWN]
 
 
 def _amount(value: float, unit: str) -> str:
@@ -157,7 +157,7 @@ def _fed(variant: Variant) -> list[str]:
     parts = [f"gain {fed.gain:g}"] if fed.gain != 1.0 else []
     parts += [f"offset {with_unit(fed.offset, unit_of('force', kind))}"] if fed.offset else []
     parts += [f"asymmetry {fed.asymmetry:g}"] if fed.asymmetry else []
-    return [fed.friction.name, ", ".join(_told(fed.friction)[:2]), ", ".join(parts)]
+    return [fed.friction.name, ", ".join(_value_lines(fed.friction)[:2]), ", ".join(parts)]
 
 
 def _drive(variant: Variant) -> list[str]:
@@ -174,8 +174,8 @@ def _friction(model: Model) -> list[str]:
         lines.append(f"{len(values['nu_i'])} elements")
     strong = [name for name in values if name.startswith("F_S")]
     if strong:
-        told = " and ".join(number(values[name], digits=3) for name in strong)
-        lines.append(f"break-away {told} {typeset(variables[strong[0]].unit(model.kind))}")
+        forces = " and ".join(number(values[name], digits=3) for name in strong)
+        lines.append(f"break-away {forces} {typeset(variables[strong[0]].unit(model.kind))}")
     if values.get("scatter"):
         lines[1:2] = [f"{lines[1]}, scatter {100.0 * values['scatter']:g} %"] if len(lines) > 1 else []
     return lines
@@ -194,16 +194,16 @@ def _draw(axes: Axes, block: Block) -> None:
         FancyBboxPatch((block.x, block.y), block.width, block.height, boxstyle="round,pad=0,rounding_size=1.0",
                        facecolor="white", edgecolor=style.PREDICTED["color"], linewidth=1.2)
     )  # fmt: skip
-    lines = [one for one in block.lines if one]
+    lines = [line for line in block.lines if line]
     step = min(2.7, (block.height - 1.5) / (len(lines) + 1.0))
     middle = block.x + 0.5 * block.width
     top = block.y + 0.5 * block.height + 0.5 * step * len(lines)
-    room = (block.width - 1.0) * style.WIDTH / WIDTH
-    title = shortened(block.title, room / BOLDER, LINE)
+    available = (block.width - 1.0) * style.WIDTH / WIDTH
+    title = shortened(block.title, available / BOLDER, LINE)
     axes.text(middle, top, title, fontsize=LINE, fontweight="bold", ha="center", va="center")
     for index, line in enumerate(lines):
-        told = shortened(line, room, LINE - 1.0)
-        axes.text(middle, top - step * (index + 1), told, fontsize=LINE - 1.0, ha="center", va="center")
+        text = shortened(line, available, LINE - 1.0)
+        axes.text(middle, top - step * (index + 1), text, fontsize=LINE - 1.0, ha="center", va="center")
 
 
 def _arrow(axes: Axes, path: list[tuple[float, float]], label: str = "", *, first: bool = False) -> None:

@@ -35,11 +35,11 @@ def correlation(fit: Fit) -> Figure:
     matrix = np.asarray(fit.correlation)
     names = shortened_apart(fit.correlation_names, LONGEST, style.AT_AXES)
     count = len(names)
-    room = min(style.room_for(names), LONGEST)
-    left = 0.5 + room
+    label_width = min(style.room_for(names), LONGEST)
+    left = 0.5 + label_width
     cell = min(0.62, (style.WIDTH - left - 0.15) / count)
-    slanted = room > cell
-    bottom = 0.38 + (room * SLOPE if slanted else 0.2)
+    slanted = label_width > cell
+    bottom = 0.38 + (label_width * SLOPE if slanted else 0.2)
     tall = min(0.36, cell) * count
     figure, ((axes,),) = style.panels(
         tall + bottom + 0.15, left=left, right=style.WIDTH - left - cell * count, bottom=bottom, top=0.15

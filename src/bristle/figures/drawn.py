@@ -41,14 +41,16 @@ class Drawn(NamedTuple):
 
 def drawn_in(axes: Axes) -> Iterator[Drawn]:
     """Yield what is drawn in a panel in its units; not what stands at a place of the panel itself."""
-    bars = [one for one in axes.containers if isinstance(one, BarContainer)]
-    in_bars = {id(one) for container in bars for one in container}
-    artists = [one for one in (*axes.lines, *axes.collections, *axes.patches, *axes.images) if id(one) not in in_bars]
+    bars = [container for container in axes.containers if isinstance(container, BarContainer)]
+    in_bars = {id(bar) for container in bars for bar in container}
+    artists = [
+        artist for artist in (*axes.lines, *axes.collections, *axes.patches, *axes.images) if id(artist) not in in_bars
+    ]
     for artist in (*artists, *bars):
         if isinstance(artist, BarContainer) or artist.get_visible():
-            one = _read(artist, axes)
-            if one is not None and any(map(len, one.strokes)):
-                yield one
+            drawn = _read(artist, axes)
+            if drawn is not None and any(map(len, drawn.strokes)):
+                yield drawn
 
 
 def _read(artist: Any, axes: Axes) -> Drawn | None:
@@ -62,8 +64,8 @@ def _read(artist: Any, axes: Axes) -> Drawn | None:
     if isinstance(artist, QuadMesh):
         corners, values = np.asarray(artist.get_coordinates(), dtype=float), _floats(artist.get_array())
         middles = 0.25 * (corners[1:, 1:] + corners[1:, :-1] + corners[:-1, 1:] + corners[:-1, :-1])
-        places = (middles if values.size == middles[..., 0].size else corners).reshape(-1, 2)
-        return Drawn(artist, "cells", [places], [values.ravel()])
+        points = (middles if values.size == middles[..., 0].size else corners).reshape(-1, 2)
+        return Drawn(artist, "cells", [points], [values.ravel()])
     if isinstance(artist, ContourSet):
         return _contours(artist, axes)
     if artist in axes.collections:
@@ -85,7 +87,7 @@ def _ends_of_bars(bars: BarContainer) -> np.ndarray:
     """Return where bars end, in the middle of their width."""
     level = bars.orientation == "horizontal"
     x, y = (1.0, 0.5) if level else (0.5, 1.0)
-    return np.array([(one.get_x() + x * one.get_width(), one.get_y() + y * one.get_height()) for one in bars])
+    return np.array([(bar.get_x() + x * bar.get_width(), bar.get_y() + y * bar.get_height()) for bar in bars])
 
 
 def _image(image: AxesImage) -> Drawn | None:
@@ -104,10 +106,10 @@ def _contours(contours: Any, axes: Axes) -> Drawn | None:
     levels = contours.layers if contours.filled else contours.levels
     strokes, values = [], []
     for path, level in zip(contours.get_paths(), levels, strict=False):
-        placed = [_in_units(one, contours.get_transform(), axes) for one in _strokes(path)]
-        kept = [one for one in placed if one is not None and len(one)]
-        strokes += kept
-        values += [float(level)] * len(kept)
+        placed = [_in_units(stroke, contours.get_transform(), axes) for stroke in _strokes(path)]
+        visible = [stroke for stroke in placed if stroke is not None and len(stroke)]
+        strokes += visible
+        values += [float(level)] * len(visible)
     return Drawn(contours, "filled contour" if contours.filled else "contour", strokes, values)
 
 
@@ -119,16 +121,16 @@ def _collection(collection: Any, axes: Axes) -> Drawn | None:
         return None if placed is None else Drawn(collection, "points", [placed], [] if values is None else [values])
     transform, strokes = collection.get_transform(), []
     for path in collection.get_paths():
-        strokes += [_in_units(one, transform, axes) for one in _strokes(path)]
+        strokes += [_in_units(stroke, transform, axes) for stroke in _strokes(path)]
     mark = "line" if isinstance(collection, LineCollection) else "area"
-    return Drawn(collection, mark, [one for one in strokes if one is not None])
+    return Drawn(collection, mark, [stroke for stroke in strokes if stroke is not None])
 
 
 def _patch(patch: Any, axes: Axes) -> Drawn | None:
     path = patch.get_patch_transform().transform_path(patch.get_path())
-    strokes = [_in_units(one, Artist.get_transform(patch), axes) for one in _strokes(path)]
+    strokes = [_in_units(stroke, Artist.get_transform(patch), axes) for stroke in _strokes(path)]
     mark = "steps" if isinstance(patch, StepPatch) else "area"
-    return Drawn(patch, mark, [one for one in strokes if one is not None])
+    return Drawn(patch, mark, [stroke for stroke in strokes if stroke is not None])
 
 
 def _strokes(path: Path) -> list[np.ndarray]:
@@ -137,15 +139,15 @@ def _strokes(path: Path) -> list[np.ndarray]:
         return _without_gaps(np.asarray(path.vertices, dtype=float))
     if {*np.asarray(path.codes).tolist()} & {Path.CURVE3, Path.CURVE4}:
         path = path.cleaned(curves=False, simplify=False)
-    found: list[list[np.ndarray]] = []
+    polylines: list[list[np.ndarray]] = []
     for corner, code in zip(path.vertices, path.codes, strict=True):  # type: ignore[arg-type]
         if code == Path.MOVETO:
-            found.append([corner])
-        elif code == Path.CLOSEPOLY and found:
-            found[-1].append(found[-1][0])
+            polylines.append([corner])
+        elif code == Path.CLOSEPOLY and polylines:
+            polylines[-1].append(polylines[-1][0])
         elif code == Path.LINETO:
-            found[-1].append(corner)
-    return [part for one in found for part in _without_gaps(np.array(one, dtype=float))]
+            polylines[-1].append(corner)
+    return [part for polyline in polylines for part in _without_gaps(np.array(polyline, dtype=float))]
 
 
 def _without_gaps(points: np.ndarray) -> list[np.ndarray]:

@@ -14,7 +14,7 @@ from bristle.figures.small_multiples import FIRST, LAST, Traces, force_over_posi
 
 __all__ = ["drift"]
 
-NOTHING = 1e-6  # of the width of the panel
+NEGLIGIBLE = 1e-6  # of the width of the panel
 
 
 @style.styled
@@ -32,7 +32,7 @@ def drift(traces: Traces, per_cycle: Mapping[str, float], kind: Kind = "translat
     """
     widest = max(float(np.ptp(x)) for x, _ in traces.values())
     titles = {
-        name: f"{name}: {with_unit(step, unit_of('length', kind)) if abs(step) > NOTHING * widest else 'none'}"
+        name: f"{name}: {with_unit(step, unit_of('length', kind)) if abs(step) > NEGLIGIBLE * widest else 'none'}"
         for name, step in per_cycle.items()
     }
     figure, panels, length = force_over_position(traces, titles, kind)

@@ -28,14 +28,14 @@ def effort_over_time(fit: Fit) -> Figure:
         A model and the traces that it was fitted to.
     """
     traces, kind = fit.traces, fit.plant.kind
-    figure, ((whole,), (close,)) = style.panels(4.3, rows=2)
-    draw_pair(whole, close, traces.time, traces.measured, traces.predicted, kind)
-    style.legend(whole)
+    figure, ((full,), (close,)) = style.panels(4.3, rows=2)
+    draw_pair(full, close, traces.time, traces.measured, traces.predicted, kind)
+    style.legend(full)
     return figure
 
 
 def draw_pair(
-    whole: style.Axes, close: style.Axes, time: np.ndarray, measured: np.ndarray, predicted: np.ndarray, kind: Kind,
+    full: style.Axes, close: style.Axes, time: np.ndarray, measured: np.ndarray, predicted: np.ndarray, kind: Kind,
     half_width: np.ndarray | None = None,
 ) -> None:  # fmt: skip
     """Draw measured and predicted effort into two panels, the second one close up where they differ most.
@@ -44,7 +44,7 @@ def draw_pair(
     """
     scale, word = effort_scale(kind, measured, predicted)
     near = window(time, measured - predicted)
-    for axes, part in ((whole, slice(None)), (close, near)):
+    for axes, part in ((full, slice(None)), (close, near)):
         span = time_scale(time[part])
         if half_width is not None:
             draw_band(axes, time[part] * span.factor, predicted[part] * scale.factor, half_width[part] * scale.factor)
@@ -55,7 +55,7 @@ def draw_pair(
             axes.plot(x * span.factor, y * scale.factor, label=name, **look)
         axes.set_xlabel(span.label("Time"))
         axes.set_ylabel(scale.label(word))
-    style.mark_window(whole, time[near] * time_scale(time).factor)
+    style.mark_window(full, time[near] * time_scale(time).factor)
     close.set_title("close up, around the largest difference")
 
 
@@ -64,9 +64,9 @@ def draw_band(axes: style.Axes, x: np.ndarray, middle: np.ndarray, half_width: n
     label = "95 % band"
     for part in runs(x, middle + half_width):
         # The outline of the band turns where what is predicted does.
-        kept = envelope((middle + half_width)[part]) + part.start
-        low, high = middle[kept] - half_width[kept], middle[kept] + half_width[kept]
-        axes.fill_between(x[kept], low, high, color=style.PREDICTED["color"], alpha=0.18, linewidth=0, label=label)
+        samples = envelope((middle + half_width)[part]) + part.start
+        low, high = middle[samples] - half_width[samples], middle[samples] + half_width[samples]
+        axes.fill_between(x[samples], low, high, color=style.PREDICTED["color"], alpha=0.18, linewidth=0, label=label)
         label = "_"
 
 

@@ -71,13 +71,13 @@ def line(x: np.ndarray, y: np.ndarray, columns: int = COLUMNS) -> tuple[np.ndarr
         Samples of the signal, with a NaN between stretches.
     """
     parts = runs(x, y)
-    whole = sum(part.stop - part.start for part in parts)
+    total = sum(part.stop - part.start for part in parts)
     kept_x, kept_y = [], []
     for part in parts:
         # A long stretch takes its share of the width, or a few short ones beside it would make it coarse.
-        kept = envelope(y[part], max(columns * (part.stop - part.start) // whole, FEWEST)) + part.start
-        kept_x += [x[kept], [np.nan]]
-        kept_y += [y[kept], [np.nan]]
+        samples = envelope(y[part], max(columns * (part.stop - part.start) // total, FEWEST)) + part.start
+        kept_x += [x[samples], [np.nan]]
+        kept_y += [y[samples], [np.nan]]
     if not parts:
         return np.empty(0), np.empty(0)
     return np.concatenate(kept_x[:-1]), np.concatenate(kept_y[:-1])

@@ -31,11 +31,11 @@ def error_budget(budget: Budget, kind: Kind) -> Figure:
         The kind of axis.
     """
     entries = budget.entries
-    alone = np.array([one.alone.peak_to_peak for one in entries])
-    without = np.array([one.without.peak_to_peak for one in entries])
-    whole = budget.everything.peak_to_peak
-    scale = scale_for("length", kind, alone, without, np.array([whole, 1e-6]))
-    left = max(0.4 + style.room_for([one.cause for one in entries]), 1.0)
+    alone = np.array([entry.alone.peak_to_peak for entry in entries])
+    without = np.array([entry.without.peak_to_peak for entry in entries])
+    total = budget.all_causes.peak_to_peak
+    scale = scale_for("length", kind, alone, without, np.array([total, 1e-6]))
+    left = max(0.4 + style.room_for([entry.cause for entry in entries]), 1.0)
     figure, ((axes,),) = style.panels(0.95 + 0.42 * len(entries), left=left)
     rows = np.arange(len(entries))
     axes.barh(
@@ -45,8 +45,8 @@ def error_budget(budget: Budget, kind: Kind) -> Figure:
         rows + 0.5 * BAR, without * scale.factor, BAR, color=style.MEASURED["color"], hatch="////", edgecolor="white",
         linewidth=0.0, label="all but this cause",
     )  # fmt: skip
-    axes.axvline(whole * scale.factor, color=style.INK, linewidth=1.0, linestyle="--", label="all causes")
-    axes.set_yticks(rows, [one.cause for one in entries])
+    axes.axvline(total * scale.factor, color=style.INK, linewidth=1.0, linestyle="--", label="all causes")
+    axes.set_yticks(rows, [entry.cause for entry in entries])
     axes.set_ylim(len(entries) - 0.4, -0.6)
     axes.set_xlim(0.0, 1.06 * (axes.dataLim.x1 or 1.0))
     axes.grid(axis="y", visible=False)

@@ -40,16 +40,21 @@ def error_distribution(
     kind : {"translational", "rotational"}
         The kind of axis.
     """
-    errors = {name: (one.reference - one.measured)[one.time >= settle] for name, one in results.items()}
-    low, high = min(float(one.min()) for one in errors.values()), max(float(one.max()) for one in errors.values())
-    length = scale_for("length", kind, *(one.reference for one in results.values()))
+    errors = {name: (result.reference - result.measured)[result.time >= settle] for name, result in results.items()}
+    low, high = (
+        min(float(error.min()) for error in errors.values()),
+        max(float(error.max()) for error in errors.values()),
+    )
+    length = scale_for("length", kind, *(result.reference for result in results.values()))
     width = 0.5 * resolution if resolution > 0.0 else (high - low) / 60.0
     edges = np.arange(np.floor(low / width), np.ceil(high / width) + 1.0) * width * length.factor
     figure, (row,) = style.panels(3.0, columns=len(results), between=0.3, top=0.56)
-    shares = {name: np.histogram(one * length.factor, edges)[0] * (100.0 / one.size) for name, one in errors.items()}
-    top = 1.08 * max(float(one.max()) for one in shares.values())
-    for place, (axes, (name, one)) in enumerate(zip(row, errors.items(), strict=True)):
-        mean, std = float(one.mean()) * length.factor, float(one.std()) * length.factor
+    shares = {
+        name: np.histogram(error * length.factor, edges)[0] * (100.0 / error.size) for name, error in errors.items()
+    }
+    top = 1.08 * max(float(share.max()) for share in shares.values())
+    for column, (axes, (name, error)) in enumerate(zip(row, errors.items(), strict=True)):
+        mean, std = float(error.mean()) * length.factor, float(error.std()) * length.factor
         axes.axvspan(mean - std, mean + std, color="#e9ecf0", linewidth=0, zorder=0, label="mean ± standard deviation")
         axes.stairs(shares[name], edges, fill=True, color="#9db6d0", label="_bars")
         axes.stairs(shares[name], edges, color=style.PREDICTED["color"], linewidth=0.9, label="_outline")
@@ -59,7 +64,7 @@ def error_distribution(
         style.title(axes, name)
         axes.set_ylim(0.0, top)
         axes.set_xlabel(length.label("Following error"))
-        if place:
+        if column:
             axes.tick_params(labelleft=False)
         else:
             axes.set_ylabel("Share of the samples [%]")

@@ -37,14 +37,14 @@ def error_over_count(
     """
     more = LINE * (lines([*map(label, errors), FLOOR]) - 1)
     figure, ((axes,),) = style.panels(3.3 + more, top=0.32 + more)
-    for (name, found), look, aside in zip(errors.items(), style.SERIES, ASIDE, strict=False):
-        known = np.isfinite(found).any(axis=1)
-        at, rows = aside * np.asarray(counts)[known], found[known]
+    for (name, values), look, aside in zip(errors.items(), style.SERIES, ASIDE, strict=False):
+        finite = np.isfinite(values).any(axis=1)
+        at, rows = aside * np.asarray(counts)[finite], values[finite]
         axes.plot(at, rows.mean(axis=1), label=label(name), markersize=4.0, **look)
         axes.vlines(at, rows.min(axis=1), rows.max(axis=1), color=look["color"], linewidth=0.8)
     axes.axhline(floor, color=style.GREY, linewidth=1.0, linestyle=(0, (1, 2)), label=FLOOR)
     axes.set_xscale("log")
-    axes.set_xticks(list(counts), [str(one) for one in counts])
+    axes.set_xticks(list(counts), [str(count) for count in counts])
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_ylim(0.0, None)
     axes.margins(x=0.06)

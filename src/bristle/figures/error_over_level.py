@@ -12,7 +12,7 @@ from bristle.figures.names import label
 
 __all__ = ["error_over_level"]
 
-FOUND = "found"
+COMPUTED = "found"
 
 
 @style.styled
@@ -33,11 +33,11 @@ def error_over_level(
     level_name, error_name : str
         What stands at the axes.
     """
-    more = LINE * (lines([FOUND, *map(label, compared)]) - 1)
+    more = LINE * (lines([COMPUTED, *map(label, compared)]) - 1)
     figure, ((axes,),) = style.panels(2.9 + more, top=0.32 + more)
     look = style.SERIES[1]
-    axes.plot(levels, errors, label=FOUND, markersize=4.0, **look)
-    low, high = ([one + side * spread for one, spread in zip(errors, spreads, strict=True)] for side in (-1.0, 1.0))
+    axes.plot(levels, errors, label=COMPUTED, markersize=4.0, **look)
+    low, high = ([error + side * spread for error, spread in zip(errors, spreads, strict=True)] for side in (-1.0, 1.0))
     axes.vlines(levels, low, high, color=look["color"], linewidth=1.2)
     for name, value in compared.items():
         axes.axhline(value, color=style.GREY, linewidth=1.0, linestyle=(0, (1, 2)), label=label(name))

@@ -55,7 +55,7 @@ def everett_surface(operator: Model, extent: float) -> Figure:
     for share, look in zip(SHARES, style.SERIES[1:], strict=False):
         # Towards one corner of the triangle a section is shorter.
         d = np.linspace(0.0, 2.0 * extent * (1.0 - abs(share)), NODES)
-        heights = [everett(share * extent + 0.5 * one, share * extent - 0.5 * one, q) for one in d.tolist()]
+        heights = [everett(share * extent + 0.5 * width, share * extent - 0.5 * width, q) for width in d.tolist()]
         name = f"{share * extent * length.factor:g}".replace("-", "−")
         section.plot(
             d * length.factor, np.array(heights) * scale.factor, label=name, markevery=10, markersize=3.5, **look

@@ -63,11 +63,11 @@ def _one_remark_on_letters() -> Iterator[None]:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         yield
-    told = {str(one.message): one for one in caught}
-    lacking = [text for text in told if "missing from" in text]
-    for text, one in told.items():
+    distinct = {str(warning.message): warning for warning in caught}
+    lacking = [text for text in distinct if "missing from" in text]
+    for text, warning in distinct.items():
         if text not in lacking:
-            warnings.warn_explicit(one.message, one.category, one.filename, one.lineno)
+            warnings.warn_explicit(warning.message, warning.category, warning.filename, warning.lineno)
     if lacking:
         warnings.warn(
             "letters of a name are not in the fonts of the figures and stand as boxes in pdf and png; svg has them",

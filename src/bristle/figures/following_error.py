@@ -47,8 +47,8 @@ class _Loop(NamedTuple):
 
     def between(self, begin: float, end: float) -> _Loop:
         """Return the loop between two times [s]."""
-        kept = (self.time >= begin) & (self.time <= end)
-        return self._replace(**{name: getattr(self, name)[kept] for name in self._fields[2:]})
+        inside = (self.time >= begin) & (self.time <= end)
+        return self._replace(**{name: getattr(self, name)[inside] for name in self._fields[2:]})
 
 
 @style.styled
@@ -69,24 +69,24 @@ def following_error(result: SimulationResult, focus: Sequence[str] = ()) -> Figu
     rows = 4 if len(near) == len(loops) else 5
     undivided = [row for row in range(rows) if row != rows - 3]
     # More names than a line takes stand at the top, where room can be made for them.
-    told = lines([loop.name for loop in loops])
-    above = LINE * told if told > 1 else 0.0
+    name_rows = lines([loop.name for loop in loops])
+    above = LINE * name_rows if name_rows > 1 else 0.0
     figure, grid = style.panels(
         1.7 * rows + above, rows=rows, columns=2, heights=(0.6, *(1.2,) * (rows - 2), 1.0), widths=(3.2, 1.0),
         undivided=undivided, between=0.2, top=0.32 + above,
     )  # fmt: skip
-    motion, *all_, whole, close, effort = (row[0] for row in grid)
+    motion, *all_, full, close, effort = (row[0] for row in grid)
     spread = grid[-3][1]
     _draw_signals(motion, effort, loops, result.experiment.kind)
     for axes in all_:
         _draw_errors(axes, loops, result.experiment.kind)
-    scale = _draw_errors(whole, near, result.experiment.kind)
-    _draw_close_up(close, whole, near, result.experiment.kind)
+    scale = _draw_errors(full, near, result.experiment.kind)
+    _draw_close_up(close, full, near, result.experiment.kind)
     _draw_distributions(spread, near, scale)
-    spread.set_ylim(whole.get_ylim())
-    style.legend((all_ or [whole])[0], top=told > 1)
+    spread.set_ylim(full.get_ylim())
+    style.legend((all_ or [full])[0], top=name_rows > 1)
     if all_:
-        style.title(whole, " and ".join(loop.name for loop in near) + " only")
+        style.title(full, " and ".join(loop.name for loop in near) + " only")
     return figure
 
 
@@ -109,12 +109,12 @@ def _draw_errors(axes: style.Axes, loops: list[_Loop], kind: Kind) -> Scale:
     return scale
 
 
-def _draw_close_up(close: style.Axes, whole: style.Axes, loops: list[_Loop], kind: Kind) -> None:
+def _draw_close_up(close: style.Axes, full: style.Axes, loops: list[_Loop], kind: Kind) -> None:
     times = _turn(loops[0])
     cut = [loop.between(times[0], times[-1]) for loop in loops]
     _draw_errors(close, [loop for loop in cut if loop.time.size], kind)
     close.set_title("close up, at a reversal of the reference")
-    style.mark_window(whole, times * time_scale(loops[0].time).factor)
+    style.mark_window(full, times * time_scale(loops[0].time).factor)
 
 
 def _turn(loop: _Loop) -> np.ndarray:
@@ -136,26 +136,28 @@ def _turn(loop: _Loop) -> np.ndarray:
 
 def has_completed(result: SimulationResult) -> bool:
     """Return whether there is a variant to draw: one that stayed finite and outlasted its settling time."""
-    return any(_completed(result.variants[one.name], _judged(one)) for one in result.experiment.variants)
+    return any(_completed(result.variants[variant.name], _judged(variant)) for variant in result.experiment.variants)
 
 
 def _judged(variant: Variant) -> slice:
     return slice(round(variant.run.settle / variant.run.sample_time), None)
 
 
-def _completed(one: VariantResult, part: slice) -> bool:
-    return one.status is not Status.NOT_FINITE and one.time[part].size > 0
+def _completed(result: VariantResult, part: slice) -> bool:
+    return result.status is not Status.NOT_FINITE and result.time[part].size > 0
 
 
 def _settled(result: SimulationResult) -> list[_Loop]:
     loops = []
     for number, variant in enumerate(result.experiment.variants):
-        one, part = result.variants[variant.name], _judged(variant)
-        if not _completed(one, part):
+        outcome, part = result.variants[variant.name], _judged(variant)
+        if not _completed(outcome, part):
             continue
         look = {key: value for key, value in style.SERIES[number % len(style.SERIES)].items() if key != "marker"}
-        error = one.reference[part] - one.measured[part]
-        loops.append(_Loop(variant.name, look, one.time[part], one.reference[part], error, one.effort[part]))
+        error = outcome.reference[part] - outcome.measured[part]
+        loops.append(
+            _Loop(variant.name, look, outcome.time[part], outcome.reference[part], error, outcome.effort[part])
+        )
     return loops
 
 

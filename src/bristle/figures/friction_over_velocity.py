@@ -43,9 +43,9 @@ def friction_over_velocity(fit: Fit, curve: Sequence[tuple[float, float]] = ()) 
     rate = traces.acceleration * np.where(np.signbit(traces.velocity), -1.0, 1.0)
     for name, side, look in BRANCHES:
         chosen = np.flatnonzero((rate >= 0.0) == (side > 0.0))
-        kept = chosen[spread(traces.velocity[chosen], friction[chosen])]
+        drawn = chosen[spread(traces.velocity[chosen], friction[chosen])]
         axes.plot(
-            traces.velocity[kept] * speed.factor, friction[kept] * scale.factor, linestyle="none",
+            traces.velocity[drawn] * speed.factor, friction[drawn] * scale.factor, linestyle="none",
             markeredgewidth=0.7, label=name, **look,
         )  # fmt: skip
     look = {"color": style.INK, "linewidth": 2.0}

@@ -19,7 +19,7 @@ HANDLE, BEHIND_HANDLE, BETWEEN = 2.2, 0.8, 1.4  # [em]
 PAD, CORNER = 0.1, 0.9  # around a legend, and around one in the corner [em]
 EDGE = 0.1  # inches: left free at the edges of a figure
 PIXELS = 1.03  # times as wide are letters that are fitted to pixels
-ROOM = (WIDTH - 2.0 * EDGE) / PIXELS
+AVAILABLE = (WIDTH - 2.0 * EDGE) / PIXELS
 LINE = 0.18  # inches
 
 
@@ -42,7 +42,7 @@ def legend(axes: Axes, columns: int = 4, *, handle: float = HANDLE, top: bool = 
         return
     left = WIDTH * axes.get_position().x0
     columns = _columns(labels, columns, handle)
-    labels = shortened_apart(labels, _widest(labels, columns, ROOM - _beside_names(columns, handle)))
+    labels = shortened_apart(labels, _widest(labels, columns, AVAILABLE - _beside_names(columns, handle)))
     wide = sum(_tops(labels, columns)) + _beside_names(columns, handle)
     # A panel far to the right, behind long names at its axis, begins later than its legend may have to.
     begin = left if left + wide <= WIDTH - EDGE else WIDTH - EDGE - PIXELS * wide
@@ -82,7 +82,7 @@ def _columns(labels: Sequence[str], columns: int, handle: float) -> int:
     """Return how many names stand in a line: as many as fit in full, if that takes three lines at most."""
     for count in range(1, 4):
         in_line = -(-len(labels) // count)
-        if sum(_tops(labels, in_line)) + _beside_names(in_line, handle) <= ROOM:
+        if sum(_tops(labels, in_line)) + _beside_names(in_line, handle) <= AVAILABLE:
             return in_line
     return min(columns, len(labels))
 
@@ -94,14 +94,14 @@ def _beside_names(columns: int, handle: float) -> float:
 
 def _tops(labels: Sequence[str], columns: int) -> list[float]:
     """Return how wide the widest name of each column is [inch], in order of width."""
-    return sorted(max(width(str(one), LETTERS) for one in part) for part in np.array_split(labels, columns))
+    return sorted(max(width(str(label), LETTERS) for label in part) for part in np.array_split(labels, columns))
 
 
-def _widest(labels: Sequence[str], columns: int, room: float) -> float:
+def _widest(labels: Sequence[str], columns: int, available: float) -> float:
     """Return how wide a name may be so that all columns fit [inch]: short ones leave their room to long ones."""
     tops = _tops(labels, columns)
-    for place, top in enumerate(tops):
-        share = (room - sum(tops[:place])) / (columns - place)
+    for index, top in enumerate(tops):
+        share = (available - sum(tops[:index])) / (columns - index)
         if top > share:
             return share
-    return room
+    return available

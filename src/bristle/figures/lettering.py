@@ -47,7 +47,7 @@ class Lettering:
     def get_text_width_height_descent(self, s: str, prop: FontProperties, ismath: Any) -> Any:
         """Return the size of a text."""
         own, font = _own(prop)
-        return self.renderer.get_text_width_height_descent(_known(printable(s), font), own, ismath)
+        return self.renderer.get_text_width_height_descent(_drawable(printable(s), font), own, ismath)
 
     def draw_text(
         self, gc: Any, x: float, y: float, s: str, prop: FontProperties, angle: float, ismath: Any = False,
@@ -67,7 +67,7 @@ class Lettering:
 def width(text: str, size: float) -> float:
     """Return how wide a line of text is [inch], its letters `size` points high."""
     font = FontProperties(fname=REGULAR, size=size)
-    return TextToPath().get_text_width_height_descent(_known(text, REGULAR), font, False)[0] / POINTS
+    return TextToPath().get_text_width_height_descent(_drawable(text, REGULAR), font, False)[0] / POINTS
 
 
 def _own(prop: FontProperties) -> tuple[FontProperties, Path]:
@@ -79,12 +79,12 @@ def _own(prop: FontProperties) -> tuple[FontProperties, Path]:
     return own, font
 
 
-def _known(text: str, font: Path) -> str:
+def _drawable(text: str, font: Path) -> str:
     """Return what is as wide as a text in letters that a font has: it is only measured, and nobody is warned of it."""
     has = _letters(font)
     if text.isascii() or has.issuperset(text):
         return text
-    return "".join(one if one in has else _as_wide(one) for one in text)
+    return "".join(character if character in has else _as_wide(character) for character in text)
 
 
 def _as_wide(letter: str) -> str:

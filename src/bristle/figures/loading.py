@@ -42,10 +42,10 @@ def _load() -> None:
 
 def _settings_may_block() -> bool:
     """Return whether a file of settings would be opened that is none: a pipe without a writer is waited for."""
-    asked, own = os.environ.get("MATPLOTLIBRC", ""), os.environ.get("MPLCONFIGDIR", "")
-    places = [Path(), Path(asked), Path(own), Path("~/.config/matplotlib"), Path("~/.matplotlib")]
-    found = [Path(asked), *(place.expanduser() / "matplotlibrc" for place in places)]
-    return any(one.exists() and not one.is_file() and not one.is_dir() for one in found)
+    settings, own = os.environ.get("MATPLOTLIBRC", ""), os.environ.get("MPLCONFIGDIR", "")
+    folders = [Path(), Path(settings), Path(own), Path("~/.config/matplotlib"), Path("~/.matplotlib")]
+    candidates = [Path(settings), *(folder.expanduser() / "matplotlibrc" for folder in folders)]
+    return any(candidate.exists() and not candidate.is_file() and not candidate.is_dir() for candidate in candidates)
 
 
 @contextmanager
@@ -82,7 +82,7 @@ def _load_without_settings() -> None:
 
     # A global name hides the built-in one from the functions of this module, and from nothing else.
     vars(module)["open"] = without_settings
-    asked = os.environ.pop("MPLBACKEND", None)
+    backend = os.environ.pop("MPLBACKEND", None)
     sys.modules[NAME] = module
     try:
         spec.loader.exec_module(module)
@@ -91,8 +91,8 @@ def _load_without_settings() -> None:
         raise
     finally:
         vars(module).pop("open", None)
-        if asked is not None:
-            os.environ["MPLBACKEND"] = asked
+        if backend is not None:
+            os.environ["MPLBACKEND"] = backend
 
 
 if NAME not in sys.modules:

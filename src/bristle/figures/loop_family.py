@@ -37,20 +37,20 @@ def loop_family(
     kind, effort : {"translational", "rotational"}
         The kind of axis, and that of the forces where it is another one.
     """
-    every = [one for families in panels.values() for loops in families.values() for one in loops]
-    length = scale_for("length", kind, *(x for x, _ in every))
-    force, word = effort_scale(effort or kind, *(f for _, f in every))
-    low, high = (edge(float(edge(f)) for _, f in every) * force.factor for edge in (min, max))
+    all_loops = [loop for families in panels.values() for loops in families.values() for loop in loops]
+    length = scale_for("length", kind, *(x for x, _ in all_loops))
+    force, word = effort_scale(effort or kind, *(f for _, f in all_loops))
+    low, high = (edge(float(edge(f)) for _, f in all_loops) * force.factor for edge in (min, max))
     more = 0.0 if _fits(panels) else LINE * lines([label(name) for name in next(iter(panels.values()))])
     figure, (row,) = style.panels(3.5 + more, columns=len(panels), between=BETWEEN, top=0.32 + more)
-    for place, (axes, (title, families)) in enumerate(zip(row, panels.items(), strict=True)):
+    for column, (axes, (title, families)) in enumerate(zip(row, panels.items(), strict=True)):
         looks = LOOKS[-1:] if len(families) == 1 else LOOKS
         for look, (name, loops) in zip(looks, families.items(), strict=False):
             for index, (x, f) in enumerate(loops):
                 axes.plot(x * length.factor, f * force.factor, label=f"_{name}" if index else label(name), **look)
         axes.set_ylim(low - 0.05 * (high - low), high + 0.05 * (high - low))
         axes.set_xlabel(length.label(position_word(kind)))
-        if place:
+        if column:
             axes.tick_params(labelleft=False)
         else:
             axes.set_ylabel(force.label(f"Friction {word.lower()}"))
@@ -63,5 +63,5 @@ def loop_family(
 def _fits(panels: Mapping[str, Mapping[str, Loops]]) -> bool:
     """Return whether the title of the first panel has room beside the legend."""
     title, families = next(iter(panels.items()))
-    both = line_width([label(name) for name in families]) + width(one_line(title), LETTERS)
-    return both + APART <= style.panel_width(len(panels), BETWEEN)
+    needed = line_width([label(name) for name in families]) + width(one_line(title), LETTERS)
+    return needed + APART <= style.panel_width(len(panels), BETWEEN)

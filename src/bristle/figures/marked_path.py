@@ -52,17 +52,17 @@ def marked_path(
     columns, under = min(2, len(traces)), (names[0], beneath) if beneath else None
     figure, panels, _ = force_over_position(traces, titles, kind, effort, columns, top=0.56, beneath=under)
     for name, axes, x, force in panels:
-        places = np.asarray(turns[name])
-        first = 0 if beneath else int(places[1])
+        samples = np.asarray(turns[name])
+        first = 0 if beneath else int(samples[1])
         if not beneath:
             axes.plot(x[: first + 1], force[: first + 1], label=names[0], **FIRST)
         axes.plot(x[first:], force[first:], label=names[1], **LAST)
         axes.plot(
-            x[places], force[places], "o", color=style.INK, fillstyle="none", markersize=4.5, label="_turns",
+            x[samples], force[samples], "o", color=style.INK, fillstyle="none", markersize=4.5, label="_turns",
         )  # fmt: skip
         low, high = axes.get_ylim()
         axes.set_ylim(low - BELOW * (high - low), high + ABOVE * (high - low))
-        _write_letters(axes, x[places], force[places], letters)
+        _write_letters(axes, x[samples], force[samples], letters)
         axes.margins(x=0.08)
     style.legend_in_corner(figure, figure.axes[0])
     return figure
@@ -73,12 +73,12 @@ def _write_letters(axes: style.Axes, x: np.ndarray, force: np.ndarray, letters: 
     middle = 0.5 * (float(x.min()) + float(x.max()))
     low, high = axes.get_ylim()
     written: list[tuple[str, float, float]] = []
-    for place, height, letter in zip(x, force, letters, strict=True):
-        near = [one for one in written if one[0] == letter and abs(one[2] - height) < 0.09 * (high - low)]
+    for position, height, letter in zip(x, force, letters, strict=True):
+        near = [mark for mark in written if mark[0] == letter and abs(mark[2] - height) < 0.09 * (high - low)]
         if letter.strip() and not near:
-            left = place < middle
+            left = position < middle
             axes.annotate(
-                letter, (place, height), xytext=(-5 if left else 5, -9 if left else 2), textcoords="offset points",
+                letter, (position, height), xytext=(-5 if left else 5, -9 if left else 2), textcoords="offset points",
                 ha="right" if left else "left", fontsize=8.5, color=style.INK,
             )  # fmt: skip
-            written.append((letter, place, height))
+            written.append((letter, position, height))

@@ -42,14 +42,14 @@ class Mechanics(NamedTuple):
     resolution: float
 
 
-def draw_layout(axes: Axes, told: Mechanics) -> None:
+def draw_layout(axes: Axes, mechanics: Mechanics) -> None:
     """Draw motor with encoder, couplings, torque sensor, screw with its nut, and table on its guide.
 
     Parameters
     ----------
     axes : Axes
         Where it is drawn; what else is in it must allow for `LAYOUT_WIDTH` and `LAYOUT_HEIGHT`.
-    told : Mechanics
+    mechanics : Mechanics
         The numbers.
     """
     axes.set_xlim(0.0, LAYOUT_WIDTH)
@@ -61,7 +61,7 @@ def draw_layout(axes: Axes, told: Mechanics) -> None:
     _draw_screw(axes)
     _draw_table(axes)
     _draw_arrows(axes)
-    _tell(axes, told)
+    _tell(axes, mechanics)
 
 
 def _box(axes: Axes, x: float, y: float, width: float, height: float, color: str = METAL, zorder: float = 2.0) -> None:
@@ -142,20 +142,20 @@ def _arrow(axes: Axes, start: tuple[float, float], end: tuple[float, float]) -> 
     )  # fmt: skip
 
 
-def _tell(axes: Axes, told: Mechanics) -> None:
+def _tell(axes: Axes, mechanics: Mechanics) -> None:
     """Write beside each part what it is, and its numbers."""
     encoder = ["perfect"]
-    if told.resolution > 0.0:
-        counts = f"{told.lead / told.resolution:,.0f} counts a turn".replace(",", " ")
-        encoder = [counts, f"{with_unit(told.resolution, 'm')} of travel each"]
+    if mechanics.resolution > 0.0:
+        counts = f"{mechanics.lead / mechanics.resolution:,.0f} counts a turn".replace(",", " ")
+        encoder = [counts, f"{with_unit(mechanics.resolution, 'm')} of travel each"]
     _label(axes, 3.0, True, 6.5, AXIS + 4.0, "encoder", encoder, "left")
-    filtered = [f"filter {with_unit(told.cutoff, 'Hz')}"] if math.isfinite(told.cutoff) else []
+    filtered = [f"filter {with_unit(mechanics.cutoff, 'Hz')}"] if math.isfinite(mechanics.cutoff) else []
     _label(axes, 43.0, True, 43.0, AXIS + 4.2, "torque sensor", ["T = F_p + (J − J_m) dω/dt", *filtered])
-    behind = f"J − J_m = {_inertia(told.J - told.J_m)}"
+    behind = f"J − J_m = {_inertia(mechanics.J - mechanics.J_m)}"
     _label(axes, 77.0, True, 77.0, AXIS + 8.2, "table", [f"with coupling and screw {behind}"])
-    _label(axes, 17.5, False, 17.5, BASE + 4.0, "DC motor", [f"J_m = {_inertia(told.J_m)}"])
+    _label(axes, 17.5, False, 17.5, BASE + 4.0, "DC motor", [f"J_m = {_inertia(mechanics.J_m)}"])
     _label(axes, 43.0, False, 33.3, AXIS - 2.8, "couplings", [], also=(52.4, AXIS - 2.8))
-    _label(axes, 64.0, False, 64.0, AXIS - 1.3, "ball screw", [f"lead {with_unit(told.lead, 'm')}", "rigid"])
+    _label(axes, 64.0, False, 64.0, AXIS - 1.3, "ball screw", [f"lead {with_unit(mechanics.lead, 'm')}", "rigid"])
     _label(axes, 86.0, False, 86.0, BASE + 0.8, "linear guide", [])
 
 

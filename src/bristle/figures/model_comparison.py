@@ -35,8 +35,8 @@ def model_comparison(identification: Identification) -> Figure:
     models = shortened_apart([fit.name for fit in fits], LONGEST, style.AT_AXES)
     left = max(0.4 + min(style.room_for(models), LONGEST), 1.0)
     figure, ((axes,),) = style.panels(0.85 + 0.34 * len(fits), left=left)
-    one = "log" if any(fit.held_out is not None and fit.held_out.of == "logs" for fit in fits) else "block"
-    names = {"blocks": f"held-out {one}", "mean": f"mean of the {one}s", "fitted": "all of it, fitted"}
+    fold = "log" if any(fit.held_out is not None and fit.held_out.of == "logs" for fit in fits) else "block"
+    names = {"blocks": f"held-out {fold}", "mean": f"mean of the {fold}s", "fitted": "all of it, fitted"}
     for row, fit in enumerate(fits):
         if fit.held_out is not None:
             blocks = fit.held_out.block_errors_percent
@@ -56,8 +56,8 @@ def model_comparison(identification: Identification) -> Figure:
     axes.set_ylim(len(fits) - 0.5, -0.5)
     scale = _scale(axes)
     axes.tick_params(axis="y", length=0)
-    what, of = ("Effort", "effort") if fits[0].position_error_percent is None else ("Position", "position")
-    axes.set_xlabel(f"{what} error [% of the {of}, root mean square{scale}]")
+    quantity, of = ("Effort", "effort") if fits[0].position_error_percent is None else ("Position", "position")
+    axes.set_xlabel(f"{quantity} error [% of the {of}, root mean square{scale}]")
     axes.set_ylabel("Model")
     style.legend(axes)
     return figure

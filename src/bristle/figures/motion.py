@@ -14,7 +14,7 @@ from bristle.figures.envelope import line
 from bristle.figures.labels import effort_scale, position_word, scale_for, time_scale
 
 if TYPE_CHECKING:
-    from bristle.excitation.motion import Motion
+    from bristle.excitation.motion import ExcitationMotion
 
 __all__ = ["expected", "motion"]
 
@@ -23,12 +23,12 @@ TICKS = (1.0, 2.0, 5.0)
 
 
 @style.styled
-def motion(planned: Motion) -> Figure:
+def motion(planned: ExcitationMotion) -> Figure:
     """Return position over time, one panel for each purpose.
 
     Parameters
     ----------
-    planned : Motion
+    planned : ExcitationMotion
         The motion.
     """
     parts = _parts(planned)
@@ -46,12 +46,12 @@ def motion(planned: Motion) -> Figure:
 
 
 @style.styled
-def expected(planned: Motion, friction: np.ndarray) -> Figure:
+def expected(planned: ExcitationMotion, friction: np.ndarray) -> Figure:
     """Return the loops of friction over position before sliding, and friction over the speed of steady slides.
 
     Parameters
     ----------
-    planned : Motion
+    planned : ExcitationMotion
         The motion.
     friction : ndarray, shape (sample,)
         Friction force along it [N or N*m].
@@ -84,25 +84,25 @@ def expected(planned: Motion, friction: np.ndarray) -> Figure:
     return figure
 
 
-def _steady(planned: Motion, friction: np.ndarray, part: slice) -> np.ndarray:
+def _steady(planned: ExcitationMotion, friction: np.ndarray, part: slice) -> np.ndarray:
     """Return (velocity, friction) of the middle of each steady slide, shape (slide, 2)."""
     velocity = planned.velocity[part]
     cruise = np.isclose(velocity[1:], velocity[:-1], rtol=1e-9, atol=0.0)
-    found = []
+    points = []
     for moving, group in groupby(range(cruise.size), key=lambda k: bool(cruise[k] and velocity[k] != 0.0)):
         members = list(group)
         if moving and len(members) > 4:
             late = slice(part.start + members[len(members) // 2], part.start + members[-1])
-            found.append((float(planned.velocity[late].mean()), float(friction[late].mean())))
-    return np.array(found).reshape(-1, 2)
+            points.append((float(planned.velocity[late].mean()), float(friction[late].mean())))
+    return np.array(points).reshape(-1, 2)
 
 
-def _parts(planned: Motion) -> dict[str, slice]:
+def _parts(planned: ExcitationMotion) -> dict[str, slice]:
     """Return the samples of each purpose, in the order in which they come."""
-    found = {}
+    slices = {}
     placed = zip(planned.begins, planned.pieces, strict=True)
-    for purpose, group in groupby(placed, key=lambda one: one[1].purpose):
+    for purpose, group in groupby(placed, key=lambda entry: entry[1].purpose):
         members = list(group)
         first, last = members[0][0], members[-1][0] + members[-1][1].duration
-        found[purpose] = slice(*(int(k) for k in np.searchsorted(planned.time, (first, last))))
-    return found
+        slices[purpose] = slice(*(int(k) for k in np.searchsorted(planned.time, (first, last))))
+    return slices

@@ -14,25 +14,25 @@ LONGEST = 400  # letters: more than fit anywhere
 CUT = "…"
 
 
-def shortened(name: str, room: float, size: float = LETTERS) -> str:
+def shortened(name: str, available: float, size: float = LETTERS) -> str:
     """Return a name as one line, without its middle where it is too long: names differ at their beginnings and ends.
 
     Parameters
     ----------
     name : str
         As it was written.
-    room : float
+    available : float
         How wide it may be [inch].
     size : float
         Of its letters [points].
     """
     text = one_line(name[:LONGEST] + name[-LONGEST:] if len(name) > 2 * LONGEST else name)
-    if width(text, size) <= room:
+    if width(text, size) <= available:
         return text
     fits, too_many = 1, len(text)
     while too_many - fits > 1:
         count = (fits + too_many) // 2
-        if width(_without_middle(text, count), size) <= room:
+        if width(_without_middle(text, count), size) <= available:
             fits = count
         else:
             too_many = count
@@ -45,17 +45,17 @@ def _without_middle(text: str, count: int) -> str:
     return f"{text[: count - tail].rstrip()}{CUT}{text[len(text) - tail :].lstrip()}"
 
 
-def shortened_apart(names: Sequence[str], room: float, size: float = LETTERS) -> list[str]:
+def shortened_apart(names: Sequence[str], available: float, size: float = LETTERS) -> list[str]:
     """Return names shortened, with a number behind those that would read like one before them."""
-    found: dict[str, str] = {}
+    labels: dict[str, str] = {}
     for name in dict.fromkeys(names):
-        text, number = shortened(name, room, size), 1
-        while text in found.values():
+        text, number = shortened(name, available, size), 1
+        while text in labels.values():
             number += 1
             behind = f" ({number})"
-            text = shortened(name, room - width(behind, size), size) + behind
-        found[name] = text
-    return [found[name] for name in names]
+            text = shortened(name, available - width(behind, size), size) + behind
+        labels[name] = text
+    return [labels[name] for name in names]
 
 
 def label(name: str) -> str:

@@ -41,16 +41,16 @@ class Panel(NamedTuple):
 def numbers_of(figure: Figure) -> list[Panel]:
     """Return the numbers of each panel of a figure; none for a diagram, whose places mean nothing."""
     panels = [(axes, list(drawn_in(axes))) for axes in figure.axes if axes.get_visible() and axes.axison]
-    everything = [one for _, drawn in panels for one in drawn]
-    found = []
+    figure_wide = [graphic for _, drawn in panels for graphic in drawn]
+    result = []
     for axes, drawn in panels:
         if drawn:
-            title = " ".join(filter(None, (axes.get_title(place) for place in ("left", "center", "right"))))
+            title = " ".join(filter(None, (axes.get_title(side) for side in ("left", "center", "right"))))
             x, y = _heads(axes, figure.axes, title)
-            named = list(zip(series_names(drawn, everything, y), drawn, strict=True))
+            named = list(zip(series_names(drawn, figure_wide, y), drawn, strict=True))
             value = title if "[" in title else "value"
-            found.append(Panel(title, x, y, value, named, (_names_at(axes.xaxis), _names_at(axes.yaxis))))
-    return found
+            result.append(Panel(title, x, y, value, named, (_names_at(axes.xaxis), _names_at(axes.yaxis))))
+    return result
 
 
 def as_csv(panel: Panel) -> str:
@@ -59,7 +59,7 @@ def as_csv(panel: Panel) -> str:
     Columns: the panel, the series, how it is drawn, which stroke of it, x, y; where there are such, what colour or
     height stands for, and names that stand at the axes in place of numbers.
     """
-    valued = any(one.values for _, one in panel.drawn)
+    valued = any(graphic.values for _, graphic in panel.drawn)
     heads = ["panel", "series", "mark", "stroke", panel.x, panel.y] + [panel.value] * valued
     named = [(column, names) for column, names in enumerate(panel.names) if names]
     heads += [f"name at {'xy'[column]}" for column, _ in named]
@@ -67,12 +67,12 @@ def as_csv(panel: Panel) -> str:
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(heads)
     strokes: dict[tuple[str, str], int] = {}
-    for series, one in panel.drawn:
-        for index, stroke in enumerate(one.strokes):
-            number = strokes[series, one.mark] = strokes.get((series, one.mark), 0) + 1
-            values = np.broadcast_to(one.values[index], len(stroke)) if one.values else [""] * len(stroke)
+    for series, graphic in panel.drawn:
+        for index, stroke in enumerate(graphic.strokes):
+            number = strokes[series, graphic.mark] = strokes.get((series, graphic.mark), 0) + 1
+            values = np.broadcast_to(graphic.values[index], len(stroke)) if graphic.values else [""] * len(stroke)
             for point, value in zip(stroke, values, strict=True):
-                cells = [panel.title, series, one.mark, str(number), *map(_cell, point)]
+                cells = [panel.title, series, graphic.mark, str(number), *map(_cell, point)]
                 cells += [_cell(value)] * valued
                 writer.writerow(cells + [_nearest(float(point[column]), names) for column, names in named])
     return out.getvalue()
@@ -82,27 +82,27 @@ def _cell(value: Any) -> str:
     return value if isinstance(value, str) else format(float(value), DIGITS)
 
 
-def _heads(axes: Axes, others: Sequence[Axes], title: str) -> tuple[str, str]:
+def _heads(axes: Axes, neighbours: Sequence[Axes], title: str) -> tuple[str, str]:
     """Return the heads of the columns of x and y: the labels of the axes, with their units."""
     if axes.name == "polar":
         return "angle [rad]", title if "[" in title else "radius"
-    x = axes.get_xlabel() or _label_beside(axes, others, "x")
-    y = axes.get_ylabel() or _label_beside(axes, others, "y")
+    x = axes.get_xlabel() or _label_beside(axes, neighbours, "x")
+    y = axes.get_ylabel() or _label_beside(axes, neighbours, "y")
     return (f"x: {x}", f"y: {y}") if x and x == y else (x or "x", y or "y")
 
 
-def _label_beside(axes: Axes, others: Sequence[Axes], which: str) -> str:
+def _label_beside(axes: Axes, neighbours: Sequence[Axes], axis: str) -> str:
     """Return the label of the panel below or to the left that has the numbers of this one, which shows none."""
-    shown = "labelbottom" if which == "x" else "labelleft"
-    if getattr(axes, f"{which}axis").get_tick_params().get(shown, True):
+    key = "labelbottom" if axis == "x" else "labelleft"
+    if getattr(axes, f"{axis}axis").get_tick_params().get(key, True):
         return ""
-    place = axes.get_position()
-    along, across = ("y0", "x0") if which == "x" else ("x0", "y0")
+    own_bounds = axes.get_position()
+    along, across = ("y0", "x0") if axis == "x" else ("x0", "y0")
     beside = []
-    for one in others:
-        there, label = one.get_position(), getattr(one, f"get_{which}label")()
-        if label and abs(getattr(there, across) - getattr(place, across)) < 1e-6:
-            distance = getattr(place, along) - getattr(there, along)
+    for neighbour in neighbours:
+        bounds, label = neighbour.get_position(), getattr(neighbour, f"get_{axis}label")()
+        if label and abs(getattr(bounds, across) - getattr(own_bounds, across)) < 1e-6:
+            distance = getattr(own_bounds, along) - getattr(bounds, along)
             beside += [(distance, label)] if distance > 0.0 else []
     return min(beside)[1] if beside else ""
 
@@ -113,14 +113,14 @@ def _names_at(axis: Any) -> dict[float, str]:
     named = isinstance(formatter, (FixedFormatter, FuncFormatter))
     if not (named and isinstance(axis.get_major_locator(), FixedLocator)):
         return {}
-    places = [float(one) for one in axis.get_majorticklocs()]
-    found = dict(zip(places, formatter.format_ticks(places), strict=True))
-    return {} if all(_NUMBER.fullmatch(name) for name in found.values()) else found
+    ticks = [float(tick) for tick in axis.get_majorticklocs()]
+    labels = dict(zip(ticks, formatter.format_ticks(ticks), strict=True))
+    return {} if all(_NUMBER.fullmatch(name) for name in labels.values()) else labels
 
 
-def _nearest(place: float, names: dict[float, str]) -> str:
+def _nearest(value: float, names: dict[float, str]) -> str:
     """Return the name of the row or column that holds a place."""
-    places = sorted(names)
-    reach = 0.5 * min((b - a for a, b in pairwise(places)), default=1.0)
-    near = min(places, key=lambda one: abs(one - place))
-    return names[near] if abs(near - place) <= reach else ""
+    ticks = sorted(names)
+    reach = 0.5 * min((b - a for a, b in pairwise(ticks)), default=1.0)
+    near = min(ticks, key=lambda tick: abs(tick - value))
+    return names[near] if abs(near - value) <= reach else ""

@@ -36,7 +36,7 @@ def parameters(fit: Fit) -> Figure:
     """
     estimates = fit.estimates
     height = 0.78 + 0.26 * len(estimates)
-    names = shortened_apart([one.name for one in estimates], LONGEST, style.AT_AXES)
+    names = shortened_apart([estimate.name for estimate in estimates], LONGEST, style.AT_AXES)
     left = max(0.5 + min(style.room_for(names), LONGEST), 1.15)
     figure, ((axes,),) = style.panels(height, left=left, right=2.35, top=0.24)
     axes.set_xscale("symlog", linthresh=LINEAR_BELOW, linscale=0.8)
@@ -71,7 +71,7 @@ def _ends(estimate: Estimate) -> tuple[float, float]:
 
 
 def _edge(estimates: Sequence[Estimate]) -> float:
-    widest = max((max(map(abs, _ends(one))) for one in estimates if one.status != "held"), default=0.0)
+    widest = max((max(map(abs, _ends(estimate))) for estimate in estimates if estimate.status != "held"), default=0.0)
     return next((edge for edge in EDGES if widest <= edge), EDGES[-1])
 
 
@@ -82,9 +82,9 @@ def _draw(axes: style.Axes, row: int, estimate: Estimate, edge: float) -> None:
     doubtful = estimate.status != "identified"
     low, high = _ends(estimate)
     look = {"color": "#b5651d" if doubtful else style.PREDICTED["color"], "linestyle": "--" if doubtful else "-"}
-    shown = max(low, -edge), min(high, edge)
-    axes.plot(shown, [row, row], linewidth=1.6, **look)
-    for x, marker in zip(shown, ("|" if low >= -edge else "<", "|" if high <= edge else ">"), strict=True):
+    visible = max(low, -edge), min(high, edge)
+    axes.plot(visible, [row, row], linewidth=1.6, **look)
+    for x, marker in zip(visible, ("|" if low >= -edge else "<", "|" if high <= edge else ">"), strict=True):
         axes.plot(x, row, marker=marker, color=look["color"], markersize=5.5, clip_on=False)
     axes.plot(0.0, row, marker="D" if doubtful else "o", color=look["color"], markersize=4.5)
 

@@ -31,34 +31,36 @@ LOOPS_SHOWN = 20_000  # samples
 
 
 @style.styled
-def passages(log: Log, found: Sequence[Passage]) -> Figure:
+def passages(log: Log, segments: Sequence[Passage]) -> Figure:
     """Return position over time with its passages shaded, and the effort over position of the loops.
 
     Parameters
     ----------
     log : Log
         The log.
-    found : sequence of Passage
+    segments : sequence of Passage
         What it contains.
     """
-    loops = [one for one in found if one.kind in ("loops", "break_away")] if log.effort is not None else []
+    loops = (
+        [segment for segment in segments if segment.kind in ("loops", "break_away")] if log.effort is not None else []
+    )
     figure, rows = style.panels(4.9 if loops else 2.4, rows=2 if loops else 1, heights=[1.0, 1.4] if loops else None)
-    _draw_time(rows[0][0], log, found)
+    _draw_time(rows[0][0], log, segments)
     if loops:
         _draw_loops(rows[1][0], log, loops)
     return figure
 
 
-def _draw_time(axes: Axes, log: Log, found: Sequence[Passage]) -> None:
+def _draw_time(axes: Axes, log: Log, segments: Sequence[Passage]) -> None:
     time, position = log.time.values, log.position.values
     span, scale = time_scale(time), scale_for("length", log.kind, position)
     named = set()
-    for one in found:
-        if one.kind in SHADES:
-            shade, hatch = SHADES[one.kind]
-            label = one.kind.replace("_", " ")
+    for segment in segments:
+        if segment.kind in SHADES:
+            shade, hatch = SHADES[segment.kind]
+            label = segment.kind.replace("_", " ")
             axes.axvspan(
-                one.begin * span.factor, one.end * span.factor, facecolor=shade, hatch=hatch, edgecolor="white",
+                segment.begin * span.factor, segment.end * span.factor, facecolor=shade, hatch=hatch, edgecolor="white",
                 linewidth=0, zorder=0, label=f"_{label}" if label in named else label,
             )  # fmt: skip
             named.add(label)
@@ -71,12 +73,12 @@ def _draw_time(axes: Axes, log: Log, found: Sequence[Passage]) -> None:
 
 def _draw_loops(axes: Axes, log: Log, loops: Sequence[Passage]) -> None:
     assert log.effort is not None
-    positions = [log.position.values[one.samples] - log.position.values[one.samples][0] for one in loops]
-    efforts = [log.effort.values[one.samples] for one in loops]
+    positions = [log.position.values[loop.samples] - log.position.values[loop.samples][0] for loop in loops]
+    efforts = [log.effort.values[loop.samples] for loop in loops]
     length = scale_for("length", log.kind, *positions)
     effort, word = effort_scale(log.kind, *efforts)
     thin: style.Look = style.PREDICTED | {"linewidth": 0.5}
-    step = max(sum(one.size for one in positions) // LOOPS_SHOWN, 1)
+    step = max(sum(loop.size for loop in positions) // LOOPS_SHOWN, 1)
     for x, u in zip(positions, efforts, strict=True):
         axes.plot(x[::step] * length.factor, u[::step] * effort.factor, **thin)
     axes.set_title("loops before sliding and break-aways, each from where it begins")

@@ -74,10 +74,10 @@ def staircase(turning_points: Sequence[float], u: float) -> np.ndarray:
     ndarray, shape (corner, 2)
         The corners; the last one is the input, on the diagonal.
     """
-    first, *others = [*turning_points, u]
+    first, *later = [*turning_points, u]
     beta, alpha = -abs(first), abs(first)
     corners, rising = [(beta, alpha)], first > 0.0
-    for point in others:
+    for point in later:
         rising = not rising
         beta, alpha = (beta, point) if rising else (point, alpha)
         corners.append((beta, alpha))

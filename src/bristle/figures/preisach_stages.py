@@ -90,12 +90,12 @@ def trapezoids(path: Sequence[float]) -> list[np.ndarray]:
 def _hatch(axes: Axes, path: Sequence[float], length: Scale) -> None:
     """Hatch the trapezoids Q_k, one unlike the next."""
     for index, corners in enumerate(trapezoids(path)):
-        shown = corners * length.factor
+        scaled = corners * length.factor
         axes.fill(
-            shown[:, 0], shown[:, 1], facecolor="none", edgecolor=HATCH, hatch=HATCHES[index % len(HATCHES)],
+            scaled[:, 0], scaled[:, 1], facecolor="none", edgecolor=HATCH, hatch=HATCHES[index % len(HATCHES)],
             linewidth=0.8, label="trapezoids Qₖ" if index == 0 else "_trapezoid",
         )  # fmt: skip
-        (left, _), (_, top), (right, _), _ = shown
+        (left, _), (_, top), (right, _), _ = scaled
         # The middle of a trapezoid over a slanted base.
         x = 0.5 * (left + right) - 0.08 * (right - left)
         axes.text(

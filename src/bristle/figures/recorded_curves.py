@@ -14,7 +14,7 @@ from bristle.figures.small_multiples import FIRST, LAST
 
 __all__ = ["recorded_curves"]
 
-SHOWN = 24  # curves
+CURVES_SHOWN = 24  # curves
 
 
 @style.styled
@@ -32,22 +32,22 @@ def recorded_curves(
     kind : {"translational", "rotational", "magnetic"}
         What the units are.
     """
-    step = -(-len(curves) // SHOWN)
-    chosen = [(u, f, said) for (u, f), said in zip(curves, predicted, strict=True)][::step]
+    step = -(-len(curves) // CURVES_SHOWN)
+    chosen = [(u, f, f_predicted) for (u, f), f_predicted in zip(curves, predicted, strict=True)][::step]
     length = scale_for("length", kind, *(u for u, _, _ in chosen))
     scale, word = effort_scale(kind, *(f for _, f, _ in chosen))
-    rest, _ = effort_scale(kind, *(f - said for _, f, said in chosen))
-    figure, ((both, left),) = style.panels(3.2, columns=2, between=0.75)
-    for number, (u, f, said) in enumerate(chosen):
+    rest, _ = effort_scale(kind, *(f - f_predicted for _, f, f_predicted in chosen))
+    figure, ((overlay, left),) = style.panels(3.2, columns=2, between=0.75)
+    for number, (u, f, f_predicted) in enumerate(chosen):
         x = u * length.factor
-        both.plot(x, f * scale.factor, label=None if number else "recorded", **FIRST)
-        both.plot(x, said * scale.factor, label=None if number else "predicted", **LAST)
-        left.plot(x, (f - said) * rest.factor, color=style.INK, linewidth=0.6)
-    both.set_title("recorded and predicted")
+        overlay.plot(x, f * scale.factor, label=None if number else "recorded", **FIRST)
+        overlay.plot(x, f_predicted * scale.factor, label=None if number else "predicted", **LAST)
+        left.plot(x, (f - f_predicted) * rest.factor, color=style.INK, linewidth=0.6)
+    overlay.set_title("recorded and predicted")
     left.set_title("recorded less predicted")
-    both.set_ylabel(scale.label(word))
+    overlay.set_ylabel(scale.label(word))
     left.set_ylabel(rest.label(word))
-    for axes in (both, left):
+    for axes in (overlay, left):
         axes.set_xlabel(length.label(position_word(kind)))
-    both.legend()
+    overlay.legend()
     return figure

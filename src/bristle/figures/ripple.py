@@ -61,14 +61,14 @@ def ripple(
     above.set_ylabel(scale.label(f"Driving {word.lower()}"))
     level = [f * scale.factor for _, f in traces.values()]
     low, high = min(float(f.min()) for f in level), max(float(f.max()) for f in level)
-    room = 0.06 * (high - low)
+    margin = 0.06 * (high - low)
     under = length.label(f"{position_word(kind)}, from the first cycle on")
     if width(under, LETTERS) > WIDTH * below[0].get_position().width:
         under = length.label(position_word(kind))
     if close_up is not None:
         _compare(below.pop(1), *close_up, length, scale, under, word)
     for axes in below:
-        axes.set_ylim(low - room, high + room)
+        axes.set_ylim(low - margin, high + margin)
         axes.set_xlabel(under)
         if axes.get_position().x0 > above.get_position().x0 + 0.1:
             axes.tick_params(labelleft=False)
@@ -92,10 +92,10 @@ def _panels(count: int, close_up: bool) -> tuple[Figure, Axes, list[Axes]]:
         4.7 + ROW * (rows - 1), rows=1 + rows, columns=columns, heights=(0.75, *([1.0] * rows)), undivided=(0,),
         between=APART if close_up else BETWEEN, top=0.4,
     )  # fmt: skip
-    places = [axes for row in below for axes in row]
-    for unused in places[count:]:
+    panels = [axes for row in below for axes in row]
+    for unused in panels[count:]:
         unused.remove()
-    return figure, above[0], places[:count]
+    return figure, above[0], panels[:count]
 
 
 def _compare(axes: Axes, title: str, traces: Traces, length: Scale, force: Scale, under: str, word: str) -> None:

@@ -61,26 +61,26 @@ def force_over_position(
         The unit of the positions.
     """
     under, first = beneath or ("", {})
-    every = [*traces.values(), *first.values()]
-    length = scale_for("length", kind, *(x for x, _ in every))
-    force, word = effort_scale(effort or kind, *(f for _, f in every))
+    loops = [*traces.values(), *first.values()]
+    length = scale_for("length", kind, *(x for x, _ in loops))
+    force, word = effort_scale(effort or kind, *(f for _, f in loops))
     rows = -(-len(traces) // columns)
     figure, grid = style.panels(
         0.03 + top + (ROW if columns > 1 else WIDE_ROW) * rows, rows, columns, between=0.2, gap=0.72, top=top
     )
-    places = [axes for row in grid for axes in row]
-    low = min(float(np.min(f)) for _, f in every) * force.factor
-    high = max(float(np.max(f)) for _, f in every) * force.factor
-    room = 0.05 * (high - low)
-    for unused in places[len(traces) :]:
+    panels = [axes for row in grid for axes in row]
+    low = min(float(np.min(f)) for _, f in loops) * force.factor
+    high = max(float(np.max(f)) for _, f in loops) * force.factor
+    margin = 0.05 * (high - low)
+    for unused in panels[len(traces) :]:
         unused.remove()
-    for axes, name in zip(places, traces, strict=False):
+    for axes, name in zip(panels, traces, strict=False):
         if name in first:
             x, f = first[name]
             axes.plot(x * length.factor, f * force.factor, label=under, **FIRST)
-    for index, (axes, name) in enumerate(zip(places, traces, strict=False)):
+    for index, (axes, name) in enumerate(zip(panels, traces, strict=False)):
         style.title(axes, titles[name], name)
-        axes.set_ylim(low - room, high + room)
+        axes.set_ylim(low - margin, high + margin)
         axes.set_xlabel(length.label(position_word(kind)))
         if index % columns:
             axes.tick_params(labelleft=False)
@@ -88,6 +88,6 @@ def force_over_position(
             axes.set_ylabel(force.label(f"Friction {word.lower()}"))
     drawn = (
         (name, axes, x * length.factor, f * force.factor)
-        for axes, (name, (x, f)) in zip(places, traces.items(), strict=False)
+        for axes, (name, (x, f)) in zip(panels, traces.items(), strict=False)
     )
     return figure, drawn, length

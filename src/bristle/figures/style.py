@@ -128,14 +128,14 @@ def title(axes: Axes, text: str, name: str | None = None, beside: float = 0.0) -
     """
     name = text if name is None or not text.startswith(name) else name
     behind = text[len(name) :]
-    room = WIDTH * axes.get_position().width - beside - width(behind, LETTERS)
-    axes.set_title(shortened(name, room) + behind)
+    available = WIDTH * axes.get_position().width - beside - width(behind, LETTERS)
+    axes.set_title(shortened(name, available) + behind)
 
 
-def mark_window(axes: Axes, shown: np.ndarray) -> None:
+def mark_window(axes: Axes, times: np.ndarray) -> None:
     """Shade the stretch that another panel shows close up, in the numbers of the axis."""
-    if shown.size:
-        axes.axvspan(float(shown[0]), float(shown[-1]), color="#e9ecf0", linewidth=0, zorder=0)
+    if times.size:
+        axes.axvspan(float(times[0]), float(times[-1]), color="#e9ecf0", linewidth=0, zorder=0)
 
 
 def plot_by_side(axes: Axes, points: np.ndarray, name: str, look: Look) -> None:

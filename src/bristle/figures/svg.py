@@ -54,11 +54,11 @@ def inline_svg(figure: Figure, name: str, description: str) -> str:
     text = _METADATA.sub("", text, count=1)
     for number, identifier in enumerate(_CURVED_CLIP.findall(text), 1):
         text = text.replace(identifier, f"clip-{number}")
-    used = {found for tag in _TAG.findall(text) for found in _REFERENCE.findall(tag)}
+    used = {reference for tag in _TAG.findall(text) for reference in _REFERENCE.findall(tag)}
     text = _TAG.sub(lambda tag: _with_own_ids(_rounded(tag[0]), name, used), text)
     box = _VIEW_BOX.search(text)[1]  # type: ignore[index]
-    told = escape(printable(" ".join(description.split())))
-    opening = f'<svg viewBox="{box}" role="img" aria-label="{told}">'
+    label = escape(printable(" ".join(description.split())))
+    opening = f'<svg viewBox="{box}" role="img" aria-label="{label}">'
     return _OPENING.sub(lambda _: opening, text, count=1)
 
 
@@ -69,6 +69,6 @@ def _rounded(tag: str) -> str:
 
 def _with_own_ids(tag: str, name: str, used: set[str]) -> str:
     """Return a tag with `name` before its identifiers, and without that of a group that nothing refers to."""
-    tag = _GROUP_ID.sub(lambda found: found[0] if found[1] in used else "<g", tag)
+    tag = _GROUP_ID.sub(lambda match: match[0] if match[1] in used else "<g", tag)
     tag = re.sub(r'\bid="', f'id="{name}-', tag)
     return tag.replace('xlink:href="#', f'href="#{name}-').replace("url(#", f"url(#{name}-")

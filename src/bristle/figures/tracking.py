@@ -39,19 +39,19 @@ def tracking(
     figure, grid = style.panels(
         0.4 + 2.0 * len(results), rows=len(results), columns=2, widths=(2.0, 1.0), between=0.55, top=0.4
     )
-    for (whole, near), one in zip(grid, results.values(), strict=True):
-        inside = (one.time >= close[0]) & (one.time <= close[1])
-        for axes, part in ((whole, one.time >= settle), (near, inside)):
-            span = time_scale(one.time[part])
-            length = scale_for("length", kind, one.reference[part])
+    for (full, near), result in zip(grid, results.values(), strict=True):
+        inside = (result.time >= close[0]) & (result.time <= close[1])
+        for axes, part in ((full, result.time >= settle), (near, inside)):
+            span = time_scale(result.time[part])
+            length = scale_for("length", kind, result.reference[part])
             for signal, look, label in (
-                (one.reference, style.MEASURED, "command"), (one.measured, style.PREDICTED, "encoder"),
+                (result.reference, style.MEASURED, "command"), (result.measured, style.PREDICTED, "encoder"),
             ):  # fmt: skip
-                x, y = line(one.time[part], signal[part])
+                x, y = line(result.time[part], signal[part])
                 axes.plot(x * span.factor, y * length.factor, label=label, **look)
             axes.set_xlabel(span.label("Time"))
             axes.set_ylabel(length.label(position_word(kind)))
-        style.mark_window(whole, np.array(close))
+        style.mark_window(full, np.array(close))
         near.set_title("close up")
     reach = style.legend_in_corner(figure, grid[0][0])
     for (first, *_), name in zip(grid, results, strict=True):

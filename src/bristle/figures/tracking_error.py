@@ -35,18 +35,18 @@ def tracking_error(results: Mapping[str, VariantResult], settle: float, kind: Ki
         The kind of axis.
     """
     figure, grid = style.panels(0.4 + 1.75 * len(results), rows=len(results), top=0.4)
-    errors = {name: one.reference - one.measured for name, one in results.items()}
-    judged = {name: one.time >= settle for name, one in results.items()}
+    errors = {name: result.reference - result.measured for name, result in results.items()}
+    judged = {name: result.time >= settle for name, result in results.items()}
     # In the unit of the motion: a thousandth of it is easily seen as such.
-    length = scale_for("length", kind, *(one.reference for one in results.values()))
+    length = scale_for("length", kind, *(result.reference for result in results.values()))
     low = min(float(errors[name][judged[name]].min()) for name in results) * length.factor
     high = max(float(errors[name][judged[name]].max()) for name in results) * length.factor
-    for (axes,), (name, one) in zip(grid, results.items(), strict=True):
-        forward = np.gradient(one.reference) > 0.0
-        span = time_scale(one.time)
+    for (axes,), (name, result) in zip(grid, results.items(), strict=True):
+        forward = np.gradient(result.reference) > 0.0
+        span = time_scale(result.time)
         for moving, look, label in ((forward, FORWARD, "moving forward"),
                                     (~forward, style.PREDICTED, "moving backward")):  # fmt: skip
-            x, y = line(one.time[judged[name]], np.where(moving, errors[name], np.nan)[judged[name]], columns=960)
+            x, y = line(result.time[judged[name]], np.where(moving, errors[name], np.nan)[judged[name]], columns=960)
             axes.plot(x * span.factor, y * length.factor, label=label, **look)
         axes.set_ylim(low - 0.06 * (high - low), high + 0.06 * (high - low))
         axes.set_xlabel(span.label("Time"))

@@ -37,7 +37,7 @@ def transition_curves(operators: Mapping[str, Model], extent: float, count: int 
     scale, word = effort_scale(kind, *(f for _, f in curves))
     figure, (row,) = style.panels(3.2, columns=len(families), between=0.2)
     limit = 1.06 * max(float(np.max(np.abs(f))) for _, f in curves) * scale.factor
-    for place, (axes, (name, (ascending, *falling))) in enumerate(zip(row, families.items(), strict=True)):
+    for column, (axes, (name, (ascending, *falling))) in enumerate(zip(row, families.items(), strict=True)):
         for u, f in falling:
             axes.plot(u * length.factor, f * scale.factor, color="#5b7f9e", linewidth=0.8)
         u, f = ascending
@@ -46,7 +46,7 @@ def transition_curves(operators: Mapping[str, Model], extent: float, count: int 
         style.title(axes, name)
         axes.set_ylim(-limit, limit)
         axes.set_xlabel(length.label(position_word(kind)))
-        if place:
+        if column:
             axes.tick_params(labelleft=False)
         else:
             axes.set_ylabel(scale.label(f"Friction {word.lower()}"))
@@ -56,9 +56,9 @@ def transition_curves(operators: Mapping[str, Model], extent: float, count: int 
 def _family(operator: Model, extent: float, count: int) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return the ascending branch from the lower end, and the descending ones from it to that end."""
     rise = np.linspace(-extent, extent, SAMPLES)
-    found = [(rise, response(operator, rise, history=[-extent]))]
+    branches = [(rise, response(operator, rise, history=[-extent]))]
     for alpha in np.linspace(-extent, extent, count + 1)[1:].tolist():
         # Denser where the branch is steepest.
         fall = alpha - (alpha + extent) * np.linspace(0.0, 1.0, SAMPLES) ** 2
-        found.append((fall, response(operator, fall, history=[-extent])))
-    return found
+        branches.append((fall, response(operator, fall, history=[-extent])))
+    return branches

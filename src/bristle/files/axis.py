@@ -123,7 +123,7 @@ def _thresholds(file: AxisFile) -> dict[str, float]:
 
 
 def _drive_of(file: AxisFile) -> Drive:
-    effort, given = file.effort, file.transmission
+    effort, transmission = file.effort, file.transmission
     if effort.force_constant and effort.torque_constant:
         raise InputError("has both a force_constant and a torque_constant", path="effort", mend="Keep one of them")
     constant = None
@@ -131,32 +131,32 @@ def _drive_of(file: AxisFile) -> Drive:
         constant = Constant.of(effort.force_constant, "N", "effort.force_constant")
     if effort.torque_constant:
         constant = Constant.of(effort.torque_constant, "N*m", "effort.torque_constant")
-    lead = _positive(_without(given.lead, "/rev"), LENGTH, "translational", "transmission.lead")
-    drive = Drive(Transmission(file.kind, given.gear_ratio or 1.0, lead), constant, effort.rated)
+    lead = _positive(_without(transmission.lead, "/rev"), LENGTH, "translational", "transmission.lead")
+    drive = Drive(Transmission(file.kind, transmission.gear_ratio or 1.0, lead), constant, effort.rated)
     return replace(drive, count=_resolution(file.encoder, drive))
 
 
 def _resolution(encoder: EncoderEntry, drive: Drive) -> float | None:
     """Return the movement of the axis for one count [m or rad]."""
-    path, given = "encoder.resolution", _without(encoder.resolution, "/count")
-    if given is not None and encoder.counts_per_rev is not None:
+    path, raw = "encoder.resolution", _without(encoder.resolution, "/count")
+    if raw is not None and encoder.counts_per_rev is not None:
         raise InputError("has both a resolution and counts_per_rev", path="encoder", mend="Keep one of them")
     if encoder.counts_per_rev is not None:
         turn = drive.movement("rad", encoder.side, "encoder.counts_per_rev")
         return 2 * math.pi * turn.factor / encoder.counts_per_rev
-    if given is None:
+    if raw is None:
         return None
-    unit = units.split(given, path)[1] if isinstance(given, str) else ""
+    unit = units.split(raw, path)[1] if isinstance(raw, str) else ""
     if not unit:
-        return _above_zero(float(given), path, given)
-    count = _in(given, lambda: drive.movement(unit, encoder.side, path).of(str(given), path))
-    return _above_zero(count, path, given)
+        return _above_zero(float(raw), path, raw)
+    count = _in(raw, lambda: drive.movement(unit, encoder.side, path).of(str(raw), path))
+    return _above_zero(count, path, raw)
 
 
-def _without(given: Any, suffix: str) -> Any:
+def _without(raw: Any, suffix: str) -> Any:
     """Leave out what a quantity is told for, such as one turn."""
-    short = "".join(given.split()) if isinstance(given, str) else ""
-    return short.removesuffix(suffix) if short.endswith(suffix) else given
+    short = "".join(raw.split()) if isinstance(raw, str) else ""
+    return short.removesuffix(suffix) if short.endswith(suffix) else raw
 
 
 def _column(name: str, entry: ColumnEntry, drive: Drive) -> Column:
@@ -184,10 +184,10 @@ def _injected(entry: InjectedEntry, file: AxisFile, drive: Drive, path: str) -> 
 
 
 def _limit(file: AxisFile, drive: Drive) -> float | None:
-    given = file.effort.limit
-    if given is None:
+    raw = file.effort.limit
+    if raw is None:
         return None
-    return _above_zero(abs(_effort(given, file, drive, "effort.limit")), "effort.limit", given)
+    return _above_zero(abs(_effort(raw, file, drive, "effort.limit")), "effort.limit", raw)
 
 
 def _held(file: AxisFile) -> bool | None:
@@ -198,31 +198,31 @@ def _held(file: AxisFile) -> bool | None:
 
 
 def _lag(file: AxisFile) -> float:
-    given = file.effort.lag
-    if given == "identify":
+    raw = file.effort.lag
+    if raw == "identify":
         return 0.0
-    value = units.quantity(given, TIME, path="effort.lag")
+    value = units.quantity(raw, TIME, path="effort.lag")
     if value < 0.0:
-        raise InputError("must not be negative", path="effort.lag", value=given, allowed='a time, or "identify"')
+        raise InputError("must not be negative", path="effort.lag", value=raw, allowed='a time, or "identify"')
     return value
 
 
-def _effort(given: float | str, file: AxisFile, drive: Drive, path: str) -> float:
+def _effort(raw: float | str, file: AxisFile, drive: Drive, path: str) -> float:
     """Return an effort in SI of the axis, from any unit that its column may have; a bare number is SI already."""
-    unit = units.split(given, path)[1] if isinstance(given, str) else ""
+    unit = units.split(raw, path)[1] if isinstance(raw, str) else ""
     if not unit:
-        return float(given)
-    told = file.columns.effort.side if file.columns.effort else None
-    side = None if units.compatible(unit, "N", path=path) else told or ("motor" if drive.constant else None)
-    return _in(given, lambda: drive.effort(unit, side, path).of(str(given), path))
+        return float(raw)
+    measured_side = file.columns.effort.side if file.columns.effort else None
+    side = None if units.compatible(unit, "N", path=path) else measured_side or ("motor" if drive.constant else None)
+    return _in(raw, lambda: drive.effort(unit, side, path).of(str(raw), path))
 
 
-def _in(given: Any, converted: Callable[[], float]) -> float:
+def _in(raw: Any, converted: Callable[[], float]) -> float:
     """Return a converted value; what is refused is told as it was written, not as its unit."""
     try:
         return converted()
     except InputError as error:
-        raise InputError(error.message, path=error.path, value=given, allowed=error.allowed, mend=error.mend) from None
+        raise InputError(error.message, path=error.path, value=raw, allowed=error.allowed, mend=error.mend) from None
 
 
 def _sample_time(file: AxisFile) -> float | None:
@@ -244,32 +244,32 @@ def _mass(file: AxisFile) -> float | None:
 
 
 def _of_oscillator(file: AxisFile, key: str, variable: Variable) -> float | None:
-    given = getattr(file.plant, key)
-    if given is not None and file.plant.model != "oscillator":
-        raise InputError("belongs to an oscillator", path=f"plant.{key}", value=given,
+    raw = getattr(file.plant, key)
+    if raw is not None and file.plant.model != "oscillator":
+        raise InputError("belongs to an oscillator", path=f"plant.{key}", value=raw,
                          mend='Write model = "oscillator" under [plant]')  # fmt: skip
-    return _positive(given, variable, file.kind, f"plant.{key}")
+    return _positive(raw, variable, file.kind, f"plant.{key}")
 
 
 def _offset(file: AxisFile) -> float | str:
-    given = file.plant.offset
-    if given == "identify":
-        return given
+    raw = file.plant.offset
+    if raw == "identify":
+        return raw
     try:
-        return units.quantity(given, FORCE, file.kind, path="plant.offset")
+        return units.quantity(raw, FORCE, file.kind, path="plant.offset")
     except InputError as error:
         allowed = f'"identify", or a value in {FORCE.unit(file.kind)}'
-        raise InputError(error.message, path=error.path, value=given, allowed=allowed, mend=error.mend) from None
+        raise InputError(error.message, path=error.path, value=raw, allowed=allowed, mend=error.mend) from None
 
 
 def _span(file: AxisFile) -> tuple[float, float] | None:
     """Return from when to when the log is used [s]."""
-    given = file.log.span
-    if given is None:
+    raw = file.log.span
+    if raw is None:
         return None
-    first, last = (units.quantity(one, TIME, path=f"log.span[{i}]") for i, one in enumerate(given))
+    first, last = (units.quantity(time, TIME, path=f"log.span[{i}]") for i, time in enumerate(raw))
     if first >= last:
-        raise InputError("must rise", path="log.span", value=given, allowed="[first, last time]")
+        raise InputError("must rise", path="log.span", value=raw, allowed="[first, last time]")
     return first, last
 
 
@@ -277,7 +277,7 @@ def _stroke(file: AxisFile) -> tuple[float, float] | None:
     if file.limits.stroke is None:
         return None
     low, high = (
-        units.quantity(one, LENGTH, file.kind, path=f"limits.stroke[{i}]") for i, one in enumerate(file.limits.stroke)
+        units.quantity(end, LENGTH, file.kind, path=f"limits.stroke[{i}]") for i, end in enumerate(file.limits.stroke)
     )
     if low >= high:
         raise InputError(
@@ -286,13 +286,13 @@ def _stroke(file: AxisFile) -> tuple[float, float] | None:
     return low, high
 
 
-def _positive(given: Any, variable: Variable, kind: Kind, path: str) -> float | None:
-    if given is None:
+def _positive(raw: Any, variable: Variable, kind: Kind, path: str) -> float | None:
+    if raw is None:
         return None
-    return _above_zero(units.quantity(given, variable, kind, path=path), path, given)
+    return _above_zero(units.quantity(raw, variable, kind, path=path), path, raw)
 
 
-def _above_zero(value: float, path: str, given: Any) -> float:
+def _above_zero(value: float, path: str, raw: Any) -> float:
     if not 0 < value < math.inf:
-        raise InputError("must be positive and finite", path=path, value=given, allowed="> 0")
+        raise InputError("must be positive and finite", path=path, value=raw, allowed="> 0")
     return value

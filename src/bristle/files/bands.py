@@ -35,18 +35,18 @@ def bands_table(bands: Any) -> Table:
     table["inflation"].comment("factor set on blocks that were held out")
     draws = tomlkit.table()
     for name, values in bands.draws.items():
-        draws.add(key_of(name), tomlkit.item([_short(one) for one in values[:MEMBERS]]))
+        draws.add(key_of(name), tomlkit.item([_short(draw) for draw in values[:MEMBERS]]))
     table.add("draws", draws)
     return table
 
 
 def _short(value: Any) -> Any:
     if np.ndim(value):
-        return [_short(one) for one in value]
+        return [_short(entry) for entry in value]
     return float(f"{float(value):.{DIGITS}g}")
 
 
-def bands_at(value: Any, known: Collection[str]) -> dict[str, Any] | None:
+def bands_at(value: Any, parameters: Collection[str]) -> dict[str, Any] | None:
     """Return the table as `bristle.identification.prediction_interval.Bands` takes it; None where there is none.
 
     Raises
@@ -56,25 +56,25 @@ def bands_at(value: Any, known: Collection[str]) -> dict[str, Any] | None:
     """
     if value is None:
         return None
-    given = table_at(value, "bands")
-    check_keys(given, (*NUMBERS, "draws"), "bands")
-    found: dict[str, Any] = {}
+    table = table_at(value, "bands")
+    check_keys(table, (*NUMBERS, "draws"), "bands")
+    bands: dict[str, Any] = {}
     for name in NUMBERS:
-        if name not in given:
+        if name not in table:
             raise InputError("is missing, as from an earlier version", path=f"bands.{name}",
                              mend="Identify again, or leave [bands] out to predict without bands")  # fmt: skip
-        number = given[name]
+        number = table[name]
         if isinstance(number, bool) or not isinstance(number, (int, float)) or not math.isfinite(number) or number < 0:
             raise InputError("must be a number", path=f"bands.{name}", value=number, allowed=">= 0",
                              mend="Leave [bands] out to predict without bands")  # fmt: skip
-        found[name] = float(number)
-    names = {key_of(name): name for name in known}
-    draws = table_at(given.get("draws", {}), "bands.draws")
+        bands[name] = float(number)
+    names = {key_of(name): name for name in parameters}
+    draws = table_at(table.get("draws", {}), "bands.draws")
     check_keys(draws, names, "bands.draws")
-    found["draws"] = {names[key]: _draws(one, f"bands.draws.{key}") for key, one in draws.items()}
-    if len({len(one) for one in found["draws"].values()}) > 1:
+    bands["draws"] = {names[key]: _draws(draw, f"bands.draws.{key}") for key, draw in draws.items()}
+    if len({len(draw) for draw in bands["draws"].values()}) > 1:
         raise InputError("must have as many numbers for each parameter", path="bands.draws")
-    return found
+    return bands
 
 
 def _draws(value: Any, path: str) -> np.ndarray:

@@ -41,7 +41,7 @@ def table_at(value: Any, path: str) -> dict[str, Any]:
     return value
 
 
-def check_keys(table: Mapping[str, Any], known: Iterable[str], path: str) -> None:
+def check_keys(table: Mapping[str, Any], expected: Iterable[str], path: str) -> None:
     """Refuse a key that is not known, and suggest the one that was meant.
 
     Raises
@@ -49,7 +49,7 @@ def check_keys(table: Mapping[str, Any], known: Iterable[str], path: str) -> Non
     InputError
         With the path of the key.
     """
-    names = list(known)
+    names = list(expected)
     for key, value in table.items():
         if key not in names:
             raise InputError(
@@ -144,17 +144,17 @@ def model_from(table: Any, registry: Mapping[str, Component], *, kind: Kind, pat
     InputError
         With the path of the key that does not fit, its value and what is allowed.
     """
-    given = table_at(table, path)
-    if "model" not in given and not default:
+    entries = table_at(table, path)
+    if "model" not in entries and not default:
         raise InputError(
             "names no model", path=path, allowed=", ".join(registry), mend=f'Write model = "..." under [{path}]'
         )
-    component = component_named(given.get("model", default), registry, f"{path}.model")
-    values = parameters_in(given, component, path, beside=("model",))
+    component = component_named(entries.get("model", default), registry, f"{path}.model")
+    values = parameters_in(entries, component, path, beside=("model",))
     return make_model(component, values, kind=kind, validate=True, path=path)
 
 
-def number_at(given: Any, variable: Variable, kind: Kind, path: str) -> float:
+def number_at(raw: Any, variable: Variable, kind: Kind, path: str) -> float:
     """Return a value of a file as a finite number in SI, in the range of its variable.
 
     Raises
@@ -162,6 +162,6 @@ def number_at(given: Any, variable: Variable, kind: Kind, path: str) -> float:
     InputError
         If it is no number, has the wrong unit, or is out of range.
     """
-    value = units.quantity(given, variable, kind, path=path)
+    value = units.quantity(raw, variable, kind, path=path)
     variable.validate(value, path, kind)
     return value

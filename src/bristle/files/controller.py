@@ -52,11 +52,11 @@ def controller_from(table: Any, *, kind: Kind, columns: Mapping[str, Column], pa
     InputError
         With the path of the key that does not fit, its value and what is allowed.
     """
-    given = table_at(table, path)
-    if "model" not in given:
+    entries = table_at(table, path)
+    if "model" not in entries:
         raise InputError("names no model", path=path, allowed=", ".join(CONTROLLERS), mend='Write model = "cascade"')
-    component = component_named(given["model"], CONTROLLERS, f"{path}.model")
-    values = parameters_in(given, component, path, beside=("model",))
+    component = component_named(entries["model"], CONTROLLERS, f"{path}.model")
+    values = parameters_in(entries, component, path, beside=("model",))
     for name, value in values.items():
         values[name] = in_effort(value, component.variables[name].quantity, kind, columns, f"{path}.{name}")
     return make_model(component, values, kind=kind, validate=True, path=path)

@@ -94,8 +94,8 @@ class Drive:
         for base, measured in EFFORTS.items():
             if units.compatible(unit, base, path=path):
                 units.factor(unit, base, path=path)
-                where = self._side(measured, side, path)
-                return Scale(base, self._carried(path, measured, where, effort=True))
+                resolved = self._side(measured, side, path)
+                return Scale(base, self._carried(path, measured, resolved, effort=True))
         base = next((base for base in DRIVE_UNITS if units.compatible(unit, base, path=path)), None)
         if base is None:
             raise InputError(
@@ -126,8 +126,8 @@ class Drive:
         unit = unit if unit is not None else self._si(MOVEMENTS) + per
         for base, measured in MOVEMENTS.items():
             if units.compatible(unit, base + per, path=path):
-                where = self._side(measured, side, path)
-                return Scale(base + per, self._carried(path, measured, where, effort=False))
+                resolved = self._side(measured, side, path)
+                return Scale(base + per, self._carried(path, measured, resolved, effort=False))
         if units.compatible(unit, "count" + per, path=path):
             if self.count is None:
                 raise InputError(

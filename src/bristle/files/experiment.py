@@ -49,11 +49,11 @@ def read_experiment(path: Readable, *, allow_code: bool = False, size_limit: int
     data, source, content = read_toml(path, path="experiment", what="an experiment file")
     sources = Sources(source.parent, allow_code, size_of(size_limit))
     try:
-        found = experiment_from(data, source, sources)
+        experiment = experiment_from(data, source, sources)
     except InputError as error:
         raise error.at(str(source)) from None
     own = {"experiment": (content.origin,)} if content is not None else {}
-    return replace(found, origins=own | sources.origins)
+    return replace(experiment, origins=own | sources.origins)
 
 
 def experiment_from(data: dict[str, Any], source: Path, sources: Sources) -> Experiment:

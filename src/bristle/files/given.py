@@ -13,16 +13,16 @@ __all__ = ["AXIS", "EXPERIMENT", "LOG"]
 
 
 # Readers bring what checks files, which a call that hands in the thing itself need not wait for.
-def _read_axis(given: Any) -> Any:
+def _read_axis(source: Any) -> Any:
     from bristle.files.axis import read_axis
 
-    return read_axis(given)
+    return read_axis(source)
 
 
-def _read_experiment(given: Any) -> Any:
+def _read_experiment(source: Any) -> Any:
     from bristle.files.experiment import read_experiment
 
-    return read_experiment(given)
+    return read_experiment(source)
 
 
 AXIS: Converter = instance(Axis, "an axis or its file", read=_read_axis)

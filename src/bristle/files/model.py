@@ -109,8 +109,8 @@ def write_model(
     if plant is not None:
         document.add("plant", _table(plant, {"model": plant.name}))
     document.add("friction", _table(friction, _name_of(friction, target.parent)))
-    known = [one for one in estimates if one.std is not None or one.status != "identified"]
-    if known:
+    uncertain = [estimate for estimate in estimates if estimate.std is not None or estimate.status != "identified"]
+    if uncertain:
         uncertainty = tomlkit.table(is_super_table=True)
         for one in known:
             entry = {"std": one.std, "robust_std": one.robust_std, "status": one.status}
@@ -180,13 +180,13 @@ def _code_of(friction: Model) -> Content:
 
 
 def _put_beside(code: Content, folder: Path) -> None:
-    place = folder / code.source.name
-    if os.path.lexists(place):
-        if content_of(place).data != code.data:
-            raise InputError("is there already, with another content", path=str(place),
+    target = folder / code.source.name
+    if os.path.lexists(target):
+        if content_of(target).data != code.data:
+            raise InputError("is there already, with another content", path=str(target),
                              mend="Write the model file elsewhere, or move that file")  # fmt: skip
         return
-    place.write_bytes(code.data)
+    target.write_bytes(code.data)
 
 
 def read_model(path: Readable, *, related: bool = True, allow_code: bool = False) -> ModelFile:
@@ -226,27 +226,27 @@ def _model_from(data: dict[str, Any], folder: Path, related: bool, allow_code: b
         data["friction"], kind=kind, folder=folder, path="friction", related=related, allow_code=allow_code
     )
     plant = model_from(data["plant"], PLANTS, kind=kind, path="plant") if "plant" in data else None
-    known = set(friction.values) | set(plant.values if plant else ()) | BESIDES
+    parameters = set(friction.values) | set(plant.values if plant else ()) | BESIDES
     uncertainty = table_at(data.get("uncertainty", {}), "uncertainty")
-    check_keys(uncertainty, [key_of(name) for name in known], "uncertainty")
+    check_keys(uncertainty, [key_of(name) for name in parameters], "uncertainty")
     provenance = table_at(data.get("provenance", {}), "provenance")
     treatment = _treatment(data.get("treatment", {}), kind)
-    told = {"provenance": provenance, "treatment": treatment, "uncertainty": uncertainty}
-    return ModelFile(plant, friction, told | {"bands": bands_at(data.get("bands"), known)})
+    sections = {"provenance": provenance, "treatment": treatment, "uncertainty": uncertainty}
+    return ModelFile(plant, friction, sections | {"bands": bands_at(data.get("bands"), parameters)})
 
 
 def _treatment(value: Any, kind: Kind) -> dict[str, Any]:
     """Return how the log of the identification was treated, as far as the file says."""
-    given = table_at(value, "treatment")
-    check_keys(given, TREATMENT, "treatment")
-    found: dict[str, Any] = {
-        name: number_at(one, TREATMENT[name], kind, f"treatment.{name}") for name, one in given.items()
+    entries = table_at(value, "treatment")
+    check_keys(entries, TREATMENT, "treatment")
+    treatment: dict[str, Any] = {
+        name: number_at(raw, TREATMENT[name], kind, f"treatment.{name}") for name, raw in entries.items()
     }
-    if "decimation" in found:
-        if not found["decimation"].is_integer():
-            raise InputError("must be a whole number", path="treatment.decimation", value=given["decimation"])
-        found["decimation"] = int(found["decimation"])
-    return found
+    if "decimation" in treatment:
+        if not treatment["decimation"].is_integer():
+            raise InputError("must be a whole number", path="treatment.decimation", value=entries["decimation"])
+        treatment["decimation"] = int(treatment["decimation"])
+    return treatment
 
 
 def kind_at(value: Any, path: str) -> Kind:
@@ -288,12 +288,12 @@ def friction_from(
     InputError
         With the path of the key that does not fit, its value and what is allowed.
     """
-    given = table_at(table, path)
-    if "model" in given and "file" in given:
+    entries = table_at(table, path)
+    if "model" in entries and "file" in entries:
         raise InputError("has both a model and a file", path=path, mend="Keep one of them")
-    component = _user_model(given, folder, path, allow_code) if "file" in given else _own_model(given, path)
-    beside = ("file", "slots") if "file" in given else ("model",)
-    values = parameters_in(given, component, path, beside=beside)
+    component = _user_model(entries, folder, path, allow_code) if "file" in entries else _own_model(entries, path)
+    beside = ("file", "slots") if "file" in entries else ("model",)
+    values = parameters_in(entries, component, path, beside=beside)
     return make_model(component, values, kind=kind, validate=True, related=related, path=path)
 
 

@@ -35,18 +35,18 @@ def motion_columns(axis: Axis) -> dict[str, tuple[str, float]]:
     axis : Axis
         Its columns.
     """
-    given = axis.columns
-    position = given.get("reference") or given.get("position")
-    found = {}
+    columns = axis.columns
+    position = columns.get("reference") or columns.get("position")
+    heads = {}
     for name, quantity in QUANTITIES.items():
-        own = position if name == "position" else given.get(name)
+        own = position if name == "position" else columns.get(name)
         if own is not None:
-            found[name] = _own(own)
+            heads[name] = _own(own)
         elif name in PER and position is not None:
-            found[name] = (f"{name} [{position.unit or position.base}{PER[name]}]", _factor(position))
+            heads[name] = (f"{name} [{position.unit or position.base}{PER[name]}]", _factor(position))
         else:
-            found[name] = (f"{name} [{unit_of(quantity, axis.kind)}]", 1.0)
-    return found
+            heads[name] = (f"{name} [{unit_of(quantity, axis.kind)}]", 1.0)
+    return heads
 
 
 def log_columns(axis: Axis) -> dict[str, tuple[str, float]]:
@@ -102,21 +102,21 @@ def write_log(path: str | os.PathLike[str], axis: Axis, signals: Mapping[str, np
     _write(path, log_columns(axis), signals)
 
 
-def axis_of_motion(given: Readable, axis: Axis | None) -> Axis | None:
+def axis_of_motion(source: Readable, axis: Axis | None) -> Axis | None:
     """Return the axis that a file is read with, in which the position is the motion to follow; None for a log.
 
     A motion has no effort: nothing was recorded.
 
     Parameters
     ----------
-    given : path-like, bytes, file object or Content
+    source : path-like, bytes, file object or Content
         The file.
     axis : Axis or None
         Whose units and names of columns it has.
     """
     if axis is None or "effort" not in axis.columns:
         return None
-    if read_table(given, axis.table, choice=NONE).has(axis.columns["effort"].name):
+    if read_table(source, axis.table, choice=NONE).has(axis.columns["effort"].name):
         return None
     columns = {
         name: replace(axis.columns[own], optional=False)

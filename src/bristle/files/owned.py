@@ -36,7 +36,7 @@ __all__ = [
 
 NOTE = ".bristle-results"
 LARGEST_NOTE = 2**20  # [byte]
-PIECE = 2**20
+CHUNK = 2**20
 DEEPEST = 2  # names in the path of a file
 _NO_LINKS = getattr(os, "O_NOFOLLOW", 0)
 _BINARY = getattr(os, "O_BINARY", 0)
@@ -95,8 +95,8 @@ class Folder:
 
     def __enter__(self) -> Folder:
         if os.stat in os.supports_dir_fd and hasattr(os, "O_DIRECTORY"):
-            place, above = (self.path, None) if self._above is None else (self.path.name, self._above._opened)
-            self._opened = os.open(place, os.O_RDONLY | os.O_DIRECTORY | _NO_LINKS, dir_fd=above)
+            location, above = (self.path, None) if self._above is None else (self.path.name, self._above._opened)
+            self._opened = os.open(location, os.O_RDONLY | os.O_DIRECTORY | _NO_LINKS, dir_fd=above)
         elif not stat.S_ISDIR(os.lstat(self.path).st_mode):
             raise OSError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(self.path))
         return self
@@ -117,10 +117,10 @@ class Folder:
         """Return whether this is a regular file, and no link to one."""
         try:
             with self._holder(name) as (holder, last):
-                found = os.stat(holder._at(last), dir_fd=holder._opened, follow_symlinks=False)
+                status = os.stat(holder._at(last), dir_fd=holder._opened, follow_symlinks=False)
         except OSError:
             return False
-        return stat.S_ISREG(found.st_mode)
+        return stat.S_ISREG(status.st_mode)
 
     def open(self, name: str, flags: int = os.O_RDONLY) -> int:
         """Return a file opened; a link is not followed."""
@@ -129,11 +129,11 @@ class Folder:
 
     def checksum(self, name: str) -> str:
         """Return the SHA-256 of a file."""
-        found = hashlib.sha256()
+        digest = hashlib.sha256()
         with os.fdopen(self.open(name), "rb") as file:
-            while piece := file.read(PIECE):
-                found.update(piece)
-        return found.hexdigest()
+            while chunk := file.read(CHUNK):
+                digest.update(chunk)
+        return digest.hexdigest()
 
     def remove(self, name: str) -> None:
         """Remove a file."""
@@ -252,14 +252,14 @@ def _note_of(text: bytes) -> Note | None:
 
 def _objects_in(text: bytes) -> Iterator[dict[str, object]]:
     """Yield the objects of the whole lines, the first one in any case: the last line may be cut."""
-    whole = text.decode("utf-8", "replace").split("\n")[:-1]
-    for index, line in enumerate(whole or [""]):
+    complete = text.decode("utf-8", "replace").split("\n")[:-1]
+    for index, line in enumerate(complete or [""]):
         try:
-            found = json.loads(line)
+            parsed = json.loads(line)
         except (ValueError, RecursionError):
-            found = None
-        if isinstance(found, dict):
-            yield found
+            parsed = None
+        if isinstance(parsed, dict):
+            yield parsed
         elif index == 0:
             yield {}
 
@@ -277,9 +277,9 @@ def is_own_name(name: str) -> bool:
 
 def strangers_in(folder: Folder, note: Note) -> tuple[list[str], list[str]]:
     """Return what a person put into a folder, and what of bristle's own a person changed."""
-    there = list(_names_in(folder, note.folders))
-    foreign = [name for name in there if name not in note.files]
-    own = [name for name in there if name in note.files]
+    present = list(_names_in(folder, note.folders))
+    foreign = [name for name in present if name not in note.files]
+    own = [name for name in present if name in note.files]
     changed = [name for name in own if not folder.is_file(name) or folder.checksum(name) != note.files[name]]
     return foreign, changed
 
@@ -292,7 +292,7 @@ def _names_in(folder: Folder, opened: list[str]) -> Iterator[str]:
         try:
             inside = folder.below(name) if name in opened else None
             with inside or contextlib.nullcontext():
-                yield from [name] if inside is None else [f"{name}/{one}" for one in inside.names()]
+                yield from [name] if inside is None else [f"{name}/{child}" for child in inside.names()]
         except OSError:  # a file or a link is in its place
             yield name
 

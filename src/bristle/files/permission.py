@@ -42,23 +42,23 @@ def code_named(file: str, folder: Path, path: str, *, allow_code: bool) -> Conte
         If it lies elsewhere, cannot be read, or was not allowed.
     """
     allowed = FLAG(allow_code, "allow_code", None)
-    place = folder / file
+    source = folder / file
     try:
-        inside = folder.resolve() in place.resolve().parents
+        inside = folder.resolve() in source.resolve().parents
     except (OSError, ValueError, RuntimeError):
         inside = True  # reading it will tell what is wrong
     if not inside:
         raise InputError("names code elsewhere, which is not run", path=path, value=file,
                          allowed="a file beside or below the one that names it", mend="Copy it there")  # fmt: skip
-    content = content_of(place, limit=CODE_LIMIT, path=path)
-    told = f"{content.source.name} (SHA-256 {content.checksum})"
+    content = content_of(source, limit=CODE_LIMIT, path=path)
+    description = f"{content.source.name} (SHA-256 {content.checksum})"
     if not allowed and not is_allowed(content.checksum):
         raise InputError(
-            f"names code, which is not run unasked: {told}", path=path,
+            f"names code, which is not run unasked: {description}", path=path,
             mend=f"Read it. Then add --allow-code (allow_code=True in Python) for this once, or allow this very "
-            f"content from now on: bristle check {place}",
+            f"content from now on: bristle check {source}",
         )  # fmt: skip
-    warnings.warn(f"{path}: the code in {told} is run", InputWarning, stacklevel=2)
+    warnings.warn(f"{path}: the code in {description} is run", InputWarning, stacklevel=2)
     return content
 
 
@@ -75,8 +75,8 @@ def allow(content: Content) -> None:
     if is_allowed(content.checksum):
         return
     try:
-        place = state_folder("allowed-code") / content.checksum
-        place.write_text(f"{content.source.name}\n{time.strftime('%Y-%m-%d')}\n", encoding="utf-8", errors="replace")
+        record = state_folder("allowed-code") / content.checksum
+        record.write_text(f"{content.source.name}\n{time.strftime('%Y-%m-%d')}\n", encoding="utf-8", errors="replace")
     except OSError as error:
         warnings.warn(
             f"{content.source.name}: that its code was allowed cannot be remembered ({error.strerror})",

@@ -35,11 +35,11 @@ def provenance(command: str, **files: Traced | Sequence[Traced | Origin] | None)
         What was read, by what it is: name and SHA-256 of each are noted, as of what was read. The second log is
         ``log_2``.
     """
-    found = {"bristle": version("bristle")}
-    for kind, given in files.items():
-        several = () if given is None else given if isinstance(given, Sequence) else (given,)
-        for number, one in enumerate(several, 1):
-            what = kind if number == 1 else f"{kind}_{number}"
-            origin = one if isinstance(one, Origin) else one.origin
-            found |= {what: printable(origin.name), f"{what}_sha256": origin.checksum}
-    return found | {"command": command}
+    record = {"bristle": version("bristle")}
+    for kind, sources in files.items():
+        listed = () if sources is None else sources if isinstance(sources, Sequence) else (sources,)
+        for number, source in enumerate(listed, 1):
+            key = kind if number == 1 else f"{kind}_{number}"
+            origin = source if isinstance(source, Origin) else source.origin
+            record |= {key: printable(origin.name), f"{key}_sha256": origin.checksum}
+    return record | {"command": command}

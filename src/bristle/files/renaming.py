@@ -13,7 +13,7 @@ __all__ = ["exchange", "extended", "rename_new"]
 LONGEST_PATH = 200  # of a folder; with the names of files in it, Windows takes 260 characters
 _AS_IT_IS = "\\\\?\\"
 
-_HERE = -100  # AT_FDCWD: relative paths start from the current folder
+_CURRENT_FOLDER = -100  # AT_FDCWD: relative paths start from the current folder
 # Flags of Linux (renameat2) and of macOS (renamex_np).
 _NO_REPLACE, _EXCHANGE = (4, 2) if sys.platform == "darwin" else (1, 2)
 _UNKNOWN = {errno.ENOSYS, errno.EINVAL, errno.ENOTSUP, errno.EOPNOTSUPP}
@@ -34,15 +34,15 @@ def rename_new(old: Path, new: Path) -> None:
     os.rename(old, new)
 
 
-def exchange(one: Path, other: Path) -> bool:
+def exchange(first: Path, second: Path) -> bool:
     """Exchange the names of two folders in one step; False, and nothing done, where the system cannot.
 
     Raises
     ------
     OSError
-        If one is missing, or cannot be renamed.
+        If a folder is missing, or cannot be renamed.
     """
-    return _rename(one, other, _EXCHANGE)
+    return _rename(first, second, _EXCHANGE)
 
 
 def extended(path: str) -> str:
@@ -58,7 +58,7 @@ def _rename(old: Path, new: Path, flag: int) -> bool:
     library = ctypes.CDLL(None, use_errno=True)
     names = os.fsencode(old), os.fsencode(new)
     if hasattr(library, "renameat2"):
-        failed = library.renameat2(_HERE, names[0], _HERE, names[1], flag)
+        failed = library.renameat2(_CURRENT_FOLDER, names[0], _CURRENT_FOLDER, names[1], flag)
     elif hasattr(library, "renamex_np"):
         failed = library.renamex_np(*names, flag)
     else:

@@ -139,24 +139,24 @@ def results_folder(
     InputError
         If `out` cannot be made, is in use by another process, or the disk does not take what is written.
     """
-    wanted = _wanted(out)
-    _restore(wanted)
+    target = _target_of(out)
+    _restore(target)
     results = None
     try:
         with noting_what_is_read(reads):
-            _check_free(wanted, force)
-            results = _begin(wanted)
-            _refuse_two_at_once(results.path, wanted)
+            _check_free(target, force)
+            results = _begin(target)
+            _refuse_two_at_once(results.path, target)
             yield results
             results.sync()
-            _publish(results, wanted, force)
+            _publish(results, target, force)
     except BaseException as error:
         if results is not None:
             _abandon(results)
-        if isinstance(error, OSError) and (error.errno in _WRITING or _concerns(error, results, wanted)):
-            raise _unwritable(wanted, error) from error
+        if isinstance(error, OSError) and (error.errno in _WRITING or _concerns(error, results, target)):
+            raise _unwritable(target, error) from error
         raise
-    _clear(wanted.parent)
+    _clear(target.parent)
 
 
 def remove_unfinished() -> None:
@@ -168,15 +168,15 @@ def remove_unfinished() -> None:
         _removing.release()
 
 
-def _wanted(out: str | os.PathLike[str]) -> Path:
+def _target_of(out: str | os.PathLike[str]) -> Path:
     """Return the folder wanted, its parent without links; the folder itself must be none."""
     text = os.fspath(out)
     if "\0" in text:
         raise InputError("holds a NUL character and names no folder", path="--out", value=text,
                          mend="Name a new folder")  # fmt: skip
     try:
-        given = Path(text)
-        plain = given.parent.resolve() / given.name if given.name not in ("", "..") else given.resolve()
+        path = Path(text)
+        plain = path.parent.resolve() / path.name if path.name not in ("", "..") else path.resolve()
         parent = plain.parent
         if plain.name == "" or plain == parent:
             raise InputError("is the root of a file system", path=text, mend="Name a new folder in it")
@@ -190,73 +190,76 @@ def _wanted(out: str | os.PathLike[str]) -> Path:
     return Path(extended(str(plain))) if os.name == "nt" else plain
 
 
-def _check_free(wanted: Path, force: bool) -> None:
+def _check_free(target: Path, force: bool) -> None:
     """Refuse a folder that is there, but for unchanged results of bristle's own that are to be replaced."""
     try:
-        found = os.lstat(wanted)
+        status = os.lstat(target)
     except FileNotFoundError:
         return
     except OSError as error:
-        raise _unwritable(wanted, error) from None
-    if stat.S_ISLNK(found.st_mode):
-        raise InputError(f"is a link to {os.readlink(wanted)}", path=str(wanted), mend="Name the folder itself")
-    if not stat.S_ISDIR(found.st_mode):
-        raise InputError("is a file, not a folder", path=str(wanted), mend="Name another folder")
+        raise _unwritable(target, error) from None
+    if stat.S_ISLNK(status.st_mode):
+        raise InputError(f"is a link to {os.readlink(target)}", path=str(target), mend="Name the folder itself")
+    if not stat.S_ISDIR(status.st_mode):
+        raise InputError("is a file, not a folder", path=str(target), mend="Name another folder")
     try:
-        with Folder(wanted) as folder:
-            _check_own(folder, wanted)
+        with Folder(target) as folder:
+            _check_own(folder, target)
             if not force:
-                raise InputError("exists already", path=str(wanted),
+                raise InputError("exists already", path=str(target),
                                  mend="Name another folder, or add --force to replace these results")  # fmt: skip
-            if used := read_in(wanted):
-                raise InputError(f"holds what is read here: {_some(used)}", path=str(wanted),
+            if used := read_in(target):
+                raise InputError(f"holds what is read here: {_listed(used)}", path=str(target),
                                  mend="It would be replaced with the rest: name another folder")  # fmt: skip
-            if wanted.is_mount():
-                raise InputError("is a mount point and cannot be renamed", path=str(wanted), mend="Name a folder in it")
-            if not found.st_mode & stat.S_IWUSR:
-                raise InputError("is write-protected", path=str(wanted), mend="Name another folder")
+            if target.is_mount():
+                raise InputError("is a mount point and cannot be renamed", path=str(target), mend="Name a folder in it")
+            if not status.st_mode & stat.S_IWUSR:
+                raise InputError("is write-protected", path=str(target), mend="Name another folder")
     except OSError as error:
-        raise _unwritable(wanted, error) from None
+        raise _unwritable(target, error) from None
 
 
-def _check_own(folder: Folder, wanted: Path) -> None:
-    note, there = note_in(folder), folder.names()
+def _check_own(folder: Folder, target: Path) -> None:
+    note, present = note_in(folder), folder.names()
     if note is None:
-        if not there:
-            raise InputError("exists already, and bristle did not make it", path=str(wanted),
+        if not present:
+            raise InputError("exists already, and bristle did not make it", path=str(target),
                              mend="Name a new folder, or remove this empty one")  # fmt: skip
-        if SUMMARY in there:
+        if SUMMARY in present:
             raise InputError(
                 f"holds results without the note {NOTE} that tells what is bristle's own there, as those of bristle "
-                "0.1: they are not replaced", path=str(wanted),
-                mend=f"Name another folder, or remove by hand what is no longer needed: {_some(there)}",
+                "0.1: they are not replaced", path=str(target),
+                mend=f"Name another folder, or remove by hand what is no longer needed: {_listed(present)}",
             )  # fmt: skip
-        raise InputError(f"holds something else than results: {_some(there)}", path=str(wanted),
+        raise InputError(f"holds something else than results: {_listed(present)}", path=str(target),
                          mend="Name another folder")  # fmt: skip
     foreign, changed = strangers_in(folder, note)
-    for said, names in (("holds files besides the results", foreign), ("holds files that were changed since", changed)):
+    for reason, names in (
+        ("holds files besides the results", foreign),
+        ("holds files that were changed since", changed),
+    ):
         if names:
-            raise InputError(f"{said}: {_some(names)}", path=str(wanted),
+            raise InputError(f"{reason}: {_listed(names)}", path=str(target),
                              mend="Move them elsewhere, for the whole folder is replaced, or name another")  # fmt: skip
 
 
-def _some(names: list[str]) -> str:
+def _listed(names: list[str]) -> str:
     more = f" and {len(names) - NAMES_SHOWN} more" if len(names) > NAMES_SHOWN else ""
     return f"{', '.join(names[:NAMES_SHOWN])}{more}"
 
 
-def _begin(wanted: Path) -> Results:
+def _begin(target: Path) -> Results:
     """Make the folder to write into, with a name that nobody has, and note that it is bristle's own."""
     token = secrets.token_hex(16)
-    path = wanted.with_name(f"bristle-{token}.partial")
+    path = target.with_name(f"bristle-{token}.partial")
     try:
         os.mkdir(path)
-        results = Results(path, new_note(path, token, wanted.name))
+        results = Results(path, new_note(path, token, target.name))
         _open.add(results)
     except BaseException as error:
         _remove_begun(path)
         if isinstance(error, OSError):
-            raise _unwritable(wanted, error) from error
+            raise _unwritable(target, error) from error
         raise
     return results
 
@@ -273,11 +276,11 @@ def _remove_begun(path: Path) -> None:
 def _abandon(results: Results) -> None:
     with _removing:
         _open.discard(results)
-        gone = remove_own(results.path, half_written=True)
+        removed = remove_own(results.path, half_written=True)
         results.close()
         # Where no more files can be opened, the one just closed may be what was lacking.
-        gone = gone or remove_own(results.path, half_written=True)
-    if not gone and os.path.lexists(results.path):
+        removed = removed or remove_own(results.path, half_written=True)
+    if not removed and os.path.lexists(results.path):
         warnings.warn(
             f"{results.path} stays: it holds what bristle did not write, or cannot be removed", InputWarning,
             stacklevel=2,
@@ -302,62 +305,62 @@ def _state_of(folder: Folder) -> State:
     """Return whether a program writes into a folder: it is left alone where that cannot be told, or it is another's."""
     opened = folder.open(NOTE, os.O_RDWR)
     try:
-        known = lock(opened)
+        locked = lock(opened)
         own = not hasattr(os, "getuid") or os.fstat(opened).st_uid == os.getuid()
     except BlockingIOError:
         return "written"
     finally:
         os.close(opened)
-    return "dead" if known and own else "unknown"
+    return "dead" if locked and own else "unknown"
 
 
-def _refuse_two_at_once(own: Path, wanted: Path) -> None:
+def _refuse_two_at_once(own: Path, target: Path) -> None:
     """Refuse to write where another program has begun to; of two that begin at once, the earlier one goes on."""
-    writing = {path: (note.began, path.name) for path, note, state in _unfinished_in(wanted.parent)
-               if state == "written" and note.target == wanted.name}  # fmt: skip
+    writing = {path: (note.began, path.name) for path, note, state in _unfinished_in(target.parent)
+               if state == "written" and note.target == target.name}  # fmt: skip
     if own in writing and min(writing.values()) < writing[own]:
-        raise InputError("another process is writing results there", path=str(wanted),
+        raise InputError("another process is writing results there", path=str(target),
                          mend="Wait for it to end, or name another folder")  # fmt: skip
 
 
-def _restore(wanted: Path) -> None:
+def _restore(target: Path) -> None:
     """Give results their name back that a program had taken away as it was killed, to put others in their place."""
-    if os.path.lexists(wanted):
+    if os.path.lexists(target):
         return
-    for path, note, state in _unfinished_in(wanted.parent):
-        if path.suffix == ".replaced" and state == "dead" and note.target == wanted.name:
+    for path, note, state in _unfinished_in(target.parent):
+        if path.suffix == ".replaced" and state == "dead" and note.target == target.name:
             with suppress(OSError):
-                rename_new(path, wanted)
+                rename_new(path, target)
 
 
-def _publish(results: Results, wanted: Path, force: bool) -> None:
+def _publish(results: Results, target: Path, force: bool) -> None:
     """Let the results appear; what a person did there meanwhile is not replaced."""
     if os.name == "nt":
         results.close()  # there a folder with an open file in it cannot be renamed
-    _check_free(wanted, force)
+    _check_free(target, force)
     old = None
-    if os.path.lexists(wanted):
-        old = _replace(results.path, wanted)
+    if os.path.lexists(target):
+        old = _replace(results.path, target)
     else:
-        rename_new(results.path, wanted)
+        rename_new(results.path, target)
     _open.discard(results)
-    _sync_folder(wanted.parent)
+    _sync_folder(target.parent)
     results.close()
     # Another process that succeeds here may be removing the old results, too.
     if old is not None and not remove_own(old) and os.path.lexists(old):
         warnings.warn(f"{old}: the results replaced could not be removed", InputWarning, stacklevel=2)
 
 
-def _replace(new: Path, wanted: Path) -> Path:
+def _replace(new: Path, target: Path) -> Path:
     """Put a folder in the place of another one; return where that one is now."""
-    if exchange(new, wanted):
+    if exchange(new, target):
         return new
     aside = new.with_suffix(".replaced")
-    rename_new(wanted, aside)
+    rename_new(target, aside)
     try:
-        rename_new(new, wanted)
+        rename_new(new, target)
     except BaseException:
-        rename_new(aside, wanted)
+        rename_new(aside, target)
         raise
     return aside
 
@@ -380,14 +383,14 @@ def _sync_folder(folder: Path) -> None:
         os.close(opened)
 
 
-def _concerns(error: OSError, results: Results | None, wanted: Path) -> bool:
-    places = (str(wanted), *([str(results.path)] if results is not None else []))
-    return isinstance(error.filename, (str, os.PathLike)) and os.fspath(error.filename).startswith(places)
+def _concerns(error: OSError, results: Results | None, target: Path) -> bool:
+    prefixes = (str(target), *([str(results.path)] if results is not None else []))
+    return isinstance(error.filename, (str, os.PathLike)) and os.fspath(error.filename).startswith(prefixes)
 
 
-def _unwritable(wanted: Path, error: OSError | RuntimeError) -> InputError:
-    said = (getattr(error, "strerror", None) or str(error)).lower()
+def _unwritable(target: Path, error: OSError | RuntimeError) -> InputError:
+    reason = (getattr(error, "strerror", None) or str(error)).lower()
     return InputError(
-        f"the results cannot be written: {said}", path=str(wanted),
+        f"the results cannot be written: {reason}", path=str(target),
         mend="Nothing was changed there. Close what has its files open, make room, or name a folder elsewhere",
     )  # fmt: skip

@@ -37,27 +37,27 @@ def run_from(table: Mapping[str, Any], axis: Axis | None, reference: Model, kind
     InputError
         With the path of the key that does not fit, its value and what is allowed.
     """
-    given = dict(table)
-    check_keys(given, RUN, path)
+    entries = dict(table)
+    check_keys(entries, RUN, path)
     if axis is not None and axis.effort_limit is not None:
-        given = {"effort_limit": axis.effort_limit, **given}
+        entries = {"effort_limit": axis.effort_limit, **entries}
     if axis is not None and axis.sample_time is not None:
-        given = {"sample_time": axis.sample_time, **given}
+        entries = {"sample_time": axis.sample_time, **entries}
     if reference.name == "recorded":
         record = reference.values
         length = len(record["position"]) * record["sample_time"]
-        given = {"sample_time": record["sample_time"], "duration": length, **given}
+        entries = {"sample_time": record["sample_time"], "duration": length, **entries}
     for name in ("duration", "sample_time"):
-        if name not in given:
+        if name not in entries:
             raise InputError(f"needs {name}", path=path, mend=f"Write {name}, {RUN[name].description}, under [{path}]")
-    if "effort_limit" in given:
+    if "effort_limit" in entries:
         columns = axis.columns if axis is not None else {}
         quantity, where = RUN["effort_limit"].quantity, f"{path}.effort_limit"
         given["effort_limit"] = in_effort(given["effort_limit"], quantity, kind, columns, where)
     values: dict[str, Any] = {name: number_at(given[name], RUN[name], kind, f"{path}.{name}") for name in given}
     for name in ("substeps", "delay", "seeds"):
         if name in values:
-            values[name] = _whole(values[name], f"{path}.{name}")
+            values[name] = _integer(values[name], f"{path}.{name}")
     _check_lengths(values["duration"], values["sample_time"], values.get("settle", 0.0), path)
     return Run(**values)
 
@@ -74,7 +74,7 @@ def _check_lengths(duration: float, sample_time: float, settle: float, path: str
                          allowed=f"less than the duration, {duration:g} s")  # fmt: skip
 
 
-def _whole(value: float, path: str) -> int:
+def _integer(value: float, path: str) -> int:
     if not value.is_integer():
         raise InputError("must be a whole number", path=path, value=value)
     return int(value)

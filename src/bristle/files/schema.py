@@ -32,7 +32,7 @@ Quantity = Annotated[Any, AfterValidator(_number_or_text)]
 
 
 # By the kind of error of the library, which speaks of its own classes.
-WANTED = {
+EXPECTED = {
     "model_type": "a table", "model_attributes_type": "a table", "dict_type": "a table", "list_type": "a list",
     "tuple_type": "a list", "string_type": "text", "bool_type": "true or false", "int_type": "a whole number",
     "too_short": "at least {min_length} values", "too_long": "at most {max_length} values",
@@ -55,21 +55,21 @@ def validated(schema: type[S], data: Mapping[str, Any]) -> S:
 
 def _refusal(errors: list[Any], schema: type[Strict]) -> InputError:
     # A misspelt key is unknown and leaves the right one missing: the first tells a person more.
-    first = next((one for one in errors if one["type"] == "extra_forbidden"), errors[0])
+    first = next((error for error in errors if error["type"] == "extra_forbidden"), errors[0])
     loc, path = first["loc"], _dotted(first["loc"])
     more = f"{len(errors) - 1} more of this kind follow" if len(errors) > 1 else ""
     if first["type"] == "extra_forbidden":
-        known = _keys(_table_at(schema, loc[:-1]))
-        mend = did_you_mean(loc[-1], known) or more
-        return InputError("unknown key", path=path, value=first["input"], allowed=", ".join(known), mend=mend)
+        keys = _keys(_table_at(schema, loc[:-1]))
+        mend = did_you_mean(loc[-1], keys) or more
+        return InputError("unknown key", path=path, value=first["input"], allowed=", ".join(keys), mend=mend)
     if first["type"] == "missing":
         mend = "Write schema = 1 on the first line" if path == "schema" else more
         return InputError("is missing", path=path, mend=mend)
-    if first["type"] in WANTED:
-        wanted = WANTED[first["type"]].format_map(first.get("ctx") or {})
+    if first["type"] in EXPECTED:
+        expected = EXPECTED[first["type"]].format_map(first.get("ctx") or {})
     else:
-        wanted = first["msg"].removeprefix("Input should be ").removeprefix("Value error, ")
-    return InputError("does not fit", path=path, value=first["input"], allowed=wanted, mend=more)
+        expected = first["msg"].removeprefix("Input should be ").removeprefix("Value error, ")
+    return InputError("does not fit", path=path, value=first["input"], allowed=expected, mend=more)
 
 
 def _dotted(loc: Iterable[str | int]) -> str:
@@ -96,4 +96,4 @@ def _table_at(schema: type[Strict], loc: Iterable[str | int]) -> type[Strict]:
 def _table_in(annotation: Any) -> type[Strict] | None:
     if isinstance(annotation, type) and issubclass(annotation, Strict):
         return annotation
-    return next((found for inner in get_args(annotation) if (found := _table_in(inner))), None)
+    return next((table for inner in get_args(annotation) if (table := _table_in(inner))), None)

@@ -50,7 +50,7 @@ class Sources:
     @property
     def origins(self) -> dict[str, tuple[Origin, ...]]:
         """The files that were read, by what they are."""
-        return {what: tuple(dict.fromkeys(several)) for what, several in self._origins.items()}
+        return {role: tuple(dict.fromkeys(origins)) for role, origins in self._origins.items()}
 
     def axis(self, file: Any, path: str) -> Axis:
         """Return the axis in a file."""
@@ -60,9 +60,9 @@ class Sources:
         """Return the identified model in a file."""
 
         def read(content: Content) -> ModelFile:
-            found = read_model(content, allow_code=self.allow_code)
-            self._note_code(found.friction)
-            return found
+            file = read_model(content, allow_code=self.allow_code)
+            self._note_code(file.friction)
+            return file
 
         return self._once(("model", self._file(file, path)), path, read)
 
@@ -82,12 +82,12 @@ class Sources:
         InputError
             With the path of the key that does not fit, its value and what is allowed.
         """
-        given = table_at(table, path)
-        file = given.get("file")
+        entries = table_at(table, path)
+        file = entries.get("file")
         if not isinstance(file, str) or not file.endswith(".toml"):
-            found = friction_from(given, kind=kind, folder=self.folder, path=path, allow_code=self.allow_code)
-            self._note_code(found)
-            return None, found
+            model = friction_from(entries, kind=kind, folder=self.folder, path=path, allow_code=self.allow_code)
+            self._note_code(model)
+            return None, model
         described = self.model(file, f"{path}.file")
         if described.friction.kind != kind:
             raise InputError(
@@ -95,7 +95,7 @@ class Sources:
                 mend="Name the model of an axis of the same kind",
             )  # fmt: skip
         component = described.friction.component
-        values = described.friction.values | parameters_in(given, component, path, beside=("file",))
+        values = described.friction.values | parameters_in(entries, component, path, beside=("file",))
         return described.plant, make_model(component, values, kind=kind, validate=True, path=path)
 
     def fitted_to(self, table: Any, path: str) -> str:

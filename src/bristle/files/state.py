@@ -25,8 +25,8 @@ def state_folder(name: str) -> Path:
     """
     import platformdirs
 
-    given = os.environ.get("BRISTLE_STATE_DIR")
-    root = Path(given) if given else Path(platformdirs.user_state_dir("bristle", appauthor=False))
+    chosen = os.environ.get("BRISTLE_STATE_DIR")
+    root = Path(chosen) if chosen else Path(platformdirs.user_state_dir("bristle", appauthor=False))
     folder = root / name
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     return folder

@@ -27,11 +27,11 @@ def as_json(data: Mapping[str, Any]) -> str:
 def plain(value: Any) -> Any:
     """Return a value as what JSON knows: text, finite numbers, lists, tables; None for what is no finite number."""
     if isinstance(value, Mapping):
-        return {str(key): plain(one) for key, one in value.items()}
+        return {str(key): plain(item) for key, item in value.items()}
     if hasattr(value, "tolist"):  # arrays and numbers of numpy
         return plain(value.tolist())
     if isinstance(value, (list, tuple, set, frozenset)):
-        return [plain(one) for one in value]
+        return [plain(item) for item in value]
     if isinstance(value, float):
         return float(value) if math.isfinite(value) else None
     return value if isinstance(value, (str, int, bool)) or value is None else str(value)

@@ -25,23 +25,23 @@ def surroundings_of(file: AxisFile) -> dict[str, Column]:
     InputError
         If a unit does not fit, or there is a load and no nominal one.
     """
-    found = {}
+    ambient = {}
     if file.columns.load is not None:
-        found["load"] = _load(file.columns.load, file)
+        ambient["load"] = _load(file.columns.load, file)
     if file.columns.temperature is not None:
-        found["temperature"] = _temperature(file.columns.temperature)
-    return found
+        ambient["temperature"] = _temperature(file.columns.temperature)
+    return ambient
 
 
 def _load(entry: ColumnEntry, file: AxisFile) -> Column:
-    given, path = file.plant.nominal_load, "plant.nominal_load"
-    if given is None:
+    raw, path = file.plant.nominal_load, "plant.nominal_load"
+    if raw is None:
         raise InputError("is missing: a load counts as a multiple of it", path=path,
                          mend='Write nominal_load = "500 N" under [plant]')  # fmt: skip
     # A load is a force on a rotational axis too.
-    nominal = units.quantity(given, LOAD, "translational", path=path)
+    nominal = units.quantity(raw, LOAD, "translational", path=path)
     if not 0.0 < nominal < math.inf:
-        raise InputError("must be positive and finite", path=path, value=given, allowed="> 0 N")
+        raise InputError("must be positive and finite", path=path, value=raw, allowed="> 0 N")
     if entry.unit is not None:
         units.factor(entry.unit, "N", path="columns.load.unit")
     return Column(entry.column, entry.unit or "", "N", entry.sign / nominal, entry.optional)

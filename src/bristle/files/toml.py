@@ -34,12 +34,12 @@ class Described(NamedTuple):
     content: Content | None = None
 
 
-def read_toml(given: Readable | dict[str, Any], *, path: str = "file", what: str = "a file") -> Described:
+def read_toml(source: Readable | dict[str, Any], *, path: str = "file", what: str = "a file") -> Described:
     """Return what a TOML file says.
 
     Parameters
     ----------
-    given : path-like, bytes, file object, Content or dict
+    source : path-like, bytes, file object, Content or dict
         The file; a dict is what one would say, and is examined alike.
     path, what : str
         Argument and what it must be, for the message where nothing that can be read was given.
@@ -50,10 +50,10 @@ def read_toml(given: Readable | dict[str, Any], *, path: str = "file", what: str
         If there is no such file, or it is no TOML; the message has the line. If it holds what nobody means: a number
         that is none, or larger than any, control characters, tables nested deeper than any.
     """
-    if isinstance(given, dict):
-        _refuse_absurdities(given)
-        return Described(given, Path("<dict>"))
-    content = content_of(given, limit=TOML_LIMIT, path=path, what=what)
+    if isinstance(source, dict):
+        _refuse_absurdities(source)
+        return Described(source, Path("<dict>"))
+    content = content_of(source, limit=TOML_LIMIT, path=path, what=what)
     try:
         data = _parsed(content)
         _refuse_absurdities(data)
@@ -71,20 +71,20 @@ def _parsed(content: Content) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
-        said = _TUPLE.sub(lambda it: it[1].replace("', '", "."), str(error))
-        raise InputError(f"is not valid TOML: {said}", mend=_mend(_shown(content), str(error))) from None
+        message = _TUPLE.sub(lambda match: match[1].replace("', '", "."), str(error))
+        raise InputError(f"is not valid TOML: {message}", mend=_mend(_quotable(content), str(error))) from None
     except RecursionError:
         raise _too_deep("") from None
     except Exception as error:  # noqa: BLE001  (what the parser does not foresee, such as a number of 5 000 digits)
-        said = "a number of thousands of digits" if "digits" in str(error) else str(error)
-        raise InputError(f"holds what cannot be read as TOML ({said})", mend="Is it the right file?") from None
+        message = "a number of thousands of digits" if "digits" in str(error) else str(error)
+        raise InputError(f"holds what cannot be read as TOML ({message})", mend="Is it the right file?") from None
 
 
 def _refuse_long_keys(text: str) -> None:
     """Refuse keys of very many parts: the parser takes the square of their number."""
     before = ""
-    for found in _KEYS.finditer(text):
-        part = found[0]
+    for match in _KEYS.finditer(text):
+        part = match[0]
         if part[0] in "=]" and before.count(".") > LONGEST_KEY and len(_JOINTS.findall(before)) > LONGEST_KEY:
             raise _too_deep(before.strip())
         before = part
@@ -103,7 +103,7 @@ def _refuse_absurdities(data: dict[str, Any]) -> None:
         path, value, depth = waiting.pop()
         if depth > DEEPEST:
             raise _too_deep(path)
-        if isinstance(value, list) and all(type(one) is float and abs(one) <= LARGEST for one in value):
+        if isinstance(value, list) and all(type(number) is float and abs(number) <= LARGEST for number in value):
             continue  # long tables of numbers, which is most of what large files hold
         if isinstance(value, (dict, list)):
             waiting += [(*inner, depth + 1) for inner in _inside(path, value)]
@@ -113,12 +113,12 @@ def _refuse_absurdities(data: dict[str, Any]) -> None:
 
 def _inside(path: str, value: dict[str, Any] | list[Any]) -> Iterator[tuple[str, Any]]:
     if isinstance(value, list):
-        yield from ((f"{path}[{index}]", one) for index, one in enumerate(value))
+        yield from ((f"{path}[{index}]", item) for index, item in enumerate(value))
         return
-    for key, one in value.items():
+    for key, item in value.items():
         if not isinstance(key, str) or _CONTROLS.search(key):
             raise InputError("has a key with control characters", path=path, value=key, mend="Write letters")
-        yield (f"{path}.{key}" if path else key), one
+        yield (f"{path}.{key}" if path else key), item
 
 
 def _refuse_value(path: str, value: Any) -> None:
@@ -138,7 +138,7 @@ def _too_deep(path: str) -> InputError:
                       mend="Is it the right file?")  # fmt: skip
 
 
-def _shown(content: Content) -> str:
+def _quotable(content: Content) -> str:
     """Return what a message may quote: nothing of a file that is none of settings, which another one may have named."""
     is_settings = content.source.suffix.lower() == ".toml" or content.source.name.startswith("<")
     return content.data.decode("utf-8-sig") if is_settings else ""

@@ -110,8 +110,8 @@ def code_of(component: Any) -> Content | None:
 
 def origins_of_code(components: Iterable[Any]) -> tuple[Origin, ...]:
     """Return the files that models were loaded from, each once."""
-    found = [content.origin for one in components if (content := code_of(one)) is not None]
-    return tuple(dict.fromkeys(found))
+    origins = [content.origin for component in components if (content := code_of(component)) is not None]
+    return tuple(dict.fromkeys(origins))
 
 
 class _Messages(io.TextIOBase):
@@ -161,9 +161,9 @@ def _executed(name: str, content: Content) -> types.ModuleType:
 
 def _show_source(module: types.ModuleType, text: bytes) -> None:
     """Let `inspect` find the text that was executed, whatever has become of the file that it was read from."""
-    where = str(module.__file__)
+    filename = str(module.__file__)
     lines = importlib.util.decode_source(text).splitlines(keepends=True)
-    linecache.cache[where] = (len(text), None, lines, where)
+    linecache.cache[filename] = (len(text), None, lines, filename)
 
 
 def _refusal(error: BaseException, source: Path) -> InputError:
@@ -187,9 +187,9 @@ def _let_travel(module: types.ModuleType, source: SourceText) -> None:
         return _tuple_of, (source, type(value).__name__, tuple(value))
 
     vars(module)["__travels_as__"] = source
-    for one in list(vars(module).values()):
-        if isinstance(one, type) and issubclass(one, tuple) and one.__module__ == module.__name__:
-            one.__reduce__ = reduced  # type: ignore[method-assign]
+    for member in list(vars(module).values()):
+        if isinstance(member, type) and issubclass(member, tuple) and member.__module__ == module.__name__:
+            member.__reduce__ = reduced  # type: ignore[method-assign]
 
 
 def _tuple_of(source: SourceText, name: str, values: tuple[Any, ...]) -> Any:

@@ -49,11 +49,11 @@ class Tables:
 
     def path(self, *keys: str) -> str:
         """Return the path in the file of a table."""
-        place: Any = self.override
+        level: Any = self.override
         for key in keys:
-            if not isinstance(place, Mapping) or key not in place:
+            if not isinstance(level, Mapping) or key not in level:
                 return ".".join(keys)
-            place = place[key]
+            level = level[key]
         return ".".join((self.prefix, *keys))
 
     def table(self, section: str) -> dict[str, Any]:
@@ -105,11 +105,11 @@ def _axis(tables: Tables, sources: Sources) -> Axis | None:
 
 def _kind(tables: Tables, axis: Axis | None, sources: Sources) -> Kind:
     """Return the kind of axis: as the file says, its axis, its identified model, or the units of its parameters."""
-    given = kind_at(tables.content["kind"], "kind") if "kind" in tables.content else None
-    if given and axis and given != axis.kind:
-        raise InputError(f"does not match the axis file, which is {axis.kind}", path="kind", value=given)
-    if given or axis:
-        return given or axis.kind  # type: ignore[union-attr]
+    kind = kind_at(tables.content["kind"], "kind") if "kind" in tables.content else None
+    if kind and axis and kind != axis.kind:
+        raise InputError(f"does not match the axis file, which is {axis.kind}", path="kind", value=kind)
+    if kind or axis:
+        return kind or axis.kind  # type: ignore[union-attr]
     friction, plant = tables.table("friction"), tables.table("plant")
     if isinstance(friction.get("file"), str) and friction["file"].endswith(".toml"):
         return sources.model(friction["file"], tables.path("friction", "file")).friction.kind
@@ -119,53 +119,56 @@ def _kind(tables: Tables, axis: Axis | None, sources: Sources) -> Kind:
     return units.kind_of(plant | friction, variables)
 
 
-def _known(model: Model) -> dict[str, Any]:
+def _values_of(model: Model) -> dict[str, Any]:
     """Return a model as the table that would describe it."""
     return {"model": model.name} | {key_of(name): value for name, value in model.values.items()}
 
 
 def _plant(tables: Tables, axis: Axis | None, identified: Model | None, kind: Kind) -> Model:
-    path, given = tables.path("plant"), tables.table("plant")
-    if "model" not in given and identified is not None:
-        given = _known(identified) | given
-    elif "model" not in given and axis is not None and axis.mass is not None:
-        given = {"M": axis.mass, **given}
-    if not given:
+    path, entries = tables.path("plant"), tables.table("plant")
+    if "model" not in entries and identified is not None:
+        entries = _values_of(identified) | entries
+    elif "model" not in entries and axis is not None and axis.mass is not None:
+        entries = {"M": axis.mass, **entries}
+    if not entries:
         raise InputError("is missing", path=path, mend='Write [plant] and, below it, model = "inertia" and M = "95 kg"')
-    return model_from(given, PLANTS, kind=kind, path=path, default="inertia")
+    return model_from(entries, PLANTS, kind=kind, path=path, default="inertia")
 
 
 def _controller(tables: Tables, axis: Axis | None, kind: Kind) -> Model:
     path = tables.path("controller")
-    given = {key: value for key, value in tables.table("controller").items() if key not in BESIDE}
-    if "model" not in given and axis is not None and axis.controller is not None:
-        given = _known(axis.controller) | given
-    return controller_from(given, kind=kind, columns=axis.columns if axis is not None else {}, path=path)
+    entries = {key: value for key, value in tables.table("controller").items() if key not in BESIDE}
+    if "model" not in entries and axis is not None and axis.controller is not None:
+        entries = _values_of(axis.controller) | entries
+    return controller_from(entries, kind=kind, columns=axis.columns if axis is not None else {}, path=path)
 
 
 def _feedforward(tables: Tables, kind: Kind, sources: Sources) -> Feedforward:
     path = tables.path("controller", "feedforward")
-    given = table_at(tables.table("controller").get("feedforward", {}), path)
-    check_keys(given, (*FEEDFORWARD, "friction", "along"), path)
-    along = given.get("along", ALONG[0])
+    entries = table_at(tables.table("controller").get("feedforward", {}), path)
+    check_keys(entries, (*FEEDFORWARD, "friction", "along"), path)
+    along = entries.get("along", ALONG[0])
     if along not in ALONG:
         raise InputError("is no motion that a compensator follows", path=f"{path}.along", value=along,
                          allowed=" or ".join(ALONG))  # fmt: skip
-    friction = given.get("friction", "none")
-    where = tables.path("controller", "feedforward", "friction")
+    friction = entries.get("friction", "none")
+    full_path = tables.path("controller", "feedforward", "friction")
     if isinstance(friction, str) and friction != "none":
         raise InputError(
-            "must be a table", path=where, value=friction, allowed='"none", or a friction model as in [friction]',
-            mend=f'Write [{where}] and, below it, model = "coulomb_viscous" or file = "model.toml"',
+            "must be a table", path=full_path, value=friction, allowed='"none", or a friction model as in [friction]',
+            mend=f'Write [{full_path}] and, below it, model = "coulomb_viscous" or file = "model.toml"',
         )  # fmt: skip
     values = {
-        name: number_at(given[name], variable, kind, f"{path}.{name}")
+        name: number_at(entries[name], variable, kind, f"{path}.{name}")
         for name, variable in FEEDFORWARD.items()
-        if name in given
+        if name in entries
     }
     compensator, fitted_to = None, ""
     if friction != "none":
-        compensator, fitted_to = sources.friction(friction, kind, where)[1], sources.fitted_to(friction, where)
+        compensator, fitted_to = (
+            sources.friction(friction, kind, full_path)[1],
+            sources.fitted_to(friction, full_path),
+        )
     return Feedforward(friction=compensator, along=along, fitted_to=fitted_to, **values)
 
 
@@ -173,15 +176,15 @@ def _learning(tables: Tables, kind: Kind) -> Learning | None:
     if "learning" not in tables.table("controller"):
         return None
     path = tables.path("controller", "learning")
-    given = {"k_d": 0.0, **table_at(tables.table("controller")["learning"], path)}
-    check_keys(given, LEARNING, path)
+    entries = {"k_d": 0.0, **table_at(tables.table("controller")["learning"], path)}
+    check_keys(entries, LEARNING, path)
     for name in LEARNING:
-        if name not in given:
+        if name not in entries:
             raise InputError(f"needs {name}", path=path, mend=f"Write {name}, {LEARNING[name].description}")
-    values = {name: number_at(given[name], variable, kind, f"{path}.{name}") for name, variable in LEARNING.items()}
+    values = {name: number_at(entries[name], variable, kind, f"{path}.{name}") for name, variable in LEARNING.items()}
     trials = values.pop("trials")
     if not trials.is_integer():
-        raise InputError("must be a whole number", path=f"{path}.trials", value=given["trials"])
+        raise InputError("must be a whole number", path=f"{path}.trials", value=entries["trials"])
     return Learning(int(trials), **values)
 
 
@@ -208,19 +211,19 @@ def _side(tables: Tables, plant: Model) -> str:
 
 
 def _sensor(tables: Tables, axis: Axis | None, kind: Kind) -> Model:
-    given = {key: value for key, value in tables.table("sensor").items() if key != "side"}
-    if not given and axis is not None and axis.resolution is not None:
-        given = {"resolution": axis.resolution}
-    return model_from(given, SENSORS, kind=kind, path=tables.path("sensor"), default="encoder")
+    entries = {key: value for key, value in tables.table("sensor").items() if key != "side"}
+    if not entries and axis is not None and axis.resolution is not None:
+        entries = {"resolution": axis.resolution}
+    return model_from(entries, SENSORS, kind=kind, path=tables.path("sensor"), default="encoder")
 
 
 def _reference(tables: Tables, axis: Axis | None, kind: Kind, sources: Sources) -> Model:
-    path, given = tables.path("reference"), tables.table("reference")
-    if given.get("model") == "recorded" and "file" in given:
-        found = sources.recorded(given, axis, path)
-        if found.kind != kind:
+    path, entries = tables.path("reference"), tables.table("reference")
+    if entries.get("model") == "recorded" and "file" in entries:
+        recorded = sources.recorded(entries, axis, path)
+        if recorded.kind != kind:
             raise InputError(
-                f"is of a {found.kind} axis, and this one is {kind}", path=f"{path}.file", value=given["file"]
+                f"is of a {recorded.kind} axis, and this one is {kind}", path=f"{path}.file", value=entries["file"]
             )
-        return found
-    return model_from(given, REFERENCES, kind=kind, path=path)
+        return recorded
+    return model_from(entries, REFERENCES, kind=kind, path=path)

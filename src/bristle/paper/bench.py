@@ -42,12 +42,12 @@ SETS = {"set_a": Rig(5e-3, 4e-4, 5e-3, 0.3), "set_b": Rig(10e-3, 8e-4, 12.6e-3, 
 
 def write_models(folder: str | PathLike[str]) -> None:
     """Write the friction of the rig and the identified compensator of each set beside its experiments in a folder."""
-    place = Path(folder)
+    target = Path(folder)
     for name, rig in SETS.items():
-        write_model(place / f"{name}_rig.toml", None, rig_friction(*rig), provenance={"made by": "bristle.paper.rig"})
-        log = place / f"{name}_log.toml"
+        write_model(target / f"{name}_rig.toml", None, rig_friction(*rig), provenance={"made by": "bristle.paper.rig"})
+        log = target / f"{name}_log.toml"
         source = {"identified from a run of": log.name, FITTED_TO: digest(read_experiment(log).variants[0].friction)}
-        write_model(place / f"{name}_identified.toml", None, compensator_from_log(log), provenance=source)
+        write_model(target / f"{name}_identified.toml", None, compensator_from_log(log), provenance=source)
 
 
 def compensator_from_log(experiment: str | PathLike[str]) -> Model:

@@ -103,7 +103,7 @@ def economy(
     progress : callable, optional
         Called with the share done and what is measured next.
     """
-    counts = [round(one) for one in setting["measurement", "branches"]]
+    counts = [round(count) for count in setting["measurement", "branches"]]
     extent, speed = setting["measurement", "extent"], setting["measurement", "speed"]
     unseen = [_unseen(setting, friction, index) for index in range(UNSEEN)]
     errors = {name: np.full((len(counts), seeds), np.nan) for name in WAYS}
@@ -113,9 +113,9 @@ def economy(
                 progress((row * seeds + seed) / (len(counts) * seeds), f"branches measured: {count}")
             record = _branches(setting, seeded(friction, seed), extent, count, np.random.default_rng(seed))
             for name, fit in WAYS.items():
-                found = fit(record, setting.arm)
-                if found is not None:
-                    errors[name][row, seed] = _error(found, unseen)
+                fitted = fit(record, setting.arm)
+                if fitted is not None:
+                    errors[name][row, seed] = _error(fitted, unseen)
     floor = np.mean([_percent(first.torque - again.torque, again.torque) for first, again in unseen])
     return Economy(counts, errors, float(floor) / math.sqrt(2.0), 2.0 * extent / speed)
 
@@ -140,8 +140,8 @@ def _unseen(setting: Setting, friction: Model, index: int) -> tuple[Record, Reco
     return first, second
 
 
-def _error(found: Fitted, unseen: list[tuple[Record, Record]]) -> float:
-    return float(np.mean([_percent(one.torque - found.torque(one.x), one.torque) for one, _ in unseen]))
+def _error(fitted: Fitted, unseen: list[tuple[Record, Record]]) -> float:
+    return float(np.mean([_percent(record.torque - fitted.torque(record.x), record.torque) for record, _ in unseen]))
 
 
 def _percent(difference: np.ndarray, torque: np.ndarray) -> float:
@@ -223,8 +223,8 @@ def _with_offset(operator: Model, record: Record, arm: float) -> Fitted:
 def _curve(record: Record, top: int, bottom: int, arm: float) -> tuple[np.ndarray, np.ndarray]:
     """Return a descending branch with one point for each count of the encoder, the mean of what was read there."""
     x, torque = record.x[top : bottom + 1], record.torque[top : bottom + 1]
-    counts, place = np.unique(-x, return_inverse=True)
-    return -counts, np.bincount(place, torque) / np.bincount(place) / arm
+    counts, index = np.unique(-x, return_inverse=True)
+    return -counts, np.bincount(index, torque) / np.bincount(index) / arm
 
 
 def _decimated(signal: np.ndarray, points: int = 4000) -> np.ndarray:

@@ -23,7 +23,7 @@ AS_GOOD = 1.5  # ratio of errors up to which two numbers from few loops replace 
 
 
 def _means(cost: Economy) -> dict[str, np.ndarray]:
-    return {name: one.mean(axis=1) for name, one in cost.errors.items()}
+    return {name: errors.mean(axis=1) for name, errors in cost.errors.items()}
 
 
 def verdict(cost: Economy) -> Verdict:
@@ -76,16 +76,16 @@ def _pairwise(cost: Economy) -> list[str]:
 def _both_ends(cost: Economy) -> str:
     """Return the errors from the fewest branches and from the most, in words."""
     ends = [0] if len(cost.counts) == 1 else [0, -1]
-    told = [(cost.counts[row], _listed(cost, row)) for row in ends]
-    return "; ".join(f"from {count} branch{'es' if count > 1 else ''} {listed}" for count, listed in told)
+    ends_listed = [(cost.counts[row], _listed(cost, row)) for row in ends]
+    return "; ".join(f"from {count} branch{'es' if count > 1 else ''} {listed}" for count, listed in ends_listed)
 
 
 def _listed(cost: Economy, row: int) -> str:
-    told = {name: one[row] for name, one in cost.errors.items() if np.all(np.isfinite(one[row]))}
-    return ", ".join(f"{name} {_told(one, 2)} %" for name, one in told.items())
+    complete = {name: errors[row] for name, errors in cost.errors.items() if np.all(np.isfinite(errors[row]))}
+    return ", ".join(f"{name} {_error_text(errors, 2)} %" for name, errors in complete.items())
 
 
-def _told(errors: np.ndarray, digits: int) -> str:
+def _error_text(errors: np.ndarray, digits: int) -> str:
     """Return errors over seeds as text: the mean and its spread, or the mean alone to so many digits."""
     return spread(errors) if errors.size > 1 else number(float(errors[0]), digits=digits)
 
@@ -103,7 +103,7 @@ def numbers(cost: Economy, still: Economy) -> dict[str, Any]:
     return {
         "branches": cost.counts,
         "error_percent": _means(cost),
-        "error_deviation_percent": {name: _deviation(one) for name, one in cost.errors.items()},
+        "error_deviation_percent": {name: _deviation(errors) for name, errors in cost.errors.items()},
         "error_percent_without_scatter": _means(still),
         "scatter_percent": cost.floor,
     }
@@ -124,7 +124,7 @@ def table(cost: Economy, still: Economy) -> Table:
     still : Economy
         Those on one that repeats itself exactly.
     """
-    columns = [one.errors[name] for one in (cost, still) for name in WAYS]
+    columns = [economy.errors[name] for economy in (cost, still) for name in WAYS]
     rows = [
         (str(count), *(spread(column[row], 0.1) for column in columns)) for row, count in enumerate(cost.counts)
     ]  # fmt: skip

@@ -36,13 +36,13 @@ class Equation(NamedTuple):
     ----------
     number : int
         As the paper counts.
-    what : str
+    title : str
         What it is, in a few words.
     printed : str
         As printed, in TeX.
     stands : {"as printed", "corrected", "completed"}
         What became of it: completed where nothing is wrong and something was missing.
-    here : str
+    formula : str
         As it is computed here, in TeX; empty where that is as printed.
     file : str
         What computes it, below ``src/bristle``.
@@ -55,10 +55,10 @@ class Equation(NamedTuple):
     """
 
     number: int
-    what: str
+    title: str
     printed: str
     stands: Stands
-    here: str
+    formula: str
     file: str
     test: str
     run: str

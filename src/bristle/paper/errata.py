@@ -28,7 +28,7 @@ class Erratum(NamedTuple):
     ----------
     kind : {"misprint", "gap", "reading", "remark"}
         What kind of error it is, or none.
-    place : str
+    location : str
         Number of an equation or figure, or a section.
     printed : str
         What is printed, and what is wrong with it.
@@ -39,7 +39,7 @@ class Erratum(NamedTuple):
     """
 
     kind: Kind
-    place: str
+    location: str
     printed: str
     correct: str
     test: str
@@ -47,7 +47,7 @@ class Erratum(NamedTuple):
 
 def errata_of(kind: Kind) -> list[Erratum]:
     """Return the errata of a kind, in the order of the paper."""
-    return [one for one in ERRATA if one.kind == kind]
+    return [erratum for erratum in ERRATA if erratum.kind == kind]
 
 
 ERRATA = (

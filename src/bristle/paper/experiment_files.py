@@ -32,8 +32,8 @@ def write_experiments(folder: Path, *, force: bool = False) -> list[Path]:
     InputError
         If the folder is there already, or cannot be written.
     """
-    sources = sorted(one for one in EXPERIMENTS.iterdir() if one.suffix == ".toml")
+    sources = sorted(source for source in EXPERIMENTS.iterdir() if source.suffix == ".toml")
     with results_folder(folder, force=force) as written:
-        for one in sources:
-            written.write(one.name, one.read_bytes())
-    return [folder / one.name for one in sources]
+        for source in sources:
+            written.write(source.name, source.read_bytes())
+    return [folder / source.name for source in sources]

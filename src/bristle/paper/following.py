@@ -22,7 +22,7 @@ RANGES = {BEFORE: (-0.4e-6, 1.0e-6), PRINTED: (-0.2e-6, 0.49e-6), CALIBRATED: (-
 HALVED = 0.1  # how near to the share of the paper counts as the same
 ALIKE = 0.05  # relative change of the effort that is none
 CHATTER = 0.2  # shown close up [s]
-WHAT = {
+FED_FORWARD = {
     BEFORE: "no compensator",
     "lugre": "LuGre, F_C and F_S of both directions’ mean",
     PRINTED: "(5)–(7) as printed, s and f_p fitted over x, gain 1",
@@ -34,10 +34,10 @@ WHAT = {
 }
 
 
-def _peak(one: VariantResult) -> str:
+def _peak(loop: VariantResult) -> str:
     """Return the following error of a loop, peak to peak, with its spread over the runs."""
-    error = one.following_error.peak_to_peak
-    return f"{with_spread(1e6 * error, 1e6 * spread_of(one, 'following_error', 'peak_to_peak'), 0.01)} µm"
+    error = loop.following_error.peak_to_peak
+    return f"{with_spread(1e6 * error, 1e6 * spread_of(loop, 'following_error', 'peak_to_peak'), 0.01)} µm"
 
 
 def figure_11(tracked: Tracked) -> Reproduced:
@@ -45,14 +45,14 @@ def figure_11(tracked: Tracked) -> Reproduced:
     from bristle.figures import tracking
 
     reach = float(np.max(np.abs(tracked.result.variants[BEFORE].reference)))
-    true = {name: one.true_error.peak_to_peak for name, one in tracked.result.variants.items()}
-    told = ", ".join(f"{in_micrometres(true[name])} {NAMES[name]}" for name in tracked.shown)
+    true = {name: loop.true_error.peak_to_peak for name, loop in tracked.result.variants.items()}
+    errors = ", ".join(f"{in_micrometres(true[name])} {NAMES[name]}" for name in tracked.published)
     return Reproduced(
         number=11,
         verdict="found" if true[tracked.after] < true[BEFORE] else "refuted",
         found=[
             f"The command stays below {in_micrometres(reach, 2)}.",
-            f"What the table really misses it by, which no encoder tells, peak to peak: {told}.",
+            f"What the table really misses it by, which no encoder tells, peak to peak: {errors}.",
         ],
         draw=lambda: tracking(tracked.pictured, tracked.settle, tracked.turn(0.6, 0.9)),
         origin=tracked.origin,
@@ -64,14 +64,14 @@ def figure_12(tracked: Tracked, sound: Sound | None = None) -> Reproduced:
     """Return figure 12: the following error, and by direction; and the same motion at sound margins."""
     from bristle.figures import tracking_error
 
-    every = tracked.result.variants
-    peaks = {name: one.following_error.peak_to_peak for name, one in every.items()}
-    worse = {name: _forward_over_backward(one) for name, one in every.items()}
+    variants = tracked.result.variants
+    peaks = {name: loop.following_error.peak_to_peak for name, loop in variants.items()}
+    worse = {name: _forward_over_backward(loop) for name, loop in variants.items()}
     return Reproduced(
         number=12,
         verdict=_verdict_12(tracked, peaks, worse),
         found=[
-            *_found_12(tracked, peaks),
+            *_sentences_12(tracked, peaks),
             *_directions(tracked, worse),
             *_strangers(tracked, *((sound.loop,) if sound else ())),
         ],
@@ -81,7 +81,9 @@ def figure_12(tracked: Tracked, sound: Sound | None = None) -> Reproduced:
         numbers={
             "peak_to_peak": peaks,
             "peak_to_peak_spread": {
-                name: spread_of(one, "following_error", "peak_to_peak") for name, one in every.items() if one.spread
+                name: spread_of(loop, "following_error", "peak_to_peak")
+                for name, loop in variants.items()
+                if loop.spread
             },
             "forward_over_backward": worse,
             **(sound.numbers if sound else {}),
@@ -92,16 +94,16 @@ def figure_12(tracked: Tracked, sound: Sound | None = None) -> Reproduced:
 
 
 def _directions(tracked: Tracked, worse: dict[str, float]) -> list[str]:
-    told = ", ".join(f"{number(worse[name], digits=3)} {NAMES[name]}" for name in tracked.shown)
-    found = [f"Root mean square forward over backward: {told}."]
+    ratios = ", ".join(f"{number(worse[name], digits=3)} {NAMES[name]}" for name in tracked.published)
+    sentences = [f"Root mean square forward over backward: {ratios}."]
     if PRINTED in worse and worse[PRINTED] < 1.0 < worse[CALIBRATED]:
-        found.append(
+        sentences.append(
             "At gain 1 forward is not the worse: that takes half of the asymmetry known and two thirds of the gain."
         )
-    return found
+    return sentences
 
 
-def _strangers(*several: Tracked) -> list[str]:
+def _strangers(*tracks: Tracked) -> list[str]:
     """Return what is to be said of compensators that were identified on another rig."""
     return [
         f"{one.experiment.name}, {name}: {message(about)}."
@@ -110,14 +112,14 @@ def _strangers(*several: Tracked) -> list[str]:
     ]
 
 
-def _forward_over_backward(one: VariantResult) -> float:
-    return one.by_direction["forward"].rms / one.by_direction["backward"].rms
+def _forward_over_backward(loop: VariantResult) -> float:
+    return loop.by_direction["forward"].rms / loop.by_direction["backward"].rms
 
 
 def _verdict_12(tracked: Tracked, peaks: dict[str, float], worse: dict[str, float]) -> Verdict:
     """Return what became of the claim: half of the error gone, and forward motion the worse, by its own equations."""
-    wanted = 1.0 - IN_PAPER[CALIBRATED] / IN_PAPER[BEFORE]
-    halved = {name: abs(1.0 - peaks[name] / peaks[BEFORE] - wanted) <= HALVED for name in tracked.shown}
+    reduction = 1.0 - IN_PAPER[CALIBRATED] / IN_PAPER[BEFORE]
+    halved = {name: abs(1.0 - peaks[name] / peaks[BEFORE] - reduction) <= HALVED for name in tracked.published}
     if tracked.after == CALIBRATED:
         return "reproduced by calibration" if halved[CALIBRATED] and worse[CALIBRATED] > 1.0 else "refuted"
     if not halved[PRINTED]:
@@ -125,38 +127,42 @@ def _verdict_12(tracked: Tracked, peaks: dict[str, float], worse: dict[str, floa
     return "found" if worse[PRINTED] > 1.0 else "found in part"
 
 
-def _found_12(tracked: Tracked, peaks: dict[str, float]) -> list[str]:
-    every, less = tracked.result.variants, {name: 1.0 - peaks[name] / peaks[BEFORE] for name in peaks}
+def _sentences_12(tracked: Tracked, peaks: dict[str, float]) -> list[str]:
+    variants, less = tracked.result.variants, {name: 1.0 - peaks[name] / peaks[BEFORE] for name in peaks}
     paper = percent(1.0 - IN_PAPER[CALIBRATED] / IN_PAPER[BEFORE], 1.0)
-    found = [
-        f"Without compensator {_peak(every[BEFORE])} peak to peak (the paper: {in_micrometres(IN_PAPER[BEFORE])})."
+    sentences = [
+        f"Without compensator {_peak(variants[BEFORE])} peak to peak (the paper: {in_micrometres(IN_PAPER[BEFORE])})."
     ]
-    for name, how in ((PRINTED, "With (5)–(7) as printed and nothing scaled"), (CALIBRATED, "With one calibrated")):
-        if name in every:
-            found.append(
-                f"{how} {_peak(every[name])}, {percent(abs(less[name]), 1.0)} {'less' if less[name] > 0.0 else 'more'} "
+    for name, condition in (
+        (PRINTED, "With (5)–(7) as printed and nothing scaled"),
+        (CALIBRATED, "With one calibrated"),
+    ):
+        if name in variants:
+            sentences.append(
+                f"{condition} {_peak(variants[name])}, "
+                f"{percent(abs(less[name]), 1.0)} {'less' if less[name] > 0.0 else 'more'} "
                 f"(the paper: {in_micrometres(IN_PAPER[CALIBRATED])}, {paper} less)."
             )
-    others = [f"{name.replace('_', ' and ')} {_peak(one)}" for name, one in every.items() if name not in NAMES]
-    return [*found, f"On the same rig: {', '.join(others)}."] if others else found
+    further = [f"{name.replace('_', ' and ')} {_peak(loop)}" for name, loop in variants.items() if name not in NAMES]
+    return [*sentences, f"On the same rig: {', '.join(further)}."] if further else sentences
 
 
 def _by_variant(tracked: Tracked) -> Table:
     rows = []
-    for name, one in tracked.result.variants.items():
-        error = one.following_error
+    for name, loop in tracked.result.variants.items():
+        error = loop.following_error
         cells = [
-            with_spread(1e6 * value, 1e6 * spread_of(one, *keys), 0.01)
+            with_spread(1e6 * value, 1e6 * spread_of(loop, *keys), 0.01)
             for value, keys in (
                 (error.peak_to_peak, ("following_error", "peak_to_peak")),
                 (error.mean, ("following_error", "mean")),
                 (error.std, ("following_error", "std")),
-                (one.true_error.peak_to_peak, ("true_error", "peak_to_peak")),
+                (loop.true_error.peak_to_peak, ("true_error", "peak_to_peak")),
             )
         ]
         effort = 1e3 * tracked.arm
-        driven = with_spread(effort * one.effort_rms, effort * spread_of(one, "effort", "rms"), 0.1)
-        rows.append((name, WHAT.get(name, ""), *cells, driven))
+        driven = with_spread(effort * loop.effort_rms, effort * spread_of(loop, "effort", "rms"), 0.1)
+        rows.append((name, FED_FORWARD.get(name, ""), *cells, driven))
     heads = ("Variant", "What is fed forward", "Peak to peak [µm]", "Mean [µm]", "Std [µm]", "True error [µm]",
              "Effort rms [mN·m]")  # fmt: skip
     runs = next(iter(tracked.result.variants.values())).runs
@@ -167,11 +173,11 @@ def _by_variant(tracked: Tracked) -> Table:
 def _by_direction(tracked: Tracked) -> Table:
     rows = [
         (NAMES[name], direction, *(
-            with_spread(1e6 * value, 1e6 * spread_of(one, "by_direction", direction, key), 0.01)
+            with_spread(1e6 * value, 1e6 * spread_of(loop, "by_direction", direction, key), 0.01)
             for key, value in (("mean", e.mean), ("rms", e.rms), ("peak_to_peak", e.peak_to_peak))
         ))
-        for name, one in tracked.shown.items()
-        for direction, e in one.by_direction.items()
+        for name, loop in tracked.published.items()
+        for direction, e in loop.by_direction.items()
     ]  # fmt: skip
     heads = ("Loop", "Reference moves", "Mean [µm]", "rms [µm]", "Peak to peak [µm]")
     return Table("Following error by direction", heads, rows)
@@ -181,28 +187,29 @@ def figure_13(tracked: Tracked) -> Reproduced:
     """Return figure 13: the distribution of the following error."""
     from bristle.figures import error_distribution
 
-    errors = {name: one.following_error for name, one in tracked.shown.items()}
+    errors = {name: loop.following_error for name, loop in tracked.published.items()}
     resolution = tracked.experiment.variants[0].sensor.values.get("resolution", 0.0)
     after, before = errors[tracked.after], errors[BEFORE]
     return Reproduced(
         number=13,
         verdict="found" if after.std < before.std and abs(after.mean) < abs(before.mean) else "refuted",
         found=[
-            f"{NAMES[name]}: mean {_told(tracked, name, 'mean')}, standard deviation {_told(tracked, name, 'std')}, "
-            f"range from {in_micrometres(one.min)} to {in_micrometres(one.max)}."
-            for name, one in errors.items()
+            f"{NAMES[name]}: mean {_statistic(tracked, name, 'mean')}, "
+            f"standard deviation {_statistic(tracked, name, 'std')}, "
+            f"range from {in_micrometres(error.min)} to {in_micrometres(error.max)}."
+            for name, error in errors.items()
         ],
         draw=lambda: error_distribution(
             tracked.pictured, tracked.settle, resolution, {NAMES[name]: RANGES[name] for name in errors}
         ),
         origin=tracked.origin,
-        numbers={name: asdict(one) for name, one in errors.items()},
+        numbers={name: asdict(error) for name, error in errors.items()},
     )
 
 
-def _told(tracked: Tracked, name: str, key: str) -> str:
-    one = tracked.result.variants[name]
-    value, spread = getattr(one.following_error, key), spread_of(one, "following_error", key)
+def _statistic(tracked: Tracked, name: str, key: str) -> str:
+    loop = tracked.result.variants[name]
+    value, spread = getattr(loop.following_error, key), spread_of(loop, "following_error", key)
     return f"{with_spread(1e6 * value, 1e6 * spread, 0.001)} µm"
 
 
@@ -210,22 +217,22 @@ def figure_14(tracked: Tracked) -> Reproduced:
     """Return figure 14: the control effort."""
     from bristle.figures import control_effort
 
-    rms = {name: tracked.arm * one.effort_rms for name, one in tracked.result.variants.items()}
-    peak = {name: tracked.arm * one.effort_peak for name, one in tracked.result.variants.items()}
+    rms = {name: tracked.arm * loop.effort_rms for name, loop in tracked.result.variants.items()}
+    peak = {name: tracked.arm * loop.effort_peak for name, loop in tracked.result.variants.items()}
     friction = {
-        name: tracked.arm * float(np.sqrt(np.mean(one.friction[one.time >= tracked.settle] ** 2)))
-        for name, one in tracked.shown.items()
+        name: tracked.arm * float(np.sqrt(np.mean(loop.friction[loop.time >= tracked.settle] ** 2)))
+        for name, loop in tracked.published.items()
     }
     more = rms[tracked.after] / rms[BEFORE] - 1.0
-    told = [
+    efforts = [
         f"{NAMES[name]} {_torque(rms[name])}, of it friction {_torque(friction[name])}, peak {_torque(peak[name])}"
-        for name in tracked.shown
+        for name in tracked.published
     ]
     return Reproduced(
         number=14,
         verdict="found" if abs(more) < ALIKE else "refuted",
         found=[
-            f"Root mean square: {'; '.join(told)}.",
+            f"Root mean square: {'; '.join(efforts)}.",
             f"With the compensator that is {percent(abs(more))} {'more' if more > 0.0 else 'less'}.",
         ],
         draw=lambda: control_effort(

@@ -12,7 +12,7 @@ __all__ = ["ERRATA_FILE", "errata_tex"]
 ERRATA_FILE = "errata.tex"
 # For each column: its head, and its share of the width. A column that no erratum fills is left out.
 COLUMNS = {
-    "place": ("Place", 0.14),
+    "location": ("Place", 0.14),
     "kind": ("Kind", 0.12),
     "printed": ("As printed", 0.4),
     "correct": ("Correct", 0.34),
@@ -25,15 +25,15 @@ HEAD = r"""% What in the source paper cannot stand as printed, or not in every r
 
 def errata_tex(errata: Sequence[Erratum] = ERRATA) -> str:
     """Return the errata as a table that goes on over pages, its head repeated on each."""
-    kept = [name for name in COLUMNS if any(getattr(one, name, "") for one in errata)]
-    whole = sum(COLUMNS[name][1] for name in kept)
+    columns = [name for name in COLUMNS if any(getattr(erratum, name, "") for erratum in errata)]
+    total = sum(COLUMNS[name][1] for name in columns)
     widths = [
-        rf">{{\raggedright\arraybackslash}}p{{\dimexpr {COLUMNS[name][1] / whole:.3f}\linewidth-2\tabcolsep\relax}}"
-        for name in kept
+        rf">{{\raggedright\arraybackslash}}p{{\dimexpr {COLUMNS[name][1] / total:.3f}\linewidth-2\tabcolsep\relax}}"
+        for name in columns
     ]
-    kinds = " ".join(f"{kind.capitalize()}: {what[0].lower()}{what[1:]}" for kind, what in KINDS.items())
-    heads = " & ".join(rf"\textbf{{{COLUMNS[name][0]}}}" for name in kept)
-    rows = [" & ".join(as_latex(str(getattr(one, name, ""))) for name in kept) for one in errata]
+    kinds = " ".join(f"{kind.capitalize()}: {meaning[0].lower()}{meaning[1:]}" for kind, meaning in KINDS.items())
+    heads = " & ".join(rf"\textbf{{{COLUMNS[name][0]}}}" for name in columns)
+    rows = [" & ".join(as_latex(str(getattr(erratum, name, ""))) for name in columns) for erratum in errata]
     return "\n".join([
         HEAD + r"\begin{longtable}{" + "\n  " + "\n  ".join(widths) + "}",
         rf"  \caption{{What the source paper prints, and what is right. {as_latex(kinds)}}}\label{{tab:errata}}\\",

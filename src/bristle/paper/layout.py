@@ -25,17 +25,17 @@ def figure_7(tracked: Tracked, setting: Setting) -> Reproduced:
     """
     from bristle.figures import Mechanics, rig_layout
 
-    variant = next(one for one in tracked.experiment.variants if one.name == CALIBRATED)
+    variant = next(variant for variant in tracked.experiment.variants if variant.name == CALIBRATED)
     run, resolution = variant.run, float(variant.sensor.values["resolution"])
     law, fed = variant.controller.name.replace("_", " "), variant.feedforward.friction
     compensator = fed.name.replace("_", " ") if fed else "none"
     bench, lead = bench_of(setting), 2.0 * math.pi * setting.arm
-    whole, before = (with_unit(one, "kg*m^2") for one in (bench.J, bench.J_m))
+    total, before = (with_unit(inertia, "kg*m^2") for inertia in (bench.J, bench.J_m))
     return Reproduced(
         number=7,
         verdict="shown",
         found=[
-            f"A screw with a lead of {with_unit(lead, 'm')}. Of an inertia of {whole} at the screw, which is "
+            f"A screw with a lead of {with_unit(lead, 'm')}. Of an inertia of {total} at the screw, which is "
             f"{number(bench.J / setting.arm**2, digits=3)} kg at the table, {before} is before the torque sensor.",
             f"A loop at {number(1e-3 / run.sample_time, digits=2)} kHz with {run.delay} sample of delay and an encoder "
             f"of {in_micrometres(resolution)}; control is {law}, the compensator {compensator}.",

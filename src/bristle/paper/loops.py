@@ -26,7 +26,7 @@ def figure_5(setting: Setting) -> Reproduced:
     rounds = _loops(setting, repeats)
     loops, largest = [first for first, *_ in rounds.values()], max(rounds)
     again = measured_loop(setting, rig, largest, repeats, np.random.default_rng(1))
-    tops = np.array([one.torque.max() for one in again])
+    tops = np.array([record.torque.max() for record in again])
     top, bottom = float(loops[-1].torque.max()), float(loops[-1].torque.min())
     # Beyond six standard deviations of the noise a difference is one of friction.
     noise, uneven, apart = 6.0 * setting["measurement", "noise"], abs(top + bottom), float(np.ptp(tops))
@@ -53,8 +53,8 @@ def _draw(panels: dict[str, list[Record]]):
     from bristle.figures import loop_family
 
     return loop_family(
-        {title: {"friction": [(one.itself.x, one.itself.torque) for one in loops],
-                 "torque sensor": [(one.x, one.torque) for one in loops]} for title, loops in panels.items()},
+        {title: {"friction": [(record.actual.x, record.actual.torque) for record in loops],
+                 "torque sensor": [(record.x, record.torque) for record in loops]} for title, loops in panels.items()},
         "translational", "rotational",
     )  # fmt: skip
 
@@ -63,7 +63,7 @@ def _table(loops: dict[float, list[Record]]) -> Table:
     """Return where the loops of each amplitude end, repeated."""
     rows = [
         (number(1e6 * amplitude, digits=2), str(len(rounds)),
-         *(spread(1e3 * np.array([edge(one.torque) for one in rounds])) for edge in (np.max, np.min)))
+         *(spread(1e3 * np.array([edge(record.torque) for record in rounds])) for edge in (np.max, np.min)))
         for amplitude, rounds in loops.items()
     ]  # fmt: skip
     heads = ("Amplitude [µm]", "Rounds", "Forward tip", "Backward tip")
@@ -74,8 +74,10 @@ def _loops(setting: Setting, rounds: int = 1) -> dict[float, list[Record]]:
     """Return rounds of each amplitude [m], the smallest first, each on a contact that scatters in its own way."""
     amplitudes = sorted(setting["measurement", "amplitudes"].tolist())
     return {
-        one: measured_loop(setting, seeded(setting.contact(RIG), index), one, rounds, np.random.default_rng(index))
-        for index, one in enumerate(amplitudes)
+        amplitude: measured_loop(
+            setting, seeded(setting.contact(RIG), index), amplitude, rounds, np.random.default_rng(index)
+        )
+        for index, amplitude in enumerate(amplitudes)
     }
 
 
@@ -91,16 +93,16 @@ def figure_6(setting: Setting, progress: Callable[[float, str], None] | None = N
     """
     from bristle.figures import error_over_count, loop_family
 
-    loops = [one for (one,) in _loops(setting).values()]
+    loops = [record for (record,) in _loops(setting).values()]
     extent = setting["measurement", "extent"]
     run_in = measured(
         setting, setting.contact(RIG), [-extent, extent, -extent, extent, -extent], np.random.default_rng(0)
     ).since(2)  # fmt: skip
     fitted = fitted_reformed_dahl(run_in, setting.arm)
-    modelled = [_round(fitted.torque, one) for one in loops]
+    modelled = [_round(fitted.torque, record) for record in loops]
     shares = [
-        float(np.sqrt(np.mean((m - one.torque) ** 2)) / np.max(np.abs(one.torque)))
-        for m, one in zip(modelled, loops, strict=True)
+        float(np.sqrt(np.mean((m - record.torque) ** 2)) / np.max(np.abs(record.torque)))
+        for m, record in zip(modelled, loops, strict=True)
     ]
     cost = economy(setting, setting.contact(RIG), round(setting["measurement", "seeds"]), progress)
     still = economy(setting, quiet(setting.contact(RIG)), 1)
@@ -116,8 +118,8 @@ def figure_6(setting: Setting, progress: Callable[[float, str], None] | None = N
         ],
         draw=lambda: loop_family(
             {"as measured, and the model fitted to one loop": {
-                "measured": [(one.x, one.torque) for one in loops],
-                "reformed Dahl": [(one.x, m) for one, m in zip(loops, modelled, strict=True)]}},
+                "measured": [(record.x, record.torque) for record in loops],
+                "reformed Dahl": [(record.x, m) for record, m in zip(loops, modelled, strict=True)]}},
             "translational", "rotational",
         ),
         origin=setting.origin,

@@ -30,14 +30,14 @@ class Record(NamedTuple):
         Torque [N*m].
     turns : ndarray of int, shape (turn,)
         The samples at which the table turned.
-    itself : Walk
+    actual : Walk
         Where the table really was, and the friction torque itself.
     """
 
     x: np.ndarray
     torque: np.ndarray
     turns: np.ndarray
-    itself: Walk
+    actual: Walk
 
     def since(self, turn: int) -> Record:
         """Return what was read from a turning point on."""
@@ -48,8 +48,8 @@ class Record(NamedTuple):
         part = slice(start, end)
         turns = self.turns[turn:]
         turns = turns[turns < end] - start
-        itself = Walk(self.itself.x[part], self.itself.torque[part], turns)
-        return Record(self.x[part], self.torque[part], turns, itself)
+        actual = Walk(self.actual.x[part], self.actual.torque[part], turns)
+        return Record(self.x[part], self.torque[part], turns, actual)
 
 
 def measured(setting: Setting, friction: Model, turns: Iterable[float], generator: np.random.Generator) -> Record:
@@ -67,23 +67,23 @@ def measured(setting: Setting, friction: Model, turns: Iterable[float], generato
         Where the noise comes from.
     """
     resolution, noise = setting["measurement", "resolution"], setting["measurement", "noise"]
-    done, itself = _moved(setting, friction, list(turns))
-    read = resolution * np.round(done.x / resolution) if resolution > 0.0 else done.x
-    return Record(read, done.torque + noise * generator.standard_normal(done.torque.size), done.turns, itself)
+    sensed, actual = _moved(setting, friction, list(turns))
+    read = resolution * np.round(sensed.x / resolution) if resolution > 0.0 else sensed.x
+    return Record(read, sensed.torque + noise * generator.standard_normal(sensed.torque.size), sensed.turns, actual)
 
 
 def _moved(setting: Setting, friction: Model, turns: list[float]) -> tuple[Walk, Walk]:
     """Return what the torque sensor reads over the position, and friction itself: the same where there is no bench."""
     speed = setting["measurement", "speed"]
     if "bench" not in setting.numbers:
-        done = walk(friction, turns, speed, setting.arm, step=APART)
-        return done, done
-    sensor, itself, _ = led(setting, friction, turns, speed)
+        path = walk(friction, turns, speed, setting.arm, step=APART)
+        return path, path
+    sensor, actual, _ = led(setting, friction, turns, speed)
     travelled = np.cumsum(np.abs(np.diff(sensor.x, prepend=0.0)))
     now_and_then = np.searchsorted(travelled, np.arange(0.0, travelled[-1], APART))
     read = np.union1d(now_and_then, sensor.turns)
     ends = np.searchsorted(read, sensor.turns)
-    return Walk(sensor.x[read], sensor.torque[read], ends), Walk(itself.x[read], itself.torque[read], ends)
+    return Walk(sensor.x[read], sensor.torque[read], ends), Walk(actual.x[read], actual.torque[read], ends)
 
 
 def measured_loop(

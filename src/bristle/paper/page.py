@@ -25,29 +25,31 @@ SIMULATED = "The rig is simulated."
 class Section(NamedTuple):
     """A figure of the report with what belongs to it."""
 
-    one: Reproduced
+    reproduced: Reproduced
     figure: Picture
     extras: list[Picture]
 
 
-def claim_table(found: Sequence[Reproduced]) -> Table:
+def claim_table(figures: Sequence[Reproduced]) -> Table:
     """Return what became of the claims of the paper, figure by figure."""
-    rows = [(str(one.number), one.words.title, one.words.claim, one.verdict) for one in found]
+    rows = [(str(figure.number), figure.words.title, figure.words.claim, figure.verdict) for figure in figures]
     return Table("What the paper claims, and what became of it", ("Figure", "Shows", "Claim", "Here"), rows)
 
 
 def equation_table() -> Table:
     """Return the equations of the paper: how each stands, and what computes it."""
-    rows = [(f"({one.number})", one.what, one.stands, one.file, one.run) for one in EQUATIONS]
+    rows = [
+        (f"({equation.number})", equation.title, equation.stands, equation.file, equation.run) for equation in EQUATIONS
+    ]
     return Table("The equations of the paper", ("Equation", "What", "Here", "Computed by", "Run"), rows)
 
 
-def paper_report(found: Sequence[Reproduced], *, command: str, provenance: Mapping[str, str]) -> str:
+def paper_report(figures: Sequence[Reproduced], *, command: str, provenance: Mapping[str, str]) -> str:
     """Return the report as one HTML page.
 
     Parameters
     ----------
-    found : sequence of Reproduced
+    figures : sequence of Reproduced
         The figures.
     command : str
         The command that repeats it.
@@ -60,44 +62,47 @@ def paper_report(found: Sequence[Reproduced], *, command: str, provenance: Mappi
         command=command,
         banner=BANNER,
         title=TITLE,
-        claims=claim_table(found),
-        sections=[_section(one) for one in found],
+        claims=claim_table(figures),
+        sections=[_section(figure) for figure in figures],
         equations=equation_table(),
         errata=Table(
             "What is printed, what is right, and where that is tested. "
-            + " ".join(f"{kind.capitalize()}: {what[0].lower()}{what[1:]}" for kind, what in KINDS.items()),
+            + " ".join(f"{kind.capitalize()}: {meaning[0].lower()}{meaning[1:]}" for kind, meaning in KINDS.items()),
             ("Place", "Kind", "As printed", "Correct", "Test"),
-            [(one.place, one.kind, one.printed, one.correct, one.test.partition("::")[2]) for one in ERRATA],
+            [
+                (erratum.location, erratum.kind, erratum.printed, erratum.correct, erratum.test.partition("::")[2])
+                for erratum in ERRATA
+            ],
         ),
     )  # fmt: skip
 
 
-def _section(one: Reproduced) -> Section:
-    file = f"figure-{one.number:02d}"
+def _section(figure: Reproduced) -> Section:
+    words, file = figure.words, f"figure-{figure.number:02d}"
     drawn = picture(
-        f"paper-{one.number}", one.draw, one.words.alternative, f"Figure {one.number}. {one.words.alternative}.",
-        file=file, published=" ".join([f"{one.words.title}.", f"{one.words.alternative}.", *one.found, SIMULATED]),
+        f"paper-{figure.number}", figure.draw, words.alternative, f"Figure {figure.number}. {words.alternative}.",
+        file=file, published=" ".join([f"{words.title}.", f"{words.alternative}.", *figure.found, SIMULATED]),
     )  # fmt: skip
     extras = [
         picture(
-            f"paper-{one.number}-{name}",
+            f"paper-{figure.number}-{name}",
             draw,
             alternative,
             caption,
             file=f"{file}-{name}",
             published=f"{caption} {SIMULATED}",
         )
-        for name, (draw, alternative, caption) in one.extras.items()
+        for name, (draw, alternative, caption) in figure.extras.items()
     ]
-    return Section(one, drawn._replace(id=f"fig-{one.number}"), extras)
+    return Section(figure, drawn._replace(id=f"fig-{figure.number}"), extras)
 
 
-def paper_summary(found: Sequence[Reproduced], *, provenance: Mapping[str, str]) -> dict[str, Any]:
+def paper_summary(figures: Sequence[Reproduced], *, provenance: Mapping[str, str]) -> dict[str, Any]:
     """Return the figures in numbers, in SI: travels of the table in m, torques of the screw in N*m.
 
     Parameters
     ----------
-    found : sequence of Reproduced
+    figures : sequence of Reproduced
         The figures.
     provenance : mapping of str to str
         Versions, files, checksums.
@@ -105,15 +110,15 @@ def paper_summary(found: Sequence[Reproduced], *, provenance: Mapping[str, str])
     return {
         "paper": TITLE,
         "figures": {
-            str(one.number): {
-                "title": one.words.title,
-                "claim": one.words.claim,
-                "verdict": one.verdict,
-                "found": one.found,
-                "numbers": one.numbers,
-                "experiment": one.origin.name,
+            str(figure.number): {
+                "title": figure.words.title,
+                "claim": figure.words.claim,
+                "verdict": figure.verdict,
+                "found": figure.found,
+                "numbers": figure.numbers,
+                "experiment": figure.origin.name,
             }
-            for one in found
+            for figure in figures
         },
         "provenance": provenance,
     }

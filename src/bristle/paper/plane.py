@@ -29,12 +29,12 @@ def figure_4(setting: Setting) -> Reproduced:
     apart = max(abs(a - b) for a, b in zip(by_turns, right, strict=True))
     constant_to = max(abs(a - b - constant) for a, b in zip(unit, by_turns, strict=True))
     wrong = max(abs(a - b) for a, b in zip(signed, by_turns, strict=True))
-    told = number(1e3 * constant, digits=5)
+    half = number(1e3 * constant, digits=5)
     return Reproduced(
         number=4,
         verdict=_verdict(max(apart, constant_to), constant),
         found=[
-            f"Read with relays of 0 and 1, the sums as printed are the operator and one constant, {told} mN·m, half of "
+            f"Read with relays of 0 and 1, the sums as printed are the operator and one constant, {half} mN·m, half of "
             f"the height of the saturation loop: at every stage, to {_rounding(constant_to)}.",
             f"Read with relays of ±1 they need a factor 2 too, and miss by up to {number(1e3 * wrong, digits=3)} mN·m "
             f"without both. Corrected they are the operator, to {_rounding(apart)}.",
@@ -43,7 +43,7 @@ def figure_4(setting: Setting) -> Reproduced:
         origin=setting.origin,
         numbers={"torque": by_turns, "by_corrected_sums": right, "by_printed_sums_of_relays_0_and_1": unit,
                  "by_printed_sums_of_relays_of_both_signs": signed, "half_of_the_saturation_loop": constant},
-        tables=(_table(path, stages, told),),
+        tables=(_table(path, stages, half),),
     )  # fmt: skip
 
 
@@ -53,15 +53,15 @@ def _stage(operator: Model, path: list[float], arm: float) -> tuple[float, ...]:
         float(response(operator, path)[-1]), summed(operator, path), summed_as_printed(operator, path),
         summed_as_printed(operator, path, lower=-1),
     )  # fmt: skip
-    return tuple(arm * one for one in forces)
+    return tuple(arm * force for force in forces)
 
 
 def _table(path: list[float], stages: list[tuple[float, ...]], constant: str) -> Table:
     rows = []
     for i, (by_turns, _, unit, signed) in enumerate(stages):
-        which = "(14)" if path[i + 1] > path[i] else "(15)"
-        cells = (number(1e3 * one, resolution=0.1) for one in (by_turns, unit, unit - by_turns, signed))
-        rows.append((f"({LETTERS[i]})", which, *cells))
+        equation = "(14)" if path[i + 1] > path[i] else "(15)"
+        cells = (number(1e3 * torque, resolution=0.1) for torque in (by_turns, unit, unit - by_turns, signed))
+        rows.append((f"({LETTERS[i]})", equation, *cells))
     return Table(
         f"Torque in mN·m where the input is at each stage: half the saturation loop is {constant} mN·m",
         ("Stage", "Equation", "By turning points", "As printed, relays of 0 and 1", "Too much by",

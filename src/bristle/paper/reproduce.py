@@ -61,39 +61,39 @@ def reproduce(
     InputError
         If the paper has no such figure, or an experiment does not fit.
     """
-    wanted = sorted(set(numbers))
-    for number in wanted:
+    distinct = sorted(set(numbers))
+    for number in distinct:
         if number not in FIGURES:
             raise InputError("the paper has no such figure", path="--figure", value=number, allowed="1 to 14")
-    weights = _weights(wanted)
-    done, whole = 0.0, sum(weights)
-    found, tracked = [], Tracked(folder / "set_a.toml", allow_code)
-    for number, weight in zip(wanted, weights, strict=True):
-        part = _part_of(progress, done / whole, weight / whole, f"figure {number}")
+    weights = _weights(distinct)
+    completed, total = 0.0, sum(weights)
+    figures, tracked = [], Tracked(folder / "set_a.toml", allow_code)
+    for number, weight in zip(distinct, weights, strict=True):
+        part = _part_of(progress, completed / total, weight / total, f"figure {number}")
         part(0.0, "")
         if number in ALL_LOOPS:
             tracked.listeners[:] = [partial(_third, part, 0) if number == 12 else part]
-            found.append(
+            figures.append(
                 figure_12(tracked, _beside(folder, allow_code, part)) if number == 12 else LOOPS[number](tracked)
             )
         else:
             setting = read_setting(folder / f"fig_{number:02d}.toml", allow_code=allow_code)
             if number == 6:
-                found.append(figure_6(setting, part))
+                figures.append(figure_6(setting, part))
             else:
-                found.append(figure_7(tracked, setting) if number == 7 else CONTACTS[number](setting))
-        done += weight
-    return found
+                figures.append(figure_7(tracked, setting) if number == 7 else CONTACTS[number](setting))
+        completed += weight
+    return figures
 
 
-def _weights(wanted: list[int]) -> list[float]:
+def _weights(numbers: list[int]) -> list[float]:
     """Return how long each figure takes, against the others: the first that shows the loops simulates them."""
-    weights = [BRANCHES if number == 6 else 1.0 for number in wanted]
-    for index, number in enumerate(wanted):
+    weights = [BRANCHES if number == 6 else 1.0 for number in numbers]
+    for index, number in enumerate(numbers):
         if number in ALL_LOOPS:
             weights[index] = TRACKING
             break
-    return [TRACKING if number == 12 else weight for number, weight in zip(wanted, weights, strict=True)]
+    return [TRACKING if number == 12 else weight for number, weight in zip(numbers, weights, strict=True)]
 
 
 def _beside(folder: Path, allow_code: bool, report: Progress) -> Sound | None:
@@ -102,7 +102,7 @@ def _beside(folder: Path, allow_code: bool, report: Progress) -> Sound | None:
     They are simulated once the figure's own loop is: what they report of is the second and the last third of it.
     """
     files = [folder / "set_c.toml", folder / "set_a_break_away.toml"]
-    if not any(one.exists() for one in files):
+    if not any(file.exists() for file in files):
         return None
     loop, levels = (
         Tracked(file, allow_code, needed, [partial(_third, report, number)])
@@ -111,15 +111,15 @@ def _beside(folder: Path, allow_code: bool, report: Progress) -> Sound | None:
     return Sound(loop, levels)
 
 
-def _third(report: Progress, number: int, done: float, text: str) -> None:
-    report((number + done) / 3.0, text)
+def _third(report: Progress, number: int, share: float, text: str) -> None:
+    report((number + share) / 3.0, text)
 
 
 def _part_of(progress: Progress | None, start: float, share: float, name: str) -> Progress:
     """Return what a part of the work reports to."""
 
-    def report(done: float, text: str) -> None:
+    def report(completed: float, text: str) -> None:
         if progress is not None:
-            progress(start + share * done, f"{name}, {text}" if text else name)
+            progress(start + share * completed, f"{name}, {text}" if text else name)
 
     return report

@@ -35,7 +35,7 @@ class Words(NamedTuple):
         What it shows.
     claim : str
         What the paper concludes from it, one sentence.
-    said : str
+    quotation : str
         What the paper says, in its words or close to them.
     differs : str
         Why what is found is not what the paper shows.
@@ -45,7 +45,7 @@ class Words(NamedTuple):
 
     title: str
     claim: str
-    said: str
+    quotation: str
     differs: str
     alternative: str
 
@@ -123,8 +123,8 @@ def spread(values: ArrayLike, step: float = 0.0) -> str:
     >>> spread([4.1, 4.3, 4.6]), spread([0.93])
     ('4.33 ± 0.25', '0.9300')
     """
-    found = np.asarray(values, dtype=float)
-    mean, deviation = float(np.mean(found)), float(np.std(found, ddof=1)) if found.size > 1 else 0.0
+    array = np.asarray(values, dtype=float)
+    mean, deviation = float(np.mean(array)), float(np.std(array, ddof=1)) if array.size > 1 else 0.0
     if deviation > max(1e-9 * abs(mean), 0.01 * step):
         return f"{number(mean, deviation)} ± {number(deviation, deviation)}"
     return number(mean, step or None)

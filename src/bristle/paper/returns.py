@@ -11,7 +11,7 @@ from bristle.paper.reproduced import percent
 from bristle.paper.setting import Setting
 from bristle.paper.walk import Walk, walk
 
-__all__ = ["CLOSED", "comes_back", "missing_at", "must_return", "told", "traces", "walks_of"]
+__all__ = ["CLOSED", "closure_text", "comes_back", "missing_at", "must_return", "traces", "walks_of"]
 
 CLOSED = 0.005  # of the largest torque: what a torque sensor would not tell from nothing
 
@@ -26,16 +26,16 @@ def walks_of(setting: Setting, *needed: str) -> dict[str, Walk]:
 
 def traces(walks: Mapping[str, Walk]) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Return positions [m] and torques [N*m] by name, as figures take them."""
-    return {name: (one.x, one.torque) for name, one in walks.items()}
+    return {name: (path.x, path.torque) for name, path in walks.items()}
 
 
-def missing_at(one: Walk, returns: tuple[int, int]) -> float:
+def missing_at(path: Walk, returns: tuple[int, int]) -> float:
     """Return the torque missing at a return to a turning point, over the largest torque on the path."""
-    left, back = (one.at_turns[index] for index in returns)
-    return float(back - left) / float(np.max(np.abs(one.torque)))
+    left, back = (path.at_turns[index] for index in returns)
+    return float(back - left) / float(np.max(np.abs(path.torque)))
 
 
-def told(share: float) -> str:
+def closure_text(share: float) -> str:
     """Return for a title what is missing at a return."""
     return f"{percent(share)} at the return" if abs(share) >= CLOSED else "closes"
 

@@ -60,10 +60,10 @@ def torque_of(setting: Setting) -> tuple[np.ndarray, np.ndarray]:
         raise InputError("must have low < high < break_away", path=f"{setting.source}: torque", value=(low, high, top))
     period, cycles = round(setting["torque", "period"] / SAMPLE_TIME), round(setting["torque", "cycles"])
     wave = low + (high - low) * np.abs(2.0 * ((np.arange(cycles * period + 1) / period) % 1.0) - 1.0)
-    there = np.linspace(0.0, top, 4 * period, endpoint=False)
+    rise = np.linspace(0.0, top, 4 * period, endpoint=False)
     back = np.linspace(top, high, 2 * period, endpoint=False)
-    start = there.size + back.size
-    return np.concatenate((there, back, wave)), start + period * np.arange(cycles + 1)
+    start = rise.size + back.size
+    return np.concatenate((rise, back, wave)), start + period * np.arange(cycles + 1)
 
 
 def rippled(setting: Setting, friction: Model) -> Rippled:

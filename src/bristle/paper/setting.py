@@ -52,17 +52,17 @@ class Key(NamedTuple):
 
     variable: Variable
     kind: Kind = KIND
-    several: bool = False
-    whole: bool = False
+    is_list: bool = False
+    is_integer: bool = False
 
 
 FARTHEST, MOST = 0.01, 10_000.0  # in steps of nanometres, one after the other: beyond, it would take hours
-LENGTHS = Key(Variable("length", "travels of the table", min=-FARTHEST, max=FARTHEST), several=True)
+LENGTHS = Key(Variable("length", "travels of the table", min=-FARTHEST, max=FARTHEST), is_list=True)
 LENGTH = Key(Variable("length", "travel of the table", min=0.0, max=FARTHEST))
 SPEED = Key(Variable("length/time", "speed of the table", min=1e-9))
 TORQUE = Key(Variable("force", "torque of the screw"), "rotational")
-COUNT = Key(Variable("1", "a number of times", min=1.0, max=MOST), whole=True)
-COUNTS = Key(Variable("1", "numbers of branches", min=1.0, max=MOST), several=True, whole=True)
+COUNT = Key(Variable("1", "a number of times", min=1.0, max=MOST), is_integer=True)
+COUNTS = Key(Variable("1", "numbers of branches", min=1.0, max=MOST), is_list=True, is_integer=True)
 SECTIONS: dict[str, dict[str, Key]] = {
     "bench": {
         "J": Key(Variable("mass", "inertia of all that turns or is pulled along", min=1e-12), "rotational"),
@@ -92,7 +92,7 @@ SECTIONS: dict[str, dict[str, Key]] = {
         "s": Key(Variable("force/length", "stiffness at a reversal", min=1e-9)),
         "f_p": Key(Variable("force", "force at saturation", min=1e-12)),
         "x_r": LENGTH,
-        "count": Key(Variable("1", "number of branches", min=2.0, max=MOST), whole=True),
+        "count": Key(Variable("1", "number of branches", min=2.0, max=MOST), is_integer=True),
     },
 }
 KEYS = ("schema", "name", "lead", "contact", "operator", "plant", *SECTIONS)
@@ -129,7 +129,7 @@ class Setting:
     plant: Model | None
     numbers: Mapping[str, Mapping[str, Any]]
 
-    def __getitem__(self, place: tuple[str, str]) -> Any:
+    def __getitem__(self, path: tuple[str, str]) -> Any:
         """Return a number, or a list of them, by table and key.
 
         Raises
@@ -137,7 +137,7 @@ class Setting:
         InputError
             If the file does not give it.
         """
-        section, key = place
+        section, key = path
         if key not in self.numbers.get(section, {}):
             raise InputError("is missing, and this experiment needs it", path=f"{self.source}: {section}.{key}")
         return self.numbers[section][key]
@@ -235,20 +235,20 @@ def _setting_from(data: dict[str, Any], content: Content, sources: Sources) -> S
 def _numbers(value: Any, section: str) -> dict[str, Any]:
     table, keys = table_at(value, section), SECTIONS[section]
     check_keys(table, keys, section)
-    found: dict[str, Any] = {}
-    for name, given in table.items():
-        key, where = keys[name], f"{section}.{name}"
-        if not key.several:
-            found[name] = _number(given, key, where)
-        elif isinstance(given, list) and given:
-            found[name] = np.array([_number(one, key, f"{where}[{i}]") for i, one in enumerate(given)])
+    numbers: dict[str, Any] = {}
+    for name, entry in table.items():
+        key, path = keys[name], f"{section}.{name}"
+        if not key.is_list:
+            numbers[name] = _number(entry, key, path)
+        elif isinstance(entry, list) and entry:
+            numbers[name] = np.array([_number(number, key, f"{path}[{i}]") for i, number in enumerate(entry)])
         else:
-            raise InputError("must be a list", path=where, value=given)
-    return found
+            raise InputError("must be a list", path=path, value=entry)
+    return numbers
 
 
-def _number(given: Any, key: Key, where: str) -> float:
-    value = number_at(given, key.variable, key.kind, where)
-    if key.whole and not value.is_integer():
-        raise InputError("must be a whole number", path=where, value=given, allowed=key.variable.allowed(key.kind))
+def _number(entry: Any, key: Key, path: str) -> float:
+    value = number_at(entry, key.variable, key.kind, path)
+    if key.is_integer and not value.is_integer():
+        raise InputError("must be a whole number", path=path, value=entry, allowed=key.variable.allowed(key.kind))
     return value

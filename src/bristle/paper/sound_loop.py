@@ -47,35 +47,35 @@ class Sound:
     @cached_property
     def margins(self) -> dict[str, tuple[float, float]]:
         """Smallest phase margin [degrees] and gain margin of each variant, whatever its friction does."""
-        found = {}
+        least = {}
         for variant in self.loop.experiment.variants:
             points = [point.margins for point in assess(variant).points]
-            phases, gains = [one.phase for one in points], [one.gain for one in points]
-            found[variant.name] = _least(phases), _least(gains)
-        return found
+            phases, gains = [point.phase for point in points], [point.gain for point in points]
+            least[variant.name] = _least(phases), _least(gains)
+        return least
 
     @property
     def at_levels(self) -> list[tuple[float, VariantResult]]:
         """Break-away torque at the screw [N*m] and the loop with it."""
         return [
-            (self.levels.arm * one.feedforward.friction.values["F_S"], self.levels.result.variants[one.name])
-            for one in self.levels.experiment.variants
-            if one.feedforward.friction is not None
+            (self.levels.arm * variant.feedforward.friction.values["F_S"], self.levels.result.variants[variant.name])
+            for variant in self.levels.experiment.variants
+            if variant.feedforward.friction is not None
         ]
 
     @property
     def numbers(self) -> dict[str, Any]:
         """What was found, for the summary."""
         return {
-            "at_sound_margins": {name: one.as_dict() for name, one in self.loop.result.variants.items()},
+            "at_sound_margins": {name: loop.as_dict() for name, loop in self.loop.result.variants.items()},
             "margins": {name: {"phase_deg": phase, "gain": gain} for name, (phase, gain) in self.margins.items()},
             "over_break_away": [
                 {
                     "break_away": level,
-                    "peak_to_peak": one.following_error.peak_to_peak,
-                    "mean": one.following_error.mean,
+                    "peak_to_peak": loop.following_error.peak_to_peak,
+                    "mean": loop.following_error.mean,
                 }
-                for level, one in self.at_levels
+                for level, loop in self.at_levels
             ],
         }
 
@@ -83,12 +83,12 @@ class Sound:
 def sound_table(sound: Sound) -> Table:
     """Return what each part brings at sound margins."""
     rows = []
-    for name, one in sound.loop.result.variants.items():
+    for name, loop in sound.loop.result.variants.items():
         phase, gain = sound.margins[name]
         cells = [
-            with_spread(1e6 * value, 1e6 * spread_of(one, key, "peak_to_peak"), 0.01)
+            with_spread(1e6 * value, 1e6 * spread_of(loop, key, "peak_to_peak"), 0.01)
             for key, value in (
-                ("following_error", one.following_error.peak_to_peak), ("true_error", one.true_error.peak_to_peak),
+                ("following_error", loop.following_error.peak_to_peak), ("true_error", loop.true_error.peak_to_peak),
             )
         ]  # fmt: skip
         rows.append((name, PART.get(name, ""), *cells, number(phase, digits=3), number(gain, digits=3)))
@@ -109,8 +109,8 @@ def sound_extra(sound: Sound) -> tuple[Callable[[], Figure], str, str]:
     def draw() -> Figure:
         from bristle.figures import tracking_error
 
-        shown = {PART[name]: one for name, one in sound.loop.result.variants.items() if name in PART}
-        return tracking_error(shown, sound.loop.settle)
+        loops = {PART[name]: loop for name, loop in sound.loop.result.variants.items() if name in PART}
+        return tracking_error(loops, sound.loop.settle)
 
     least = min(phase for phase, _ in sound.margins.values())
     return (
@@ -127,11 +127,11 @@ def break_away_extra(sound: Sound) -> tuple[Callable[[], Figure], str, str]:
     def draw() -> Figure:
         from bristle.figures import error_over_level
 
-        found = sound.at_levels
+        levels = sound.at_levels
         return error_over_level(
-            [1e3 * level for level, _ in found],
-            [1e6 * one.following_error.peak_to_peak for _, one in found],
-            [1e6 * _known(spread_of(one, "following_error", "peak_to_peak")) for _, one in found],
+            [1e3 * level for level, _ in levels],
+            [1e6 * loop.following_error.peak_to_peak for _, loop in levels],
+            [1e6 * _or_zero(spread_of(loop, "following_error", "peak_to_peak")) for _, loop in levels],
             {"the paper reports": 1e6 * IN_PAPER}, "Break-away torque of (7) [mN·m]", "Error, peak to peak [µm]",
         )  # fmt: skip
 
@@ -143,10 +143,10 @@ def break_away_extra(sound: Sound) -> tuple[Callable[[], Figure], str, str]:
     )
 
 
-def _least(several: list[float | None]) -> float:
+def _least(margins: list[float | None]) -> float:
     """Return the smallest margin; infinite where the open loop does not cross over."""
-    return min((one for one in several if one is not None), default=math.inf)
+    return min((margin for margin in margins if margin is not None), default=math.inf)
 
 
-def _known(value: float) -> float:
+def _or_zero(value: float) -> float:
     return 0.0 if math.isnan(value) else value

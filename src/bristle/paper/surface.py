@@ -92,20 +92,20 @@ def sampled_bound(
         Boundary layer [m/s or rad/s]; 0 for the sign function.
     """
     oldest = (delay + 1.0) * sample_time  # what acts was read no longer ago
-    room = 1.0 - K_1 * oldest
-    if min(room, 1.0 - (lambda_ + K_1) * lag) <= 0.0:
+    margin = 1.0 - K_1 * oldest
+    if min(margin, 1.0 - (lambda_ + K_1) * lag) <= 0.0:
         return math.inf
     bound = 0.0
     for _ in range(ITERATIONS):
         # The largest acceleration of the error, with which what was read ages.
-        held = (lambda_ + K_1) * velocity_error + K_1 * lambda_ * position_error
-        acceleration = residual + oldest * jerk + K_2 + (K_1 + 2.0 * lambda_) * bound + held
+        constant = (lambda_ + K_1) * velocity_error + K_1 * lambda_ * position_error
+        acceleration = residual + oldest * jerk + K_2 + (K_1 + 2.0 * lambda_) * bound + constant
         acceleration /= 1.0 - (lambda_ + K_1) * lag
         velocity_off = velocity_error + lag * acceleration
         surface_off = velocity_off + lambda_ * position_error
         push = residual + oldest * (jerk + lambda_ * acceleration) + lambda_ * velocity_off
-        seen = phi + surface_off + max(push - K_2, 0.0) / K_1
-        before, bound = bound, (seen + oldest * (K_2 + push + K_1 * surface_off)) / room
+        excess = phi + surface_off + max(push - K_2, 0.0) / K_1
+        before, bound = bound, (excess + oldest * (K_2 + push + K_1 * surface_off)) / margin
         if bound - before <= 1e-12 * bound:
             return bound
     return math.inf

@@ -172,23 +172,23 @@ def _motion(turns: list[float], speed: float, acceleration: float) -> tuple[floa
     # What a change of speed does is read in some samples, however short it is.
     dt = min(SAMPLE_TIME, STEP / fastest, 0.25 * fastest / acceleration) if fastest > 0.0 else SAMPLE_TIME
     dt = max(dt, sum(leg.end for leg in legs) / MOST)
-    x, v, ends, here = [np.zeros(1)], [np.zeros(1)], [], 0.0
+    x, v, ends, position = [np.zeros(1)], [np.zeros(1)], [], 0.0
     for leg, turn in zip(legs, turns, strict=True):
         count = max(math.ceil(leg.end / dt - 1e-9), 1)
         moved, velocity, _ = leg.sample(leg.end * np.arange(1, count) / count)
-        x += [here + moved, np.array([turn])]
+        x += [position + moved, np.array([turn])]
         v += [velocity * (leg.end / (count * dt)), np.zeros(1)]
         ends.append(count)
-        here = turn
+        position = turn
     return dt, np.concatenate(x), np.concatenate(v), np.cumsum(ends) - 1
 
 
-def sensor_numbers(several: Sequence[Sensed]) -> dict[str, float]:
+def sensor_numbers(runs: Sequence[Sensed]) -> dict[str, float]:
     """Return how far what the sensor reads is from friction, at most.
 
     Parameters
     ----------
-    several : sequence of Sensed
+    runs : sequence of Sensed
         What it reads, of one motion or more.
 
     Returns
@@ -196,15 +196,15 @@ def sensor_numbers(several: Sequence[Sensed]) -> dict[str, float]:
     dict of str to float
         ``apart``, over the largest friction torque, and what ``inertia`` and ``filter`` do to it [N*m].
     """
-    largest = max(float(np.max(np.abs(one.friction))) for one in several)
+    largest = max(float(np.max(np.abs(run.friction))) for run in runs)
     return {
-        "apart": max(float(np.max(np.abs(one.read - one.friction))) for one in several) / largest,
-        "inertia": max(float(np.max(np.abs(one.shaft - one.friction))) for one in several),
-        "filter": max(float(np.max(np.abs(one.read - one.shaft))) for one in several),
+        "apart": max(float(np.max(np.abs(run.read - run.friction))) for run in runs) / largest,
+        "inertia": max(float(np.max(np.abs(run.shaft - run.friction))) for run in runs),
+        "filter": max(float(np.max(np.abs(run.read - run.shaft))) for run in runs),
     }
 
 
-def sensor_says(bench: Bench, apart: Mapping[str, float], when: str) -> str:
+def sensor_says(bench: Bench, apart: Mapping[str, float], condition: str) -> str:
     """Return in words how far what the sensor reads is from friction.
 
     Parameters
@@ -213,7 +213,7 @@ def sensor_says(bench: Bench, apart: Mapping[str, float], when: str) -> str:
         Where the sensor sits.
     apart : mapping of str to float
         What `sensor_numbers` returns.
-    when : str
+    condition : str
         In which motion, with a capital.
     """
     parts = [
@@ -221,7 +221,9 @@ def sensor_says(bench: Bench, apart: Mapping[str, float], when: str) -> str:
     ]
     if math.isfinite(bench.cutoff):
         parts.append(f"its filter of {with_unit(bench.cutoff, 'Hz')} holds back up to {_milli(apart['filter'])}")
-    return f"{when} the torque sensor reads friction to {percent(apart['apart'])} of the largest: {', '.join(parts)}."
+    return (
+        f"{condition} the torque sensor reads friction to {percent(apart['apart'])} of the largest: {', '.join(parts)}."
+    )
 
 
 def _milli(torque: float) -> str:

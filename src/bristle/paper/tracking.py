@@ -69,14 +69,14 @@ class Tracked:
         InputError
             If it lacks one of the variants that the figures compare.
         """
-        found = read_experiment(self.source, allow_code=self.allow_code)
-        names = [one.name for one in found.variants]
+        experiment = read_experiment(self.source, allow_code=self.allow_code)
+        names = [variant.name for variant in experiment.variants]
         for name in self.needed:
             if name not in names:
                 raise InputError(
                     "is missing, and the figures of the paper need it", path=f"{self.source}: compare.{name}"
                 )
-        return found
+        return experiment
 
     @property
     def origin(self) -> Origin:
@@ -92,25 +92,25 @@ class Tracked:
         DivergedError
             If a loop left the finite numbers.
         """
-        found = simulate(self.experiment, self._tell)
-        for name, one in found.variants.items():
-            if one.status is Status.NOT_FINITE:
-                raise DivergedError(f"{self.source}: compare.{name}: {one.status.sentence}")
-        return found
+        result = simulate(self.experiment, self._tell)
+        for name, loop in result.variants.items():
+            if loop.status is Status.NOT_FINITE:
+                raise DivergedError(f"{self.source}: compare.{name}: {loop.status.sentence}")
+        return result
 
     def _tell(self, share: float, text: str) -> None:
         for listener in self.listeners:
             listener(share, text)
 
     @property
-    def shown(self) -> dict[str, VariantResult]:
+    def published(self) -> dict[str, VariantResult]:
         """The loops that figures show, by name: those of `NAMES` that the experiment has."""
         return {name: self.result.variants[name] for name in NAMES if name in self.result.variants}
 
     @property
     def pictured(self) -> dict[str, VariantResult]:
         """The same under the names that stand at their panels."""
-        return {NAMES[name]: one for name, one in self.shown.items()}
+        return {NAMES[name]: loop for name, loop in self.published.items()}
 
     @property
     def after(self) -> str:
@@ -129,21 +129,21 @@ class Tracked:
 
     def turn(self, before: float, after: float) -> tuple[float, float]:
         """Return two times around the highest point of the reference [s]."""
-        one = self.result.variants[BEFORE]
-        judged = one.time >= self.settle
-        top = float(one.time[judged][np.argmax(one.reference[judged])])
+        loop = self.result.variants[BEFORE]
+        judged = loop.time >= self.settle
+        top = float(loop.time[judged][np.argmax(loop.reference[judged])])
         return top - before, top + after
 
 
-def spread_of(one: VariantResult, *keys: str) -> float:
+def spread_of(loop: VariantResult, *keys: str) -> float:
     """Return the standard deviation over the runs of a number of `VariantResult.as_dict`; NaN for one run."""
-    found: Any = one.spread
+    value: Any = loop.spread
     for key in keys:
-        found = found.get(key, {}) if isinstance(found, Mapping) else found
-    return float(found) if isinstance(found, float) else math.nan
+        value = value.get(key, {}) if isinstance(value, Mapping) else value
+    return float(value) if isinstance(value, float) else math.nan
 
 
 def with_spread(value: float, spread: float, step: float) -> str:
     """Return a number with its spread as text, both to this step; without it where there is none."""
-    told = number(value, resolution=step)
-    return told if math.isnan(spread) else f"{told} ± {number(spread, resolution=step)}"
+    text = number(value, resolution=step)
+    return text if math.isnan(spread) else f"{text} ± {number(spread, resolution=step)}"

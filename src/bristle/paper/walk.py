@@ -62,17 +62,17 @@ def walk(model: Model, turns: Iterable[float], speed: float, arm: float, *, step
     step : float
         Length of a step, at most [m].
     """
-    contact, here, path = Contact(model), 0.0, list(turns)
+    contact, position, path = Contact(model), 0.0, list(turns)
     start = arm * contact.force(math.copysign(0.0, path[0])) if path else 0.0
     x, torque, ends = [np.zeros(1)], [np.array([start])], []
     for turn in path:
-        distance = turn - here
+        distance = turn - position
         count = max(math.ceil(abs(distance) / step - 1e-9), 1)
         if distance != 0.0:
             torque.append(arm * contact.move(distance, speed, count))
-            x.append(here + distance * (np.arange(count) + 0.5) / count)
-        here = turn
-        x.append(np.array([here]))
+            x.append(position + distance * (np.arange(count) + 0.5) / count)
+        position = turn
+        x.append(np.array([position]))
         torque.append(np.array([arm * contact.force(math.copysign(0.0, distance))]))
         ends.append(sum(part.size for part in x) - 1)
     return Walk(np.concatenate(x), np.concatenate(torque), np.array(ends))

@@ -12,7 +12,7 @@ from bristle.core.typography import number
 from bristle.hysteresis.transition_branches import TransitionBranches
 from bristle.paper.economy import repeated
 from bristle.paper.reproduced import Reproduced, percent, spread
-from bristle.paper.returns import CLOSED, comes_back, missing_at, must_return, told, traces, walks_of
+from bristle.paper.returns import CLOSED, closure_text, comes_back, missing_at, must_return, traces, walks_of
 from bristle.paper.setting import Setting
 from bristle.paper.torque_bench import Reading, bench_of, led, sensor_numbers, sensor_says
 from bristle.paper.walk import Walk, follow
@@ -37,24 +37,27 @@ def figure_9(setting: Setting) -> Reproduced:
     must_return(setting, tuple(RETURNS.values()))
     setting.contact(RIG)
     bench = bench_of(setting)
-    runs = {name: [_led(setting, one) for one in repeated(setting, model)] for name, model in setting.contacts.items()}
-    missing = {name: _missing_of(one.sensor) for name, (one, *_) in runs.items()}
-    every = {name: [_missing_of(one.sensor) for one in several] for name, several in runs.items()}
-    worst = max(abs(share) for several in every.values() for one in several for share in one.values())
-    sensor = sensor_numbers([one.sensed for several in runs.values() for one in several])
+    runs = {
+        name: [_led(setting, contact) for contact in repeated(setting, model)]
+        for name, model in setting.contacts.items()
+    }
+    missing = {name: _missing_of(run.sensor) for name, (run, *_) in runs.items()}
+    by_run = {name: [_missing_of(run.sensor) for run in repetitions] for name, repetitions in runs.items()}
+    worst = max(abs(share) for shares in by_run.values() for pair in shares for share in pair.values())
+    sensor = sensor_numbers([run.sensed for repetitions in runs.values() for run in repetitions])
     return Reproduced(
         number=9,
         verdict="found" if worst < REPEATS else "refuted",
         found=[*_sentences(missing), sensor_says(bench, sensor, "At this speed")],
         draw=lambda: _draw(
-            {name: one.sensor for name, (one, *_) in runs.items()}, missing,
-            {name: one.friction for name, (one, *_) in runs.items()}, ("friction", "torque sensor"),
+            {name: run.sensor for name, (run, *_) in runs.items()}, missing,
+            {name: run.friction for name, (run, *_) in runs.items()}, ("friction", "torque sensor"),
         ),
         origin=setting.origin,
         numbers={"missing_at_return": missing, "missing_of_friction":
-                 {name: _missing_of(one.friction) for name, (one, *_) in runs.items()},
-                 "missing_of_runs": every, "torque_sensor": sensor},
-        tables=(_table(every),),
+                 {name: _missing_of(run.friction) for name, (run, *_) in runs.items()},
+                 "missing_of_runs": by_run, "torque_sensor": sensor},
+        tables=(_table(by_run),),
     )  # fmt: skip
 
 
@@ -69,9 +72,9 @@ def figure_10(setting: Setting) -> Reproduced:
     name = f"{branches.inputs.size - 1} branches, over z"
     walks = {name: follow(branches.operator(), setting["path", "turns"], setting.arm)} | walks_of(setting)
     del walks[RIG]
-    missing = {one: _missing_of(path) for one, path in walks.items()}
-    open_ = [one for one, pair in missing.items() if max(map(abs, pair.values())) > CLOSED]
-    apart = {one: _apart(path, rig) for one, path in walks.items()}
+    missing = {name: _missing_of(path) for name, path in walks.items()}
+    open_ = [name for name, pair in missing.items() if max(map(abs, pair.values())) > CLOSED]
+    apart = {name: _apart(path, rig) for name, path in walks.items()}
     names = (f"{RIG}, torque sensor", "model")
     return Reproduced(
         number=10,
@@ -90,8 +93,8 @@ def _led(setting: Setting, friction: Model) -> Reading:
     return led(setting, friction, setting["path", "turns"], setting["path", "speed"])
 
 
-def _missing_of(one: Walk) -> Missing:
-    return {letter: missing_at(one, pair) for letter, pair in RETURNS.items()}
+def _missing_of(path: Walk) -> Missing:
+    return {letter: missing_at(path, pair) for letter, pair in RETURNS.items()}
 
 
 def _sentences(missing: Mapping[str, Missing]) -> list[str]:
@@ -100,11 +103,11 @@ def _sentences(missing: Mapping[str, Missing]) -> list[str]:
     ]
 
 
-def _table(every: Mapping[str, Sequence[Missing]]) -> Table:
+def _table(by_run: Mapping[str, Sequence[Missing]]) -> Table:
     """Return what is missing at each return, over all runs."""
     rows = [
-        (name, str(len(runs)), *(spread([100.0 * one[letter] for one in runs], 0.1) for letter in RETURNS))
-        for name, runs in every.items()
+        (name, str(len(runs)), *(spread([100.0 * run[letter] for run in runs], 0.1) for letter in RETURNS))
+        for name, runs in by_run.items()
     ]
     return Table(
         "Torque back at D and B, less that at the turn [%], of the largest; mean and standard deviation over the runs",
@@ -142,11 +145,11 @@ def _apart(model: Walk, rig: Walk) -> dict[str, float]:
 
 
 def _beside(apart: Mapping[str, dict[str, float]], name: str) -> str:
-    one = apart[name]
+    difference = apart[name]
     return (
-        f"Laid over what the torque sensor of the rig reads (figure 9), {name}: {percent(one['as_it_is'])} of the "
-        f"largest torque apart, root mean square; raised by {number(1e3 * one['offset'], digits=2)} mN·m, "
-        f"{percent(one['with_offset'])}."
+        f"Laid over what the torque sensor of the rig reads (figure 9), {name}: {percent(difference['as_it_is'])} of "
+        f"the largest torque apart, root mean square; raised by {number(1e3 * difference['offset'], digits=2)} mN·m, "
+        f"{percent(difference['with_offset'])}."
     )
 
 
@@ -154,9 +157,9 @@ def _table_beside(missing: Mapping[str, Missing], apart: Mapping[str, dict[str, 
     """Return what each model misses at the returns, and how far it is from the rig."""
     rows = [
         (name, *(number(100.0 * missing[name][letter], resolution=1.0) for letter in RETURNS),
-         number(100.0 * one["as_it_is"], resolution=1.0), number(1e3 * one["offset"], resolution=1.0),
-         number(100.0 * one["with_offset"], resolution=1.0))
-        for name, one in apart.items()
+         number(100.0 * difference["as_it_is"], resolution=1.0), number(1e3 * difference["offset"], resolution=1.0),
+         number(100.0 * difference["with_offset"], resolution=1.0))
+        for name, difference in apart.items()
     ]  # fmt: skip
     heads = ("Model", "At D [%]", "At B [%]", "From the rig [%]", "Offset [mN·m]", "With it [%]")
     return Table("Models at the returns, and beside the rig (root mean square), of the largest torque", heads, rows)
@@ -165,15 +168,15 @@ def _table_beside(missing: Mapping[str, Missing], apart: Mapping[str, dict[str, 
 def _draw(
     walks: Mapping[str, Walk], missing: Mapping[str, Missing], beneath: Mapping[str, Walk], names: tuple[str, str]
 ):  # fmt: skip
-    titles = {name: f"{name}: {told(max(pair.values(), key=abs))}" for name, pair in missing.items()}
+    titles = {name: f"{name}: {closure_text(max(pair.values(), key=abs))}" for name, pair in missing.items()}
     return _drawn(walks, titles, beneath, names)
 
 
 def _draw_raised(
     walks: Mapping[str, Walk], apart: Mapping[str, dict[str, float]], rig: Walk, names: tuple[str, str]
 ):  # fmt: skip
-    raised = {name: one._replace(torque=one.torque + apart[name]["offset"]) for name, one in walks.items()}
-    titles = {name: f"{name}: {percent(one['with_offset'])} apart" for name, one in apart.items()}
+    raised = {name: path._replace(torque=path.torque + apart[name]["offset"]) for name, path in walks.items()}
+    titles = {name: f"{name}: {percent(difference['with_offset'])} apart" for name, difference in apart.items()}
     return _drawn(raised, titles, dict.fromkeys(walks, rig), names)
 
 
@@ -182,5 +185,5 @@ def _drawn(
 ):  # fmt: skip
     from bristle.figures import marked_path
 
-    turns = {name: [0, *one.turns] for name, one in walks.items()}
+    turns = {name: [0, *path.turns] for name, path in walks.items()}
     return marked_path(traces(walks), turns, LETTERS, titles, "translational", "rotational", traces(beneath), names)

@@ -51,10 +51,10 @@ def next_measurements(fit: Fit) -> list[tuple[str, str]]:
     for estimate in fit.estimates:
         if estimate.status in ("unidentifiable", "at_edge") and estimate.name in variables:
             open_.setdefault(variables[estimate.name].excitation, []).append(estimate.name)
-    return [(", ".join(names), _told(needed)) for needed, names in open_.items() if needed in ADVICE]
+    return [(", ".join(names), _advice_text(needed)) for needed, names in open_.items() if needed in ADVICE]
 
 
-def _told(needed: str) -> str:
+def _advice_text(needed: str) -> str:
     if needed not in MOTIONS:
         return ADVICE[needed]
     return f"{ADVICE[needed]} Written by: bristle excite AXIS.toml --for {MOTIONS[needed]}"

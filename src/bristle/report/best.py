@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 __all__ = ["best_sentences", "closing_sentences"]
 
 BASE = "base"
-SHOWN = 4  # names of variants that err about as little
+NAMES_MAX = 4  # names of variants that err about as little
 
 
 def closing_sentences(result: SimulationResult) -> list[str]:
@@ -24,8 +24,8 @@ def closing_sentences(result: SimulationResult) -> list[str]:
     gain = gain_of(result)
     if gain is None:
         return best_sentences(result)
-    *told, last = gain.sentences()
-    return [*told, *best_sentences(result), last] if gain.steps else [last, *best_sentences(result)]
+    *before, last = gain.sentences()
+    return [*before, *best_sentences(result), last] if gain.steps else [last, *best_sentences(result)]
 
 
 def best_sentences(result: SimulationResult) -> list[str]:
@@ -33,29 +33,29 @@ def best_sentences(result: SimulationResult) -> list[str]:
 
     Several runs that scatter as much as two variants differ do not tell them apart: nothing is called better then.
     """
-    done = [one for one in result.variants.values() if _is_done(one)]
-    if len(done) < 2:
+    completed = [variant for variant in result.variants.values() if _is_done(variant)]
+    if len(completed) < 2:
         return []
     unit = unit_of("length", result.experiment.kind)
-    best = min(done, key=_peak)
-    alike = [one for one in done if one is not best and _is_alike(best, one)]
+    best = min(completed, key=_peak)
+    alike = [variant for variant in completed if variant is not best and _is_alike(best, variant)]
     base = _base(result)
     if base is None or not _is_done(base):
         lacks = f"{base.name if base else BASE}, against which it would be measured, did not complete"
-        return [f"Of {len(done)} variants, {best.name} errs least: {_told(best, unit)} peak to peak. {lacks}."]
+        return [f"Of {len(completed)} variants, {best.name} errs least: {_error(best, unit)} peak to peak. {lacks}."]
     if best is base:
-        nearest = min((one for one in done if one is not base), key=_peak)
+        nearest = min((variant for variant in completed if variant is not base), key=_peak)
         more = "about as much as" if nearest in alike else f"{_percent(base, nearest)} more than"
         return [
-            f"No variant errs less than {base.name}: {_told(base, unit)} peak to peak. The nearest, {nearest.name}, "
-            f"errs by {_told(nearest, unit)}, {more} that{_runs(base)}."
+            f"No variant errs less than {base.name}: {_error(base, unit)} peak to peak. The nearest, {nearest.name}, "
+            f"errs by {_error(nearest, unit)}, {more} that{_runs(base)}."
         ]  # fmt: skip
     less = "hardly less" if base in alike else f"{_percent(base, best)} less"
-    told = (
-        f"Of {len(done)} variants, {best.name} errs least: {_told(best, unit)} peak to peak, {less} than {base.name} "
-        f"with {_told(base, unit)}{_runs(best)}."
+    comparison = (
+        f"Of {len(completed)} variants, {best.name} errs least: {_error(best, unit)} peak to peak, {less} than "
+        f"{base.name} with {_error(base, unit)}{_runs(best)}."
     )
-    return [told, *_others([one for one in alike if one is not base])]
+    return [comparison, *_near_ties([variant for variant in alike if variant is not base])]
 
 
 def _base(result: SimulationResult) -> VariantResult | None:
@@ -65,48 +65,49 @@ def _base(result: SimulationResult) -> VariantResult | None:
     return result.variants[result.experiment.variants[0].name]
 
 
-def _others(alike: list[VariantResult]) -> list[str]:
+def _near_ties(alike: list[VariantResult]) -> list[str]:
     if not alike:
         return []
-    names = [one.name for one in sorted(alike, key=_peak)]
-    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+    names = [variant.name for variant in sorted(alike, key=_peak)]
+    more = f" and {len(names) - NAMES_MAX} more" if len(names) > NAMES_MAX else ""
     verb = "errs" if len(names) == 1 else "err"
-    return [f"About as little {verb} {', '.join(names[:SHOWN])}{more}."]
+    return [f"About as little {verb} {', '.join(names[:NAMES_MAX])}{more}."]
 
 
-def _is_done(one: VariantResult) -> bool:
-    return one.status is not Status.NOT_FINITE and math.isfinite(_peak(one))
+def _is_done(variant: VariantResult) -> bool:
+    return variant.status is not Status.NOT_FINITE and math.isfinite(_peak(variant))
 
 
-def _peak(one: VariantResult) -> float:
-    return one.following_error.peak_to_peak
+def _peak(variant: VariantResult) -> float:
+    return variant.following_error.peak_to_peak
 
 
-def _spread(one: VariantResult) -> float:
-    return float(one.spread["following_error"]["peak_to_peak"]) if one.spread else 0.0
+def _spread(variant: VariantResult) -> float:
+    return float(variant.spread["following_error"]["peak_to_peak"]) if variant.spread else 0.0
 
 
-def _is_alike(best: VariantResult, other: VariantResult) -> bool:
+def _is_alike(best: VariantResult, variant: VariantResult) -> bool:
     """Return whether two variants are not told apart: by as much as nobody minds, or as their runs scatter."""
-    return _peak(other) - _peak(best) <= max(NO_CHANGE * _peak(other), _spread(best) + _spread(other))
+    return _peak(variant) - _peak(best) <= max(NO_CHANGE * _peak(variant), _spread(best) + _spread(variant))
 
 
-def _told(one: VariantResult, unit: str) -> str:
+def _error(variant: VariantResult, unit: str) -> str:
     """Return the error with its unit, and the standard deviation over the runs."""
-    if not _spread(one):
-        return with_unit(_peak(one), unit)
-    scale = scale_of(unit, _peak(one))
-    peak, spread = _peak(one) * scale.factor, _spread(one) * scale.factor
+    if not _spread(variant):
+        return with_unit(_peak(variant), unit)
+    scale = scale_of(unit, _peak(variant))
+    peak, spread = _peak(variant) * scale.factor, _spread(variant) * scale.factor
     return f"{number(peak, spread)} ± {number(spread, spread)} {scale.unit}"
 
 
-def _percent(base: VariantResult, other: VariantResult) -> str:
+def _percent(base: VariantResult, variant: VariantResult) -> str:
     """Return by how much the error of another variant differs from that of the base, in percent of that."""
-    ratio = _peak(other) / _peak(base) if _peak(base) else math.inf
+    ratio = _peak(variant) / _peak(base) if _peak(base) else math.inf
     percent = 100.0 * abs(1.0 - ratio)
-    spread = 100.0 * ratio * math.hypot(*(_spread(one) / _peak(one) if _peak(one) else 0.0 for one in (base, other)))
+    spreads = (_spread(result) / _peak(result) if _peak(result) else 0.0 for result in (base, variant))
+    spread = 100.0 * ratio * math.hypot(*spreads)
     return f"{number(percent, spread)} ± {number(spread, spread)} %" if spread else f"{number(percent, digits=2)} %"
 
 
-def _runs(one: VariantResult) -> str:
-    return f" (mean ± standard deviation over {one.runs} runs)" if _spread(one) else ""
+def _runs(variant: VariantResult) -> str:
+    return f" (mean ± standard deviation over {variant.runs} runs)" if _spread(variant) else ""

@@ -16,15 +16,21 @@ __all__ = ["certificate_table"]
 VERDICTS = {True: "passed", False: "FAILED", None: "does not apply"}
 
 
-def certificate_table(name: str, found: Mapping[str, Certificate]) -> Table:
+def certificate_table(name: str, certificates: Mapping[str, Certificate]) -> Table:
     """Return whether a model is fit to be used, question by question, and what would make it so."""
     rows = [
-        (key, VERDICTS[one.passed], _told(one.value, one.unit), _told(one.threshold, one.unit), one.advice)
-        for key, one in found.items()
+        (
+            key,
+            VERDICTS[certificate.passed],
+            _text(certificate.value, certificate.unit),
+            _text(certificate.threshold, certificate.unit),
+            certificate.advice,
+        )
+        for key, certificate in certificates.items()
     ]
     heads = ("Certificate", "Verdict", "Found", "Limit", "What it means, what to do")
     return Table(f"Is it fit to be used: {name}", heads, rows)
 
 
-def _told(value: float | None, unit: str) -> str:
+def _text(value: float | None, unit: str) -> str:
     return "" if value is None else with_unit(value, unit)

@@ -68,13 +68,13 @@ class Gain(NamedTuple):
     @property
     def names(self) -> str:
         """Names of the steps, as text."""
-        return " → ".join(one.name for one in self.steps)
+        return " → ".join(step.name for step in self.steps)
 
     @property
     def peaks(self) -> str:
         """Following error peak to peak of each step, as text."""
         # No line ends between a number and its unit.
-        return " → ".join(self._words(one.peak_to_peak).replace(" ", "\u00a0") for one in self.steps)
+        return " → ".join(self._words(step.peak_to_peak).replace(" ", "\u00a0") for step in self.steps)
 
     def sentences(self) -> list[str]:
         """Return what compensation does to the following error, in words."""
@@ -83,7 +83,7 @@ class Gain(NamedTuple):
         return [self._about_friction(), *self._about_all(), *self._about_lag(), self.caveat]
 
     def _about_friction(self) -> str:
-        before, after = (one.peak_to_peak for one in self.steps[-2:])
+        before, after = (step.peak_to_peak for step in self.steps[-2:])
         old, new = self._words(before), self._words(after)
         if not self.alone:
             return (
@@ -121,7 +121,7 @@ class Gain(NamedTuple):
         if compensated.lag_share < MOSTLY_LAG:
             return []
         scale = scale_of(unit_of("length", self.kind), before.beyond_lag)
-        old, new = (number(one.beyond_lag * scale.factor, digits=3) for one in (before, compensated))
+        old, new = (number(error.beyond_lag * scale.factor, digits=3) for error in (before, compensated))
         share, lag = 100.0 * compensated.lag_share, with_unit(compensated.lag, "s")
         # Which of the two it is cannot be told from the error: either rises with the velocity.
         cause = (
@@ -151,24 +151,27 @@ def pair_of(experiment: Experiment, compensated: Variant | None = None) -> tuple
     Where no variant differs in that alone, the first one without friction fed forward; None where there is none of
     either.
     """
-    plain = [one for one in experiment.variants if one.feedforward.friction is None]
-    fed = (one for one in experiment.variants if one.feedforward.friction is not None)
+    plain = [variant for variant in experiment.variants if variant.feedforward.friction is None]
+    fed = (variant for variant in experiment.variants if variant.feedforward.friction is not None)
     compensated = compensated or next(fed, None)
     if compensated is None or not plain:
         return None
     mass, law = compensated.feedforward.mass, compensated.controller
-    alike = [one for one in plain if one.feedforward.mass == mass and one.controller == law]
+    alike = [variant for variant in plain if variant.feedforward.mass == mass and variant.controller == law]
     return (alike or plain)[0], compensated
 
 
 def pair_in(simulation: SimulationResult) -> tuple[Variant, Variant] | None:
     """Return the pair of the variant with friction fed forward that errs least."""
-    done = [
-        one
-        for one in simulation.experiment.variants
-        if one.feedforward.friction is not None and simulation.variants[one.name].status is not Status.NOT_FINITE
+    completed = [
+        variant
+        for variant in simulation.experiment.variants
+        if variant.feedforward.friction is not None
+        and simulation.variants[variant.name].status is not Status.NOT_FINITE
     ]
-    best = min(done, key=lambda one: simulation.variants[one.name].following_error.peak_to_peak, default=None)
+    best = min(
+        completed, key=lambda variant: simulation.variants[variant.name].following_error.peak_to_peak, default=None
+    )
     return pair_of(simulation.experiment, best)
 
 
@@ -181,9 +184,9 @@ def gain_of(simulation: SimulationResult) -> Gain | None:
     first = experiment.variants[0]
     # What another law gains is no gain of what is fed forward.
     chosen = pair if first in pair or _law(first) != _law(pair[0]) else (first, *pair)
-    results = [simulation.variants[one.name] for one in chosen]
-    diverged = any(one.status is Status.NOT_FINITE for one in results)
-    steps = () if diverged else tuple(_errors(*both) for both in zip(chosen, results, strict=True))
+    results = [simulation.variants[variant.name] for variant in chosen]
+    diverged = any(result.status is Status.NOT_FINITE for result in results)
+    steps = () if diverged else tuple(_errors(*pair) for pair in zip(chosen, results, strict=True))
     before, after = pair
     alone = before.feedforward.mass == after.feedforward.mass and before.controller == after.controller
     velocity_fed = after.controller.values.get("k_ff", 0.0) > 0.0

@@ -52,7 +52,7 @@ def design_report(design: Design, *, command: str, provenance: Mapping[str, str]
         delays=delay_table(design.delays),
         budget=None if design.budget is None else budget_table(design.budget, design),
         proposals=proposal_table(design),
-        laws=[(one.name, controller_text(one.variant)) for one in design.proposals[1:]],
+        laws=[(proposal.name, controller_text(proposal.variant)) for proposal in design.proposals[1:]],
         circles=circle_table(design.circles, design) if design.circles else None,
         circle=_circle_words(design),
         pictures=_pictures(design),
@@ -65,25 +65,25 @@ def design_sentences(design: Design) -> list[str]:
     found = [f"{design.variant.name}: {message(verdict_of(assessment))}."]
     found += [f"{_capital(message(one))}." for one in doubts_of(assessment)]
     delays = design.delays
-    found.append(
+    lines.append(
         f"The loop has {with_unit(delays.total, 's')} of delay. As a rule of thumb that allows the sum of its two "
         f"bandwidths, such as λ + K_1, {number(0.5 / delays.total, digits=2)} 1/s."
     )
-    found += _about_a_count(design)
+    lines += _about_a_count(design)
     if design.budget is not None and design.budget.entries:
         first, length = design.budget.entries[0], unit_of("length", design.experiment.kind)
-        found.append(
-            f"It errs by {_told(design.budget.everything.peak_to_peak, length)} peak to peak. No cause weighs more "
-            f"than this one, {first.cause}: without it, that is {_told(first.without.peak_to_peak, length)}."
+        lines.append(
+            f"It errs by {_length(design.budget.all_causes.peak_to_peak, length)} peak to peak. No cause weighs more "
+            f"than this one, {first.cause}: without it, that is {_length(first.without.peak_to_peak, length)}."
         )
-    return found + _advice(design)
+    return lines + _advice(design)
 
 
 def _about_a_count(design: Design) -> list[str]:
     present, kind = design.proposals[0], design.experiment.kind
     if present.count_effort <= MUCH * design.friction or design.friction <= 0.0:
         return []
-    effort, friction = (with_unit(one, unit_of("force", kind)) for one in (present.count_effort, design.friction))
+    effort, friction = (with_unit(force, unit_of("force", kind)) for force in (present.count_effort, design.friction))
     return [
         f"One count of the encoder calls up {effort}, {number(present.count_effort / design.friction, digits=2)} times "
         f"the friction ({friction}): much of the effort is noise. A finer encoder, a lower cut-off of the velocity or "
@@ -93,7 +93,7 @@ def _about_a_count(design: Design) -> list[str]:
 
 def _advice(design: Design) -> list[str]:
     present = design.proposals[0].following_error
-    simulated = [one for one in design.proposals[1:] if one.following_error is not None]
+    simulated = [proposal for proposal in design.proposals[1:] if proposal.following_error is not None]
     best = min(simulated, key=_peak, default=None)
     if best is None:
         return []
@@ -105,15 +105,15 @@ def _advice(design: Design) -> list[str]:
         ]
     if present is not None and _peak(best) > LESS * present.peak_to_peak:
         return [f"The loop {best.name} ({best.variant.controller.name}, gains below) errs about as little in the "
-                f"simulation, {_told(_peak(best), length)}, with margins kept."]  # fmt: skip
+                f"simulation, {_length(_peak(best), length)}, with margins kept."]  # fmt: skip
     return [
-        f"The loop {best.name} ({best.variant.controller.name}, gains below) errs by {_told(_peak(best), length)} "
+        f"The loop {best.name} ({best.variant.controller.name}, gains below) errs by {_length(_peak(best), length)} "
         "in the simulation, with margins kept. Friction fed forward along the desired motion and an observer for what "
         "the model leaves are a good start for any axis."
     ]
 
 
-def _told(length: float, unit: str) -> str:
+def _length(length: float, unit: str) -> str:
     """Return a length in no smaller unit than the micrometre, in which the errors of servos are told."""
     return with_unit(length, unit) if length >= MICROMETRE else f"{number(length / MICROMETRE, digits=3)} µ{unit}"
 
@@ -129,8 +129,11 @@ def _capital(text: str) -> str:
 def _circle_words(design: Design) -> str:
     if not design.circles:
         return ""
-    one, kind = design.circles[0], design.experiment.kind
-    radius, feed = with_unit(one.radius, unit_of("length", kind)), with_unit(one.feed, unit_of("length/time", kind))
+    circle, kind = design.circles[0], design.experiment.kind
+    radius, feed = (
+        with_unit(circle.radius, unit_of("length", kind)),
+        with_unit(circle.feed, unit_of("length/time", kind)),
+    )
     return (
         f"Two axes like this one run a circle of {radius} at {feed}; the second of two revolutions. A glitch is the "
         "swing of the deviation within 30° of the place where an axis reverses."
@@ -141,7 +144,7 @@ def _pictures(design: Design) -> dict[str, Picture]:
     from bristle import figures
 
     kind = design.experiment.kind
-    found = {
+    pictures = {
         "margins": picture(
             "margins", lambda: figures.margins(design.assessment),
             "Gain and phase of the open loop over frequency, and the poles of the closed loop",
@@ -151,20 +154,20 @@ def _pictures(design: Design) -> dict[str, Picture]:
     }  # fmt: skip
     if design.budget is not None and design.budget.entries:
         budget = design.budget
-        found["budget"] = picture(
+        pictures["budget"] = picture(
             "budget", lambda: figures.error_budget(budget, kind),
             "Following error with each cause of error alone and without each",
             "A cause whose dark bar is long errs by itself; one whose light bar is far below the dashed line is worth "
             "removing first. The bars do not add up: causes go together, and a peak is not a sum.",
         )  # fmt: skip
     if design.circles:
-        found["circles"] = picture(
+        pictures["circles"] = picture(
             "circles", lambda: figures.circles(design.circles, kind),
             "Radial deviation of the circle, around it and unrolled",
             "How far from round the two axes run, magnified, around the grey circle on the left. At each of the four "
             "reversals friction changes sides, and the path bulges.",
         )  # fmt: skip
-    return found
+    return pictures
 
 
 def design_summary(design: Design, *, provenance: Mapping[str, str]) -> dict[str, Any]:
@@ -178,25 +181,28 @@ def design_summary(design: Design, *, provenance: Mapping[str, str]) -> dict[str
         "error_unit": unit_of("length", kind),
         "effort_unit": unit_of("force", kind),
         "sentences": design_sentences(design),
-        "loops": {one.name: _loop(one) for one in design.assessments},
+        "loops": {assessment.name: _loop(assessment) for assessment in design.assessments},
         "delay": design.delays._asdict() | {"total": design.delays.total},
         "budget": None
         if budget is None
         else {
-            "everything": vars(budget.everything),
-            "nothing": vars(budget.nothing),
+            "everything": vars(budget.all_causes),
+            "nothing": vars(budget.no_cause),
             "runs": budget.runs,
             "causes": {
-                one.cause: {"description": one.description, "alone": vars(one.alone), "without": vars(one.without)}
-                for one in budget.entries
+                entry.cause: {
+                    "description": entry.description, "alone": vars(entry.alone), "without": vars(entry.without),
+                }
+                for entry in budget.entries
             },
         },
-        "proposals": {one.name: _proposal(one) for one in design.proposals},
+        "proposals": {proposal.name: _proposal(proposal) for proposal in design.proposals},
         "circles": {
-            one.variant: {
-                "radius": one.radius, "feed": one.feed, "peak_to_peak": one.peak_to_peak, "glitches": one.glitches,
+            circle.variant: {
+                "radius": circle.radius, "feed": circle.feed, "peak_to_peak": circle.peak_to_peak,
+                "glitches": circle.glitches,
             }
-            for one in design.circles
+            for circle in design.circles
         },
         "provenance": provenance,
     }  # fmt: skip
@@ -211,17 +217,17 @@ def _loop(assessment: Any) -> dict[str, Any]:
         "diagnostics": as_data((verdict, *doubts)),
         "points": [
             {
-                "motions": one.motions.value,
-                "friction": one.friction.value,
-                "spectral_radius": one.loop.spectral_radius,
-                "poles": [[pole.real, pole.imag] for pole in one.loop.poles.tolist()],
-                "phase_margin": one.margins.phase,
-                "gain_margin": one.margins.gain,
-                "delay_margin": one.margins.delay,
-                "crossover": one.margins.crossover,
-                "sensitivity": one.margins.sensitivity,
+                "motions": point.motions.value,
+                "friction": point.friction.value,
+                "spectral_radius": point.loop.spectral_radius,
+                "poles": [[pole.real, pole.imag] for pole in point.loop.poles.tolist()],
+                "phase_margin": point.margins.phase,
+                "gain_margin": point.margins.gain,
+                "delay_margin": point.margins.delay,
+                "crossover": point.margins.crossover,
+                "sensitivity": point.margins.sensitivity,
             }
-            for one in assessment.points
+            for point in assessment.points
         ],
     }
 

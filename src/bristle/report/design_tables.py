@@ -34,12 +34,12 @@ def margin_table(design: Design) -> Table:
             cells = (_cell(phase), _cell(gain), _cell(delay), _cell(hertz))
             rows.append((point.motions.value, point.friction.value, number(point.loop.spectral_radius), *cells))
         loops.setdefault(tuple(rows), []).append(assessment.name)
-    found = [
+    table_rows = [
         (", ".join(names) if index == 0 else "", *row)
         for rows, names in loops.items()
         for index, row in enumerate(rows)
     ]
-    return Table("Poles and margins of the sampled loop", heads, found)
+    return Table("Poles and margins of the sampled loop", heads, table_rows)
 
 
 def _cell(value: float | None) -> str:
@@ -64,20 +64,20 @@ def _lengths(design: Design, values: list[float]) -> Quantity:
 
 def budget_table(budget: Budget, design: Design) -> Table:
     """Return the error budget."""
-    kept = [one for entry in budget.entries for one in (entry.alone.peak_to_peak, entry.without.peak_to_peak)]
+    errors = [error for entry in budget.entries for error in (entry.alone.peak_to_peak, entry.without.peak_to_peak)]
     length = Quantity.of(
-        unit_of("length", design.experiment.kind), [budget.everything.peak_to_peak, *kept, MICROMETRE], digits=4
+        unit_of("length", design.experiment.kind), [budget.all_causes.peak_to_peak, *errors, MICROMETRE], digits=4
     )
     heads = (
         "Cause", length.head("This cause alone"), length.head("All but this cause"), "What it is",
     )  # fmt: skip
     rows = [
-        (one.cause, length.cell(one.alone.peak_to_peak), length.cell(one.without.peak_to_peak), one.description)
-        for one in budget.entries
+        (entry.cause, length.cell(entry.alone.peak_to_peak), length.cell(entry.without.peak_to_peak), entry.description)
+        for entry in budget.entries
     ]
     rows += [
-        ("all of them", length.cell(budget.everything.peak_to_peak), "–", ""),
-        ("none of them", length.cell(budget.nothing.peak_to_peak), "–", ""),
+        ("all of them", length.cell(budget.all_causes.peak_to_peak), "–", ""),
+        ("none of them", length.cell(budget.no_cause.peak_to_peak), "–", ""),
     ]
     return Table("Error budget: following error, peak to peak", heads, rows)
 
@@ -85,23 +85,23 @@ def budget_table(budget: Budget, design: Design) -> Table:
 def proposal_table(design: Design) -> Table:
     """Return the loop as it is and as proposed: margins, stiffness, what a count does, simulated error."""
     kind, proposals = design.experiment.kind, design.proposals
-    simulated = [one.following_error.peak_to_peak for one in proposals if one.following_error]
+    simulated = [proposal.following_error.peak_to_peak for proposal in proposals if proposal.following_error]
     length = _lengths(design, simulated)
-    effort = Quantity.of(unit_of("force", kind), [one.effort_rms for one in proposals if one.effort_rms])
-    count = Quantity.of(unit_of("force", kind), [one.count_effort for one in proposals])
+    effort = Quantity.of(unit_of("force", kind), [proposal.effort_rms for proposal in proposals if proposal.effort_rms])
+    count = Quantity.of(unit_of("force", kind), [proposal.count_effort for proposal in proposals])
     heads = (
         "Loop", "Law", "Bandwidth [1/s]", "Smallest phase margin [°]", "Stiffness",
         count.head("Effort of one count"), length.head("Following error, peak to peak"), effort.head("Effort, rms"),
     )  # fmt: skip
     rows = [
         (
-            one.name, one.variant.controller.name, _cell(one.bandwidth), _least_margin(one),
-            "∞" if math.isinf(one.stiffness) else stiffness_text(one.stiffness, kind).replace(" ", "\u00a0"),
-            count.cell(one.count_effort),
-            "–" if one.following_error is None else length.cell(one.following_error.peak_to_peak),
-            "–" if one.effort_rms is None else effort.cell(one.effort_rms),
+            proposal.name, proposal.variant.controller.name, _cell(proposal.bandwidth), _least_margin(proposal),
+            "∞" if math.isinf(proposal.stiffness) else stiffness_text(proposal.stiffness, kind).replace(" ", "\u00a0"),
+            count.cell(proposal.count_effort),
+            "–" if proposal.following_error is None else length.cell(proposal.following_error.peak_to_peak),
+            "–" if proposal.effort_rms is None else effort.cell(proposal.effort_rms),
         )
-        for one in proposals
+        for proposal in proposals
     ]  # fmt: skip
     return Table("The loop as it is, and what is proposed", heads, rows)
 
@@ -133,12 +133,12 @@ def controller_text(variant: Variant) -> str:
 def circle_table(circles: tuple[Circle, ...], design: Design) -> Table:
     """Return how round the circles are."""
     length = Quantity.of(
-        unit_of("length", design.experiment.kind), [MICROMETRE, *(one.peak_to_peak for one in circles)], digits=4
+        unit_of("length", design.experiment.kind), [MICROMETRE, *(circle.peak_to_peak for circle in circles)], digits=4
     )
     reversals = [length.head(f"Glitch at {angle}°") for angle in (0, 90, 180, 270)]
     heads = ("Loop", length.head("Deviation, peak to peak"), *reversals)
     rows = [
-        (one.variant, length.cell(one.peak_to_peak), *(length.cell(glitch) for glitch in one.glitches))
-        for one in circles
+        (circle.variant, length.cell(circle.peak_to_peak), *(length.cell(glitch) for glitch in circle.glitches))
+        for circle in circles
     ]
     return Table("The circle", heads, rows)

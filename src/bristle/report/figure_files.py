@@ -48,20 +48,20 @@ def figure_files(folder: Results | None, formats: Iterable[str] | None, data: st
     InputError
         If something is to be written and there is no folder.
     """
-    asked = tuple(dict.fromkeys(str(one) for one in formats or ()))
-    if folder is None and (asked or data):
-        raise InputError("needs a folder to write into", path="--format" if asked else "--data", mend="Add --out DIR")
-    with plates() as found:
+    endings = tuple(dict.fromkeys(str(ending) for ending in formats or ()))
+    if folder is None and (endings or data):
+        raise InputError("needs a folder to write into", path="--format" if endings else "--data", mend="Add --out DIR")
+    with plates() as collected:
         yield
     if folder is None:
         return
-    for plate in found:
+    for plate in collected:
         if data:
             _write_numbers(folder, plate)
-        for form in asked:
+        for form in endings:
             _write_figure(folder, plate, form)
-    if asked and found:
-        folder.write(f"{FOLDER}/{CAPTIONS}", captions(found, asked))
+    if endings and collected:
+        folder.write(f"{FOLDER}/{CAPTIONS}", captions(collected, endings))
 
 
 def _write_figure(folder: Results, plate: Plate, form: str) -> None:
@@ -85,9 +85,9 @@ def _write_numbers(folder: Results, plate: Plate) -> None:
         folder.write(f"{FOLDER}/{plate.name}{behind}.csv", as_csv(panel))
 
 
-def captions(found: Sequence[Plate], formats: Sequence[str] = FOR_LATEX) -> str:
+def captions(collected: Sequence[Plate], formats: Sequence[str] = FOR_LATEX) -> str:
     """Return the figures for a document of LaTeX: a command for each, with its caption and its label."""
-    return "\n".join([HEAD + ("" if set(formats) & set(FOR_LATEX) else WITHOUT_FILES), *map(_command, found)])
+    return "\n".join([HEAD + ("" if set(formats) & set(FOR_LATEX) else WITHOUT_FILES), *map(_command, collected)])
 
 
 def _command(plate: Plate) -> str:

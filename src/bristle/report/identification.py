@@ -63,8 +63,8 @@ def identification_report(
     """
     fit, kind = identification.best, identification.best.plant.kind
     curve = steady_curve(fit)
-    found = passages(identification.log)
-    pictures = identification_pictures(identification, table or (), curve, found)
+    segments = passages(identification.log)
+    pictures = identification_pictures(identification, table or (), curve, segments)
     if simulation is not None:
         pictures |= following_picture(simulation)
     if prediction is not None:

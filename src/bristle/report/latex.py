@@ -67,10 +67,10 @@ def as_latex(text: str) -> str:
     '5 \\% of $F_{s}$, $\\dot{z}$ = v (1 $-$ $\\sigma_{0}$ z/G)'
     """
     line = unicodedata.normalize("NFD", " ".join(text.split()))
-    parts = [_set(found) for found in _SYMBOL.finditer(line)]
+    parts = [_set(match) for match in _SYMBOL.finditer(line)]
     return "".join(
         f"${_formula([part for _, part in group])}$" if is_formula else "".join(part for _, part in group)
-        for is_formula, group in groupby(parts, key=lambda one: one[0])
+        for is_formula, group in groupby(parts, key=lambda part: part[0])
     )
 
 
@@ -82,28 +82,28 @@ def roman(number: int) -> str:
     >>> roman(14), roman(9)
     ('XIV', 'IX')
     """
-    found = ""
+    text = ""
     for value, letters in NUMERALS:
-        found, number = found + letters * (number // value), number % value
-    return found
+        text, number = text + letters * (number // value), number % value
+    return text
 
 
-def _set(found: re.Match[str]) -> tuple[bool, str]:
+def _set(match: re.Match[str]) -> tuple[bool, str]:
     """Return whether a piece belongs into a formula, and how it is set."""
-    if (base := found["base"]) is not None:
-        index = found["index"]
-        told = GREEK.get(index, index if len(index) == 1 or index.isdigit() else rf"\mathrm{{{index}}}")
-        return True, f"{_marked(GREEK.get(base, base), found['above'])}_{{{told}}}"
-    if (alone := found["alone"]) is not None:
-        return True, _marked(alone, found["marks"] or "")
-    if (letter := found["letter"]) in GREEK:
-        return True, _marked(GREEK[letter], found["accents"])
+    if (base := match["base"]) is not None:
+        index = match["index"]
+        subscript = GREEK.get(index, index if len(index) == 1 or index.isdigit() else rf"\mathrm{{{index}}}")
+        return True, f"{_marked(GREEK.get(base, base), match['above'])}_{{{subscript}}}"
+    if (alone := match["alone"]) is not None:
+        return True, _marked(alone, match["marks"] or "")
+    if (letter := match["letter"]) in GREEK:
+        return True, _marked(GREEK[letter], match["accents"])
     if letter is not None:
-        for mark in found["accents"]:
+        for mark in match["accents"]:
             letter = rf"\{IN_TEXT[mark]}{{{letter}}}" if mark in IN_TEXT else letter
         return False, letter if letter.isascii() else _unknown(letter)
     # Two hyphens side by side would become a dash.
-    return (False, "{}-") if found["hyphen"] else _sign(found["other"])
+    return (False, "{}-") if match["hyphen"] else _sign(match["other"])
 
 
 def _sign(sign: str) -> tuple[bool, str]:
@@ -115,7 +115,10 @@ def _sign(sign: str) -> tuple[bool, str]:
         return False, sign if sign.isprintable() else ""
     kind, _, code = unicodedata.decomposition(sign).partition(" ")
     if kind in ("<sub>", "<super>"):
-        inner = "".join(GREEK.get(one, SIGNS.get(one, one)) for one in (chr(int(each, 16)) for each in code.split()))
+        inner = "".join(
+            GREEK.get(character, SIGNS.get(character, character))
+            for character in (chr(int(number, 16)) for number in code.split())
+        )
         return True, f"{'_' if kind == '<sub>' else '^'}{{{inner}}}"
     return False, "" if unicodedata.category(sign) in ("Cf", "Cc", "Mn", "Me") else _unknown(sign)
 
@@ -133,11 +136,11 @@ def _marked(letter: str, marks: str) -> str:
 
 def _formula(parts: list[str]) -> str:
     """Return the pieces of a formula joined: a command ends before a letter, and a letter has one index a side."""
-    told = ""
+    text = ""
     for part in parts:
-        told += " " + part if re.search(r"\\[A-Za-z]+$", told) and part[:1].isalpha() else part
+        text += " " + part if re.search(r"\\[A-Za-z]+$", text) and part[:1].isalpha() else part
     for side in "_^":
-        same = re.compile(rf"(\{side}\{{(?:[^{{}}]|\{{[^{{}}]*\}})*)\}}\{side}\{{")
-        while same.search(told):
-            told = same.sub(r"\1", told)
-    return told
+        adjacent = re.compile(rf"(\{side}\{{(?:[^{{}}]|\{{[^{{}}]*\}})*)\}}\{side}\{{")
+        while adjacent.search(text):
+            text = adjacent.sub(r"\1", text)
+    return text

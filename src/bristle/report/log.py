@@ -22,14 +22,14 @@ PASSAGES_CAPTION = (
 )
 
 
-def log_report(log: Log, found: Sequence[Passage], *, name: str, command: str, provenance: Mapping[str, str]) -> str:
+def log_report(log: Log, segments: Sequence[Passage], *, name: str, command: str, provenance: Mapping[str, str]) -> str:
     """Return the report of a log as one HTML page.
 
     Parameters
     ----------
     log : Log
         The log.
-    found : sequence of Passage
+    segments : sequence of Passage
         What it contains.
     name : str
         What people call the axis or the log.
@@ -42,6 +42,7 @@ def log_report(log: Log, found: Sequence[Passage], *, name: str, command: str, p
 
     return render(
         "log.html", provenance=provenance, command=command, banner=None, name=name,
-        facts=log_facts(log), notes=log.notes, passages=passage_table([one.as_data() for one in found], log.kind),
-        picture=picture("passages", lambda: figures.passages(log, found), *PASSAGES_CAPTION),
+        facts=log_facts(log), notes=log.notes,
+        passages=passage_table([segment.as_data() for segment in segments], log.kind),
+        picture=picture("passages", lambda: figures.passages(log, segments), *PASSAGES_CAPTION),
     )  # fmt: skip

@@ -47,7 +47,7 @@ def log_facts(log: Log, further: Sequence[Log] = ()) -> list[tuple[str, str]]:
         span = f"{column.cell(low)} to {column.cell(high)} {column.scale.unit}"
         facts.append((name.capitalize(), f"column {channel.column}, {span}"))
     if further:
-        facts.append(("Further logs", ", ".join(one.origin.name for one in further)))
+        facts.append(("Further logs", ", ".join(log.origin.name for log in further)))
     return facts
 
 
@@ -64,11 +64,11 @@ def scatter_facts(resampling: Resampling | None, kind: Kind) -> list[tuple[str, 
     if resampling is None:
         return []
     bands, scatter = resampling.bands, resampling.scatter
-    low, high = (number(100.0 * one, digits=2) for one in (scatter.low, scatter.high))
+    low, high = (number(100.0 * bound, digits=2) for bound in (scatter.low, scatter.high))
     facts = [("Noise of the effort, sample by sample", with_unit(bands.noise, unit_of("force", kind)))]
     if scatter.value > 0.0:
-        told = f"{number(100.0 * scatter.value, digits=2)} %, 95 % interval {low} to {high} %"
-        facts.append(("Scatter of friction from reversal to reversal", f"{told}, {resampling.half_cycles} half-cycles"))
+        text = f"{number(100.0 * scatter.value, digits=2)} %, 95 % interval {low} to {high} %"
+        facts.append(("Scatter of friction from reversal to reversal", f"{text}, {resampling.half_cycles} half-cycles"))
     left = with_unit(bands.unexplained, unit_of("force", kind))
     facts.append(("Residual that noise, encoder and scatter do not explain", f"{left}, root mean square"))
     return facts

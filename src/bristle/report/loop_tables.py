@@ -23,20 +23,20 @@ __all__ = ["component_table", "direction_table", "run_table", "variant_table"]
 def variant_table(result: SimulationResult) -> Table:
     """Return the errors and efforts of the variants of a loop, side by side."""
     completed, length = _following(result)
-    effort = Quantity.of(unit_of("force", result.experiment.kind), (one.effort_peak for one in completed))
+    effort = Quantity.of(unit_of("force", result.experiment.kind), (variant.effort_peak for variant in completed))
     word = "Torque" if result.experiment.kind == "rotational" else "Force"
     heads = (
         "Variant", length.head("Following error, peak to peak"), length.head("rms"), length.head("mean"),
         length.head("True error, peak to peak"), effort.head(f"{word}, rms"), effort.head("peak"), "Remark",
     )  # fmt: skip
     rows = []
-    for one in result.variants.values():
-        error = one.following_error
-        cells = [length.cell(v) for v in (error.peak_to_peak, error.rms, error.mean, one.true_error.peak_to_peak)]
-        cells += [effort.cell(one.effort_rms), effort.cell(one.effort_peak)]
-        if one.status is Status.NOT_FINITE:
+    for variant in result.variants.values():
+        error = variant.following_error
+        cells = [length.cell(v) for v in (error.peak_to_peak, error.rms, error.mean, variant.true_error.peak_to_peak)]
+        cells += [effort.cell(variant.effort_rms), effort.cell(variant.effort_peak)]
+        if variant.status is Status.NOT_FINITE:
             cells = ["–"] * len(cells)
-        rows.append((one.name, *cells, "" if one.status is Status.OK else one.status.sentence))
+        rows.append((variant.name, *cells, "" if variant.status is Status.OK else variant.status.sentence))
     return Table("The variants of the loop", heads, rows).without_empty_columns()
 
 
@@ -45,17 +45,17 @@ def direction_table(result: SimulationResult) -> Table:
     completed, length = _following(result)
     heads = ("Variant", "Direction", length.head("Mean"), length.head("rms"), length.head("Peak to peak"))
     rows = []
-    for one in completed:
-        for direction, error in one.by_direction.items():
+    for variant in completed:
+        for direction, error in variant.by_direction.items():
             numbers = (error.mean, error.rms, error.peak_to_peak)
-            rows.append((one.name, direction, *(length.cell(v) for v in numbers)))
+            rows.append((variant.name, direction, *(length.cell(v) for v in numbers)))
     return Table("Following error by direction of the reference", heads, rows)
 
 
 def _following(result: SimulationResult) -> tuple[list[VariantResult], Quantity]:
     """Return the variants that completed, and the column for their following errors, by the smallest of them."""
-    completed = [one for one in result.variants.values() if one.status is not Status.NOT_FINITE]
-    smallest = min((one.following_error.peak_to_peak for one in completed), default=0.0)
+    completed = [variant for variant in result.variants.values() if variant.status is not Status.NOT_FINITE]
+    smallest = min((variant.following_error.peak_to_peak for variant in completed), default=0.0)
     return completed, Quantity.of(unit_of("length", result.experiment.kind), (smallest,))
 
 
@@ -93,11 +93,12 @@ def run_table(variants: Sequence[Variant]) -> Table:
     )  # fmt: skip
     rows = [
         (
-            one.name, with_unit(one.run.duration, "s", 4), with_unit(one.run.settle, "s", 4),
-            with_unit(one.run.sample_time, "s", 4), str(one.run.substeps), str(one.run.delay),
-            with_unit(one.run.effort_limit, unit_of("force", one.plant.kind), 4),
-            with_unit(one.feedforward.mass, unit_of("mass", one.plant.kind), 4), f"{one.feedforward.gain:g}",
+            variant.name, with_unit(variant.run.duration, "s", 4), with_unit(variant.run.settle, "s", 4),
+            with_unit(variant.run.sample_time, "s", 4), str(variant.run.substeps), str(variant.run.delay),
+            with_unit(variant.run.effort_limit, unit_of("force", variant.plant.kind), 4),
+            with_unit(variant.feedforward.mass, unit_of("mass", variant.plant.kind), 4),
+            f"{variant.feedforward.gain:g}",
         )
-        for one in variants
+        for variant in variants
     ]  # fmt: skip
     return Table("How it was simulated", heads, rows)

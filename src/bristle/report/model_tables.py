@@ -34,7 +34,7 @@ def parameter_table(fit: Fit) -> Table:
     return Table(
         f"Parameters of {fit.name}",
         heads,
-        [_parameter_row(one, plain=plain) for one in (*fit.estimates, *fit.combinations)],
+        [_parameter_row(estimate, plain=plain) for estimate in (*fit.estimates, *fit.combinations)],
     ).without_empty_columns()
 
 
@@ -44,13 +44,13 @@ def _parameter_row(estimate: Estimate, *, plain: bool) -> tuple[str, ...]:
     scaled = None if std is None else std * scale.factor
     half = _percent(estimate.interval_percent)
     # As many digits as are known; by the interval, where no standard error is told.
-    known = scaled
-    if known is None and estimate.interval is not None:
-        known = 0.5 * scale.factor * (estimate.interval[1] - estimate.interval[0]) or None
+    precision = scaled
+    if precision is None and estimate.interval is not None:
+        precision = 0.5 * scale.factor * (estimate.interval[1] - estimate.interval[0]) or None
     return (
         estimate.name,
         estimate.description,
-        number(estimate.value * scale.factor, known),
+        number(estimate.value * scale.factor, precision),
         "–" if scaled is None else f"± {number(scaled, scaled)}",
         _interval(estimate, scale.factor),
         scale.unit or "–",
@@ -63,7 +63,7 @@ def _parameter_row(estimate: Estimate, *, plain: bool) -> tuple[str, ...]:
 def _interval(estimate: Estimate, factor: float) -> str:
     if estimate.interval is None:
         return "–"
-    low, high = (factor * one for one in estimate.interval)
+    low, high = (factor * end for end in estimate.interval)
     width = 0.5 * (high - low)
     return f"{number(low, width)} to {number(high, width)}"
 
@@ -79,10 +79,10 @@ def comparison_table(identification: Identification) -> Table:
     rows = []
     for fit in identification.fits:
         held_out = fit.held_out
-        unknown = [one.name for one in fit.estimates if one.status in ("unidentifiable", "at_edge")]
+        unknown = [estimate.name for estimate in fit.estimates if estimate.status in ("unidentifiable", "at_edge")]
         rows.append((
             fit.name,
-            str(sum(one.status != "held" for one in fit.estimates) + fit.further),
+            str(sum(estimate.status != "held" for estimate in fit.estimates) + fit.further),
             "–" if held_out is None else number(held_out.mean_percent, digits=3),
             "–" if held_out is None else f"± {number(held_out.std_percent, digits=2)}",
             number(fit.error_percent, digits=3),

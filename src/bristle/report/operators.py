@@ -23,19 +23,19 @@ __all__ = [
 ]
 
 
-def operator_summary(found: OperatorIdentification, *, provenance: Mapping[str, str]) -> dict[str, Any]:
+def operator_summary(identification: OperatorIdentification, *, provenance: Mapping[str, str]) -> dict[str, Any]:
     """Return the identification of an operator in numbers: the best one on top, all of them under ``models``."""
-    best, kind = found.best, found.recorded.kind
+    best, kind = identification.best, identification.recorded.kind
     return {
         "model": best.name,
         "kind": kind,
         "parameters": _parameters(best.operator, best.offset),
         "metrics": best.metrics,
         "notes": best.notes,
-        "congruency": {"alike": found.congruency.alike, "anywhere": found.congruency.anywhere},
-        "models": [_model(fit) for fit in found.fits],
-        "log": _log(found.recorded),
-        "unfinished": found.unfinished or None,
+        "congruency": {"alike": identification.congruency.alike, "anywhere": identification.congruency.anywhere},
+        "models": [_model(fit) for fit in identification.fits],
+        "log": _log(identification.recorded),
+        "unfinished": identification.unfinished or None,
         "provenance": provenance,
     }
 
@@ -56,18 +56,24 @@ def operator_prediction_summary(
 
 
 def operator_report(
-    found: OperatorIdentification, *, name: str, command: str, provenance: Mapping[str, str], banner: str | None = None
+    identification: OperatorIdentification,
+    *,
+    name: str,
+    command: str,
+    provenance: Mapping[str, str],
+    banner: str | None = None,
 ) -> str:
     """Return the report of the identification of an operator as one HTML page."""
-    best = found.best
+    best = identification.best
     metrics = [("Error", f"{number(best.prediction.error_percent, digits=3)} %")]
     if best.held_out is not None:
         held_out = f"{number(best.held_out.mean_percent, digits=3)} %"
         metrics.insert(0, ("Error on what was not fitted", held_out))
-    comparison = comparison_of_operators(found) if len(found.fits) > 1 else None
+    comparison = comparison_of_operators(identification) if len(identification.fits) > 1 else None
     return _page(
-        best.prediction, best.operator, found.recorded, what=f"{best.name} identified", name=name, metrics=metrics,
-        notes=found.notes, comparison=comparison, command=command, provenance=provenance, banner=banner,
+        best.prediction, best.operator, identification.recorded, what=f"{best.name} identified", name=name,
+        metrics=metrics, notes=identification.notes, comparison=comparison, command=command,
+        provenance=provenance, banner=banner,
     )  # fmt: skip
 
 
@@ -96,7 +102,7 @@ def _page(prediction: OperatorPrediction, operator: Model, recorded: Curves, *, 
     unit = unit_of("force", recorded.kind)
     facts = [
         ("Curves", str(len(recorded.curves))),
-        ("Samples", str(sum(one.u.size for one in recorded.curves))),
+        ("Samples", str(sum(curve.u.size for curve in recorded.curves))),
         ("Each begins", recorded.start),
         ("Full scale", with_unit(recorded.full_scale, unit)),
         *(("Note", note) for note in recorded.notes),
@@ -112,18 +118,20 @@ def _parameter_table(operator: Model) -> Table:
     for name, variable in operator.component.variables.items():
         value = operator.values[name]
         if isinstance(value, str):
-            told = value
+            text = value
         elif hasattr(value, "__len__"):
-            told = f"{len(value)} numbers, in the model file"
+            text = f"{len(value)} numbers, in the model file"
         else:
-            told = with_unit(float(value), variable.unit(operator.kind))
-        rows.append([name, told, variable.description])
+            text = with_unit(float(value), variable.unit(operator.kind))
+        rows.append([name, text, variable.description])
     return Table(operator.name, ("Parameter", "Value", "Meaning"), rows)
 
 
-def comparison_of_operators(found: OperatorIdentification) -> Table:
+def comparison_of_operators(identification: OperatorIdentification) -> Table:
     """Return the operators compared, best first."""
-    rmse = Quantity.of(unit_of("force", found.recorded.kind), [fit.prediction.rmse for fit in found.fits])
+    rmse = Quantity.of(
+        unit_of("force", identification.recorded.kind), [fit.prediction.rmse for fit in identification.fits]
+    )
     rows = [
         [
             fit.name,
@@ -134,7 +142,7 @@ def comparison_of_operators(found: OperatorIdentification) -> Table:
             number(fit.prediction.error_percent, digits=3),
             number(fit.prediction.rmse * rmse.scale.factor, digits=3),
         ]
-        for fit in found.fits
+        for fit in identification.fits
     ]
     heads = ("Operator", "Rank", "Error on what was not fitted [% of full scale]", "Fitted [% of full scale]")
     return Table("Operators compared", (*heads, rmse.head("Fitted")), rows)
@@ -147,19 +155,19 @@ def _model(fit: OperatorFit) -> dict[str, Any]:
 
 def _parameters(operator: Model, offset: float) -> dict[str, Any]:
     """Return the parameters that are single numbers; tables stand in the model file."""
-    found = {
+    values = {
         name: {"value": value, "unit": variable.unit(operator.kind), "description": variable.description}
         for name, variable in operator.component.variables.items()
         if not hasattr(value := operator.values[name], "__len__") or isinstance(value, str)
     }
     level = {"value": offset, "unit": unit_of("force", operator.kind), "description": "constant output beside it"}
-    return found if "offset" in found else found | {"offset": level}
+    return values if "offset" in values else values | {"offset": level}
 
 
 def _log(recorded: Curves) -> dict[str, Any]:
     return {
         "curves": len(recorded.curves),
-        "samples": sum(one.u.size for one in recorded.curves),
+        "samples": sum(curve.u.size for curve in recorded.curves),
         "start": recorded.start,
         "full_scale": recorded.full_scale,
         "notes": recorded.notes,

@@ -47,10 +47,10 @@ _plates: ContextVar[list[Plate] | None] = ContextVar("plates", default=None)
 @contextmanager
 def plates() -> Iterator[list[Plate]]:
     """Give a list that every figure drawn for a page in this block is added to."""
-    found: list[Plate] = []
-    before = _plates.set(found)
+    collected: list[Plate] = []
+    before = _plates.set(collected)
     try:
-        yield found
+        yield collected
     finally:
         _plates.reset(before)
 
@@ -78,8 +78,8 @@ def picture(
     from bristle.figures import inline_svg
 
     figure = draw()
-    if (found := _plates.get()) is not None:
-        found.append(Plate(file or name, figure, alternative, published or caption))
+    if (collected := _plates.get()) is not None:
+        collected.append(Plate(file or name, figure, alternative, published or caption))
     return Picture(f"figure-{name}", Markup(inline_svg(figure, name, alternative)), caption)
 
 

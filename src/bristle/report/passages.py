@@ -14,21 +14,24 @@ from bristle.report.table import Quantity, Table
 __all__ = ["break_away_table", "passage_table"]
 
 
-def passage_table(found: Sequence[Mapping[str, Any]], kind: Kind) -> Table:
+def passage_table(segments: Sequence[Mapping[str, Any]], kind: Kind) -> Table:
     """Return what a log contains, one row for each kind of passage.
 
     Parameters
     ----------
-    found : sequence of mapping
+    segments : sequence of mapping
         Passages in order, as data (`bristle.logs.Passage.as_data`).
     kind : {"translational", "rotational"}
         Kind of axis.
     """
     rows = []
     for name, words in KINDS.items():
-        of_kind = [one for one in found if one["kind"] == name]
+        of_kind = [segment for segment in segments if segment["kind"] == name]
         if of_kind:
-            legs, together = (sum(one["legs"] for one in of_kind), sum(one["end"] - one["begin"] for one in of_kind))
+            legs, together = (
+                sum(segment["legs"] for segment in of_kind),
+                sum(segment["end"] - segment["begin"] for segment in of_kind),
+            )
             rows.append((
                 words, str(len(of_kind)), str(legs or ""), f"{together:.3g}", format(of_kind[0]["begin"], ".4g"),
                 *_ranges(name, of_kind, kind),
@@ -37,25 +40,26 @@ def passage_table(found: Sequence[Mapping[str, Any]], kind: Kind) -> Table:
     return Table("What the motion of the log is", heads, rows).without_empty_columns()
 
 
-def break_away_table(found: Sequence[BreakAway], kind: Kind) -> Table:
+def break_away_table(break_aways: Sequence[BreakAway], kind: Kind) -> Table:
     """Return break-away by rate, with its 95 % intervals.
 
     Parameters
     ----------
-    found : sequence of BreakAway
+    break_aways : sequence of BreakAway
         The slowest first.
     kind : {"translational", "rotational"}
         Kind of axis.
     """
-    speeds = Quantity.of(unit_of("length/time", kind), [one.speed for one in found])
-    forces = Quantity.of(unit_of("force", kind), [one.force for one in found])
-    distances = Quantity.of(unit_of("length", kind), [one.distance for one in found])
+    speeds = Quantity.of(unit_of("length/time", kind), [break_away.speed for break_away in break_aways])
+    forces = Quantity.of(unit_of("force", kind), [break_away.force for break_away in break_aways])
+    distances = Quantity.of(unit_of("length", kind), [break_away.distance for break_away in break_aways])
     rows = [
         (
-            speeds.cell(one.speed), str(one.legs), forces.cell(one.force), _between(forces, one.force_interval),
-            distances.cell(one.distance), _between(distances, one.distance_interval),
+            speeds.cell(break_away.speed), str(break_away.legs),
+            forces.cell(break_away.force), _between(forces, break_away.force_interval),
+            distances.cell(break_away.distance), _between(distances, break_away.distance_interval),
         )
-        for one in found
+        for break_away in break_aways
     ]  # fmt: skip
     interval = "95 % interval"
     heads = (speeds.head("Rate"), "Legs", forces.head("Force"), interval, distances.head("Distance"), interval)
@@ -63,23 +67,23 @@ def break_away_table(found: Sequence[BreakAway], kind: Kind) -> Table:
 
 
 def _between(quantity: Quantity, interval: tuple[float, float] | None) -> str:
-    return "–" if interval is None else " to ".join(quantity.cell(one) for one in interval)
+    return "–" if interval is None else " to ".join(quantity.cell(end) for end in interval)
 
 
 def _ranges(name: str, of_kind: Sequence[Mapping[str, Any]], kind: Kind) -> tuple[str, str, str]:
     if name == "rest":
         return "", "", ""
-    amplitudes = _span([end for one in of_kind for end in one["amplitudes"]], unit_of("length", kind))
-    speeds = _span([end for one in of_kind for end in one["speeds"]], unit_of("length/time", kind))
+    amplitudes = _span([end for segment in of_kind for end in segment["amplitudes"]], unit_of("length", kind))
+    speeds = _span([end for segment in of_kind for end in segment["speeds"]], unit_of("length/time", kind))
     if name == "loops":
-        depth, levels = max(one["depth"] for one in of_kind), max(one["levels"] for one in of_kind)
+        depth, levels = max(segment["depth"] for segment in of_kind), max(segment["levels"] for segment in of_kind)
         nested = f"nested {depth} deep" if depth > 2 else "none inside another"
         return amplitudes, speeds, f"{levels} {'amplitude' if levels == 1 else 'amplitudes'}, {nested}"
     if name in ("chirp", "oscillation"):
-        return amplitudes, speeds, _span([end for one in of_kind for end in one["frequencies"]], "Hz")
+        return amplitudes, speeds, _span([end for segment in of_kind for end in segment["frequencies"]], "Hz")
     return amplitudes, speeds, ""
 
 
 def _span(values: Sequence[float], unit: str) -> str:
-    low, high = (with_unit(one, unit) for one in (min(values), max(values)))
+    low, high = (with_unit(end, unit) for end in (min(values), max(values)))
     return low if low == high else f"{low} to {high}"

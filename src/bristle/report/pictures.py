@@ -61,7 +61,7 @@ CAPTIONS = {
 
 def identification_pictures(
     identification: Identification, table: Sequence[tuple[float, float]], curve: Sequence[tuple[float, float]],
-    found: Sequence[Passage],
+    segments: Sequence[Passage],
 ) -> dict[str, Picture]:  # fmt: skip
     """Return the figures of an identification by name.
 
@@ -73,7 +73,7 @@ def identification_pictures(
         Table for the drive [m/s or rad/s, N or N*m]; empty for none.
     curve : sequence of (velocity, effort)
         The same, finer.
-    found : sequence of Passage
+    segments : sequence of Passage
         What the log contains.
     """
     from bristle import figures
@@ -89,7 +89,7 @@ def identification_pictures(
         draw["drive"] = lambda: figures.drive_table(table, curve, fit.plant.kind)
     if len(fit.correlation_names) > 1:
         draw["correlation"] = lambda: figures.correlation(fit)
-    draw["passages"] = lambda: figures.passages(identification.log, found)
+    draw["passages"] = lambda: figures.passages(identification.log, segments)
     if len(identification.fits) > 1:
         draw["comparison"] = lambda: figures.model_comparison(identification)
-    return {name: picture(name, one, *CAPTIONS[name]) for name, one in draw.items()}
+    return {name: picture(name, drawing, *CAPTIONS[name]) for name, drawing in draw.items()}

@@ -89,18 +89,18 @@ def _has_band(prediction: Prediction) -> bool:
 
 def metrics_in_words(prediction: Prediction) -> list[tuple[str, str]]:
     """Return the errors of a prediction, each with its name, set for reading."""
-    found = []
+    rows = []
     for key, word in (("force_error_percent", "Effort error"), ("position_error_percent", "Position error")):
         value = prediction.metrics.get(key)
         if isinstance(value, (int, float)):
-            found.append((word, f"{number(float(value), digits=3)} %"))
+            rows.append((word, f"{number(float(value), digits=3)} %"))
     for signal, share in (("effort", prediction.inside_percent), ("position", prediction.position_inside_percent)):
         if share is not None:
-            found.append((f"Measured {signal} inside the 95 % band", f"{number(share, digits=3)} %"))
+            rows.append((f"Measured {signal} inside the 95 % band", f"{number(share, digits=3)} %"))
     rmse, unit = prediction.metrics.get("force_rmse"), prediction.metrics.get("force_unit")
     if isinstance(rmse, (int, float)):
-        found.append(("Effort error, root mean square", with_unit(float(rmse), str(unit or "N"))))
+        rows.append(("Effort error, root mean square", with_unit(float(rmse), str(unit or "N"))))
     rmse, unit = prediction.metrics.get("position_rmse"), prediction.metrics.get("position_unit")
     if isinstance(rmse, (int, float)):
-        found.append(("Position error, root mean square", with_unit(float(rmse), str(unit or "m"))))
-    return found
+        rows.append(("Position error, root mean square", with_unit(float(rmse), str(unit or "m"))))
+    return rows

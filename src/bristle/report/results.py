@@ -53,12 +53,12 @@ def write_identification(
 
 
 def write_motion_folder(
-    folder: Results, found: Excitation, *, axis_file: Content, report: str, summary: Mapping[str, Any]
+    folder: Results, excitation: Excitation, *, axis_file: Content, report: str, summary: Mapping[str, Any]
 ) -> None:
     """Write a motion into a folder of results: ``motion.csv``, the axis file that its log is read with, and both."""
-    motion = found.motion
+    motion = excitation.motion
     signals = {name: getattr(motion, name) for name in ("time", "position", "velocity", "acceleration")}
-    write_motion(folder / summary["files"]["motion"], found.axis, signals)
+    write_motion(folder / summary["files"]["motion"], excitation.axis, signals)
     folder.write(summary["files"]["axis"], axis_file.data)
     write_report(folder, report, summary)
 
@@ -70,11 +70,14 @@ def log_names(variants: Sequence[str]) -> dict[str, str]:
     """
     if len(variants) == 1:
         return {variants[0]: "log.csv"}
-    told = [re.sub(r"[^\w.-]", "_", name) for name in variants]
+    labels = [re.sub(r"[^\w.-]", "_", name) for name in variants]
     # Some systems tell no capital letters from small ones.
-    if len({one.casefold() for one in told}) < len(told) or max(len(one.encode()) for one in told) > LONGEST:
-        told = [str(number) for number in range(1, len(told) + 1)]
-    return {name: f"log_{one}.csv" for name, one in zip(variants, told, strict=True)}
+    if (
+        len({label.casefold() for label in labels}) < len(labels)
+        or max(len(label.encode()) for label in labels) > LONGEST
+    ):
+        labels = [str(number) for number in range(1, len(labels) + 1)]
+    return {name: f"log_{label}.csv" for name, label in zip(variants, labels, strict=True)}
 
 
 def write_logs(folder: Results, result: SimulationResult) -> dict[str, str]:
@@ -86,7 +89,12 @@ def write_logs(folder: Results, result: SimulationResult) -> dict[str, str]:
     for variant in result.experiment.variants:
         if variant.name not in names:
             continue
-        one = result.variants[variant.name]
-        signals = {"time": one.time, "position": one.measured, "effort": one.command, "reference": one.reference}
+        outcome = result.variants[variant.name]
+        signals = {
+            "time": outcome.time,
+            "position": outcome.measured,
+            "effort": outcome.command,
+            "reference": outcome.reference,
+        }
         write_log(folder / names[variant.name], variant.axis or Axis(kind=variant.plant.kind), signals)
     return names

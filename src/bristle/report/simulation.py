@@ -47,11 +47,11 @@ def simulation_report(
         command=command,
         banner=banner,
         name=result.experiment.name,
-        verdict=[*(f"{one}." for one in warnings), *_sentences(result)],
+        verdict=[*(f"{warning}." for warning in warnings), *_sentences(result)],
         variants=variant_table(result),
         directions=direction_table(result),
         pictures=following_picture(result),
-        loops=[component_table(f"The parts of {one.name}", _parts(one)) for one in variants],
+        loops=[component_table(f"The parts of {variant.name}", _parts(variant)) for variant in variants],
         runs=run_table(variants),
     )
 
@@ -74,20 +74,20 @@ def following_picture(result: SimulationResult) -> dict[str, Picture]:
 
 
 def _focus(result: SimulationResult) -> tuple[str, ...]:
-    return tuple(one.name for one in pair_in(result) or ())
+    return tuple(variant.name for variant in pair_in(result) or ())
 
 
 def _sentences(result: SimulationResult) -> list[str]:
-    failed = [one.name for one in result.variants.values() if one.status is Status.NOT_FINITE]
-    found = [f"{name}: {Status.NOT_FINITE.sentence}." for name in failed]
+    failed = [variant.name for variant in result.variants.values() if variant.status is Status.NOT_FINITE]
+    lines = [f"{name}: {Status.NOT_FINITE.sentence}." for name in failed]
     unit = unit_of("length", result.experiment.kind)
-    found += [
-        f"{one.name}: following error {with_unit(one.following_error.peak_to_peak, unit)} peak to peak, "
-        f"{with_unit(one.following_error.rms, unit)} root mean square."
-        for one in result.variants.values()
-        if one.name not in failed
+    lines += [
+        f"{variant.name}: following error {with_unit(variant.following_error.peak_to_peak, unit)} peak to peak, "
+        f"{with_unit(variant.following_error.rms, unit)} root mean square."
+        for variant in result.variants.values()
+        if variant.name not in failed
     ]
-    return found + closing_sentences(result)
+    return lines + closing_sentences(result)
 
 
 def _parts(variant: Variant) -> list[tuple[str, Model | None]]:

@@ -61,7 +61,7 @@ def identification_summary(
         "log": {"samples": len(log), "sample_time": log.sample_time, "duration": log.duration, "notes": log.notes},
         "unfinished": identification.unfinished or None,
         "left_out": dict(identification.left_out),
-        "further_logs": [one.origin.name for one in identification.further_logs],
+        "further_logs": [log.origin.name for log in identification.further_logs],
         "treatment": identification.treatment,
         "settings": identification.settings.as_data(),
         "break_aways": [one._asdict() for one in identification.break_aways],
@@ -91,7 +91,7 @@ def simulation_summary(
         "kind": kind,
         "error_unit": unit_of("length", kind),
         "effort_unit": unit_of("force", kind),
-        "runs": max((one.runs for one in result.variants.values()), default=0),
+        "runs": max((variant.runs for variant in result.variants.values()), default=0),
         "variants": _variants(result)
         | {name: {"status": reason, "completed": False, "runs": 0} for name, reason in result.refused.items()},
         "files": files,
@@ -119,36 +119,36 @@ def _described(estimates: Sequence[Estimate]) -> dict[str, Any]:
             "note": note_of(one),
             "description": one.description,
         }
-        for one in estimates
+        for estimate in estimates
     }
 
 
 def _resampling(fit: Fit) -> dict[str, Any] | None:
     """Return what fits to simulated logs say beside the intervals of the parameters, in SI."""
-    found = fit.resampling
-    if found is None:
+    resampling = fit.resampling
+    if resampling is None:
         return None
     return {
-        "draws": found.bands.count,
-        "scatter": found.scatter._asdict(),
-        "half_cycles": found.half_cycles,
-        "noise": found.bands.noise,
-        "resolution": found.resolution,
-        "unexplained": found.bands.unexplained,
-        "lasting": found.bands.lasting,
-        "inflation": found.bands.inflation,
-        "white": found.white,
-        "jackknife_std": dict(found.jackknife),
+        "draws": resampling.bands.count,
+        "scatter": resampling.scatter._asdict(),
+        "half_cycles": resampling.half_cycles,
+        "noise": resampling.bands.noise,
+        "resolution": resampling.resolution,
+        "unexplained": resampling.bands.unexplained,
+        "lasting": resampling.bands.lasting,
+        "inflation": resampling.bands.inflation,
+        "white": resampling.white,
+        "jackknife_std": dict(resampling.jackknife),
         "virgin_curve": {
-            name: [one[place] for one in found.curve] for place, name in enumerate(("x", "force", "low", "high"))
+            name: [row[column] for row in resampling.curve] for column, name in enumerate(("x", "force", "low", "high"))
         },
     }
 
 
 def _variants(result: SimulationResult) -> dict[str, Any]:
     return {
-        name: one.as_dict() | {"completed": one.status is not Status.NOT_FINITE}
-        for name, one in result.variants.items()
+        name: variant.as_dict() | {"completed": variant.status is not Status.NOT_FINITE}
+        for name, variant in result.variants.items()
     }
 
 

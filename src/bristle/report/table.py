@@ -28,11 +28,11 @@ class Table(NamedTuple):
 
     def without_empty_columns(self) -> Table:
         """Return the table without the columns in which no row has anything to say."""
-        kept = [column for column in range(len(self.heads)) if any(row[column] for row in self.rows)]
+        filled = [column for column in range(len(self.heads)) if any(row[column] for row in self.rows)]
         return Table(
             self.caption,
-            [self.heads[column] for column in kept],
-            [[row[column] for column in kept] for row in self.rows],
+            [self.heads[column] for column in filled],
+            [[row[column] for column in filled] for row in self.rows],
         )
 
 

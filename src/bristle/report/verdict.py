@@ -20,14 +20,14 @@ WIDER_OUTSIDE = 1.25  # ratio of held-out to fitted error from which the reader 
 
 def figures_of_merit(fit: Fit, gain: Gain | None) -> list[tuple[str, str]]:
     """Return the few numbers that decide, each with what it is."""
-    what = "Effort error" if fit.position_error_percent is None else "Position error"
-    what = what if fit.loop_error_percent is None else "Effort error of the simulated loop"
-    found = [("Friction model", fit.name), (what, _percent(fit.error_percent))]
+    error_name = "Effort error" if fit.position_error_percent is None else "Position error"
+    error_name = error_name if fit.loop_error_percent is None else "Effort error of the simulated loop"
+    rows = [("Friction model", fit.name), (error_name, _percent(fit.error_percent))]
     if fit.held_out is not None:
-        found.append((f"On held-out {fit.held_out.of}", _percent(fit.held_out.mean_percent)))
+        rows.append((f"On held-out {fit.held_out.of}", _percent(fit.held_out.mean_percent)))
     if gain is not None and gain.steps:
-        found.append((f"Following error, peak to peak, simulated: {gain.names}", gain.peaks))
-    return found
+        rows.append((f"Following error, peak to peak, simulated: {gain.names}", gain.peaks))
+    return rows
 
 
 def sentences(
@@ -47,25 +47,25 @@ def sentences(
         The model run on a log.
     """
     fit = identification.best
-    found = [_model(identification, axis_name), _error(fit), _certainty(fit)]
+    lines = [_model(identification, axis_name), _error(fit), _certainty(fit)]
     if prediction is not None:
-        found += _prediction(prediction)
+        lines += _prediction(prediction)
     if gain is None:
-        found.append(
+        lines.append(
             "What compensation gains was not simulated: that takes a log with a reference and a controller in the "
             "axis file."
         )
     else:
-        found += gain.sentences()
-    return found
+        lines += gain.sentences()
+    return lines
 
 
 def _model(identification: Identification, axis_name: str) -> str:
-    fit, others = identification.best, identification.fits[1:]
-    where = f"held-out {fit.held_out.of}" if fit.held_out is not None else "the log they were fitted to"
-    compared = f", the best of {len(others) + 1} models by their error on {where}" if others else ""
+    fit, competitors = identification.best, identification.fits[1:]
+    basis = f"held-out {fit.held_out.of}" if fit.held_out is not None else "the log they were fitted to"
+    compared = f", the best of {len(competitors) + 1} models by their error on {basis}" if competitors else ""
     text = f"The friction of {axis_name} is described by {fit.name} ({fit.friction.component.description}){compared}."
-    closer = [one for one in others if _held_out(one) < float(f"{_held_out(fit):.3g}")]
+    closer = [competitor for competitor in competitors if _held_out(competitor) < float(f"{_held_out(fit):.3g}")]
     if not closer:
         return text
     closest = min(closer, key=_held_out)
@@ -107,16 +107,16 @@ def _error(fit: Fit) -> str:
 
 
 def _certainty(fit: Fit) -> str:
-    asked = [one for one in fit.estimates if one.status != "held"]
-    unknown = [one.name for one in asked if one.status != "identified"]
+    free = [estimate for estimate in fit.estimates if estimate.status != "held"]
+    unknown = [estimate.name for estimate in free if estimate.status != "identified"]
     if unknown:
-        return f"{len(unknown)} of {len(asked)} parameters could not be identified from this log: {', '.join(unknown)}."
-    if not asked:
+        return f"{len(unknown)} of {len(free)} parameters could not be identified from this log: {', '.join(unknown)}."
+    if not free:
         return "No parameter was asked of this log: all were held."
-    known = [(one.interval_percent, one.name) for one in asked]
-    percents = [(percent, name) for percent, name in known if percent is not None and percent < 100.0]
-    zero = [name for percent, name in known if percent is None or percent >= 100.0]
-    text = f"All {len(asked)} parameters are identified"
+    precisions = [(estimate.interval_percent, estimate.name) for estimate in free]
+    percents = [(percent, name) for percent, name in precisions if percent is not None and percent < 100.0]
+    zero = [name for percent, name in precisions if percent is None or percent >= 100.0]
+    text = f"All {len(free)} parameters are identified"
     if percents:
         widest, name = max(percents)
         text += f"; the least certain, {name}, to ± {_percent(widest)} (95 % interval)"
@@ -124,7 +124,7 @@ def _certainty(fit: Fit) -> str:
 
 
 def _prediction(prediction: Prediction) -> list[str]:
-    force, position = (prediction.metrics.get(f"{one}_error_percent") for one in ("force", "position"))
+    force, position = (prediction.metrics.get(f"{signal}_error_percent") for signal in ("force", "position"))
     parts = [f"the effort with an error of {_percent(float(force))}"] if force is not None else []
     parts += [f"the position with one of {_percent(float(position))}"] if position is not None else []
     if not parts:

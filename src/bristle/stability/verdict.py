@@ -19,9 +19,9 @@ WHERE = {Motions.ALL: "all", Motions.SMALL: "small", Motions.LARGE: "large"}
 
 def runnable(experiment: Experiment) -> tuple[Experiment, dict[str, Assessment]]:
     """Return the experiment without the variants whose loop diverges, and what the loop of each variant says."""
-    judged = {one.name: assess(one) for one in experiment.variants}
-    kept = tuple(one for one in experiment.variants if judged[one.name].verdict is not Verdict.DIVERGES)
-    return replace(experiment, variants=kept), judged
+    judged = {variant.name: assess(variant) for variant in experiment.variants}
+    bounded = tuple(variant for variant in experiment.variants if judged[variant.name].verdict is not Verdict.DIVERGES)
+    return replace(experiment, variants=bounded), judged
 
 
 def verdict_of(assessment: Assessment) -> Diagnostic:
@@ -74,12 +74,12 @@ def _why(assessment: Assessment) -> dict[str, Number]:
 
 def _loops(assessment: Assessment) -> list[WorkingPoint]:
     worst = assessment.worst
-    return [one for one in assessment.points if one.friction in (Friction.NONE, worst.friction)]
+    return [point for point in assessment.points if point.friction in (Friction.NONE, worst.friction)]
 
 
 def _longest_delay(assessment: Assessment) -> int | None:
     """Return the longest delay, below the present one, up to which the loop is stable."""
-    loops = [one.loop for one in _loops(assessment)]
+    loops = [point.loop for point in _loops(assessment)]
     # From the shortest one on: each sample of delay is one more state, and the poles of many take long.
     unstable = (delay for delay in range(loops[0].delay)
                 if any(replace(loop, delay=delay).is_unstable for loop in loops))  # fmt: skip
@@ -89,6 +89,6 @@ def _longest_delay(assessment: Assessment) -> int | None:
 
 def _largest_gain(assessment: Assessment) -> float | None:
     """Return the largest factor below 1 on the gains with which the loop is stable."""
-    loops = [one.loop for one in _loops(assessment)]
+    loops = [point.loop for point in _loops(assessment)]
     gains = (FINER**power for power in range(1, GAINS))
     return next((gain for gain in gains if not any(loop.with_gain(gain).is_unstable for loop in loops)), None)

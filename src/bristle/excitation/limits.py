@@ -1,4 +1,4 @@
-"""`Room`: what the limits of an axis and its encoder leave to a motion."""
+"""`MotionLimits`: what the limits of an axis and its encoder leave to a motion."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from bristle.core.typography import with_unit
 from bristle.core.variable import Kind, unit_of
 from bristle.excitation.prior import Prior, effort_limit
 
-__all__ = ["Room", "room_of"]
+__all__ = ["MotionLimits", "limits_of"]
 
 LEAST = 1e-9  # m, rad, and their derivatives: no axis moves by less
 MARGIN = 0.9  # of a limit that is used: the loop overshoots
@@ -20,7 +20,7 @@ CORNER = 0.1  # of a slow leg, that its corners take: a jump of the velocity wou
 
 
 @dataclass(frozen=True)
-class Room:
+class MotionLimits:
     """What a motion may use, in SI of the kind of axis; None where nothing says it.
 
     Parameters
@@ -60,12 +60,12 @@ class Room:
         """Return the acceleration at the ends of a leg of this length [m or rad], as gentle as it leaves time for."""
         return min(2.0 * speed * speed / (CORNER * leg), self.acceleration or math.inf)
 
-    def told(self, value: float, quantity: str) -> str:
+    def in_unit(self, value: float, quantity: str) -> str:
         """Return a value with its unit on this axis."""
         return with_unit(value, unit_of(quantity, self.kind))
 
 
-def room_of(axis: Axis, prior: Prior, sample_time: float, travel: float | None) -> Room:
+def limits_of(axis: Axis, prior: Prior, sample_time: float, travel: float | None) -> MotionLimits:
     """Return what a motion may use.
 
     Parameters
@@ -84,12 +84,12 @@ def room_of(axis: Axis, prior: Prior, sample_time: float, travel: float | None) 
     InputError
         If the axis has less room than is asked for.
     """
-    for what, value in (
+    for path, value in (
         ("travel", travel), ("limits.velocity", axis.velocity_limit), ("limits.acceleration", axis.acceleration_limit),
         ("limits.jerk", axis.jerk_limit), ("limits.stroke", axis.stroke and axis.stroke[1] - axis.stroke[0]),
     ):  # fmt: skip
         if value is not None and value < LEAST:
-            raise InputError("is too small for a motion", path=what, value=value, allowed=f">= {LEAST:g} in SI",
+            raise InputError("is too small for a motion", path=path, value=value, allowed=f">= {LEAST:g} in SI",
                              mend="Is the unit right?")  # fmt: skip
     stroke = axis.stroke[1] - axis.stroke[0] if axis.stroke else None
     if travel is not None and stroke is not None and travel > stroke:
@@ -100,7 +100,7 @@ def room_of(axis: Axis, prior: Prior, sample_time: float, travel: float | None) 
     acceleration, most = axis.acceleration_limit, effort_limit(axis)
     if acceleration is None and most is not None and prior.mass_known:
         acceleration = EFFORT_SHARE * most / prior.plant.values["M"]
-    return Room(
+    return MotionLimits(
         kind=axis.kind,
         sample_time=sample_time,
         travel=travel if travel is not None else stroke and MARGIN * stroke,
