@@ -8,6 +8,9 @@ from typing import Any
 
 import numpy as np
 from benchmarks.loops import AXIS as LOOP
+from bristle.identification.asked import models_of
+from bristle.identification.operators import identify_operator, predict_operator
+from bristle.identification.treatment import treat
 from tests.golden import logs
 from tests.golden.case import golden
 from tests.golden.told import (
@@ -30,10 +33,7 @@ from bristle import friction
 from bristle.core import Axis, InputError
 from bristle.demo.run import MODELS
 from bristle.identification import identify, predict, unexplained_force
-from bristle.identification.asked import models_of
 from bristle.identification.break_away import break_aways
-from bristle.identification.operators import identify_operator, predict_operator
-from bristle.identification.treatment import treat
 from bristle.logs.curves import Curves
 from bristle.logs.log import Log
 from bristle.logs.span import within

@@ -112,11 +112,11 @@ def write_model(
     uncertain = [estimate for estimate in estimates if estimate.std is not None or estimate.status != "identified"]
     if uncertain:
         uncertainty = tomlkit.table(is_super_table=True)
-        for one in known:
-            entry = {"std": one.std, "robust_std": one.robust_std, "status": one.status}
-            entry["note"] = (notes or {}).get(one.name)
-            entry["interval"] = list(one.interval) if one.interval else None
-            uncertainty.add(key_of(one.name), tomlkit.item({key: value for key, value in entry.items() if value}))
+        for estimate in uncertain:
+            entry = {"std": estimate.std, "robust_std": estimate.robust_std, "status": estimate.status}
+            entry["note"] = (notes or {}).get(estimate.name)
+            entry["interval"] = list(estimate.interval) if estimate.interval else None
+            uncertainty.add(key_of(estimate.name), tomlkit.item({key: value for key, value in entry.items() if value}))
         document.add("uncertainty", uncertainty)
     if bands is not None:
         document.add("bands", bands_table(bands))

@@ -53,8 +53,8 @@ def run_from(table: Mapping[str, Any], axis: Axis | None, reference: Model, kind
     if "effort_limit" in entries:
         columns = axis.columns if axis is not None else {}
         quantity, where = RUN["effort_limit"].quantity, f"{path}.effort_limit"
-        given["effort_limit"] = in_effort(given["effort_limit"], quantity, kind, columns, where)
-    values: dict[str, Any] = {name: number_at(given[name], RUN[name], kind, f"{path}.{name}") for name in given}
+        entries["effort_limit"] = in_effort(entries["effort_limit"], quantity, kind, columns, where)
+    values: dict[str, Any] = {name: number_at(entries[name], RUN[name], kind, f"{path}.{name}") for name in entries}
     for name in ("substeps", "delay", "seeds"):
         if name in values:
             values[name] = _integer(values[name], f"{path}.{name}")

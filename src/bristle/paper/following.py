@@ -106,9 +106,9 @@ def _directions(tracked: Tracked, worse: dict[str, float]) -> list[str]:
 def _strangers(*tracks: Tracked) -> list[str]:
     """Return what is to be said of compensators that were identified on another rig."""
     return [
-        f"{one.experiment.name}, {name}: {message(about)}."
-        for one in several
-        for name, about in on_another_rig(one.experiment).items()
+        f"{tracked.experiment.name}, {name}: {message(about)}."
+        for tracked in tracks
+        for name, about in on_another_rig(tracked.experiment).items()
     ]
 
 

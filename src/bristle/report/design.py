@@ -62,8 +62,8 @@ def design_report(design: Design, *, command: str, provenance: Mapping[str, str]
 def design_sentences(design: Design) -> list[str]:
     """Return what matters most of a design, in words."""
     assessment = design.assessment
-    found = [f"{design.variant.name}: {message(verdict_of(assessment))}."]
-    found += [f"{_capital(message(one))}." for one in doubts_of(assessment)]
+    lines = [f"{design.variant.name}: {message(verdict_of(assessment))}."]
+    lines += [f"{_capital(message(doubt))}." for doubt in doubts_of(assessment)]
     delays = design.delays
     lines.append(
         f"The loop has {with_unit(delays.total, 's')} of delay. As a rule of thumb that allows the sum of its two "

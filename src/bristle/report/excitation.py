@@ -113,22 +113,22 @@ def excitation_summary(
             "velocity_max": float(abs(motion.velocity).max()),
             "acceleration_max": float(abs(motion.acceleration).max()), "units": units,
         },
-        "pieces": [_piece(one, begin) for one, begin in zip(motion.pieces, motion.begins, strict=True)],
-        "assumed": found.prior.assumed, "notes": found.notes, "parameters": {}, "diagnostics": [],
+        "pieces": [_piece(piece, begin) for piece, begin in zip(motion.pieces, motion.begins, strict=True)],
+        "assumed": excitation.prior.assumed, "notes": excitation.notes, "parameters": {}, "diagnostics": [],
         "provenance": provenance,
     }  # fmt: skip
-    if found.rehearsal is not None:
-        best = found.rehearsal.identification.best
+    if excitation.rehearsal is not None:
+        best = excitation.rehearsal.identification.best
         data |= {
             "model": best.name,
-            "peak_effort": found.rehearsal.peak_effort,
+            "peak_effort": excitation.rehearsal.peak_effort,
             "diagnostics": as_data(best.diagnostics),
         }
         data["parameters"] = {
-            one.name: {
-                "put_in": found.rehearsal.truth.get(one.name), "value": one.value, "unit": one.unit,
-                "error_percent": _error_percent(one, found.rehearsal.truth.get(one.name)),
-                "interval_percent": one.interval_percent, "status": one.status, "note": note_of(one),
+            estimate.name: {
+                "put_in": excitation.rehearsal.truth.get(estimate.name), "value": estimate.value, "unit": estimate.unit,
+                "error_percent": _error_percent(estimate, excitation.rehearsal.truth.get(estimate.name)),
+                "interval_percent": estimate.interval_percent, "status": estimate.status, "note": note_of(estimate),
             }
             for estimate in best.estimates
         }  # fmt: skip

@@ -91,7 +91,7 @@ def identification_report(
         assumptions=_assumed(fit, prediction),
         settings=settings_table(identification.settings),
         changed_settings=changed_settings(identification.settings),
-        passages=passage_table([one.as_data() for one in found], kind),
+        passages=passage_table([segment.as_data() for segment in segments], kind),
         break_aways=break_away_table(identification.break_aways, kind) if identification.break_aways else None,
         log=log_facts(identification.log, identification.further_logs)
         + treatment_facts(identification.treatment, kind)

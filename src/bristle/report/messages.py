@@ -7,8 +7,9 @@ from string import Formatter
 from typing import TYPE_CHECKING, Any
 
 from bristle.core.diagnostic import Diagnostic
+from bristle.core.dimensions import NAMES, unit_of
 from bristle.core.typography import number, stiffness_text, with_unit
-from bristle.core.variable import UNITS, Kind, unit_of
+from bristle.core.variable import Kind
 from bristle.report.sentences import SENTENCES, Sentence
 from bristle.report.sentences.loops import counted
 
@@ -140,7 +141,7 @@ class _Words(Formatter):
             return stiffness_text(value, self.kind)
         if format_spec.endswith(" digits"):
             return number(value, digits=int(format_spec.split()[0]))
-        if format_spec in UNITS:
-            several = value if isinstance(value, tuple) else (value,)
-            return ", ".join(with_unit(one, unit_of(format_spec, self.kind)) for one in several)
+        if re.split(r"[*/]", format_spec)[0] in NAMES:
+            values = value if isinstance(value, tuple) else (value,)
+            return ", ".join(with_unit(each, unit_of(format_spec, self.kind)) for each in values)
         return super().format_field(value, format_spec)

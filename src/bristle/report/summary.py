@@ -107,17 +107,17 @@ def _parameters(fit: Fit) -> dict[str, Any]:
 
 def _described(estimates: Sequence[Estimate]) -> dict[str, Any]:
     return {
-        one.name: {
-            "value": one.value,
-            "unit": one.unit,
-            "std": one.std,
-            "relative_std_percent": one.relative_std_percent,
-            "robust_std": one.robust_std,
-            "interval_percent": one.interval_percent,
-            "interval": one.interval,
-            "status": one.status,
-            "note": note_of(one),
-            "description": one.description,
+        estimate.name: {
+            "value": estimate.value,
+            "unit": estimate.unit,
+            "std": estimate.std,
+            "relative_std_percent": estimate.relative_std_percent,
+            "robust_std": estimate.robust_std,
+            "interval_percent": estimate.interval_percent,
+            "interval": estimate.interval,
+            "status": estimate.status,
+            "note": note_of(estimate),
+            "description": estimate.description,
         }
         for estimate in estimates
     }

@@ -42,7 +42,7 @@ def doubts_of(assessment: Assessment) -> tuple[Diagnostic, ...]:
     found = [Diagnostic("switching-law")] if assessment.switches else []
     held = assessment.stiffness
     if held is not None and held.left < MOSTLY * (held.law + held.friction):
-        numbers = {"taken": held.taken, "whole": held.law + held.friction, "law": held.law}
+        numbers = {"taken": held.compensation, "whole": held.law + held.friction, "law": held.law}
         found.append(Diagnostic("stiffness-taken", numbers=numbers, kind=assessment.kind))
     bare = [one for one in assessment.bare if not one.loop.is_unstable and one.margins.phase is not None]
     least = min(bare, key=lambda one: one.margins.phase or 0.0, default=None)
