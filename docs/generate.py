@@ -5,10 +5,15 @@ A test compares the pages with what this file returns, so none of them can fall 
 
 from __future__ import annotations
 
+import dataclasses
+import importlib
 import inspect
 import math
+import pkgutil
 import re
+import sys
 from collections.abc import Callable, Iterable, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -17,18 +22,19 @@ import typer
 import bristle
 from bristle.cli.application import app
 from bristle.core.contracts import Component
+from bristle.core.docstring import REFERENCE, as_markdown
 from bristle.core.variable import KINDS, unit_of
 from bristle.files.components import key_of
 from bristle.friction.slots import OFFSET
 
-REFERENCE = Path(__file__).parent / "reference"
+FOLDER = Path(__file__).parent / "reference"
 NOTE = "<!-- Written by docs/generate.py: change the code, then run it again. -->"
 
 
 def main() -> None:
     """Write every page."""
     for name, page in PAGES.items():
-        (REFERENCE / name).write_text(page(), encoding="utf-8")
+        (FOLDER / name).write_text(page(), encoding="utf-8")
 
 
 def families() -> dict[str, Mapping[str, Component]]:
@@ -63,7 +69,8 @@ def page(title: str, *parts: str) -> str:
 def models() -> str:
     """Return the page of all models: what `bristle models` tells, in one place."""
     parts = [
-        "What `bristle models` and `bristle models NAME` tell. Every friction model also takes an `offset`, and slots "
+        "What `bristle models` and `bristle models NAME` tell, and `help(bristle.friction.lugre)` in Python. Every "
+        "friction model also takes an `offset`, and slots "
         "behind its name. With `+asymmetry` the parameters marked *by direction* have one value forward (`_pos`) and "
         "one backward (`_neg`); `+position`, `+periodic`, `+load` and `+temperature` let friction "
         "[vary](../theory/models.md#what-varies). Which model to take: [how to choose](../how-to/choose-a-model.md)."
@@ -76,7 +83,9 @@ def models() -> str:
             )
         )
         for one in members.values():
-            parts += [f"### {one.name}", f"{one.description[0].upper()}{one.description[1:]}.", _parameters(one)]
+            parts += [f"### {one.name}", f"{one.description[0].upper()}{one.description[1:]}."]
+            parts += [as_markdown(part) for part in one.explanation[1:] if part.kind != REFERENCE]
+            parts += [_parameters(one)]
             parts += [f"Needs `{relation.condition}`." for relation in one.relations]
             parts += [f"Source: {_linked(one.reference)}" if one.reference else ""]
     return page("Models and their parameters", *parts)
@@ -197,21 +206,28 @@ def _options(command: Any) -> str:
 
 
 def python() -> str:
-    """Return the page of the public names, from their docstrings."""
+    """Return the page of the public names, from their docstrings, and of what the functions return."""
     functions, modules = [], []
     for name in sorted(bristle.__all__):
         value = getattr(bristle, name)
         if inspect.ismodule(value):
             modules.append((f"`bristle.{name}`", _first_line(value), _names(value)))
-        elif callable(value):
+        elif inspect.isroutine(value):
             functions += [f"### {name}", f"```text\nbristle.{name}{_signature(value)}\n```", _first_line(value)]
+            functions += [f"Returns {_linked_classes(_returned(value))}." if _returned(value) else ""]
     return page(
         "Python",
         "`import bristle as br` loads nothing heavy: what is needed is imported when it is used. Quantities are "
         'numbers in SI of the axis (m, N, kg or rad, N*m, kg*m^2) or text with a unit (`"40 mN*m"`). '
-        "`help(br.identify)` tells parameters, units, shapes and errors in full.",
+        "`help(br.identify)` tells parameters, units, shapes and errors in full, `help(br.friction.lugre)` the "
+        "equations of a model, `br.friction.lugre(<tab>` its parameters.",
         "## Functions",
         *functions,
+        "## Results and data",
+        "What functions return and take, and what that holds. All of it travels to other processes by `pickle`. What "
+        "holds signals becomes a table: `to_dataframe()` of pandas, `to_xarray()` with units, `to_dict()` of plain "
+        "data; neither library is a dependency. `np.asarray(log.position)` is an array.",
+        *(part for one in _classes() for part in _class(one)),
         "## Modules",
         table(("Module", "What it holds", "Public names"), modules),
     )
@@ -221,13 +237,115 @@ def _first_line(value: Any) -> str:
     return _paragraphs(inspect.getdoc(value) or "")[0]
 
 
-def _signature(function: Callable[..., Any]) -> str:
+def _returned(function: Any) -> list[type]:
+    """Return the classes of ours that a function returns."""
+    inner = inspect.unwrap(function)
+    return _ours(inner.__annotations__.get("return", ""), inner.__module__)
+
+
+def _ours(annotation: Any, module: str) -> list[type]:
+    """Return the data classes of ours that an annotation names, as text has it."""
+    words = re.findall(r"[A-Za-z_]\w*", str(annotation))
+    found = [vars(sys.modules[module]).get(word) or _elsewhere(word) for word in words]
+    return [one for one in found if inspect.isclass(one) and one.__module__.startswith("bristle") and _fields(one)]
+
+
+@cache
+def _elsewhere(name: str) -> type | None:
+    """Return the class of this name that any module of ours defines, where there is but one."""
+    found = set()
+    for _, module, _ in pkgutil.walk_packages(bristle.__path__, "bristle."):
+        if not module.endswith("__main__"):
+            known = vars(importlib.import_module(module))
+            found |= {known[name]} if name in known.get("__all__", ()) and inspect.isclass(known[name]) else set()
+    return found.pop() if len(found) == 1 else None
+
+
+def _fields(cls: type) -> dict[str, Any]:
+    """Return the fields of a data class or a named tuple, with their annotations; none of a descriptor."""
+    if dataclasses.is_dataclass(cls) and not issubclass(cls, Component):
+        return {one.name: one.type for one in dataclasses.fields(cls)}
+    return {name: cls.__annotations__[name] for name in getattr(cls, "_fields", ())}
+
+
+def _classes() -> list[type]:
+    """Return what the public functions return, and what that holds, in order."""
+    from bristle import engine
+
+    functions = [value for name in bristle.__all__ if inspect.isroutine(value := getattr(bristle, name))]
+    functions += [value for name in engine.__all__ if inspect.isroutine(value := getattr(engine, name))]
+    waiting = [one for function in functions for one in _returned(function)]
+    found: list[type] = []
+    while waiting:
+        one = waiting.pop(0)
+        if one not in found:
+            found.append(one)
+            waiting += [inner for annotation in _fields(one).values() for inner in _ours(annotation, one.__module__)]
+    return sorted(found, key=lambda one: one.__name__)
+
+
+def _is_ours(value: Any) -> bool:
+    return inspect.isroutine(value) and str(getattr(value, "__module__", "")).startswith("bristle")
+
+
+def _class(cls: type) -> list[str]:
+    """Return the section of a class: what it is, its attributes and what they mean, what it can do."""
+    described = _described(cls)
+    rows = [(f"`{name}`", *described.get(name, (_typed(kind), ""))) for name, kind in _fields(cls).items()]
+    for name, value in inspect.getmembers(cls):
+        if not name.startswith("_") and (isinstance(value, property) or hasattr(value, "attrname")):
+            rows.append((f"`{name}`", "", _markdown(_first_line(value))))
+    heads = ("Attribute", "Type", "Meaning")
+    methods = [
+        (f"`{name}{_signature(value, bound=True)}`", _markdown(_first_line(value)))
+        for name, value in inspect.getmembers(cls, callable)
+        if not name.startswith("_") and _is_ours(value)
+    ]
+    prose = [_markdown(one) for one in _paragraphs((inspect.getdoc(cls) or "").split("\nParameters\n---")[0])]
+    told = table(
+        heads if any(row[2] for row in rows) else heads[:2],
+        [row if any(r[2] for r in rows) else row[:2] for row in rows],
+    )
+    return [f"### {cls.__name__}", *prose, told, table(("Method", "What it does"), methods) if methods else ""]
+
+
+def _described(cls: type) -> dict[str, tuple[str, str]]:
+    """Return type and meaning of each attribute that the docstring of a class tells of, those of its bases too."""
+    found: dict[str, tuple[str, str]] = {}
+    for one in cls.__mro__:
+        section = re.search(
+            r"\nParameters\n-+\n(.*?)(?=\n\S[^\n]*\n---|\Z)", inspect.cleandoc(one.__doc__ or ""), re.DOTALL
+        )
+        for entry in re.split(r"\n(?=\S)", section[1]) if section else ():
+            head, _, meaning = entry.partition("\n")
+            names, _, kind = head.partition(" : ")
+            for name in names.split(", "):
+                found.setdefault(name, (_markdown(kind), _markdown(" ".join(meaning.split()))))
+    return found
+
+
+def _typed(annotation: Any) -> str:
+    text = getattr(annotation, "__forward_arg__", None) or str(annotation)
+    return "`" + text.replace("np.", "") + "`"
+
+
+def _markdown(text: str) -> str:
+    return text.replace("``", "`")
+
+
+def _linked_classes(classes: Iterable[type]) -> str:
+    return " and ".join(f"[`{one.__name__}`](#{one.__name__.lower()})" for one in dict.fromkeys(classes))
+
+
+def _signature(function: Callable[..., Any], bound: bool = False) -> str:
     def plain(one: inspect.Parameter) -> str:
         star = "**" if one.kind is one.VAR_KEYWORD else ""
         return star + one.name + ("" if one.default is one.empty else f"={one.default!r}")
 
     parts, keyword_only = [], False
     for one in inspect.signature(function).parameters.values():
+        if bound and one.name == "self":
+            continue
         if one.kind is one.KEYWORD_ONLY and not keyword_only:
             parts.append("*")
             keyword_only = True
@@ -340,9 +458,9 @@ def diagnostics() -> str:
 
 
 def _number_of(name: str, spec: str) -> str:
-    from bristle.core.variable import UNITS
+    from bristle.core.dimensions import NAMES
 
-    return f"`{name}` [{' or '.join(dict.fromkeys(UNITS[spec]))}]" if spec in UNITS else f"`{name}`"
+    return f"`{name}` [{' or '.join(dict.fromkeys(UNITS[spec]))}]" if re.split(r"[*/]", spec)[0] in NAMES else f"`{name}`"
 
 
 def _range(least: float, most: float) -> str:

@@ -16,14 +16,34 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from bristle import controllers, core, engine, friction, hysteresis, plants, references, sensors, simulation
+    from bristle import (
+        controllers,
+        core,
+        engine,
+        figures,
+        friction,
+        hysteresis,
+        plants,
+        references,
+        sensors,
+        simulation,
+    )
     from bristle.certificates import check
+    from bristle.core.axis import Axis
     from bristle.engine import response
     from bristle.excitation import excite
-    from bristle.files import read_axis, read_curves, read_experiment, read_model
+    from bristle.files import (
+        load_model_file,
+        read_axis,
+        read_curves,
+        read_experiment,
+        read_log,
+        read_model,
+        write_model,
+    )
     from bristle.hysteresis_identification import identify_operator
     from bristle.identification import identify
-    from bristle.logs import read_log
+    from bristle.logs.log import Log
     from bristle.loop_design import design
     from bristle.prediction import predict
     from bristle.simulation import simulate
@@ -31,9 +51,12 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _FROM = {
+    "Axis": "bristle.core.axis",
+    "Log": "bristle.logs.log",
     "check": "bristle.certificates",
     "design": "bristle.loop_design",
     "excite": "bristle.excitation",
+    "load_model_file": "bristle.files",
     "response": "bristle.engine",
     "read_axis": "bristle.files",
     "read_curves": "bristle.files",
@@ -44,10 +67,16 @@ _FROM = {
     "predict": "bristle.prediction",
     "read_log": "bristle.files",
     "simulate": "bristle.simulation",
+    "write_model": "bristle.files",
 }
-_MODULES = ("controllers", "core", "engine", "friction", "hysteresis", "plants", "references", "sensors", "simulation")
+_MODULES = (
+    "controllers", "core", "engine", "figures", "friction", "hysteresis", "plants", "references", "sensors",
+    "simulation",
+)  # fmt: skip
 
 __all__ = [
+    "Axis",
+    "Log",
     "__version__",
     "check",
     "controllers",
@@ -55,10 +84,12 @@ __all__ = [
     "design",
     "engine",
     "excite",
+    "figures",
     "friction",
     "hysteresis",
     "identify",
     "identify_operator",
+    "load_model_file",
     "plants",
     "predict",
     "read_axis",
@@ -71,6 +102,7 @@ __all__ = [
     "sensors",
     "simulate",
     "simulation",
+    "write_model",
 ]
 
 

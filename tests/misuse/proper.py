@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 import bristle as br
-from bristle import controllers, engine, friction, hysteresis, identification, logs, plants, references, sensors
+from bristle import controllers, engine, friction, hysteresis, logs, plants, prediction, references, sensors
 from bristle.core import Axis, Column, Experiment, Feedforward, Injected, Run, Variant
 from bristle.core.experiment import Learning
 from bristle.logs.curves import Curve, Curves
@@ -173,9 +173,9 @@ def calls() -> dict[str, Call]:
         "compensation_experiment": Call(br.simulation.compensation_experiment, mechanism | {
             "compensator": p["friction"], "controller": p["controller"], "reference": X, "sample_time": 1e-3,
             "resolution": 0.0, "effort_limit": 100.0, "disturbance": None, "name": "axis"}),
-        "drive_table": Call(identification.drive_table, {
+        "drive_table": Call(prediction.drive_table, {
             "fit": br.identify(recorded(), draws=0, blocks=0).best, "entries": 20}),
-        "unexplained_force": Call(identification.unexplained_force, {
+        "unexplained_force": Call(prediction.unexplained_force, {
             **mechanism, "log": recorded(), "axis": None}),
         "sign_of_effort": Call(logs.sign_of_effort, {"log": recorded()}),
         "passages": Call(logs.passages, {"log": recorded(), "axis": axis()}),
@@ -209,6 +209,9 @@ def calls() -> dict[str, Call]:
             **{name: getattr(recorded(), name) for name in ("time", "position", "velocity", "effort", "reference")},
             "load": None, "temperature": None, "injected": (), "sample_time": 1e-3, "segments": (slice(0, 600),),
             "notes": (), "kind": "translational"}),
+        "Log.from_columns": Call(Log.from_columns, {
+            "columns": {"time": recorded().time, "position": recorded().position, "effort": recorded().effort},
+            "axis": None, "kind": None, "sample_time": None}),
         "Curves": Call(Curves, {"curves": curves().curves, "start": "virgin", "kind": "translational", "notes": ()}),
     }  # fmt: skip
     for one in (

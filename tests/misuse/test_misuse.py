@@ -15,7 +15,7 @@ from tests.misuse.proper import Call, axis, calls, experiment, parts, recorded, 
 from tests.misuse.values import MOSTLY, NEVER, Column, Evasive, Hostile
 
 import bristle as br
-from bristle import engine, friction, hysteresis, identification, plants
+from bristle import engine, friction, hysteresis, plants, prediction
 from bristle.core import Axis, Experiment, Feedforward, InputError, Run
 from bristle.core.edge import amount, guarded
 from bristle.core.errors import BristleError
@@ -336,7 +336,7 @@ def entry_points() -> dict[str, Callable[[Any], Any]]:
         "feedforward": lambda bad: simulated(feedforward=Feedforward(friction=bad)),
         "predict": lambda bad: br.predict(plant, bad, log, axis=Axis()),
         "predict open loop": lambda bad: br.predict(plant, bad, log, Axis(), "open-loop"),
-        "unexplained_force": lambda bad: identification.unexplained_force(plant, bad, log),
+        "unexplained_force": lambda bad: prediction.unexplained_force(plant, bad, log),
         "identify": lambda bad: br.identify(log, bad.component, draws=0, blocks=0),
         "design": lambda bad: br.design(replace(loop, variants=(replace(variant(), friction=bad),))),
     }

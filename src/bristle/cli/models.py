@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bristle.cli.options import Json
-from bristle.cli.terminal import say, show_table
+from bristle.cli.terminal import say, say_laid_out, show_table
 
 if TYPE_CHECKING:
     from bristle.core import Component, Variable
@@ -20,13 +20,15 @@ EXAMPLE = """Example:
 
 
 def models(
-    name: Annotated[str | None, typer.Argument(metavar="[NAME]", help="Show the parameters of this one.")] = None,
+    name: Annotated[
+        str | None, typer.Argument(metavar="[NAME]", help="Show the equations and parameters of this one.")
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """List models, with parameters and units.
 
-    Friction models, hysteresis operators, plants, controllers, sensors and references; with NAME, the parameters of
-    one.
+    Friction models, hysteresis operators, plants, controllers, sensors and references; with NAME, the equations and
+    parameters of one.
     """
     from bristle.files.summary import as_json as json_text
 
@@ -78,6 +80,7 @@ def _described(family: str, one: Component) -> dict[str, Any]:
         "family": family,
         "description": one.description,
         "reference": one.reference,
+        "equations": list(one.equations),
         "relations": [relation.condition for relation in one.relations],
         "parameters": {
             key_of(name): {
@@ -111,10 +114,13 @@ def _show_families(families: dict[str, list[Component]]) -> None:
 
 
 def _show_one(one: Component) -> None:
+    from bristle.core.docstring import REFERENCE, laid_out
     from bristle.core.typography import typeset
     from bristle.files.components import key_of
     from bristle.report.table import Table
 
+    explained = [part for part in one.explanation if part.kind != REFERENCE]
+    say_laid_out(lambda width: laid_out(explained, width))
     rows = [
         (
             key_of(name),

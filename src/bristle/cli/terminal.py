@@ -18,11 +18,20 @@ if TYPE_CHECKING:
 
     from bristle.report.table import Table
 
-__all__ = ["complain", "one_line", "progress", "say", "show_table", "streams_that_take_all", "warnings_as_lines"]
+__all__ = [
+    "complain",
+    "one_line",
+    "progress",
+    "say",
+    "say_laid_out",
+    "show_table",
+    "streams_that_take_all",
+    "warnings_as_lines",
+]
 
 PATIENCE = 1.0  # [s]
 PIPE_WIDTH = 160
-ASCII = {"µ": "u", "·": "*", "²": "^2", "±": "+-", "−": "-", "–": "-", "∞": "inf", "…": "...", "°": "deg"}
+READ_WELL = 100
 
 
 def streams_that_take_all() -> None:
@@ -42,7 +51,9 @@ def streams_that_take_all() -> None:
 def _plain(error: UnicodeError) -> tuple[str, int]:
     if not isinstance(error, UnicodeEncodeError):
         raise error
-    return "".join(ASCII.get(one, "?") for one in error.object[error.start : error.end]), error.end
+    from bristle.core.formula import spelt_out
+
+    return "".join(spelt_out(one) for one in error.object[error.start : error.end]), error.end
 
 
 def one_line(text: str) -> str:
@@ -72,6 +83,12 @@ def _gone() -> None:
 def say(text: str) -> None:
     """Write a paragraph to the standard output."""
     _console(sys.stdout).print(text)
+
+
+def say_laid_out(lay_out: Callable[[int], str]) -> None:
+    """Write to the standard output what is laid out in lines of a width: that of the terminal, or one read well."""
+    console = _console(sys.stdout)
+    console.print(f"{lay_out(min(console.width, READ_WELL))}\n", soft_wrap=True)
 
 
 def show_table(table: Table) -> None:

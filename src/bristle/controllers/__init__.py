@@ -11,3 +11,7 @@ CONTROLLERS: dict[str, Controller] = {
 }
 
 __all__ = ["CONTROLLERS", "cascade", "disturbance_observer", "sliding_mode", "super_twisting"]
+
+
+def __dir__() -> list[str]:
+    return [name for name in __all__ if not name.isupper()]

@@ -94,7 +94,17 @@ class Column:
 @guarded(column=TEXT, gain=_NUMBER, optional=FLAG)
 @dataclass(frozen=True)
 class Injected:
-    """A known input added to the controller's output: `column` times `gain` is an effort in SI."""
+    """A known input added to the controller's output.
+
+    Parameters
+    ----------
+    column : str
+        Name in the log.
+    gain : float
+        `column` times `gain` is an effort in SI.
+    optional : bool
+        Whether a log may lack it.
+    """
 
     column: str
     gain: float

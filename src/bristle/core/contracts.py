@@ -24,6 +24,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from bristle.core import dispatch
+from bristle.core.documented import Documented, WithParameters
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.motion import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion, Reference
@@ -55,7 +56,7 @@ __all__ = [
 
 
 @dataclass(frozen=True, kw_only=True)
-class Component:
+class Component(Documented):
     """What every descriptor has: names, the types of its data, where it comes from.
 
     Parameters
@@ -299,8 +300,8 @@ class Trajectory(Component):
 
 
 @dataclass(frozen=True, eq=False)
-class Model:
-    """A component with its parameters. Two are equal if component, kind and every number are.
+class Model(WithParameters):
+    """A component with its parameters, which are attributes too. Two are equal if component, kind and numbers are.
 
     Parameters
     ----------

@@ -214,10 +214,26 @@ class Learning:
 class Variant:
     """One loop: the mechanism, what controls it, what it is asked to follow.
 
-    `disturbance` is a force against the motion that no model explains, such as the residual of an identification,
-    shape (sample,) [N or N*m]. With `learning` the motion is repeated. Of a plant with a screw, `friction` acts on the
-    motor and `table` on its table, in N and m; `sensor_at` tells which of both the sensor reads. `axis` says how a log
-    of it is written.
+    Parameters
+    ----------
+    name : str
+        Name of the variant.
+    plant, friction, controller, sensor, reference : Model
+        The loop; of a plant with a screw, `friction` acts on the motor.
+    feedforward : Feedforward
+        What is fed forward.
+    run : Run
+        How long and how finely it is simulated.
+    disturbance : ndarray or None, shape (sample,)
+        Force against the motion that no model explains, such as the residual of an identification [N or N*m].
+    learning : Learning or None
+        How the motion is learned, where it is repeated.
+    table : Model or None
+        Friction of the table of a plant with a screw, in N and m.
+    sensor_at : {"load", "motor"}
+        Which of both the sensor reads.
+    axis : Axis or None
+        How a log of it is written.
     """
 
     name: str
@@ -241,7 +257,21 @@ class Variant:
 )  # fmt: skip
 @dataclass(frozen=True)
 class Experiment:
-    """One or more variants side by side; `origins` are the files that it was made from, by what they are."""
+    """One or more variants side by side.
+
+    Parameters
+    ----------
+    name : str
+        Name of the experiment.
+    kind : {"translational", "rotational"}
+        Kind of axis.
+    variants : tuple of Variant
+        The loops, each with a name of its own.
+    source : Path or None
+        The file that describes it.
+    origins : mapping of str to tuple of Origin
+        The files that it was made from, by what they are.
+    """
 
     name: str
     kind: Kind

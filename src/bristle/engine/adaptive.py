@@ -42,7 +42,13 @@ SHORTEST_STEP, FIRST_STEP = 1e-13, 1e-6
 
 @dataclass(frozen=True, kw_only=True)
 class AdaptiveTrace(Trace):
-    """What an adaptive run leaves behind: a `Trace`, and how many steps were accepted and rejected."""
+    """What an adaptive run leaves behind: a `Trace`, and the count of its steps.
+
+    Parameters
+    ----------
+    steps, rejected : int
+        Steps that were accepted, and that were rejected.
+    """
 
     steps: int
     rejected: int
@@ -179,7 +185,7 @@ class _Record:
             time=self.times[cut], position=self.position[cut], velocity=self.velocity[cut], effort=u[cut],
             friction=np.diff(self.impulse)[cut] / dt, measured=self.position[cut], command=u[cut],
             motor_position=self.position[cut], motor_velocity=self.velocity[cut], status=status,
-            steps=int(accepted), rejected=int(rejected),
+            steps=int(accepted), rejected=int(rejected), kind=contact.model.kind,
         )  # fmt: skip
 
 

@@ -13,7 +13,8 @@ from bristle.core.edge import Amount, among, amount, array, guarded, instance, m
 from bristle.core.errors import InputError
 from bristle.core.packing import pack
 from bristle.core.status import Status
-from bristle.core.variable import Variable
+from bristle.core.tabular import Tabular
+from bristle.core.variable import Kind, Variable
 from bristle.engine import entries
 from bristle.engine.compilation import SIGNATURES, compiled
 from bristle.engine.part import FRICTION, PLACE, SPEED, STATE, STEPS, Part, check_run, memory_of
@@ -34,13 +35,32 @@ FORCE = Variable("force", "effort")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Trace:
-    """What a run leaves behind, each of shape (sample,), in SI of the axis.
+class Trace(Tabular):
+    """What a run leaves behind; arrays of shape (sample,), in SI of the axis.
 
-    ``position`` and ``velocity`` are those of what the axis moves at the instant of a sample; ``friction`` is the mean
-    force on the port until the next sample. Of a `ball_screw` they are those of the table, counted at the motor, and
-    ``friction`` is all that the motor feels; ``motor_position`` and ``motor_velocity`` differ from them. ``state`` and
-    ``memory`` are those of the friction model at the end of a run with fixed steps: another one goes on from them.
+    Parameters
+    ----------
+    time : ndarray
+        Time of the samples [s].
+    position, velocity : ndarray
+        Of what the axis moves, at the instant of a sample [m, m/s or rad, rad/s]; of a `ball_screw` those of the
+        table, counted at the motor.
+    effort : ndarray
+        What the drive applies from the sample on [N or N*m].
+    friction : ndarray
+        Mean force on the port until the next sample [N or N*m]; of a `ball_screw` all that the motor feels.
+    measured : ndarray
+        Position as the sensor reads it [m or rad].
+    command : ndarray
+        Effort that is asked for [N or N*m].
+    motor_position, motor_velocity : ndarray
+        Of the motor of a `ball_screw`; of any other plant they are position and velocity.
+    status : Status
+        How it ended.
+    state, memory
+        Of the friction model at the end of a run with fixed steps: another one goes on from them.
+    kind : {"translational", "rotational"}
+        Kind of axis.
     """
 
     time: np.ndarray
@@ -55,11 +75,18 @@ class Trace:
     status: Status
     state: Any = None
     memory: np.ndarray | None = None
+    kind: Kind = "translational"
 
 
 @dataclass(frozen=True, kw_only=True)
 class LoopTrace(Trace):
-    """What a closed loop leaves behind: a `Trace`, and the effort fed forward along the measured motion."""
+    """What a closed loop leaves behind: a `Trace`, and what was fed forward.
+
+    Parameters
+    ----------
+    compensation : ndarray, shape (sample,)
+        Effort fed forward along the measured motion [N or N*m].
+    """
 
     compensation: np.ndarray
 
@@ -108,6 +135,7 @@ class _Mechanism:
             "time": dt * np.arange(done), "position": x, "velocity": v, "effort": effort, "friction": friction,
             "measured": measured, "command": command, "motor_position": motor_x, "motor_velocity": motor_v,
             "status": self.status(done, rows.shape[1]), "state": self.friction.state_now, "memory": self.memory,
+            "kind": self.friction.model.kind,
         }  # fmt: skip
 
     def status(self, done: int, count: int) -> Status:

@@ -49,10 +49,17 @@ TREATMENT = {
 class ModelFile(NamedTuple):
     """What a model file holds.
 
-    `info` has ``"provenance"``, ``"treatment"`` (``cutoff`` [Hz], ``decimation``, ``velocity_max`` [m/s or rad/s],
-    ``delay`` and ``lag`` [s] of the identification, where known), ``"uncertainty"``: for each parameter ``std``,
-    ``robust_std`` and ``interval`` in SI, where known, and ``status``; and ``"bands"``, what bands around a prediction
-    are made of, or None.
+    Parameters
+    ----------
+    plant : Model or None
+        The plant, where the file has one.
+    friction : Model
+        The friction model.
+    info : dict
+        ``"provenance"``, ``"treatment"`` (``cutoff`` [Hz], ``decimation``, ``velocity_max`` [m/s or rad/s], ``delay``
+        and ``lag`` [s] of the identification, where known), ``"uncertainty"``: for each parameter ``std``,
+        ``robust_std`` and ``interval`` in SI, where known, and ``status``; and ``"bands"``, what bands around a
+        prediction are made of, or None.
     """
 
     plant: Model | None

@@ -74,6 +74,11 @@ __all__ = [
 ]
 
 
+def __dir__() -> list[str]:
+    """Return what completion shows: the models, and what returns one."""
+    return [*MODELS, "find", "with_presliding", "with_slots"]
+
+
 def find(name: str, path: str = "friction.model") -> SlottedModel:
     """Return the model with this name and slots, such as ``"lugre+asymmetry"``; every one takes an ``offset``.
 

@@ -2,7 +2,7 @@ r"""Preisach-LuGre: the bristles of LuGre with the hysteresis of a Preisach oper
 
 .. math::
     F = f_h[z] + \sigma_1(v)\,\dot z + \sigma_2 v, \qquad
-    \dot z = v\left[1 - \Phi\left(\frac{f_h \operatorname{sgn} v}{G(v)}\right)\right], \qquad
+    \dot z = v\left[1 - \Phi\!\left(\frac{f_h \operatorname{sgn} v}{G(v)}\right)\right], \qquad
     G(v) = F_C + (F_S - F_C)\,e^{-(v/v_S)^2}
 
 with :math:`\sigma_1(v) = \sigma_1 e^{-(v/v_d)^2}`, constant where :math:`v_d = \infty`. The hysteretic force comes from

@@ -89,3 +89,7 @@ def inverse_of(operator: Model) -> Model:
     raise InputError(
         "has no inverse here", path="operator", value=operator.name, allowed="prandtl_ishlinskii, preisach"
     )
+
+
+def __dir__() -> list[str]:
+    return [name for name in __all__ if not name.isupper()]

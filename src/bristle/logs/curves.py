@@ -20,7 +20,13 @@ SATURATED = 10.0  # times the largest input of the record
 
 
 class Curve(NamedTuple):
-    """One path of the input and the output along it, shape (sample,) each, in SI."""
+    """One path of the input and the output along it.
+
+    Parameters
+    ----------
+    u, f : ndarray, shape (sample,)
+        Input and output, in SI.
+    """
 
     u: np.ndarray
     f: np.ndarray

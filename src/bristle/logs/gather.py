@@ -37,11 +37,11 @@ def gather(table: Table, axis: Axis) -> Gathered:
     """Return the channels that `axis` names, in SI of its kind, sign and transmission applied."""
     found = Gathered(notes=list(table.notes))
     for name, column in axis.columns.items():
-        if channel := _channel(table, column, name, axis.kind, found):
+        if (channel := _channel(table, column, name, axis.kind, found)) is not None:
             found.channels[name] = channel
     for index, known in enumerate(axis.injected):
         column = Column(known.column, "", "", known.gain, known.optional)
-        if channel := _channel(table, column, f"injected[{index}]", axis.kind, found):
+        if (channel := _channel(table, column, f"injected[{index}]", axis.kind, found)) is not None:
             found.injected.append(channel)
     if "position" not in axis.columns:
         found.problems.append(

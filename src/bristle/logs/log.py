@@ -8,11 +8,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.lib.mixins import NDArrayOperatorsMixin
 
-from bristle.core.axis import CHANNELS
+from bristle.core.axis import CHANNELS, Axis
 from bristle.core.content import NOWHERE, Origin
 from bristle.core.edge import KIND, TEXT, Converter, amount, array, guarded, instance, many, optional
 from bristle.core.errors import InputError
+from bristle.core.tabular import SIGNALS, Signal, Tabular, ranged
+from bristle.core.typography import with_unit
 from bristle.core.variable import KINDS, Kind, Variable, unit_of
 
 __all__ = ["CHANNELS", "Channel", "Log"]
@@ -23,8 +26,8 @@ COLUMN = array(finite=False)  # what a file holds is looked at, and its place to
 
 @guarded(values=COLUMN, unit=TEXT, column=TEXT)
 @dataclass(frozen=True, eq=False)
-class Channel:
-    """One recorded signal.
+class Channel(NDArrayOperatorsMixin):
+    """One recorded signal; to numpy, to plots and in calculations it is the array of its samples.
 
     Parameters
     ----------
@@ -44,6 +47,35 @@ class Channel:
         values = np.array(self.values, dtype=float)
         values.flags.writeable = False
         object.__setattr__(self, "values", values)
+
+    # Two channels are one or not; what their samples are is asked of `values`.
+    def __eq__(self, other: object) -> bool:
+        return self is other
+
+    def __ne__(self, other: object) -> bool:
+        return self is not other
+
+    def __hash__(self) -> int:
+        return id(self)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray:
+        return np.array(self.values, dtype=dtype) if copy else np.asarray(self.values, dtype=dtype)
+
+    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **arguments: Any) -> Any:
+        plain = (one.values if isinstance(one, Channel) else one for one in inputs)
+        return getattr(ufunc, method)(*plain, **arguments)
+
+    def __len__(self) -> int:
+        return self.values.size
+
+    def __getitem__(self, place: Any) -> Any:
+        return self.values[place]
+
+    def __iter__(self) -> Iterator[float]:
+        return iter(self.values)
+
+    def __repr__(self) -> str:
+        return f"Channel({len(self)} samples, {ranged(self.values, self.unit)}, column {self.column!r})"
 
 
 def channel(name: str) -> Converter:
@@ -65,8 +97,11 @@ def channel(name: str) -> Converter:
     source=instance(Path, "a path", read=Path),    origin=instance(Origin, "an Origin"), notes=many(TEXT), kind=KIND,
 )  # fmt: skip
 @dataclass(frozen=True, eq=False)
-class Log:
+class Log(Tabular):
     """What was recorded of a motion axis, in SI of its kind, on a uniform grid of time.
+
+    Made by `read_log` from a file, by `Log.from_columns` from a data frame or a dictionary, which look at what they
+    find; or from arrays that are taken as they are: ``Log(time=t, position=x, effort=u)``.
 
     Parameters
     ----------
@@ -74,10 +109,16 @@ class Log:
         Time [s]. Uniform within a segment. Here and below numbers without a channel are in SI.
     position : Channel or array_like
         Position [m or rad].
-    velocity, effort, reference : Channel or None
-        Velocity [m/s or rad/s], effort [N or N*m], reference of position [m or rad]; None where not recorded.
-    load, temperature : Channel or None
-        Normal load over its nominal value, temperature [K]; None where not recorded.
+    velocity : Channel or None
+        Velocity [m/s or rad/s]; None where not recorded, as those below.
+    effort : Channel or None
+        Effort [N or N*m].
+    reference : Channel or None
+        Desired position [m or rad].
+    load : Channel or None
+        Normal load over its nominal value.
+    temperature : Channel or None
+        Temperature [K].
     injected : tuple of Channel
         Known inputs added to the controller's output [N or N*m]; `effort` contains them.
     sample_time : float
@@ -121,6 +162,50 @@ class Log:
         if not self.segments:
             object.__setattr__(self, "segments", (slice(0, len(self)),))
 
+    @classmethod
+    def from_columns(
+        cls, columns: Any, *, axis: Axis | None = None, kind: str | None = None, sample_time: Any = None
+    ) -> Log:
+        """Return the log in a data frame, a data set or a dictionary of arrays.
+
+        What is found is looked at as `read_log` looks at a file: a log is refused for samples that are missing or
+        saturated, small jitter of the time is resampled away, gaps split it.
+
+        Parameters
+        ----------
+        columns : mapping, or a table of pandas, polars, xarray, pyarrow or numpy
+            Columns called ``time``, ``position`` and ``effort``, and where there are any ``velocity``, ``reference``,
+            ``load``, ``temperature`` and ``injected.NAME``, in SI; others are left alone. Time may be the index of a
+            frame, and be dates. A unit that a column says itself (``attrs["units"]``) is converted from.
+        axis : Axis, optional
+            Which columns are which, in what units and signs, where they are called otherwise.
+        kind : {"translational", "rotational"}, optional
+            Kind of axis; told from the axis or the unit of the position where not given, else translational.
+        sample_time : float or str, optional
+            Time between samples [s], where there is no column of time.
+
+        Returns
+        -------
+        Log
+            All channels, each with unit and source column.
+
+        Raises
+        ------
+        InputError
+            If a column is missing, holds no numbers, is of the wrong unit, not finite, constant or saturated, or time
+            is not even; it names the column and the sample.
+
+        Examples
+        --------
+        >>> t = np.arange(200) * 1e-3
+        >>> log = Log.from_columns({"time": t, "position": 0.01 * np.sin(9 * t), "effort": 5 * np.cos(9 * t)})
+        >>> len(log), log.position.unit, log.sample_time
+        (200, 'm', 0.001)
+        """
+        from bristle.logs.columns import log_of_columns
+
+        return log_of_columns(columns, axis=axis, kind=kind, sample_time=sample_time)
+
     def __len__(self) -> int:
         return self.time.values.size
 
@@ -142,6 +227,28 @@ class Log:
                 yield name, channel
         for channel in self.injected:
             yield f"injected.{channel.column}", channel
+
+    def _signals(self) -> dict[str, Signal]:
+        return {
+            name: Signal(one.values, one.unit, SIGNALS[name].description if name in SIGNALS else "known input")
+            for name, one in self.channels()
+        }
+
+    def _facts(self) -> dict[str, Any]:
+        return {
+            "kind": self.kind, "sample_time": self.sample_time, "source": self.origin.name or self.source.name,
+            "checksum": self.origin.checksum, "columns": {name: one.column for name, one in self.channels()},
+            "segments": [[one.start, one.stop] for one in self.segments], "notes": list(self.notes),
+        }  # fmt: skip
+
+    def _title(self) -> str:
+        source = self.origin.name or self.source.name
+        told = f"{with_unit(self.duration, 's')} at {with_unit(1.0 / self.sample_time, 'Hz')}"
+        return f"Log of {len(self)} samples, {told}, {self.kind}{f', from {source}' if source else ''}"
+
+    def _remarks(self) -> list[str]:
+        parts = [f"{len(self.segments)} segments without a gap"] if len(self.segments) > 1 else []
+        return [*parts, *self.notes]
 
 
 def _spacing(time: np.ndarray) -> float:

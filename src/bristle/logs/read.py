@@ -21,7 +21,7 @@ from bristle.logs.span import within
 from bristle.logs.table import Table
 from bristle.logs.velocity import doubts_about_velocity
 
-__all__ = ["assembled", "clock_for", "read_log"]
+__all__ = ["assembled", "clock_for", "log_of", "read_log"]
 
 
 def read_log(given: Readable, axis: Axis | None = None, *, size_limit: int = SIZE_LIMIT) -> Log:
@@ -44,8 +44,17 @@ def read_log(given: Readable, axis: Axis | None = None, *, size_limit: int = SIZ
         or time is not even; it names the column and the sample.
     """
     table = read_table(given, axis and axis.table, choice=columns_of(axis), size_limit=size_limit)
-    if axis is None:
-        axis = axis_of(table)
+    return log_of(table, axis or axis_of(table))
+
+
+def log_of(table: Table, axis: Axis) -> Log:
+    """Return the log in a table, in SI of the axis, on a uniform grid of time.
+
+    Raises
+    ------
+    InputError
+        As `read_log`.
+    """
     found = gather(table, axis)
     for problem in (*found.problems, *problems_of(found, axis, str(table.source))):
         raise problem
@@ -85,7 +94,7 @@ def assembled(table: Table, axis: Axis, found: Gathered, clock: Clock) -> Log:
 
     def on_grid(name: str, lag: float = 0.0) -> Channel | None:
         channel = found.channels.get(name)
-        return channel and Channel(clock.sampled(channel.values, lag), channel.unit, channel.column)
+        return None if channel is None else replace(channel, values=clock.sampled(channel.values, lag))
 
     position = on_grid("position")
     if position is None:

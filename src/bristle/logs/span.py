@@ -31,7 +31,7 @@ def within(log: Log, span: tuple[float, float]) -> Log:
         )  # fmt: skip
 
     def part(channel: Channel | None) -> Channel | None:
-        return channel and replace(channel, values=channel.values[first:last])
+        return None if channel is None else replace(channel, values=channel.values[first:last])
 
     segments = [(max(one.start, first) - first, min(one.stop, last) - first) for one in log.segments]
     return replace(

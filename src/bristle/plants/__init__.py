@@ -9,3 +9,7 @@ from bristle.plants.pulled_inertia import MODEL as pulled_inertia
 PLANTS: dict[str, Plant] = {plant.name: plant for plant in (inertia, oscillator, pulled_inertia, ball_screw)}
 
 __all__ = ["PLANTS", "ball_screw", "inertia", "oscillator", "pulled_inertia"]
+
+
+def __dir__() -> list[str]:
+    return [name for name in __all__ if not name.isupper()]

@@ -16,3 +16,7 @@ REFERENCES: dict[str, Trajectory] = {
 __all__ = [
     "REFERENCES", "chirp", "circle", "recorded", "s_curve", "sine", "triangle", "varied_sine",
 ]  # fmt: skip
+
+
+def __dir__() -> list[str]:
+    return [name for name in __all__ if not name.isupper()]

@@ -7,3 +7,7 @@ from bristle.sensors.torque import torque_seen
 SENSORS: dict[str, Sensor] = {sensor.name: sensor for sensor in (encoder,)}
 
 __all__ = ["SENSORS", "encoder", "torque_seen"]
+
+
+def __dir__() -> list[str]:
+    return [name for name in __all__ if not name.isupper()]

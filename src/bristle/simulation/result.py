@@ -8,10 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from bristle.core.card import Card, Shown
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.edge import array, guarded
 from bristle.core.experiment import Experiment
 from bristle.core.status import Status
+from bristle.core.tabular import Tabular, library, plain
+from bristle.core.typography import with_unit
+from bristle.core.variable import KINDS, Kind, unit_of
 
 __all__ = [
     "Prediction",
@@ -24,9 +28,18 @@ __all__ = [
 ]
 
 
+HEADS = ("Variant", "Following error, peak to peak", "its rms", "True error, rms", "Effort, rms", "Peak", "Status")
+
+
 @dataclass(frozen=True)
 class Statistics:
-    """A signal in six numbers, in the unit of the signal."""
+    """A signal in six numbers, in the unit of the signal.
+
+    Parameters
+    ----------
+    peak_to_peak, mean, std, rms, min, max : float
+        Largest minus smallest value, mean, standard deviation, root mean square, smallest and largest value.
+    """
 
     peak_to_peak: float
     mean: float
@@ -60,11 +73,13 @@ def relative_error_percent(signal: np.ndarray, predicted: np.ndarray) -> float:
 
 
 @dataclass(frozen=True)
-class VariantResult:
+class VariantResult(Tabular):
     """One variant of an experiment, simulated; arrays of shape (sample,), in SI of the axis.
 
     Parameters
     ----------
+    name : str
+        Name of the variant.
     following_error : Statistics
         Reference minus encoder reading, after the settling time.
     true_error : Statistics
@@ -84,6 +99,8 @@ class VariantResult:
         Standard deviation over the runs of each number of `as_dict`, in the same shape; empty for one run.
     trials : tuple of float
         Following error peak to peak of each trial, where the motion is learned [m or rad].
+    kind : {"translational", "rotational"}
+        Kind of axis.
     """
 
     name: str
@@ -105,11 +122,29 @@ class VariantResult:
     runs: int = 1
     spread: Mapping[str, Any] = field(default_factory=dict)
     trials: tuple[float, ...] = ()
+    kind: Kind = "translational"
 
     def as_dict(self) -> dict[str, Any]:
         """Return the numbers, without the arrays; beside each mean over several runs its ``..._spread``."""
         told = _with_spread(self._numbers(), self.spread) | {"status": self.status.sentence, "runs": self.runs}
         return told | ({"trials": list(self.trials)} if self.trials else {})
+
+    def _facts(self) -> dict[str, Any]:
+        return {"name": self.name, "kind": self.kind} | plain(self.as_dict())
+
+    def _title(self) -> str:
+        return f"{self.name}: simulated, {len(self.time)} samples, {self.kind}"
+
+    def _remarks(self) -> list[str]:
+        return [f"{head}: {text}" for head, text in zip(HEADS[1:], self._row(), strict=True) if text]
+
+    def _row(self) -> tuple[str, ...]:
+        """Return its numbers as a row of the card of an experiment tells them."""
+        length, force = unit_of("length", self.kind), unit_of("force", self.kind)
+        errors = (self.following_error.peak_to_peak, self.following_error.rms, self.true_error.rms)
+        efforts = (self.effort_rms, self.effort_peak)
+        told = [with_unit(one, unit) for unit, some in ((length, errors), (force, efforts)) for one in some]
+        return *told, self.status.sentence
 
     def _numbers(self) -> dict[str, Any]:
         return {
@@ -167,19 +202,82 @@ def _mean(several: Sequence[Statistics]) -> Statistics:
 
 
 @dataclass(frozen=True)
-class SimulationResult:
+class SimulationResult(Shown):
     """An experiment, simulated: its variants by name, in order.
 
-    `refused` are variants that were not simulated, by name with the reason, in words.
+    Parameters
+    ----------
+    experiment : Experiment
+        What was simulated.
+    variants : mapping of str to VariantResult
+        What came out of each variant.
+    refused : mapping of str to str
+        Variants that were not simulated, by name with the reason, in words.
     """
 
     experiment: Experiment
     variants: Mapping[str, VariantResult]
     refused: Mapping[str, str] = field(default_factory=dict)
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as plain data: each variant with its numbers, its ``signals`` and their ``units``."""
+        return {
+            "name": self.experiment.name, "kind": self.experiment.kind, "refused": dict(self.refused),
+            "variants": {name: one.to_dict() for name, one in self.variants.items()},
+        }  # fmt: skip
+
+    def to_dataframe(self) -> Any:
+        """Return the signals of all variants as a data frame of pandas, one row a sample, in SI.
+
+        Returns
+        -------
+        pandas.DataFrame
+            With a column ``variant`` before those of `VariantResult`.
+
+        Raises
+        ------
+        MissingExtraError
+            If pandas is not installed.
+        """
+        pandas = library("pandas", "to_dataframe()")
+        frames = {name: one.to_dataframe() for name, one in self.variants.items()}
+        units = next((one.attrs["units"] for one in frames.values()), {})
+        for name, one in frames.items():
+            one.attrs = {}  # which would be compared number by number
+            one.insert(0, "variant", name)
+        whole = pandas.concat(list(frames.values()), ignore_index=True) if frames else pandas.DataFrame()
+        whole.attrs["units"] = units
+        return whole
+
+    def to_xarray(self) -> Any:
+        """Return the signals of all variants as a data set of xarray over ``variant`` and ``time``, in SI.
+
+        Returns
+        -------
+        xarray.Dataset
+            NaN where a variant has no sample, as one that was cut short or sampled otherwise.
+
+        Raises
+        ------
+        MissingExtraError
+            If xarray is not installed.
+        """
+        xarray = library("xarray", "to_xarray()")
+        sets = [one.to_xarray() for one in self.variants.values()]
+        if not sets:
+            return xarray.Dataset()
+        names = xarray.DataArray(list(self.variants), dims="variant", name="variant")
+        together = xarray.concat(sets, dim=names, join="outer", combine_attrs="drop_conflicts")
+        return together.assign_attrs(name=self.experiment.name, kind=self.experiment.kind)
+
+    def _card(self) -> Card:
+        rows = tuple((name, *one._row()) for name, one in self.variants.items())
+        title = f"{self.experiment.name}: {len(rows)} {'variant' if len(rows) == 1 else 'variants'} simulated"
+        return Card(title, HEADS, rows, tuple(f"{name} was not simulated: {why}" for name, why in self.refused.items()))
+
 
 @dataclass(frozen=True)
-class Prediction:
+class Prediction(Tabular):
     """A model run on a log that it need not have seen; arrays of shape (sample,), in SI of the axis.
 
     Parameters
@@ -187,9 +285,17 @@ class Prediction:
     mode : {"inverse", "closed-loop", "open-loop"}
         ``inverse``: effort from the measured motion. ``closed-loop``: effort and motion from the reference,
         with the controller of the axis. ``open-loop``: motion from the measured effort.
+    time : ndarray
+        Time of the samples [s].
+    effort, position : ndarray
+        As the log has them, treated as the mode asks for [N or N*m, m or rad].
+    effort_predicted, position_predicted : ndarray or None
+        As the model gives them; None where the mode does not predict the signal.
     metrics : mapping
         ``force_error_percent``, ``position_error_percent``, ``position_rmse``, ``position_unit``; None where the mode
         does not predict the signal.
+    status : Status
+        How the simulation ended.
     diagnostics : tuple of Diagnostic
         What may mislead, and what the prediction rests on.
     half_width : ndarray or None
@@ -212,6 +318,11 @@ class Prediction:
     position_half_width: np.ndarray | None = None
 
     @property
+    def kind(self) -> Kind:
+        """Kind of axis, as the unit of the position tells."""
+        return KINDS[1] if self.metrics.get("position_unit") == unit_of("length", KINDS[1]) else KINDS[0]
+
+    @property
     def inside_percent(self) -> float | None:
         """Share of the samples of the effort that lie inside the 95 % band [%]; None without a band."""
         return _inside_percent(self.effort, self.effort_predicted, self.half_width)
@@ -220,6 +331,23 @@ class Prediction:
     def position_inside_percent(self) -> float | None:
         """Share of the samples of the position that lie inside the 95 % band [%]; None without a band."""
         return _inside_percent(self.position, self.position_predicted, self.position_half_width)
+
+    def _facts(self) -> dict[str, Any]:
+        inside = {"inside_percent": self.inside_percent, "position_inside_percent": self.position_inside_percent}
+        return super()._facts() | inside
+
+    def _title(self) -> str:
+        return f"Prediction ({self.mode}) of {len(self.time)} samples, {self.kind}"
+
+    def _remarks(self) -> list[str]:
+        errors = {
+            "effort": self.metrics.get("force_error_percent"),
+            "position": self.metrics.get("position_error_percent"),
+        }
+        told = [f"error of the {name}: {one:.3g} %" for name, one in errors.items() if isinstance(one, float)]
+        bands = {"effort": self.inside_percent, "position": self.position_inside_percent}
+        told += [f"inside the band of the {name}: {one:.3g} %" for name, one in bands.items() if one is not None]
+        return [*told, *super()._remarks()]
 
 
 def _inside_percent(

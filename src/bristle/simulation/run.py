@@ -135,4 +135,5 @@ def _simulate_once(variant: Variant, desired: np.ndarray, number: int) -> Varian
         feedforward=effort[:done] + trace.compensation,
         friction=trace.friction,
         status=trace.status,
+        kind=trace.kind,
     )

@@ -1,0 +1,208 @@
+"""Signals as tables of other libraries: a data frame, a data set with units, plain lists.
+
+What holds signals of one length derives from `Tabular`, and needs no more than a `kind` and its fields: what they are
+is told by `SIGNALS`. Neither pandas nor xarray is a dependency: each is imported when it is asked for.
+"""
+
+from __future__ import annotations
+
+import importlib
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, fields, is_dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from bristle.core.card import Card, Shown
+from bristle.core.errors import MissingExtraError
+from bristle.core.status import Status
+from bristle.core.typography import number, scale_of
+from bristle.core.variable import Kind, Variable
+
+__all__ = ["SIGNALS", "Signal", "Tabular", "library", "plain", "ranged"]
+
+SIGNALS: dict[str, Variable] = {
+    "time": Variable("time", "time"),
+    "position": Variable("length", "position"),
+    "velocity": Variable("length/time", "velocity"),
+    "effort": Variable("force", "effort of the drive"),
+    "reference": Variable("length", "desired position"),
+    "load": Variable("1", "normal load over its nominal value"),
+    "temperature": Variable("temperature", "temperature"),
+    "measured": Variable("length", "position as the sensor reads it"),
+    "command": Variable("force", "effort that the controller asks for"),
+    "feedforward": Variable("force", "effort that is fed forward"),
+    "compensation": Variable("force", "effort fed forward along the measured motion"),
+    "friction": Variable("force", "friction force, mean until the next sample"),
+    "motor_position": Variable("length", "position of the motor"),
+    "motor_velocity": Variable("length/time", "velocity of the motor"),
+    "effort_predicted": Variable("force", "effort that the model predicts"),
+    "half_width": Variable("force", "half-width of the 95 % band around the effort"),
+    "position_predicted": Variable("length", "position that the model predicts"),
+    "position_half_width": Variable("length", "half-width of the 95 % band around the position"),
+}
+"""Name of a signal -> what it is."""
+
+
+class Signal(NamedTuple):
+    """One signal: its samples, its unit in SI, what it is."""
+
+    values: np.ndarray
+    unit: str
+    description: str
+
+
+class Tabular(Shown):
+    """What holds signals of one length, by name, and numbers beside them.
+
+    A dataclass that derives from it has a `kind` of axis; its signals are the fields that `SIGNALS` knows.
+    """
+
+    @property
+    def _kind(self) -> Kind:
+        return getattr(self, "kind", "translational")
+
+    def _signals(self) -> dict[str, Signal]:
+        """Return the signals that there are, time first."""
+        held: dict[str, Any] = {name: getattr(self, name, None) for name in SIGNALS}
+        return {
+            name: Signal(held[name], one.unit(self._kind), one.description)
+            for name, one in SIGNALS.items()
+            if isinstance(held[name], np.ndarray) and np.shape(held[name]) == np.shape(held["time"])
+        }
+
+    def _facts(self) -> dict[str, Any]:
+        """Return what is told beside the signals, as plain data."""
+        rest = (one.name for one in fields(self) if one.name not in SIGNALS)  # type: ignore[arg-type]
+        return {"kind": self._kind} | {name: plain(getattr(self, name)) for name in rest}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as plain data: ``signals`` and ``units`` by name, and what is told beside them.
+
+        Returns
+        -------
+        dict
+            Of text, numbers and lists: `json.dumps` writes it, ``pandas.DataFrame(result.to_dict()["signals"])`` and
+            ``polars.DataFrame(...)`` take it.
+        """
+        signals = self._signals()
+        return self._facts() | {
+            "units": {name: one.unit for name, one in signals.items()},
+            "signals": {name: one.values.tolist() for name, one in signals.items()},
+        }
+
+    def to_dataframe(self) -> Any:
+        """Return the signals as a data frame of pandas, one row a sample, in SI.
+
+        Returns
+        -------
+        pandas.DataFrame
+            With the columns ``time``, ``position``, ...; ``frame.attrs["units"]`` has the unit of each.
+
+        Raises
+        ------
+        MissingExtraError
+            If pandas is not installed.
+        """
+        pandas = library("pandas", "to_dataframe()")
+        signals = self._signals()
+        frame = pandas.DataFrame({name: one.values for name, one in signals.items()})
+        frame.attrs["units"] = {name: one.unit for name, one in signals.items()}
+        return frame
+
+    def to_xarray(self) -> Any:
+        """Return the signals as a data set of xarray over time, in SI.
+
+        Returns
+        -------
+        xarray.Dataset
+            Each signal with ``units`` and ``long_name`` in its ``attrs``, which plots of xarray put on their axes.
+
+        Raises
+        ------
+        MissingExtraError
+            If xarray is not installed.
+        """
+        xarray = library("xarray", "to_xarray()")
+        held = {
+            name: ("time", np.array(one.values), {"units": one.unit, "long_name": one.description})
+            for name, one in self._signals().items()
+        }
+        facts = {name: one for name, one in self._facts().items() if isinstance(one, (str, int, float))}
+        return xarray.Dataset(held, coords={"time": held.pop("time")}, attrs=facts)
+
+    def _card(self) -> Card:
+        signals = self._signals()
+        rows = tuple((name, ranged(one.values, one.unit), one.description) for name, one in signals.items())
+        return Card(self._title(), ("Signal", "Range", "What it is"), rows, tuple(self._remarks()))
+
+    def _title(self) -> str:
+        return f"{type(self).__name__} of {len(self._signals()['time'].values)} samples, {self._kind}"
+
+    def _remarks(self) -> list[str]:
+        status = getattr(self, "status", Status.OK)
+        return [f"status: {status.sentence}", *getattr(self, "notes", ())]
+
+
+def ranged(values: np.ndarray, unit: str) -> str:
+    """Return the range of a signal in a fitting multiple of its unit.
+
+    Examples
+    --------
+    >>> ranged(np.array([-0.001, 0.0025]), "m")
+    '−1.000 to 2.500 mm'
+    """
+    finite = values[np.isfinite(values)]
+    if not finite.size:
+        return "no finite number"
+    low, high = float(finite.min()), float(finite.max())
+    scale = scale_of(unit, max(abs(low), abs(high)))
+    lost = f", {values.size - finite.size} not finite" if finite.size < values.size else ""
+    ends = dict.fromkeys(number(one * scale.factor) for one in (low, high))
+    return f"{' to '.join(ends)} {scale.unit}".rstrip() + lost
+
+
+def plain(value: Any) -> Any:
+    """Return a value as text, numbers, lists and dictionaries, as JSON knows them; what is no finite number is None."""
+    if isinstance(value, Status):
+        return value.sentence
+    if isinstance(value, Mapping):
+        return {str(key): plain(one) for key, one in value.items()}
+    if hasattr(value, "_asdict"):
+        return plain(value._asdict())
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [plain(one) for one in value]
+    if isinstance(value, slice):
+        return [value.start, value.stop]
+    if is_dataclass(value) and not isinstance(value, type):
+        return plain(asdict(value))
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value if value is None or isinstance(value, (str, bool, int, float)) else str(value)
+
+
+def library(name: str, wanted_by: str) -> Any:
+    """Return a library that is no dependency.
+
+    Parameters
+    ----------
+    name : str
+        Of the library.
+    wanted_by : str
+        What needs it.
+
+    Raises
+    ------
+    MissingExtraError
+        If it is not installed.
+    """
+    try:
+        return importlib.import_module(name)
+    except ImportError:
+        raise MissingExtraError(f"needs {name}, which is not installed", path=wanted_by,
+                                mend=f"Type: pip install {name}") from None  # fmt: skip

@@ -1,0 +1,43 @@
+"""Results in a few lines: never more than fit on a screen, and nothing from a file is taken for markup."""
+
+from dataclasses import dataclass
+
+from bristle.core.card import MOST_LINES, Card, Shown
+
+MANY = Card("much", ("Name", "Value"), tuple((f"row {i}", "1") for i in range(500)), tuple(map(str, range(500))))
+
+
+def test_it_is_never_longer_than_a_screen():
+    lines = MANY.text().splitlines()
+    assert len(lines) <= MOST_LINES
+    assert lines[0] == "much"
+    assert "and 480 more rows" in MANY.text()
+    assert "and 494 more remarks" in MANY.text()
+    assert MANY.html().count("<tr>") < MOST_LINES
+
+
+def test_columns_stand_below_one_another():
+    text = Card("t", ("Name", "Value"), (("a", "1 m"), ("longer", "2 m"))).text()
+    assert text.splitlines()[1:] == ["  Name    Value", "  a       1 m", "  longer  2 m"]
+
+
+def test_what_a_file_says_is_no_markup_and_no_new_line():
+    card = Card("<b>", ("<i>",), (("<script>alert(1)</script>\n",),), ("a & b\x1b[31m",))
+    html = card.html()
+    assert "<script>" not in html
+    assert "&lt;script&gt;" in html
+    assert "a &amp; b" in html
+    assert "\x1b" not in html + card.text()
+    assert len(card.text().splitlines()) == 4
+
+
+def test_a_dataclass_is_shown_as_its_card():
+    @dataclass
+    class Result(Shown):
+        values: list[float]
+
+        def _card(self):
+            return Card(f"{len(self.values)} numbers")
+
+    assert repr(Result([0.0] * 1000)) == "1000 numbers"
+    assert Result([0.0])._repr_html_() == "<div><strong>1 numbers</strong></div>"

@@ -1,0 +1,176 @@
+"""What is shown at the prompt: docstring and signature of a component, its parameters, short lists of names."""
+
+import copy
+import inspect
+import pickle
+import pydoc
+
+import pytest
+
+import bristle as br
+from bristle import controllers, friction, hysteresis, plants, references, sensors
+from bristle.core import FrictionModel, Model
+from bristle.files.user_model import load_model_file
+
+FAMILIES = {
+    friction: friction.MODELS, hysteresis: hysteresis.OPERATORS, plants: plants.PLANTS,
+    controllers: controllers.CONTROLLERS, sensors: sensors.SENSORS, references: references.REFERENCES,
+}  # fmt: skip
+COMPONENTS = [one for members in FAMILIES.values() for one in members.values()]
+SLOTTED = [friction.find("lugre+asymmetry+position"), friction.find("gms+load"), friction.find("stribeck+asymmetry")]
+EVERY = pytest.mark.parametrize("component", [*COMPONENTS, *SLOTTED], ids=lambda one: f"{one.family} {one.name}")
+LUGRE = {"F_C": 20.0, "F_S": 28.0, "v_S": 2e-3, "sigma_0": 1e7}
+
+
+def section_of(text, head):
+    return text.split(f"\n{head}\n{'-' * len(head)}\n")[1].split("\n\n")[0]
+
+
+@EVERY
+def test_the_help_tells_equations_and_every_parameter_with_unit_and_range(component):
+    shown = pydoc.render_doc(component, renderer=pydoc.plaintext)
+    assert all(line.split()[0] in shown for line in component.equations)
+    told = section_of(component.__doc__, "Parameters")
+    for name, variable in component.variables.items():
+        line, said = told.split(f"\n{name} : ")[-1].removeprefix(f"{name} : ").splitlines()[:2]
+        assert variable.description in said
+        assert all(f"{variable.unit(kind)}" in line for kind in br.core.variable.KINDS if variable.unit(kind) != "1")
+        assert ("default" in line) == (name in component.defaults)
+        if variable.min == 0.0 and variable.max == float("inf"):
+            assert ">= 0" in said
+    for relation in component.relations:
+        assert relation.condition in section_of(component.__doc__, "Notes")
+
+
+@pytest.mark.parametrize("component", COMPONENTS, ids=lambda one: f"{one.family} {one.name}")
+def test_what_the_file_says_first_is_what_the_help_says_first(component):
+    first = inspect.getmodule(component.Parameters).__doc__.splitlines()[0]
+    assert " ".join(component.__doc__.split()).replace("`", "").startswith(first.split(":")[0].replace("`", ""))
+
+
+@EVERY
+def test_the_signature_takes_what_a_call_takes(component):
+    parameters = inspect.signature(component).parameters
+    assert list(parameters) == [*component.variables, "kind", "validate"]
+    assert {name for name, one in parameters.items() if one.default is one.empty} == {
+        name for name in component.variables if name not in component.defaults
+    }
+    assert all(one.kind is one.KEYWORD_ONLY for one in parameters.values())
+
+
+def test_the_signature_tells_units_and_defaults():
+    told = str(inspect.signature(friction.lugre))
+    assert "F_C: 'N or N*m', " in told
+    assert "sigma_1: 'N*s/m or N*m*s/rad' = 0.0" in told
+    assert "k_i: 'a list, N/m or N*m/rad'" in str(inspect.signature(friction.gms))
+
+
+@pytest.mark.parametrize("component", [one for one in COMPONENTS if one.example], ids=lambda one: one.name)
+def test_the_example_can_be_typed(component):
+    line = section_of(component.__doc__, "Examples").removeprefix(">>> model = ")
+    assert isinstance(eval(line, {component.name: component}), Model)
+
+
+def test_a_class_keeps_its_own_docstring_and_signature():
+    assert FrictionModel.__doc__.startswith("A friction model.")
+    assert list(inspect.signature(FrictionModel).parameters)[:2] == ["name", "description"]
+    assert "trial(state, memory, motion, dt, p)" in pydoc.render_doc(FrictionModel)
+
+
+def test_a_component_is_shown_in_a_line():
+    assert repr(plants.inertia) == "<plant inertia(M)>"
+    assert repr(friction.lugre) == "<friction lugre(F_C, F_S, v_S, sigma_0, sigma_1=0, sigma_2=0, v_d=inf)>"
+    assert max(len(repr(one)) for one in COMPONENTS) < 300
+
+
+def test_slots_are_told_behind_the_model_that_has_them():
+    bare, varied = friction.lugre.equations, friction.find("lugre+position").equations
+    assert varied[: len(bare)] == bare
+    assert any("x" in line or "ξ" in line for line in varied[len(bare) :])
+
+
+OWN = r'''r"""Mine: a drag.
+
+.. math:: F = q\,v^2
+"""
+from typing import Annotated, NamedTuple
+from bristle.core import FrictionModel, Variable, kernel
+
+class Parameters(NamedTuple):
+    q: Annotated[float, Variable("force", "drag", min=0.0)]
+
+class State(NamedTuple):
+    pass
+
+class Move(NamedTuple):
+    pass
+
+@kernel
+def trial(state, memory, motion, dt, p):
+    return p.q * motion.v * abs(motion.v), Move()
+
+@kernel
+def commit(state, memory, move, p):
+    return State()
+
+MODEL = FrictionModel(name="drag", description="mine", Parameters=Parameters, State=State, trial=trial, commit=commit)
+'''
+
+
+def test_a_model_of_ones_own_is_told_from_its_file(tmp_path):
+    (tmp_path / "drag.py").write_text(OWN)
+    component = load_model_file(tmp_path / "drag.py")
+    assert component.equations == ("F = q v²",)
+    assert component.__doc__.startswith("Mine: a drag.\n\n    F = q v²\n\nParameters\n")
+    (tmp_path / "bare.py").write_text(OWN.split('"""\n')[1])
+    assert load_model_file(tmp_path / "bare.py").__doc__.startswith("mine\n\nParameters\n")
+
+
+# --- parameters as attributes -----------------------------------------------------------------------------------
+
+
+def test_a_parameter_is_an_attribute():
+    model = friction.find("lugre+asymmetry")(
+        F_C_pos=20.0, F_C_neg=18.0, F_S_pos=28.0, F_S_neg=27.0, v_S=2e-3, sigma_0="10 N/um"
+    )
+    assert (model.F_C_neg, model.sigma_0, model.offset) == (18.0, 1e7, 0.0)
+    assert plants.inertia(M=3.0).M == 3.0
+    assert list(friction.maxwell_slip(F_C=1.0, k_i=[3.0, 4.0], nu_i=[0.5, 0.5]).k_i) == [3.0, 4.0]
+
+
+def test_completion_lists_the_parameters():
+    assert {"F_C", "sigma_0", "v_d", "values", "with_values"} <= set(dir(friction.lugre(**LUGRE)))
+
+
+def test_a_name_that_is_none_says_which_one_was_meant():
+    model = friction.lugre(**LUGRE)
+    with pytest.raises(AttributeError, match=r"lugre has no parameter 'F_c'\. Did you mean 'F_C'\?"):
+        model.F_c  # noqa: B018
+    with pytest.raises(AttributeError, match="It has F_C, F_S, v_S"):
+        model.quite_another  # noqa: B018
+    with pytest.raises(AttributeError):
+        model.F_C = 3.0
+    assert not hasattr(model, "__array__")
+    assert not hasattr(model, "_repr_html_")
+
+
+def test_models_travel_as_before():
+    model = friction.lugre(**LUGRE)
+    for other in (pickle.loads(pickle.dumps(model)), copy.copy(model), copy.deepcopy(model)):
+        assert other == model
+        assert other.F_C == 20.0
+
+
+def test_no_parameter_hides_behind_what_a_model_has():
+    own = {name for name in dir(Model) if not name.startswith("_")} | {"component", "parameters", "kind"}
+    assert [one.name for one in [*COMPONENTS, *SLOTTED] if own & set(one.variables)] == []
+
+
+@pytest.mark.parametrize("family", FAMILIES, ids=lambda one: one.__name__)
+def test_a_family_shows_what_people_ask_for_and_nothing_else(family):
+    shown = set(dir(family))
+    assert set(FAMILIES[family]) <= shown <= set(family.__all__)
+    assert not any(name.isupper() for name in shown)
+    made = shown - set(FAMILIES[friction])
+    if family is friction:
+        assert made == {"find", "with_slots", "with_presliding"}

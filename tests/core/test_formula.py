@@ -1,0 +1,81 @@
+"""Formulas as a terminal shows them: nothing of LaTeX is left, and nothing changes its meaning."""
+
+import re
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bristle import controllers, friction, hysteresis, plants, references, sensors
+from bristle.core.docstring import EQUATION, laid_out, paragraphs_of
+from bristle.core.formula import as_text, lines_of, spelt_out
+
+COMPONENTS = [
+    *friction.MODELS.values(), *hysteresis.OPERATORS.values(), *plants.PLANTS.values(),
+    *controllers.CONTROLLERS.values(), *sensors.SENSORS.values(), *references.REFERENCES.values(),
+]  # fmt: skip
+SLOTTED = [friction.find(f"{name}+asymmetry+position+periodic") for name in friction.MODELS]
+
+
+@pytest.mark.parametrize(
+    ("latex", "text"),
+    [
+        (r"\frac{a + b}{2M}(u - F)", "((a + b)/(2M)) (u − F)"),
+        (r"1 - \frac{x}{y}\operatorname{sgn} v", "1 − (x/y) sgn v"),
+        (r"\frac{f \operatorname{sgn} v}{G(v)}", "(f sgn v)/G(v)"),
+        (r"\frac{\frac{a}{b}}{c}", "a/b/c"),
+        (r"a/\frac{b}{c}", "a/(b/c)"),
+        (r"a^{\frac{b}{c}}", "a^(b/c)"),
+        (r"e^{-x} + e^2", "exp(−x) + e²"),
+        (r"x^{n-1}_{ij}", "xⁿ⁻¹_ij"),
+        (r"\dot{\hat v}, \ddot x", "v̂̇, ẍ"),
+        (r"\left.\frac{dF}{dx}\right|_0", "dF/dx|₀"),
+        (r"|a - |b||", "|a − |b||"),
+        (r"\sqrt{a^2 + b}", "√(a² + b)"),
+        (r"-a \le -b < +c", "−a ≤ −b < +c"),
+        (r"F \in [-F_C, F_C] \text{ at } v = 0", "F ∈ [−F_C, F_C] at v = 0"),
+        (r"\unknown{x} y", "unknownx y"),
+        (r"\sum_{j \le l} \mu_{jl}", "∑_(j≤l) μ_jl"),
+        (r"\operatorname{sgn}\!\left(v\right)", "sgn(v)"),
+        (r"2\pi f t", "2π f t"),
+    ],
+)
+def test_it_reads_as_it_is_set(latex, text):
+    assert as_text(latex) == text
+
+
+def test_each_equation_and_each_case_has_a_line():
+    assert lines_of(r"a &= b, \qquad c = d \\ e &= f") == ("a = b", "c = d", "e = f")
+    cases = r"F = \begin{cases} k x & \text{sticking} \\ G(v) & \text{slipping}\end{cases}"
+    assert lines_of(cases) == ("F = { k x   sticking", "    { G(v)   slipping")
+
+
+@pytest.mark.parametrize("component", [*COMPONENTS, *SLOTTED], ids=lambda one: one.name)
+def test_nothing_of_the_source_is_left_in_what_a_component_tells(component):
+    text = laid_out(component.explanation)
+    assert not re.search(r"\\[A-Za-z]|[{}]\w|:math:|``|\bqquad\b|\bfrac\b", text.replace("{ ", "")), text
+    assert max(map(len, text.splitlines())) <= 100
+    assert "?" not in "".join(map(spelt_out, text)), "a sign that a plain terminal cannot show"
+
+
+def test_an_equation_breaks_between_its_terms_only():
+    (equation,) = [one for one in paragraphs_of(friction.variation.__doc__) if one.kind == EQUATION]
+    lines = laid_out([equation], 60).splitlines()
+    assert len(lines) > 1
+    assert all(line.lstrip()[0] in "+−=" for line in lines[1:])
+    assert "∑_(i=1, 2)" in "\n".join(lines)
+
+
+TOKENS = [*r"\{}_^&|()[] ab1+-=,'/~", r"\frac", r"\left", r"\dot", r"\sqrt", r"\begin{cases}", r"\end{cases}", r"\\"]
+
+
+@given(st.lists(st.sampled_from(TOKENS)).map("".join))
+def test_whatever_a_person_writes_becomes_some_text(latex):
+    assert "\n" not in as_text(latex.replace("\n", " "))
+    lines_of(latex)
+    laid_out(paragraphs_of(f"Mine.\n\n.. math:: {latex}\n\nWith :math:`{latex}`."), 30)
+
+
+def test_what_nests_without_end_is_given_up():
+    assert as_text("{" * 3000 + "x" + "}" * 3000)
+    assert as_text(r"\sqrt" * 3000)

@@ -1,0 +1,98 @@
+"""Signals as tables: the same numbers in each, with their units; libraries that are not there are named."""
+
+import json
+import sys
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bristle.core import InputError, MissingExtraError
+from bristle.core.status import Status
+from bristle.core.tabular import SIGNALS, Tabular, plain, ranged
+
+T = np.arange(5) * 0.1
+
+
+@dataclass(frozen=True)
+class Result(Tabular):
+    time: np.ndarray
+    friction: np.ndarray
+    position: np.ndarray | None = None
+    velocity: np.ndarray | None = None
+    table: Any = None
+    status: Status = Status.OK
+    kind: str = "rotational"
+
+
+FOUND = Result(T, 2.0 * T, velocity=np.zeros(3), table={"a": (1, np.float64(2.0))}, status=Status.NOT_FINITE)
+
+
+def test_signals_are_the_arrays_of_one_length_that_are_known():
+    assert list(FOUND.to_dict()["signals"]) == ["time", "friction"]
+    assert FOUND.to_dict()["units"] == {"time": "s", "friction": "N*m"}
+    assert next(iter(SIGNALS)) == "time"
+
+
+def test_plain_data_is_plain():
+    told = FOUND.to_dict()
+    assert json.loads(json.dumps(told)) == told
+    assert told["signals"]["friction"] == (2.0 * T).tolist()
+    assert told["status"] == Status.NOT_FINITE.sentence
+    assert told["table"] == {"a": [1, 2.0]}
+    assert told["kind"] == "rotational"
+    assert "velocity" not in told
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [
+        (slice(2, 5), [2, 5]),
+        (np.arange(3), [0, 1, 2]),
+        (np.int64(3), 3),
+        (float("nan"), None),
+        (np.array([1.0, np.inf]), [1.0, None]),
+        (True, True),
+        (None, None),
+        ({1: (2, "x")}, {"1": [2, "x"]}),
+    ],
+)
+def test_each_value_has_a_plain_form(value, expected):
+    assert plain(value) == expected
+
+
+def test_a_data_frame_has_the_numbers_and_their_units():
+    pytest.importorskip("pandas")
+    frame = FOUND.to_dataframe()
+    assert list(frame.columns) == ["time", "friction"]
+    assert np.array_equal(frame["friction"], FOUND.friction)
+    assert frame.attrs["units"] == {"time": "s", "friction": "N*m"}
+    frame["friction"] = 0.0
+    assert FOUND.friction[1] > 0.0
+
+
+def test_a_data_set_has_units_and_names_for_its_axes():
+    pytest.importorskip("xarray")
+    found = FOUND.to_xarray()
+    assert np.array_equal(found["friction"].values, FOUND.friction)
+    assert np.array_equal(found["time"].values, T)
+    assert found["friction"].attrs == {"units": "N*m", "long_name": SIGNALS["friction"].description}
+    assert found["time"].attrs["units"] == "s"
+    assert found.attrs == {"kind": "rotational", "status": Status.NOT_FINITE.sentence}
+    found["friction"][:] = 0.0
+    assert FOUND.friction[1] > 0.0
+
+
+@pytest.mark.parametrize(("name", "call"), [("pandas", "to_dataframe"), ("xarray", "to_xarray")])
+def test_a_library_that_is_not_there_is_named_with_what_to_type(name, call, monkeypatch):
+    monkeypatch.setitem(sys.modules, name, None)
+    with pytest.raises(MissingExtraError, match=rf"{call}\(\): needs {name}.* Type: pip install {name}") as caught:
+        getattr(FOUND, call)()
+    assert isinstance(caught.value, InputError)
+
+
+def test_a_range_is_told_in_a_fitting_unit():
+    assert ranged(np.array([np.nan, 1e-6, 2e-6]), "m") == "1.000 to 2.000 µm, 1 not finite"
+    assert ranged(np.array([np.nan]), "m") == "no finite number"
+    assert ranged(np.full(3, 20.0), "N") == "20.00 N"

@@ -1,0 +1,287 @@
+"""Logs from data frames, data sets and dictionaries; a log as an array, a table, a few lines."""
+
+import copy
+import pickle
+import subprocess
+import sys
+
+import numpy as np
+import pint
+import pytest
+
+import bristle as br
+from bristle.core import Axis, Column, InputError
+from bristle.logs.columns import table_of
+from bristle.logs.log import CHANNELS, Channel, Log
+
+COUNT = 400
+T = np.arange(COUNT) * 2e-3
+DATA = {
+    "time": T, "position": 0.01 * np.sin(9.0 * T), "effort": 5.0 * np.cos(9.0 * T) + np.sin(31.0 * T),
+    "velocity": 0.09 * np.cos(9.0 * T), "reference": 0.0101 * np.sin(9.0 * T), "load": 1.0 + 0.1 * T,
+    "temperature": 293.0 + T,
+}  # fmt: skip
+
+
+def with_pandas(data):
+    return pytest.importorskip("pandas").DataFrame(data)
+
+
+def with_xarray(data):
+    held = {name: ("time", values) for name, values in data.items() if name != "time"}
+    return pytest.importorskip("xarray").Dataset(held, coords={"time": data["time"]})
+
+
+def with_time_as_index(data):
+    return with_pandas(data).set_index("time")
+
+
+def with_dates_as_index(data):
+    pandas = pytest.importorskip("pandas")
+    frame = with_pandas(data).drop(columns="time")
+    return frame.set_index(pandas.Timestamp("2026-11-20") + pandas.to_timedelta(data["time"], unit="s"))
+
+
+TABLES = {
+    "dictionary": dict,
+    "lists": lambda data: {name: values.tolist() for name, values in data.items()},
+    "pandas": with_pandas,
+    "pandas, time as index": with_time_as_index,
+    "pandas, dates as index": with_dates_as_index,
+    "polars": lambda data: pytest.importorskip("polars").DataFrame(data),
+    "polars, lazy": lambda data: pytest.importorskip("polars").LazyFrame(data),
+    "xarray": with_xarray,
+    "pyarrow": lambda data: pytest.importorskip("pyarrow").table(data),
+    "record array": lambda data: np.rec.fromarrays(list(data.values()), names=",".join(data)),
+}
+
+
+@pytest.mark.parametrize("make", TABLES.values(), ids=TABLES)
+def test_any_table_of_columns_is_a_log(make):
+    log = Log.from_columns(make(DATA))
+    assert (len(log), log.sample_time, log.kind) == (COUNT, pytest.approx(2e-3), "translational")
+    for name, values in DATA.items():
+        assert np.allclose(getattr(log, name), values, rtol=1e-12, atol=1e-12), name
+    assert log.notes == ()
+
+
+def test_it_is_the_log_that_a_file_of_the_same_columns_is(tmp_path):
+    rows = "\n".join(",".join(map(repr, row)) for row in zip(*(DATA[one].tolist() for one in DATA), strict=True))
+    (tmp_path / "log.csv").write_text(",".join(DATA) + "\n" + rows + "\n")
+    names = {name: Column(name, "", "") for name in DATA}
+    from_file = br.read_log(tmp_path / "log.csv", Axis(columns=names))
+    log = Log.from_columns(DATA)
+    for name in DATA:
+        assert np.array_equal(getattr(log, name), getattr(from_file, name))
+
+
+def test_only_needed_columns_are_taken_and_the_rest_is_told():
+    log = Log.from_columns({"t": T, "x": DATA["position"], "Force": DATA["effort"], "v": T, "note": ["a"] * COUNT})
+    assert np.array_equal(log.effort, DATA["effort"])
+    assert log.velocity is None
+    assert log.notes == (
+        "column t is taken as the time", "column x is taken as the position", "column Force is taken as the effort",
+        "columns that are not used: v, note",
+    )  # fmt: skip
+    both = Log.from_columns(DATA | {"x": T, "force": T})
+    assert np.array_equal(both.position, DATA["position"])
+    assert np.array_equal(both.effort, DATA["effort"])
+
+
+def test_known_inputs_come_and_go():
+    log = Log.from_columns(DATA | {"injected.extra": 0.1 * np.sin(50.0 * T)})
+    assert [one.column for one in log.injected] == ["extra"]
+    assert np.array_equal(log.injected_effort, 0.1 * np.sin(50.0 * T))
+
+
+def test_the_kind_of_axis_is_given_or_told_by_the_unit():
+    assert Log.from_columns(DATA, kind="rotational").effort.unit == "N*m"
+    frame = with_pandas(DATA)
+    frame.attrs["units"] = {"position": "deg", "effort": "mN*m"}
+    log = Log.from_columns(frame)
+    assert log.kind == "rotational"
+    assert np.allclose(log.position, np.deg2rad(DATA["position"]))
+    assert np.allclose(log.effort, 1e-3 * DATA["effort"])
+
+
+def test_quantities_with_units_are_converted():
+    unit = pint.UnitRegistry()
+    log = Log.from_columns(DATA | {"position": 1e3 * DATA["position"] * unit.mm})
+    assert np.allclose(log.position, DATA["position"])
+    with pytest.raises(InputError, match="position"):
+        Log.from_columns(DATA | {"position": DATA["position"] * unit.N})
+
+
+def test_a_log_without_time_takes_a_sample_time():
+    data = {name: values for name, values in DATA.items() if name != "time"}
+    assert Log.from_columns(data, sample_time="2 ms").sample_time == 2e-3
+    with pytest.raises(InputError, match="no column of time"):
+        Log.from_columns(data)
+
+
+def test_an_axis_says_which_columns_are_which():
+    axis = Axis(columns={"time": Column("t", "ms", "s"), "position": Column("q", "mm", "m", scale=-1.0)})
+    log = Log.from_columns({"t": 1e3 * T, "q": 1e3 * DATA["position"], "effort": T}, axis=axis)
+    assert np.allclose(log.position, -DATA["position"])
+    assert log.effort is None
+    # One that names no columns, but says what it is, leaves them to their names.
+    assert Log.from_columns(DATA, axis=Axis(kind="rotational", resolution=1e-6)).effort.unit == "N*m"
+    with pytest.raises(InputError, match=r"kind: is not that of the axis; found 'translational'"):
+        Log.from_columns(DATA, axis=Axis(kind="rotational"), kind="translational")
+
+
+def test_a_gap_and_jitter_are_treated_as_in_a_file():
+    kept = np.r_[0:150, 200:COUNT]
+    log = Log.from_columns({name: values[kept] for name, values in DATA.items()})
+    assert len(log.segments) == 2
+    shaken = DATA | {"time": T + 1e-4 * np.sin(1e3 * T)}
+    assert any("jitter" in note or "resampled" in note for note in Log.from_columns(shaken).notes)
+
+
+NAN = np.where(np.arange(COUNT) == 7, np.nan, DATA["position"])
+BAD = {
+    "no table": (5, r"columns: is no table of columns; found 5\. Give a data frame or a dictionary"),
+    "an array": (T, "columns: is no table of columns"),
+    "no columns": ({}, "columns: has no column of the position"),
+    "a typing error": ({"time": T, "postion": T}, r"found 'time, postion', allowed time, position.*mean 'position'\?"),
+    "text": (DATA | {"position": ["a"] * COUNT}, r"column 'position': holds no numbers; found 'a'"),
+    "an odd one": (DATA | {"effort": [*[1.0] * 9, None, "x"]}, r"column 'effort': holds no number at sample 10"),
+    "NaN": (DATA | {"position": NAN}, r"column 'position': has NaN \(not a number\) at sample 7 \(t = 0.014 s\)"),
+    "two dimensions": (DATA | {"effort": np.outer(T, T)}, r"column 'effort': must be 1-D; found 'an array of shape"),
+    "lengths": (DATA | {"effort": T[:300]}, r"different lengths \(.*effort: 300"),
+    "backward": (DATA | {"time": T[::-1]}, "column 'time': runs backward"),
+    "constant": (DATA | {"effort": np.ones(COUNT)}, r"column 'effort': is constant \(1 N\)"),
+    "short": ({name: one[:50] for name, one in DATA.items()}, "is too short"),
+    "masked": (DATA | {"effort": np.ma.masked_equal(T, 0.0)}, "column 'effort': has masked values"),
+    "complex": (DATA | {"effort": 1j * T}, "column 'effort': holds no numbers"),
+}
+
+
+@pytest.mark.parametrize(("given", "said"), BAD.values(), ids=BAD)
+def test_what_cannot_be_used_is_told_by_name(given, said):
+    with pytest.raises(InputError, match=said) as caught:
+        Log.from_columns(given)
+    assert "\n" not in str(caught.value)
+
+
+class Evil:
+    columns = ("time", "position")
+
+    def __getitem__(self, name):
+        raise RuntimeError("no")
+
+
+def test_a_table_that_raises_is_refused_in_one_place():
+    with pytest.raises(InputError, match=r"columns: cannot be read \(RuntimeError: no\)"):
+        Log.from_columns(Evil())
+
+
+def test_no_library_is_imported_for_a_dictionary():
+    code = (
+        "import sys, numpy as np, bristle as br\n"
+        "t = np.arange(200) * 1e-3\n"
+        "log = br.Log.from_columns({'time': t, 'position': np.sin(9 * t), 'effort': np.cos(9 * t)})\n"
+        "repr(log), log._repr_html_(), log.to_dict()\n"
+        "print({'pandas', 'polars', 'xarray'} & set(sys.modules))"
+    )
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert out.stdout.strip() == "set()"
+
+
+def test_the_table_keeps_what_is_no_number_aside():
+    table = table_of({"position": T, "remark": ["x"] * COUNT})
+    assert table.names == ("position",)
+    assert list(table.texts) == ["remark"]
+
+
+# --- there and back ---------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(params=["translational", "rotational"])
+def log(request):
+    return Log.from_columns(DATA | {"injected.extra": 0.1 * np.sin(50.0 * T)}, kind=request.param)
+
+
+@pytest.mark.parametrize("way", ["to_dataframe", "to_xarray", "signals"])
+def test_a_log_comes_back_from_a_table(log, way):
+    if way != "signals":
+        pytest.importorskip("pandas" if way == "to_dataframe" else "xarray")
+    table = log.to_dict()["signals"] if way == "signals" else getattr(log, way)()
+    again = Log.from_columns(table, kind=log.kind if way == "signals" else None)
+    assert again.kind == log.kind
+    for (name, one), (other_name, other) in zip(log.channels(), again.channels(), strict=True):
+        assert name == other_name
+        assert np.array_equal(one, other)
+        assert one.unit == other.unit
+
+
+def test_tables_of_a_log_say_what_it_is(log):
+    told = log.to_dict()
+    assert told["units"]["effort"] == ("N" if log.kind == "translational" else "N*m")
+    assert told["segments"] == [[0, COUNT]]
+    assert told["sample_time"] == log.sample_time
+    assert "position" in repr(log)
+    assert len(repr(log).splitlines()) <= 30
+    assert repr(log).startswith(f"Log of {COUNT} samples, 800 ms at 500 Hz, {log.kind}")
+    assert log._repr_html_().count("<tr>") == len(told["signals"]) + 1
+
+
+def test_a_log_travels(log):
+    for other in (pickle.loads(pickle.dumps(log)), copy.deepcopy(log)):
+        assert other.to_dict() == log.to_dict()
+
+
+def test_plain_arrays_make_a_log_without_an_axis():
+    log = br.Log(time=T, position=DATA["position"], effort=DATA["effort"])
+    assert log.position.unit == "m"
+    assert np.array_equal(log.effort, DATA["effort"])
+
+
+# --- a channel is its samples -----------------------------------------------------------------------------------
+
+
+def test_a_channel_is_an_array_to_numpy():
+    channel = Channel(DATA["position"], "m", "q")
+    values = DATA["position"]
+    assert np.asarray(channel).dtype == float
+    assert np.array_equal(np.asarray(channel), values)
+    assert np.asarray(channel) is channel.values
+    assert np.array(channel) is not channel.values
+    assert np.asarray(channel, dtype=np.float32).dtype == np.float32
+    assert np.array_equal(np.gradient(channel, 2e-3), np.gradient(values, 2e-3))
+    assert np.mean(channel) == np.mean(values)
+
+
+def test_a_channel_is_counted_sliced_and_reckoned_with():
+    channel, values = Channel(DATA["position"], "m", "q"), DATA["position"]
+    assert len(channel) == COUNT
+    assert channel[3] == values[3]
+    assert np.array_equal(channel[::2], values[::2])
+    assert list(channel) == values.tolist()
+    for found, expected in ((channel * 1e3, values * 1e3), (1.0 - channel, 1.0 - values), (-channel, -values),
+                            (channel - channel, 0.0 * values), (np.abs(channel), np.abs(values)),
+                            (channel > 0.0, values > 0.0), (values * channel, values**2)):  # fmt: skip
+        assert isinstance(found, np.ndarray)
+        assert np.array_equal(found, expected)
+
+
+def test_two_channels_are_one_or_not():
+    channel = Channel(T, "s", "t")
+    assert channel == channel
+    assert channel != Channel(T, "s", "t")
+    assert len({channel, channel}) == 1
+
+
+def test_a_channel_is_shown_in_a_line_and_goes_where_arrays_go():
+    channel = Channel(DATA["position"], "m", "q")
+    assert repr(channel) == f"Channel({COUNT} samples, −10.000 to 10.000 mm, column 'q')"
+    model = br.friction.coulomb(F_C=2.0)
+    assert np.array_equal(br.response(model, channel, 2e-3), br.response(model, DATA["position"], 2e-3))
+
+
+def test_an_empty_channel_is_one_all_the_same():
+    assert Log.__annotations__.keys() >= CHANNELS.keys()
+    with pytest.raises(InputError, match="too short"):
+        Log.from_columns({"time": [], "position": []})
+    with pytest.raises(InputError, match="no samples"):
+        br.Log(time=[], position=[])

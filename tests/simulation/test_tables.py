@@ -1,0 +1,141 @@
+"""Simulations, runs and predictions as tables and in a few lines; what has `kind` has units."""
+
+import json
+
+import numpy as np
+import pytest
+from tests.loop_design.conftest import loop
+
+import bristle as br
+from bristle import engine, friction, plants
+from bristle.core.experiment import Experiment, Run
+from bristle.core.tabular import SIGNALS
+from bristle.simulation import Prediction, SimulationResult
+from bristle.testing import example_of
+
+T = np.arange(20) * 0.05
+
+
+def variant(name, duration=0.1, **changes):
+    return loop(name=name, run=Run(duration, 1e-3, settle=0.02), **changes)
+
+
+@pytest.fixture(scope="module")
+def simulated():
+    return br.simulate(Experiment("small", "translational", (variant("base"), variant("longer", 0.15))))
+
+
+@pytest.fixture(scope="module")
+def turning():
+    friction_ = friction.coulomb(kind="rotational", F_C=0.02)
+    return engine.run_open_loop(plants.inertia(kind="rotational", M=1e-3), friction_, np.full(30, 0.05), 1e-3)
+
+
+def test_each_variant_is_a_table_with_units(simulated):
+    one = simulated.variants["base"]
+    told = one.to_dict()
+    assert set(told["signals"]) == {name for name in SIGNALS if isinstance(getattr(one, name, None), np.ndarray)}
+    assert told["signals"]["measured"] == one.measured.tolist()
+    assert told["following_error"]["rms"] == one.following_error.rms
+    assert told["units"]["command"] == "N"
+    assert json.loads(json.dumps(told)) == told
+
+
+def test_an_experiment_is_a_frame_of_all_its_variants(simulated):
+    pytest.importorskip("pandas")
+    frame = simulated.to_dataframe()
+    assert list(frame["variant"].unique()) == ["base", "longer"]
+    for name, one in simulated.variants.items():
+        part = frame[frame["variant"] == name]
+        assert np.array_equal(part["position"], one.position)
+        assert np.array_equal(part["time"], one.time)
+    assert frame.attrs["units"]["position"] == "m"
+
+
+def test_and_a_data_set_over_variants_and_time(simulated):
+    pytest.importorskip("xarray")
+    found = simulated.to_xarray()
+    assert found.sizes == {"variant": 2, "time": 150}
+    short = found["effort"].sel(variant="base")
+    assert np.array_equal(short[:100], simulated.variants["base"].effort)
+    assert np.all(np.isnan(short[100:]))
+    assert found["effort"].attrs["units"] == "N"
+    assert found.attrs["name"] == "small"
+
+
+def test_an_experiment_is_plain_data(simulated):
+    told = simulated.to_dict()
+    assert json.loads(json.dumps(told)) == told
+    assert list(told["variants"]) == ["base", "longer"]
+    assert told["variants"]["longer"]["effort"]["peak"] == simulated.variants["longer"].effort_peak
+
+
+def test_one_that_was_not_simulated_is_told(simulated):
+    refused = SimulationResult(simulated.experiment, {}, {"base": "it is unstable"})
+    assert "base was not simulated: it is unstable" in repr(refused)
+    pytest.importorskip("pandas")
+    pytest.importorskip("xarray")
+    assert refused.to_dataframe().empty
+    assert not refused.to_xarray()
+
+
+def test_results_are_shown_on_one_screen(simulated, turning):
+    for one in (simulated, *simulated.variants.values(), turning):
+        assert 3 <= len(repr(one).splitlines()) <= 30
+        assert max(map(len, repr(one).splitlines())) <= 130
+        assert one._repr_html_().startswith("<div><strong>")
+    lines = repr(simulated).splitlines()
+    assert lines[0] == "small: 2 variants simulated"
+    assert lines[2].split()[0] == "base"
+    assert lines[2].endswith("completed")
+
+
+def test_a_run_knows_the_kind_of_its_axis(turning):
+    assert turning.kind == "rotational"
+    assert turning.to_dict()["units"]["friction"] == "N*m"
+    model, plant = example_of(friction.lugre), plants.inertia(M=2.0)
+    adaptive = engine.run_adaptive(plant, model, np.full(20, 40.0), 1e-3, tolerance=1e-7)
+    assert adaptive.kind == "translational"
+    assert adaptive.to_dict()["steps"] == adaptive.steps
+    lugre = friction.lugre(kind="rotational", **model.values)
+    turned = engine.run_adaptive(
+        plants.inertia(kind="rotational", M=2.0), lugre, np.full(20, 40.0), 1e-3, tolerance=1e-7
+    )
+    assert turned.kind == "rotational"
+
+
+def test_a_state_goes_into_plain_data():
+    trace = engine.run_open_loop(plants.inertia(M=2.0), example_of(friction.lugre), np.full(20, 40.0), 1e-3)
+    assert trace.to_dict()["state"] == {"z": trace.state.z}
+
+
+def prediction(unit="m", **changes):
+    metrics = {"force_error_percent": 12.5, "position_error_percent": None, "position_unit": unit}
+    given = {
+        "effort": np.cos(T),
+        "effort_predicted": np.cos(T) + 0.1,
+        "position": np.sin(T),
+        "position_predicted": None,
+    }
+    return Prediction(mode="inverse", time=T, metrics=metrics, notes=("a note",), **{**given, **changes})
+
+
+def test_a_prediction_has_its_bands_in_its_table():
+    told = prediction(half_width=np.full(T.size, 0.2)).to_dict()
+    assert list(told["signals"]) == ["time", "position", "effort", "effort_predicted", "half_width"]
+    assert told["inside_percent"] == 100.0
+    assert told["metrics"]["force_error_percent"] == 12.5
+    assert "half_width" not in prediction().to_dict()["signals"]
+
+
+def test_a_prediction_is_of_the_kind_that_its_unit_tells():
+    assert prediction().to_dict()["units"]["effort_predicted"] == "N"
+    assert prediction("rad").kind == "rotational"
+    assert prediction("rad").to_dict()["units"]["effort_predicted"] == "N*m"
+
+
+def test_a_prediction_is_shown_with_its_errors():
+    shown = repr(prediction(half_width=np.full(T.size, 0.2)))
+    assert "error of the effort: 12.5 %" in shown
+    assert "inside the band of the effort: 100 %" in shown
+    assert "a note" in shown
