@@ -458,9 +458,11 @@ def diagnostics() -> str:
 
 
 def _number_of(name: str, spec: str) -> str:
-    from bristle.core.dimensions import NAMES
+    from bristle.core.dimensions import KINDS, NAMES, unit_of
 
-    return f"`{name}` [{' or '.join(dict.fromkeys(UNITS[spec]))}]" if re.split(r"[*/]", spec)[0] in NAMES else f"`{name}`"
+    if re.split(r"[*/]", spec)[0] not in NAMES:
+        return f"`{name}`"
+    return f"`{name}` [{' or '.join(dict.fromkeys(unit_of(spec, kind) for kind in KINDS))}]"
 
 
 def _range(least: float, most: float) -> str:
