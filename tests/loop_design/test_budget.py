@@ -80,16 +80,16 @@ def test_the_budget_is_what_its_loops_give(designed):
     even = next(one for one in causes_of(loop()) if one.name == "asymmetry").without(loop("even"))
     result = simulate(Experiment("one", "translational", (loop(), even)))
     assert entry.without == result.variants["even"].following_error
-    assert budget.everything == simulate(Experiment("one", "translational", (loop(),))).variants["fed"].following_error
+    assert budget.all_causes == simulate(Experiment("one", "translational", (loop(),))).variants["fed"].following_error
 
 
 def test_the_budget_tells_what_matters(designed):
     budget = designed.budget
-    assert budget.entries[0].without.peak_to_peak < 0.9 * budget.everything.peak_to_peak
-    assert budget.nothing.peak_to_peak < 0.1 * budget.everything.peak_to_peak
+    assert budget.entries[0].without.peak_to_peak < 0.9 * budget.all_causes.peak_to_peak
+    assert budget.no_cause.peak_to_peak < 0.1 * budget.all_causes.peak_to_peak
     for entry in budget.entries:
-        assert budget.nothing.peak_to_peak <= 1.05 * entry.alone.peak_to_peak
-        assert entry.alone.peak_to_peak < budget.everything.peak_to_peak
+        assert budget.no_cause.peak_to_peak <= 1.05 * entry.alone.peak_to_peak
+        assert entry.alone.peak_to_peak < budget.all_causes.peak_to_peak
     ordered = [one.without.peak_to_peak for one in budget.entries]
     assert ordered == sorted(ordered)
 

@@ -108,7 +108,7 @@ def test_the_error_budget_of_the_paper_s_compensator():
     assert set(alone) == {"amplitude", "shape", "asymmetry", "irregularity", "encoder", "delay"}
     # Amplitude and encoder dominate; the shape of the loops hardly matters.
     assert min(alone["amplitude"], alone["encoder"]) > 1.5 * max(alone["shape"], alone["irregularity"], alone["delay"])
-    assert budget.nothing.peak_to_peak < 0.01e-6
+    assert budget.no_cause.peak_to_peak < 0.01e-6
 
 
 def test_an_observer_with_margins_goes_past_the_paper():

@@ -33,7 +33,7 @@ def error_budget(budget: Budget, kind: Kind) -> Figure:
     entries = budget.entries
     alone = np.array([entry.alone.peak_to_peak for entry in entries])
     without = np.array([entry.without.peak_to_peak for entry in entries])
-    total = budget.everything.peak_to_peak
+    total = budget.all_causes.peak_to_peak
     scale = scale_for("length", kind, alone, without, np.array([total, 1e-6]))
     left = max(0.4 + style.room_for([entry.cause for entry in entries]), 1.0)
     figure, ((axes,),) = style.panels(0.95 + 0.42 * len(entries), left=left)

@@ -13,7 +13,7 @@ from bristle.simulation.result import SimulationResult
 
 __all__ = ["Budget", "Entry", "error_budget"]
 
-EVERYTHING, NOTHING = "everything", "nothing"
+ALL_CAUSES, NO_CAUSE = "everything", "nothing"
 RUNS_MAX = 2
 
 
@@ -43,7 +43,7 @@ class Budget:
     ----------
     variant : str
         Name of the loop.
-    everything, nothing : Statistics
+    all_causes, no_cause : Statistics
         Following error [m or rad] as the loop is, and without any of the causes.
     entries : tuple of Entry
         Each cause, the one without which the error falls most first.
@@ -52,8 +52,8 @@ class Budget:
     """
 
     variant: str
-    everything: Statistics
-    nothing: Statistics
+    all_causes: Statistics
+    no_cause: Statistics
     entries: tuple[Entry, ...]
     runs: int
 
@@ -69,19 +69,20 @@ def error_budget(variant: Variant, progress: Callable[[float, str], None] | None
         Called with the share done and the name of what comes next.
     """
     causes = causes_of(variant)
-    loops = {EVERYTHING: variant, NOTHING: _without(variant, causes)}
-    for one in causes:
-        loops[f"{one.name} alone"] = _without(variant, [other for other in causes if other is not one])
-        loops[f"without {one.name}"] = _without(variant, [one])
+    loops = {ALL_CAUSES: variant, NO_CAUSE: _without(variant, causes)}
+    for cause in causes:
+        loops[f"{cause.name} alone"] = _without(variant, [further for further in causes if further is not cause])
+        loops[f"without {cause.name}"] = _without(variant, [cause])
     runs = min(variant.run.seeds, RUNS_MAX)
-    named = tuple(replace(one, name=name, run=replace(one.run, seeds=runs)) for name, one in loops.items())
+    named = tuple(replace(loop, name=name, run=replace(loop.run, seeds=runs)) for name, loop in loops.items())
     result = simulate(Experiment(variant.name, variant.plant.kind, named), progress)
-    found = {name: _error(result, name) for name in loops}
+    errors = {name: _error(result, name) for name in loops}
     entries = [
-        Entry(one.name, one.description, found[f"{one.name} alone"], found[f"without {one.name}"]) for one in causes
+        Entry(cause.name, cause.description, errors[f"{cause.name} alone"], errors[f"without {cause.name}"])
+        for cause in causes
     ]
     entries.sort(key=lambda entry: entry.without.peak_to_peak)
-    return Budget(variant.name, found[EVERYTHING], found[NOTHING], tuple(entries), runs)
+    return Budget(variant.name, errors[ALL_CAUSES], errors[NO_CAUSE], tuple(entries), runs)
 
 
 def _without(variant: Variant, causes: Iterable[Cause]) -> Variant:
@@ -91,5 +92,5 @@ def _without(variant: Variant, causes: Iterable[Cause]) -> Variant:
 
 
 def _error(result: SimulationResult, name: str) -> Statistics:
-    one = result.variants[name]
-    return statistics_of(one.time[:0]) if one.status is Status.NOT_FINITE else one.following_error
+    outcome = result.variants[name]
+    return statistics_of(outcome.time[:0]) if outcome.status is Status.NOT_FINITE else outcome.following_error

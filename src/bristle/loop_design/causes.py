@@ -57,9 +57,9 @@ def best_gain(variant: Variant) -> float:
         return 1.0
     dt = variant.run.sample_time
     velocity = _steps(variant) / dt
-    wanted, given = (friction_along(nominal(one), velocity, dt) for one in (variant.friction, compensator))
-    square = float(given @ given)
-    return float(given @ wanted) / square if square > 0.0 else 1.0
+    friction, compensation = (friction_along(nominal(model), velocity, dt) for model in (variant.friction, compensator))
+    square = float(compensation @ compensation)
+    return float(compensation @ friction) / square if square > 0.0 else 1.0
 
 
 def _steps(variant: Variant) -> np.ndarray:
@@ -82,13 +82,13 @@ def _alike(friction: Model, changed: dict[str, float]) -> Model:
 
 
 def _of_following(variant: Variant) -> list[Cause]:
-    told = told_the_motion(variant)
-    if told.controller == variant.controller and told.feedforward == variant.feedforward:
+    informed = told_the_motion(variant)
+    if informed.controller == variant.controller and informed.feedforward == variant.feedforward:
         return []
 
-    def follows(one: Variant) -> Variant:
-        mass = told.feedforward.mass
-        return replace(one, controller=told.controller, feedforward=replace(one.feedforward, mass=mass))
+    def follows(loop: Variant) -> Variant:
+        mass = informed.feedforward.mass
+        return replace(loop, controller=informed.controller, feedforward=replace(loop.feedforward, mass=mass))
 
     return [Cause("lag", "velocity or inertia of the desired motion is not fed forward as it is", follows)]
 
@@ -99,50 +99,52 @@ def _of_compensator(variant: Variant) -> list[Cause]:
     feedforward, true = variant.feedforward, nominal(variant.friction)
     if feedforward.friction is None or feedforward.gain == 0.0:
 
-        def compensated(one: Variant) -> Variant:
-            return replace(one, feedforward=replace(one.feedforward, friction=true, gain=1.0))
+        def compensated(loop: Variant) -> Variant:
+            return replace(loop, feedforward=replace(loop.feedforward, friction=true, gain=1.0))
 
         return [Cause("no compensation", "the friction is not fed forward", compensated)]
     best = best_gain(variant)
 
-    def right_size(one: Variant) -> Variant:
-        gain = one.feedforward.gain * best / feedforward.gain
-        return replace(one, feedforward=replace(one.feedforward, gain=gain))
+    def right_size(loop: Variant) -> Variant:
+        gain = loop.feedforward.gain * best / feedforward.gain
+        return replace(loop, feedforward=replace(loop.feedforward, gain=gain))
 
-    def right_shape(one: Variant) -> Variant:
+    def right_shape(loop: Variant) -> Variant:
         return replace(
-            one, feedforward=replace(one.feedforward, friction=true, gain=one.feedforward.gain / best)
+            loop, feedforward=replace(loop.feedforward, friction=true, gain=loop.feedforward.gain / best)
         )  # fmt: skip
 
     size = f"the compensator is {feedforward.gain / best:.3g} times the nominal friction"
-    found = [Cause("amplitude", size, right_size)] if not math.isclose(feedforward.gain, best, rel_tol=1e-3) else []
+    causes = [Cause("amplitude", size, right_size)] if not math.isclose(feedforward.gain, best, rel_tol=1e-3) else []
     if feedforward.friction != true:
-        found.append(Cause("shape", "the compensator turns otherwise than the friction, at the same size", right_shape))
-    return found
+        causes.append(
+            Cause("shape", "the compensator turns otherwise than the friction, at the same size", right_shape)
+        )
+    return causes
 
 
 def _of_friction(variant: Variant) -> list[Cause]:
-    feedforward, found = variant.feedforward, []
-    sides = [one for one in (variant.friction, variant.table) if one is not None]
+    feedforward, causes = variant.feedforward, []
+    sides = [model for model in (variant.friction, variant.table) if model is not None]
     shift = (feedforward.offset, feedforward.asymmetry)
-    if shift != (0.0, 0.0) or any(_even(one) != one for one in sides):
+    if shift != (0.0, 0.0) or any(_even(model) != model for model in sides):
 
-        def symmetric(one: Variant) -> Variant:
-            fed = one.feedforward
+        def symmetric(loop: Variant) -> Variant:
+            fed = loop.feedforward
             even = replace(fed, friction=_even(fed.friction), offset=0.0, asymmetry=0.0)
-            return replace(one, friction=_even(one.friction), table=_even(one.table), feedforward=even)
+            return replace(loop, friction=_even(loop.friction), table=_even(loop.table), feedforward=even)
 
         text = "friction by direction and offset, less what of both is fed forward"
-        found.append(Cause("asymmetry", text, symmetric))
-    scatter = max(one.values.get("scatter", 0.0) for one in sides)
+        causes.append(Cause("asymmetry", text, symmetric))
+    scatter = max(model.values.get("scatter", 0.0) for model in sides)
     if scatter > 0.0:
 
-        def regular(one: Variant) -> Variant:
-            return replace(one, friction=_regular(one.friction), table=_regular(one.table))
+        def regular(loop: Variant) -> Variant:
+            return replace(loop, friction=_regular(loop.friction), table=_regular(loop.table))
 
         text = f"friction that differs by {100.0 * scatter:.2g} % from reversal to reversal"
-        found.append(Cause("irregularity", text, regular))
-    return found
+        causes.append(Cause("irregularity", text, regular))
+    return causes
 
 
 def _even(friction: Any) -> Any:
@@ -158,8 +160,8 @@ def _of_encoder(variant: Variant) -> list[Cause]:
     if not exact:
         return []
 
-    def read_exactly(one: Variant) -> Variant:
-        return replace(one, sensor=one.sensor.with_values(**exact))
+    def read_exactly(loop: Variant) -> Variant:
+        return replace(loop, sensor=loop.sensor.with_values(**exact))
 
     return [Cause("encoder", " and ".join(exact) + " of the encoder", read_exactly)]
 
@@ -168,21 +170,21 @@ def _of_delay(variant: Variant) -> list[Cause]:
     if variant.run.delay == 0 and variant.run.current_lag == 0.0:
         return []
 
-    def at_once(one: Variant) -> Variant:
-        return replace(one, run=replace(one.run, delay=0, current_lag=0.0))
+    def at_once(loop: Variant) -> Variant:
+        return replace(loop, run=replace(loop.run, delay=0, current_lag=0.0))
 
     return [Cause("delay", "computation and current control", at_once)]
 
 
 def _of_the_rest(variant: Variant) -> list[Cause]:
-    found = []
+    causes = []
     if variant.plant.values.get("backlash", 0.0) > 0.0:
 
-        def tight(one: Variant) -> Variant:
-            return replace(one, plant=one.plant.with_values(backlash=0.0))
+        def tight(loop: Variant) -> Variant:
+            return replace(loop, plant=loop.plant.with_values(backlash=0.0))
 
-        found.append(Cause("backlash", "travel lost at a reversal", tight))
+        causes.append(Cause("backlash", "travel lost at a reversal", tight))
     if variant.disturbance is not None:
         text = "force that no model explains"
-        found.append(Cause("unexplained", text, lambda one: replace(one, disturbance=None)))
-    return found
+        causes.append(Cause("unexplained", text, lambda loop: replace(loop, disturbance=None)))
+    return causes

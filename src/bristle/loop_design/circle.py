@@ -51,11 +51,11 @@ class Circle:
     @property
     def glitches(self) -> tuple[float, ...]:
         """Swing of the deviation around each reversal: at 0, 90, 180 and 270 degrees [m or rad]."""
-        found = []
+        glitches = []
         for quadrant in range(4):
             apart = np.abs((self.angle - 0.5 * np.pi * quadrant + np.pi) % (2.0 * np.pi) - np.pi)
-            found.append(float(np.ptp(self.deviation[apart <= AROUND])))
-        return tuple(found)
+            glitches.append(float(np.ptp(self.deviation[apart <= AROUND])))
+        return tuple(glitches)
 
 
 def circle_of(variant: Variant) -> tuple[float, float]:
@@ -88,19 +88,19 @@ def run_circles(
     progress : callable, optional
         Called with the share done and the name of what comes next.
     """
-    runs = [_axis(one, radius, feed, axis) for one in variants for axis in ("x", "y")]
+    runs = [_axis(variant, radius, feed, axis) for variant in variants for axis in ("x", "y")]
     result = simulate(Experiment("circle", variants[0].plant.kind, tuple(runs)), progress)
-    found = []
-    for one in variants:
-        x, y = (result.variants[f"{one.name}, {axis}"] for axis in ("x", "y"))
+    circles = []
+    for variant in variants:
+        x, y = (result.variants[f"{variant.name}, {axis}"] for axis in ("x", "y"))
         if Status.NOT_FINITE in (x.status, y.status):
             continue
-        count = min(round(2.0 * math.pi * radius / feed / one.run.sample_time), x.time.size)
+        count = min(round(2.0 * math.pi * radius / feed / variant.run.sample_time), x.time.size)
         angle = np.arctan2(y.reference[-count:], x.reference[-count:]) % (2.0 * np.pi)
         deviation = np.hypot(x.position[-count:], y.position[-count:]) - radius
         order = np.argsort(angle, kind="stable")
-        found.append(Circle(one.name, radius, feed, angle[order], deviation[order]))
-    return tuple(found)
+        circles.append(Circle(variant.name, radius, feed, angle[order], deviation[order]))
+    return tuple(circles)
 
 
 def is_sampled(variant: Variant, radius: float, feed: float) -> bool:
@@ -110,14 +110,14 @@ def is_sampled(variant: Variant, radius: float, feed: float) -> bool:
 
 def _axis(variant: Variant, radius: float, feed: float, axis: str) -> Variant:
     duration = REVOLUTIONS * 2.0 * math.pi * radius / feed
-    other = 1 if axis == "y" else 0
+    shift = 1 if axis == "y" else 0
     return replace(
         variant,
         name=f"{variant.name}, {axis}",
         reference=circle(kind=variant.plant.kind, radius=radius, feed=feed, axis=axis),
-        friction=_seeded(variant.friction, other),
-        table=None if variant.table is None else _seeded(variant.table, other),
-        sensor=_seeded(variant.sensor, other),
+        friction=_seeded(variant.friction, shift),
+        table=None if variant.table is None else _seeded(variant.table, shift),
+        sensor=_seeded(variant.sensor, shift),
         disturbance=None,
         learning=None,
         run=replace(variant.run, duration=duration, settle=0.5 * duration, seeds=1),

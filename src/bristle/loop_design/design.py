@@ -61,7 +61,7 @@ class Design:
     @property
     def assessment(self) -> Assessment:
         """Poles and margins of the loop that was designed."""
-        return next(one for one in self.assessments if one.name == self.variant.name)
+        return next(assessment for assessment in self.assessments if assessment.name == self.variant.name)
 
     @property
     def is_stable(self) -> bool:
@@ -69,15 +69,15 @@ class Design:
         return self.assessment.verdict is Verdict.STABLE
 
 
-def _bandwidth(given: Any, path: str, kind: Kind | None) -> float:
+def _bandwidth(raw: Any, path: str, kind: Kind | None) -> float:
     """Return a bandwidth as an angular frequency [rad/s]; text says it in Hz or rad/s."""
-    if not isinstance(given, str):
-        return amount(Variable("1", "bandwidth [rad/s]", min=0.0), exclusive=True)(given, path, kind)
-    angular = compatible(split(given, path)[1] or "1", "rad/s", path=path)
-    found = convert(given, "rad/s") if angular else 2.0 * math.pi * convert(given, "Hz", path=path)
-    if not 0.0 < found < math.inf:
-        raise InputError("must be positive", path=path, value=given, allowed="> 0 Hz")
-    return found
+    if not isinstance(raw, str):
+        return amount(Variable("1", "bandwidth [rad/s]", min=0.0), exclusive=True)(raw, path, kind)
+    angular = compatible(split(raw, path)[1] or "1", "rad/s", path=path)
+    bandwidth = convert(raw, "rad/s") if angular else 2.0 * math.pi * convert(raw, "Hz", path=path)
+    if not 0.0 < bandwidth < math.inf:
+        raise InputError("must be positive", path=path, value=raw, allowed="> 0 Hz")
+    return bandwidth
 
 
 @guarded(experiment=EXPERIMENT, variant=optional(TEXT), bandwidth=optional(_bandwidth), progress=PROGRESS)
@@ -110,8 +110,8 @@ def design(
         If there is no such variant, or the bandwidth is not positive.
     """
     chosen = _chosen(experiment.variants, variant)
-    assessments = tuple(assess(one) for one in experiment.variants)
-    verdict = next(one.verdict for one in assessments if one.name == chosen.name)
+    assessments = tuple(assess(variant) for variant in experiment.variants)
+    verdict = next(assessment.verdict for assessment in assessments if assessment.name == chosen.name)
     runs = verdict is not Verdict.DIVERGES
     budget = error_budget(chosen, _part(progress, 0.0, 0.6)) if runs else None
     proposals = proposals_for(
@@ -128,14 +128,14 @@ def _chosen(variants: Sequence[Variant], name: str | None) -> Variant:
     if not variants:
         raise InputError("has no variants", path="experiment")
     if name is None:
-        return next((one for one in variants if one.feedforward.friction is not None), variants[0])
-    known = {one.name: one for one in variants}
-    if name not in known:
+        return next((variant for variant in variants if variant.feedforward.friction is not None), variants[0])
+    by_name = {variant.name: variant for variant in variants}
+    if name not in by_name:
         raise InputError(
-            "there is no such variant", path="variant", value=name, allowed=", ".join(known),
-            mend=did_you_mean(name, known),
+            "there is no such variant", path="variant", value=name, allowed=", ".join(by_name),
+            mend=did_you_mean(name, by_name),
         )  # fmt: skip
-    return known[name]
+    return by_name[name]
 
 
 def _circles(chosen: Variant, proposals: Sequence[Proposal], progress: Progress | None) -> tuple[Circle, ...]:
@@ -143,8 +143,8 @@ def _circles(chosen: Variant, proposals: Sequence[Proposal], progress: Progress 
     if radius <= 0.0 or feed <= 0.0 or not is_sampled(chosen, radius, feed):
         return ()
     plain = replace(chosen, name="without compensation", feedforward=replace(chosen.feedforward, friction=None))
-    loops = {one.name: one for one in (plain, *(one.variant for one in proposals))}
-    stable = tuple(one for one in loops.values() if assess(one).verdict is not Verdict.DIVERGES)
+    loops = {loop.name: loop for loop in (plain, *(proposal.variant for proposal in proposals))}
+    stable = tuple(loop for loop in loops.values() if assess(loop).verdict is not Verdict.DIVERGES)
     return run_circles(stable, radius, feed, progress) if stable else ()
 
 
@@ -156,7 +156,7 @@ def _friction_at(variant: Variant, speed: float) -> float:
     if variant.table is not None and screw is not None:
         sides.append((variant.table, screw(variant.plant.parameters).arm))
     return sum(
-        0.5 * arm * (steady_force(one, speed * arm) - steady_force(one, -speed * arm)) for one, arm in sides
+        0.5 * arm * (steady_force(model, speed * arm) - steady_force(model, -speed * arm)) for model, arm in sides
     )  # fmt: skip
 
 

@@ -73,26 +73,26 @@ def proposals_for(
         Called with the share done and the name of what comes next.
     """
     loops, bandwidths = _loops(variant, bandwidth)
-    judged = {one.name: assess(one) for one in loops}
+    judged = {loop.name: assess(loop) for loop in loops}
     runs = min(variant.run.seeds, RUNS_MAX)
     able = tuple(
-        replace(one, run=replace(one.run, seeds=runs))
-        for one in loops
-        if judged[one.name].verdict is not Verdict.DIVERGES and (simulated or one.name != AS_IT_IS)
+        replace(loop, run=replace(loop.run, seeds=runs))
+        for loop in loops
+        if judged[loop.name].verdict is not Verdict.DIVERGES and (simulated or loop.name != AS_IT_IS)
     )
     result = simulate(Experiment(variant.name, variant.plant.kind, able), progress)
-    completed = {name: one for name, one in result.variants.items() if one.status is not Status.NOT_FINITE}
+    completed = {name: result for name, result in result.variants.items() if result.status is not Status.NOT_FINITE}
     return tuple(
         Proposal(
-            one,
-            judged[one.name],
-            bandwidths.get(one.name),
-            stiffness_of(one.controller, one.run.sample_time),
-            count_response(one),
-            completed[one.name].following_error if one.name in completed else None,
-            completed[one.name].effort_rms if one.name in completed else None,
+            loop,
+            judged[loop.name],
+            bandwidths.get(loop.name),
+            stiffness_of(loop.controller, loop.run.sample_time),
+            count_response(loop),
+            completed[loop.name].following_error if loop.name in completed else None,
+            completed[loop.name].effort_rms if loop.name in completed else None,
         )
-        for one in loops
+        for loop in loops
     )
 
 
@@ -106,8 +106,8 @@ def _loops(variant: Variant, bandwidth: float | None) -> tuple[list[Variant], di
     if laws[TUNED] == laws[OBSERVER]:
         del laws[OBSERVER]
     for name, law in laws.items():
-        found = tuned(variant, law, bandwidth)
-        if found is not None and found.law != variant.controller:
-            loops.append(told_the_motion(replace(desired, name=name, controller=found.law)))
-            bandwidths[name] = found.bandwidth
+        tuning = tuned(variant, law, bandwidth)
+        if tuning is not None and tuning.law != variant.controller:
+            loops.append(told_the_motion(replace(desired, name=name, controller=tuning.law)))
+            bandwidths[name] = tuning.bandwidth
     return loops, bandwidths

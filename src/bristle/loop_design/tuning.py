@@ -70,16 +70,16 @@ def tuned(variant: Variant, name: str, bandwidth: float | None = None) -> Tuned 
     def law(omega: float) -> Model:
         component = CONTROLLERS[name]
         own = {key: value for key, value in variant.controller.values.items() if key in component.variables}
-        kept = {"J": inertia_of(variant)} | own if "J" in component.variables else own
-        gains = GAINS[name](omega, kept, variant)
-        return make_model(component, kept | gains, kind=variant.plant.kind, validate=True)
+        fixed = {"J": inertia_of(variant)} | own if "J" in component.variables else own
+        gains = GAINS[name](omega, fixed, variant)
+        return make_model(component, fixed | gains, kind=variant.plant.kind, validate=True)
 
     run = variant.run
     plants = {amplitude: linear_plant(variant, amplitude) for amplitude in (SMALL, LARGE)}
 
     def keeps_margins(omega: float) -> bool:
         laws = ((linear_law(law(omega), run.sample_time, amplitude), plants[amplitude]) for amplitude in plants)
-        return all(_is_safe(SampledLoop(plant, one, run.delay, run.sample_time)) for one, plant in laws)
+        return all(_is_safe(SampledLoop(plant, controller, run.delay, run.sample_time)) for controller, plant in laws)
 
     if bandwidth is not None and keeps_margins(bandwidth):
         return Tuned(law(bandwidth), bandwidth)
@@ -114,25 +114,25 @@ def _round(value: float) -> float:
     return step * math.floor(value / step)
 
 
-def _cascade(bandwidth: float, kept: Mapping[str, Any], variant: Variant) -> dict[str, Any]:
+def _cascade(bandwidth: float, fixed: Mapping[str, Any], variant: Variant) -> dict[str, Any]:
     k_v = inertia_of(variant) * bandwidth
-    integral = kept.get("k_i", 0.0) > 0.0
+    integral = fixed.get("k_i", 0.0) > 0.0
     return {"k_v": k_v, "k_p": 0.25 * bandwidth, "k_i": 0.1 * k_v * bandwidth if integral else 0.0}
 
 
-def _sliding_mode(bandwidth: float, kept: Mapping[str, Any], variant: Variant) -> dict[str, Any]:
-    if kept.get("K_2", 0.0) == 0.0:
+def _sliding_mode(bandwidth: float, fixed: Mapping[str, Any], variant: Variant) -> dict[str, Any]:
+    if fixed.get("K_2", 0.0) == 0.0:
         return {"lambda_": bandwidth, "K_1": bandwidth}
     count, dt = variant.sensor.values.get("resolution", 0.0), variant.run.sample_time
     # With these gains the effort of the law is the velocity that it estimates.
-    estimate = dict(kept, J=1.0, lambda_=0.0, K_1=1.0, K_2=0.0)
+    estimate = dict(fixed, J=1.0, lambda_=0.0, K_1=1.0, K_2=0.0)
     bare = make_model(CONTROLLERS["sliding_mode"], estimate, kind=variant.plant.kind, validate=True)
     surface = count * (bandwidth + float(np.max(np.abs(_step_response(bare, dt)))))
-    phi = max(surface, kept.get("phi", 0.0))
+    phi = max(surface, fixed.get("phi", 0.0))
     return {"lambda_": bandwidth, "K_1": bandwidth / 1.5, "K_2": phi * bandwidth / 3.0, "phi": phi}
 
 
-def _disturbance_observer(bandwidth: float, kept: Mapping[str, Any], variant: Variant) -> dict[str, Any]:
+def _disturbance_observer(bandwidth: float, fixed: Mapping[str, Any], variant: Variant) -> dict[str, Any]:
     return {"lambda_": bandwidth, "K_1": bandwidth, "g": 0.2 * bandwidth}
 
 
@@ -166,8 +166,8 @@ def count_response(variant: Variant) -> float:
 def _step_response(controller: Model, dt: float, amplitude: float = LARGE) -> np.ndarray:
     """Return the effort of a law after the position has stepped by 1, shape (RESPONSE,)."""
     law = linear_law(controller, dt, amplitude)
-    state, found = np.zeros(law.B.size), []
+    state, outputs = np.zeros(law.B.size), []
     for _ in range(RESPONSE):
-        found.append(law.C @ state + law.D)
+        outputs.append(law.C @ state + law.D)
         state = law.A @ state + law.B
-    return np.array(found)
+    return np.array(outputs)

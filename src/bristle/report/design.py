@@ -74,7 +74,7 @@ def design_sentences(design: Design) -> list[str]:
     if design.budget is not None and design.budget.entries:
         first, length = design.budget.entries[0], unit_of("length", design.experiment.kind)
         lines.append(
-            f"It errs by {_length(design.budget.everything.peak_to_peak, length)} peak to peak. No cause weighs more "
+            f"It errs by {_length(design.budget.all_causes.peak_to_peak, length)} peak to peak. No cause weighs more "
             f"than this one, {first.cause}: without it, that is {_length(first.without.peak_to_peak, length)}."
         )
     return lines + _advice(design)
@@ -187,8 +187,8 @@ def design_summary(design: Design, *, provenance: Mapping[str, str]) -> dict[str
         "budget": None
         if budget is None
         else {
-            "everything": vars(budget.everything),
-            "nothing": vars(budget.nothing),
+            "everything": vars(budget.all_causes),
+            "nothing": vars(budget.no_cause),
             "runs": budget.runs,
             "causes": {
                 entry.cause: {

@@ -67,7 +67,7 @@ def budget_table(budget: Budget, design: Design) -> Table:
     """Return the error budget."""
     errors = [error for entry in budget.entries for error in (entry.alone.peak_to_peak, entry.without.peak_to_peak)]
     length = Quantity.of(
-        unit_of("length", design.experiment.kind), [budget.everything.peak_to_peak, *errors, MICROMETRE], digits=4
+        unit_of("length", design.experiment.kind), [budget.all_causes.peak_to_peak, *errors, MICROMETRE], digits=4
     )
     heads = (
         "Cause", length.head("This cause alone"), length.head("All but this cause"), "What it is",
@@ -77,8 +77,8 @@ def budget_table(budget: Budget, design: Design) -> Table:
         for entry in budget.entries
     ]
     rows += [
-        ("all of them", length.cell(budget.everything.peak_to_peak), "–", ""),
-        ("none of them", length.cell(budget.nothing.peak_to_peak), "–", ""),
+        ("all of them", length.cell(budget.all_causes.peak_to_peak), "–", ""),
+        ("none of them", length.cell(budget.no_cause.peak_to_peak), "–", ""),
     ]
     return Table("Error budget: following error, peak to peak", heads, rows)
 
