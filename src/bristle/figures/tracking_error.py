@@ -38,7 +38,7 @@ def tracking_error(results: Mapping[str, VariantResult], settle: float, kind: Ki
     errors = {name: result.reference - result.measured for name, result in results.items()}
     judged = {name: result.time >= settle for name, result in results.items()}
     # In the unit of the motion: a thousandth of it is easily seen as such.
-    length = scale_for("length", kind, *(one.reference for one in results.values()))
+    length = scale_for("length", kind, *(result.reference for result in results.values()))
     low = min(float(errors[name][judged[name]].min()) for name in results) * length.factor
     high = max(float(errors[name][judged[name]].max()) for name in results) * length.factor
     for (axes,), (name, result) in zip(grid, results.items(), strict=True):
