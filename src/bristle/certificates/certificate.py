@@ -35,6 +35,6 @@ class Certificate:
     advice: str
 
 
-def not_applicable(unit: str, why: str) -> Certificate:
+def not_applicable(unit: str, reason: str) -> Certificate:
     """Return the certificate of a question that does not make sense for a model."""
-    return Certificate(False, None, unit, None, None, why)
+    return Certificate(False, None, unit, None, None, reason)

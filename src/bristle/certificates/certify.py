@@ -21,7 +21,7 @@ from bristle.friction import unvaried
 
 __all__ = ["check"]
 
-PAIR = optional(many(lambda given, path, kind: given, least=2, most=2))  # in units that the model tells
+PAIR = optional(many(lambda raw, path, kind: raw, least=2, most=2))  # in units that the model tells
 
 
 @guarded(model=of_family("friction", "hysteresis"), force_ripple=PAIR, loop=PAIR)
@@ -60,7 +60,7 @@ def check(model: Model, *, force_ripple: Any = None, loop: Any = None) -> dict[s
     """
     force, length = Variable("force", "force of the ripple"), Variable("length", "where the loop turns")
     if isinstance(model.component, HysteresisOperator):
-        force, length = (Variable(one, one) for one in (model.component.output, model.component.input))
+        force, length = (Variable(name, name) for name in (model.component.output, model.component.input))
         model = as_friction(model)
     else:
         model = unvaried(model)
@@ -76,8 +76,8 @@ def check(model: Model, *, force_ripple: Any = None, loop: Any = None) -> dict[s
     }
 
 
-def _pair(model: Model, given: Any, variable: Variable, path: str) -> tuple[float, float] | None:
-    if given is None:
+def _pair(model: Model, raw: Any, variable: Variable, path: str) -> tuple[float, float] | None:
+    if raw is None:
         return None
-    first, second = (quantity(one, variable, model.kind, path=f"{path}[{i}]") for i, one in enumerate(given))
+    first, second = (quantity(value, variable, model.kind, path=f"{path}[{i}]") for i, value in enumerate(raw))
     return first, second

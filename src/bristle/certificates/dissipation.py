@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bristle.certificates.certificate import Certificate
-from bristle.certificates.operator import Held
+from bristle.certificates.operator import OperatorParameters
 from bristle.certificates.quasi_static import CREEP, Holding
 from bristle.core.contracts import Model
 from bristle.core.typography import number
@@ -45,8 +45,8 @@ def fattest_loop(model: Model) -> Loop:
     """Return the symmetric loop of which the largest share stays, or is gained: it tells the scale and the sense."""
     phase = np.linspace(0.0, 2.0 * np.pi, SAMPLES + 1)
     shares = [(reach, _share_kept(model, reach * np.sin(phase), reach / CREEP)) for reach in REACHES.tolist()]
-    reach, share = max(shares, key=lambda one: abs(one[1]))
-    return Loop(reach, share, isinstance(model.parameters, Held) and share < -ROUNDING)
+    reach, share = max(shares, key=lambda loop: abs(loop[1]))
+    return Loop(reach, share, isinstance(model.parameters, OperatorParameters) and share < -ROUNDING)
 
 
 def dissipation(model: Model, holding: Holding, loop: Loop) -> Certificate:

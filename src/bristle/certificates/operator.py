@@ -8,10 +8,10 @@ from bristle.core.contracts import FrictionModel, Model
 from bristle.core.dispatch import operator_commit, operator_trial, register
 from bristle.core.kernel import kernel
 
-__all__ = ["Held", "as_friction"]
+__all__ = ["OperatorParameters", "as_friction"]
 
 
-class Held(NamedTuple):
+class OperatorParameters(NamedTuple):
     """Parameters of an operator taken as friction: those of the operator."""
 
     operator: Any
@@ -31,16 +31,16 @@ def commit(state, memory, move, p):
     return operator_commit(state, memory, move, p.operator)
 
 
-register("friction", Held, {"trial": trial, "commit": commit})
+register("friction", OperatorParameters, {"trial": trial, "commit": commit})
 
 
 def as_friction(operator: Model) -> Model:
     """Return a hysteresis operator with parameters as a friction model."""
     component = operator.component
-    held = FrictionModel(
+    friction = FrictionModel(
         name=component.name,
         description=component.description,
-        Parameters=Held,
+        Parameters=OperatorParameters,
         State=component.State,
         trial=trial,
         commit=commit,
@@ -48,4 +48,4 @@ def as_friction(operator: Model) -> Model:
         reference=component.reference,
         module=component.module,
     )
-    return Model(held, Held(operator.parameters), operator.kind)
+    return Model(friction, OperatorParameters(operator.parameters), operator.kind)

@@ -37,7 +37,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bristle.certificates.certificate import Certificate, not_applicable
-from bristle.certificates.operator import Held
+from bristle.certificates.operator import OperatorParameters
 from bristle.core.contracts import Model
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
@@ -71,7 +71,7 @@ ZOOMS = 20
 class Damping(NamedTuple):
     """The viscous coefficient that a model has, and the least that makes it passive [N*s/m or N*m*s/rad]."""
 
-    there: float
+    present: float
     needed: float = 0.0
     because: str = "Its hysteresis gives energy back at every speed"
 
@@ -81,15 +81,15 @@ def passive(model: Model, is_magnet: bool) -> Certificate:
     unit = unit_of("force*time/length", model.kind)
     if is_magnet:
         return not_applicable(unit, "Its loops run the other way around, as a magnet's: it is no friction")
-    p = model.parameters.operator if isinstance(model.parameters, Held) else model.parameters
-    found = (p.forward, p.backward) if isinstance(p, Slotted) else (p,)
+    p = model.parameters.operator if isinstance(model.parameters, OperatorParameters) else model.parameters
+    parameters = (p.forward, p.backward) if isinstance(p, Slotted) else (p,)
     # What varies with the place is a factor of all of the force, or a force that is given back on the way back.
-    sides = [damping_of(one.inner if isinstance(one, Varied) else one) for one in found]
-    known = [one for one in sides if one is not None]
-    if len(known) < len(sides):
+    sides = [damping_of(side.inner if isinstance(side, Varied) else side) for side in parameters]
+    dampings = [side for side in sides if side is not None]
+    if len(dampings) < len(sides):
         return not_applicable(unit, "No condition is known for this model: see dissipation for a search by trial")
-    worst = min(known, key=lambda one: one.there - one.needed)
-    passed = worst.there >= worst.needed * (1.0 - 1e-9)
+    worst = min(dampings, key=lambda damping: damping.present - damping.needed)
+    passed = worst.present >= worst.needed * (1.0 - 1e-9)
     if not math.isfinite(worst.needed):
         advice = f"{worst.because}: no viscous coefficient makes up for that"
     elif not passed:
@@ -97,10 +97,10 @@ def passive(model: Model, is_magnet: bool) -> Certificate:
             f"Bristles let go at speed give energy back: raise sigma_2 to {with_unit(worst.needed, unit, 4)} at least"
         )
     elif worst.needed > 0.0:
-        advice = f"sigma_2 exceeds what is needed by {with_unit(worst.there - worst.needed, unit)}"
+        advice = f"sigma_2 exceeds what is needed by {with_unit(worst.present - worst.needed, unit)}"
     else:
         advice = "Passive whatever the viscous coefficient"
-    return Certificate(True, worst.there, unit, worst.needed, passed, advice)
+    return Certificate(True, worst.present, unit, worst.needed, passed, advice)
 
 
 def needed_damping(

@@ -64,17 +64,17 @@ class Holding:
 def holding_of(model: Model) -> Holding:
     """Return what a friction model holds at rest, and over what distance its force builds up."""
     forward, backward = (_slid_to_the_end(model, side) for side in (1.0, -1.0))
-    found = Holding(backward, forward, 0.0)
-    if not found.breaks_away:
-        return found
+    holding = Holding(backward, forward, 0.0)
+    if not holding.breaks_away:
+        return holding
     contact = Contact(model)
-    if contact.force(0.0) >= found.level(0.5):
-        return found
+    if contact.force(0.0) >= holding.level(0.5):
+        return holding
     for reach in np.geomspace(1e-15, LONGEST, 400):
         contact.move(reach - contact.x, CREEP)
-        if contact.force(0.0) >= found.level(0.5):
+        if contact.force(0.0) >= holding.level(0.5):
             return Holding(backward, forward, float(reach))
-    return found
+    return holding
 
 
 def _slid_to_the_end(model: Model, side: float) -> float:
@@ -162,9 +162,9 @@ class Path:
             if beyond.size:
                 # A mean force beyond the target says that the target was passed in this step or the one before.
                 first = max(int(beyond[0]) - 1, 0)
-                kept = before.move(side * first * self._step, CREEP, first) if first else np.empty(0)
+                forces = before.move(side * first * self._step, CREEP, first) if first else np.empty(0)
                 self._contact = before
-                self._note(start, kept)
+                self._note(start, forces)
                 self._contact = _stopped_at(before, target, side, (beyond[0] + 1 - first) * self._step)
                 self._note(self.x, np.empty(0))
                 return True
@@ -182,8 +182,8 @@ def _stopped_at(contact: Contact, target: float, side: float, farthest: float) -
         return side * (ahead.force(side * 0.0) - target)
 
     if excess(0.0) < 0.0 < excess(farthest):
-        found = root_scalar(excess, bracket=(0.0, farthest), method="brentq", xtol=1e-15 * farthest)
-        contact.move(side * found.root, CREEP)
+        solution = root_scalar(excess, bracket=(0.0, farthest), method="brentq", xtol=1e-15 * farthest)
+        contact.move(side * solution.root, CREEP)
     elif excess(0.0) < 0.0:
         contact.move(side * farthest, CREEP)
     return contact

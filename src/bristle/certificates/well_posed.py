@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from bristle.certificates.certificate import Certificate, not_applicable
-from bristle.certificates.operator import Held
+from bristle.certificates.operator import OperatorParameters
 from bristle.certificates.quasi_static import CREEP, Holding
 from bristle.core.contracts import Model
 from bristle.core.typography import with_unit
@@ -28,22 +28,22 @@ GROWTH = 1.05
 
 def well_posed(model: Model, holding: Holding) -> Certificate:
     """Return whether the deflection is bounded in sliding, and its bound [m, rad, or N, N*m where it is a force]."""
-    if isinstance(model.parameters, Held):
+    if isinstance(model.parameters, OperatorParameters):
         return not_applicable("1", "An operator has no deflection of its own: its input is given")
     read = _Reading(model)
     unit = unit_of(read.quantity, model.kind)
     if not holding.has_presliding:
         return not_applicable(unit, "It has no deflection that could grow")
     bound = _bound(model, read, holding)
-    saturation, held = model.values.get("f_p"), _static_force(model)
-    if saturation is None or held is None:
+    saturation, static_force = model.values.get("f_p"), _static_force(model)
+    if saturation is None or static_force is None:
         finite = math.isfinite(bound)
         advice = "Bounded for all parameters" if finite else "It grows for as long as the body slides: let it saturate"
         return Certificate(True, bound, unit, math.inf, finite, advice)
-    least = LEAST_RATIO * held
+    least = LEAST_RATIO * static_force
     at_least = model.component(kind=model.kind, validate=False, **(model.values | {"f_p": least}))
     passed = bool(saturation >= least * (1.0 - 1e-12) and math.isfinite(bound))
-    share = f"{100.0 * (saturation / held - 1.0):.3g}"
+    share = f"{100.0 * (saturation / static_force - 1.0):.3g}"
     raised = f"raise f_p to {with_unit(least, unit_of('force', model.kind), 4)} at least"
     if passed:
         advice = f"f_p lies {share} % above F_S"

@@ -23,7 +23,7 @@ from bristle.stability.sampled_loop import SampledLoop
 
 __all__ = ["Assessment", "Friction", "Motions", "Verdict", "WorkingPoint", "assess", "top_speed"]
 
-SAME = 1e-6  # relative difference of laws that are one law
+LAW_TOLERANCE = 1e-6  # relative difference of laws that are one law
 SWITCHING = 1e-3  # relative change, over a decade of amplitude, of a law that has no slope at rest
 
 
@@ -94,21 +94,21 @@ class Assessment:
         """Whether the loop is stable, oscillates within bounds, or diverges."""
         # As an oscillation grows, the loop becomes that of large motions: where this one is stable, the growth ends.
         # One that friction alone upsets (by falling with velocity) sticks and slips; one that it settles is settled.
-        large = [one.loop.is_unstable for one in self.points if one.motions is not Motions.SMALL]
+        large = [point.loop.is_unstable for point in self.points if point.motions is not Motions.SMALL]
         if large and all(large):
             return Verdict.DIVERGES
-        return Verdict.OSCILLATES if any(one.loop.is_unstable for one in self.points) else Verdict.STABLE
+        return Verdict.OSCILLATES if any(point.loop.is_unstable for point in self.points) else Verdict.STABLE
 
     @property
     def bare(self) -> tuple[WorkingPoint, ...]:
         """The working points without friction: what the law, the inertia and the delays do by themselves."""
-        return tuple(one for one in self.points if one.friction is Friction.NONE)
+        return tuple(point for point in self.points if point.friction is Friction.NONE)
 
     @property
     def worst(self) -> WorkingPoint:
         """The working point with the largest pole: one without friction where that is unstable, else any."""
-        among = self.bare if any(one.loop.is_unstable for one in self.bare) else self.points
-        return max(among, key=lambda one: one.loop.spectral_radius)
+        among = self.bare if any(point.loop.is_unstable for point in self.bare) else self.points
+        return max(among, key=lambda point: point.loop.spectral_radius)
 
 
 def assess(variant: Variant) -> Assessment:
@@ -132,12 +132,12 @@ def assess(variant: Variant) -> Assessment:
         amplitude = SMALL if motions is Motions.SMALL else LARGE
         for name, frictions in _frictions(variant, motions).items():
             plant = linear_plant(variant, amplitude, *frictions)
-            whole = law
+            combined = law
             if name is Friction.STUCK and feedback is not None:
-                fed, taken = feedback
-                stiffness = Stiffness.of(min(laws.values(), key=_stiffness), frictions[0].k, taken)
-                whole = law.beside(fed)
-            points.append(WorkingPoint(motions, name, SampledLoop(plant, whole, run.delay, run.sample_time)))
+                fed, compensation = feedback
+                stiffness = Stiffness.of(min(laws.values(), key=_stiffness), frictions[0].k, compensation)
+                combined = law.beside(fed)
+            points.append(WorkingPoint(motions, name, SampledLoop(plant, combined, run.delay, run.sample_time)))
     return Assessment(variant.name, variant.plant.kind, tuple(points), switches, stiffness)
 
 
@@ -147,10 +147,10 @@ def _stiffness(law: LinearSystem) -> float:
 
 def _laws(variant: Variant) -> tuple[dict[Motions, LinearSystem], bool]:
     dt = variant.run.sample_time
-    smallest, small = (linear_law(variant.controller, dt, one) for one in (0.1 * SMALL, SMALL))
-    large, larger = (linear_law(variant.controller, dt, one) for one in (LARGE, 10.0 * LARGE))
+    smallest, small = (linear_law(variant.controller, dt, amplitude) for amplitude in (0.1 * SMALL, SMALL))
+    large, larger = (linear_law(variant.controller, dt, amplitude) for amplitude in (LARGE, 10.0 * LARGE))
     large = large.without_what_fades(larger)
-    if small.is_like(large, SAME):
+    if small.is_like(large, LAW_TOLERANCE):
         return {Motions.ALL: large}, False
     if not small.is_like(smallest, SWITCHING):
         return {Motions.LARGE: large}, True
@@ -159,19 +159,19 @@ def _laws(variant: Variant) -> tuple[dict[Motions, LinearSystem], bool]:
 
 def _frictions(variant: Variant, motions: Motions) -> dict[Friction, tuple[LinearFriction, LinearFriction]]:
     """Return what acts on the port of the plant and on its table at each working point."""
-    found = {Friction.NONE: (NO_FRICTION, NO_FRICTION)}
+    frictions = {Friction.NONE: (NO_FRICTION, NO_FRICTION)}
     dt, screw = variant.run.sample_time, variant.plant.component.screw
     stuck = stiffness_at_rest(variant.friction, dt)
     behind = NO_FRICTION if variant.table is None else stiffness_at_rest(variant.table, dt)
     if motions is not Motions.LARGE and stuck is not None and behind is not None and max(stuck.k, behind.k) > 0.0:
-        found[Friction.STUCK] = (stuck, behind)
+        frictions[Friction.STUCK] = (stuck, behind)
     speed = top_speed(variant)
     if speed > 0.0:
         sliding, behind = slope_in_sliding(variant.friction, speed), NO_FRICTION
         if variant.table is not None and screw is not None:
             behind = slope_in_sliding(variant.table, speed * screw(variant.plant.parameters).arm)
-        found[Friction.SLIDING] = (sliding, behind)
-    return found
+        frictions[Friction.SLIDING] = (sliding, behind)
+    return frictions
 
 
 def top_speed(variant: Variant) -> float:

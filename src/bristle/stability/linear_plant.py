@@ -49,15 +49,15 @@ def linear_plant(
     reads_table = screw is not None and variant.sensor_at == "load"
 
     def sample(state: np.ndarray, command: float) -> tuple[np.ndarray, float]:
-        body, (x, v, given) = load(state[:-3]), state[-3:]
+        body, (x, v, drive_effort) = load(state[:-3]), state[-3:]
         position = x if reads_table else body.x
         for _ in range(run.substeps):
-            effort, given = _driven(command, given, h, run.current_lag)
+            effort, drive_effort = _driven(command, drive_effort, h, run.current_lag)
             if screw is None:
                 body = _moved(variant.plant, body, effort, friction, h)
             else:
                 body, x, v = _pulled(variant.plant, body, effort, friction, screw, table, x, v, h)
-        return np.append(pack(body), (x, v, given)), position
+        return np.append(pack(body), (x, v, drive_effort)), position
 
     varied = np.append(varied_in(structure_of(rest)), [True, True, True])
     return measured_on(sample, np.append(pack(rest), [0.0, 0.0, 0.0]), varied, amplitude)

@@ -32,21 +32,21 @@ class LinearSystem(NamedTuple):
     C: np.ndarray
     D: float
 
-    def is_like(self, other: LinearSystem, tolerance: float) -> bool:
+    def is_like(self, system: LinearSystem, tolerance: float) -> bool:
         """Return whether each number of both is the same to a relative tolerance."""
-        return all(np.allclose(a, b, rtol=tolerance, atol=0.0) for a, b in zip(self, other, strict=True))
+        return all(np.allclose(a, b, rtol=tolerance, atol=0.0) for a, b in zip(self, system, strict=True))
 
     def without_what_fades(self, larger: LinearSystem) -> LinearSystem:
         """Return the system without the numbers that are less than half as large at ten times the amplitude."""
         pairs = zip(self, larger, strict=True)
-        A, B, C, D = (np.where(np.abs(there) < 0.5 * np.abs(here), 0.0, here) for here, there in pairs)
+        A, B, C, D = (np.where(np.abs(large) < 0.5 * np.abs(small), 0.0, small) for small, large in pairs)
         return LinearSystem(A, B, C, float(D))
 
-    def beside(self, other: LinearSystem) -> LinearSystem:
+    def beside(self, system: LinearSystem) -> LinearSystem:
         """Return both systems side by side: one input, the sum of their outputs."""
-        n, m = self.B.size, other.B.size
-        A = np.block([[self.A, np.zeros((n, m))], [np.zeros((m, n)), other.A]])
-        return LinearSystem(A, np.append(self.B, other.B), np.append(self.C, other.C), self.D + other.D)
+        n, m = self.B.size, system.B.size
+        A = np.block([[self.A, np.zeros((n, m))], [np.zeros((m, n)), system.A]])
+        return LinearSystem(A, np.append(self.B, system.B), np.append(self.C, system.C), self.D + system.D)
 
     def response(self, z: np.ndarray) -> np.ndarray:
         """Return the transfer function at points `z` of the complex plane, shape (point,)."""
@@ -84,10 +84,10 @@ def linear_law(controller: Model, dt: float, amplitude: float) -> LinearSystem:
 
 def varied_in(structure: Any) -> np.ndarray:
     """Return which numbers of a packed state are states of a linear system: counters and modes are not."""
-    found: list[bool] = []
+    flags: list[bool] = []
     for part in structure[1]:
-        found.extend(varied_in(part) if isinstance(part, tuple) else [part == "number"])
-    return np.array(found, dtype=bool)
+        flags.extend(varied_in(part) if isinstance(part, tuple) else [part == "number"])
+    return np.array(flags, dtype=bool)
 
 
 def measured_on(

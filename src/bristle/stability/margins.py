@@ -61,7 +61,9 @@ def margins_of(loop: SampledLoop) -> Margins:
     unstable = loop.is_unstable
     crossovers = [(_phase_margin(loop, w), w) for w in _crossings(loop, omega, response, _excess)]
     # A spring makes the loop cross over twice; a stable one is as near to -180 degrees from either side.
-    phase, crossover = min(crossovers, key=lambda one: one[0] if unstable else abs(one[0]), default=(None, None))
+    phase, crossover = min(
+        crossovers, key=lambda crossing: crossing[0] if unstable else abs(crossing[0]), default=(None, None)
+    )
     turns = [float(loop.response(np.array([w]))[0].real) for w in _crossings(loop, omega, response, _imaginary)]
     gains = [-1.0 / real for real in (*turns, float(response[-1].real)) if real < 0.0]
     return Margins(
@@ -105,6 +107,6 @@ def _crossings(loop: SampledLoop, omega: np.ndarray, response: np.ndarray, of: Q
     low, high, side = omega[at], omega[at + 1], np.sign(values[at])
     for _ in range(HALVINGS):
         middle = np.sqrt(low * high)
-        same = np.sign(of(loop.response(middle))) == side if middle.size else np.zeros(0, dtype=bool)
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
+        same_side = np.sign(of(loop.response(middle))) == side if middle.size else np.zeros(0, dtype=bool)
+        low, high = np.where(same_side, middle, low), np.where(same_side, high, middle)
     return np.sqrt(low * high).tolist()

@@ -30,24 +30,24 @@ class Stiffness(NamedTuple):
         Of the control law: effort over a deviation that lasts; without end for one with an integral.
     friction : float
         Of the friction before it breaks away.
-    taken : float
+    compensation : float
         What the friction fed forward along the measured motion takes away.
     """
 
     law: float
     friction: float
-    taken: float
+    compensation: float
 
     @property
     def left(self) -> float:
         """What holds the axis after all."""
-        return self.law + self.friction - self.taken
+        return self.law + self.friction - self.compensation
 
     @classmethod
-    def of(cls, law: LinearSystem, friction: float, taken: float) -> Stiffness:
+    def of(cls, law: LinearSystem, friction: float, compensation: float) -> Stiffness:
         """Return what holds an axis under a linear law."""
         slow = np.abs(law.response(np.exp(1j * np.array(SLOW))))
-        return cls(float("inf") if slow[0] > 2.0 * slow[1] else float(slow[0]), friction, taken)
+        return cls(float("inf") if slow[0] > 2.0 * slow[1] else float(slow[0]), friction, compensation)
 
 
 def feedback_of(feedforward: Feedforward, dt: float) -> tuple[LinearSystem, float] | None:

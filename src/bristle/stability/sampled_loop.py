@@ -37,13 +37,13 @@ class SampledLoop:
     @property
     def matrix(self) -> np.ndarray:
         """What one sample does to the states of plant, delay line and law, without those that take no part."""
-        whole, entered = self._whole()
-        linked = whole != 0.0
+        full, entered = self._system()
+        linked = full != 0.0
         read = np.zeros(entered.size, dtype=bool)
         read[: self.plant.C.size] = self.plant.C != 0.0
         read[entered.size - self.law.C.size :] |= self.law.C != 0.0
         part = _reached(linked, entered) & _reached(linked.T, read)
-        return whole[np.ix_(part, part)]
+        return full[np.ix_(part, part)]
 
     @property
     def poles(self) -> np.ndarray:
@@ -71,23 +71,23 @@ class SampledLoop:
         law = self.law
         return replace(self, law=LinearSystem(law.A, law.B, factor * law.C, factor * law.D))
 
-    def _whole(self) -> tuple[np.ndarray, np.ndarray]:
+    def _system(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the matrix of all states, and which of them a disturbance enters first."""
         plant, law = self.plant, self.law
         n, m, d = plant.B.size, law.B.size, self.delay
-        whole = np.zeros((n + d + m, n + d + m))
-        whole[:n, :n] = plant.A
-        whole[n + d :, n + d :] = law.A
-        whole[n + d :, :n] = np.outer(law.B, plant.C)
+        full = np.zeros((n + d + m, n + d + m))
+        full[:n, :n] = plant.A
+        full[n + d :, n + d :] = law.A
+        full[n + d :, :n] = np.outer(law.B, plant.C)
         command = np.concatenate((law.D * plant.C, np.zeros(d), law.C))
         if d:
-            whole[:n, n + d - 1] = plant.B
-            whole[n + 1 : n + d, n : n + d - 1] = np.eye(d - 1)
-            whole[n] = command
+            full[:n, n + d - 1] = plant.B
+            full[n + 1 : n + d, n : n + d - 1] = np.eye(d - 1)
+            full[n] = command
         else:
-            whole[:n] += np.outer(plant.B, command)
+            full[:n] += np.outer(plant.B, command)
         entered = np.concatenate((plant.B != 0.0, np.zeros(d, dtype=bool), law.B != 0.0))
-        return whole, entered
+        return full, entered
 
 
 def _reached(linked: np.ndarray, first: np.ndarray) -> np.ndarray:

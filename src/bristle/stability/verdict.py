@@ -17,14 +17,14 @@ MOSTLY = 0.5  # share of the stiffness below which what is left is little
 FINER = 0.98  # from one gain that is tried to the next
 GAINS = 400
 WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
-WHERE = {Motions.ALL: "", Motions.SMALL: "for small motions ", Motions.LARGE: "for large motions "}
+MOTION_WORDS = {Motions.ALL: "", Motions.SMALL: "for small motions ", Motions.LARGE: "for large motions "}
 
 
 def runnable(experiment: Experiment) -> tuple[Experiment, dict[str, Assessment]]:
     """Return the experiment without the variants whose loop diverges, and what the loop of each variant says."""
-    judged = {one.name: assess(one) for one in experiment.variants}
-    kept = tuple(one for one in experiment.variants if judged[one.name].verdict is not Verdict.DIVERGES)
-    return replace(experiment, variants=kept), judged
+    judged = {variant.name: assess(variant) for variant in experiment.variants}
+    bounded = tuple(variant for variant in experiment.variants if judged[variant.name].verdict is not Verdict.DIVERGES)
+    return replace(experiment, variants=bounded), judged
 
 
 def sentence(assessment: Assessment) -> str:
@@ -36,38 +36,38 @@ def sentence(assessment: Assessment) -> str:
         return "the sampled loop is stable: " + _largest(assessment.worst)
     if assessment.verdict is Verdict.DIVERGES:
         return f"unstable, not simulated: the sampled loop has a pole at {_pole(assessment)}. {_mend(assessment)}"
-    where = WHERE[assessment.worst.motions]
+    motions = MOTION_WORDS[assessment.worst.motions]
     end = (
         "What is a small motion grows until it is a large one, and never settles"
         if assessment.worst.motions is Motions.SMALL
         else "It does not settle there"
     )
-    return f"oscillates: {where}the sampled loop has a pole at {_pole(assessment)}. {end}. {_mend(assessment)}"
+    return f"oscillates: {motions}the sampled loop has a pole at {_pole(assessment)}. {end}. {_mend(assessment)}"
 
 
 def remarks(assessment: Assessment) -> list[str]:
     """Return what to know of a loop that is stable: margins that are small, a law that switches."""
-    found = []
+    lines = []
     if assessment.switches:
-        found.append(
+        lines.append(
             "the law has no slope at rest: it answers however small a motion with a jump of the effort, and chatters "
             "around rest. A boundary layer ends that"
         )
-    held = assessment.stiffness
-    if held is not None and held.left < MOSTLY * (held.law + held.friction):
-        found.append(_taken(held, assessment.kind))
-    bare = [one for one in assessment.bare if not one.loop.is_unstable and one.margins.phase is not None]
-    least = min(bare, key=lambda one: one.margins.phase or 0.0, default=None)
+    stiffness = assessment.stiffness
+    if stiffness is not None and stiffness.left < MOSTLY * (stiffness.law + stiffness.friction):
+        lines.append(_compensation_text(stiffness, assessment.kind))
+    bare = [point for point in assessment.bare if not point.loop.is_unstable and point.margins.phase is not None]
+    least = min(bare, key=lambda point: point.margins.phase or 0.0, default=None)
     if least is None or least.margins.phase is None:
-        return found
+        return lines
     phase, gain = least.margins.phase, least.margins.gain
     if phase < PHASE_ENOUGH or (gain is not None and gain < GAIN_ENOUGH):
-        room = "" if gain is None else f", {number(gain, digits=3)} times the gain makes it unstable"
-        found.append(
-            f"{WHERE[least.motions]}the phase margin is {number(phase, digits=2)}° (at least {PHASE_ENOUGH:g}° is "
-            f"usual){room}: what excites the loop near its crossover rings"
+        limit = "" if gain is None else f", {number(gain, digits=3)} times the gain makes it unstable"
+        lines.append(
+            f"{MOTION_WORDS[least.motions]}the phase margin is {number(phase, digits=2)}° (at least {PHASE_ENOUGH:g}° "
+            f"is usual){limit}: what excites the loop near its crossover rings"
         )
-    return found
+    return lines
 
 
 def stiffness_text(stiffness: float, kind: Kind) -> str:
@@ -82,12 +82,13 @@ def stiffness_text(stiffness: float, kind: Kind) -> str:
     return f"{number(factor * stiffness, digits=3)} {unit}"
 
 
-def _taken(held: Stiffness, kind: Kind) -> str:
-    taken, whole, law = (stiffness_text(one, kind) for one in (held.taken, held.law + held.friction, held.law))
+def _compensation_text(stiffness: Stiffness, kind: Kind) -> str:
+    values = (stiffness.compensation, stiffness.law + stiffness.friction, stiffness.law)
+    compensation, total, law = (stiffness_text(value, kind) for value in values)
     return (
-        f"friction is fed forward along the measured motion, and takes {taken} of the {whole} that hold the axis, of "
-        f"which the law itself has no more than {law}: at gains this low it raises the error. Feed it forward along "
-        "the desired motion"
+        f"friction is fed forward along the measured motion, and takes {compensation} of the {total} that hold the "
+        f"axis, of which the law itself has no more than {law}: at gains this low it raises the error. Feed it "
+        "forward along the desired motion"
     )
 
 
@@ -105,8 +106,8 @@ def _cause(assessment: Assessment) -> str:
     worst = assessment.worst
     if worst.friction is Friction.SLIDING:
         return "friction falls with velocity at the speed of the reference, and the axis sticks and slips"
-    held = assessment.stiffness
-    if worst.friction is Friction.STUCK and held is not None and held.left <= 0.0:
+    stiffness = assessment.stiffness
+    if worst.friction is Friction.STUCK and stiffness is not None and stiffness.left <= 0.0:
         return "friction fed forward along the measured motion takes away more stiffness than the axis has"
     if worst.friction is Friction.STUCK:
         return "stuck, the axis is held by the friction as well, and the gain of both is too high for the delay"
@@ -119,8 +120,8 @@ def _cause(assessment: Assessment) -> str:
 def _mend(assessment: Assessment) -> str:
     if assessment.worst.friction is Friction.SLIDING:
         return "Raise the gains or feed the friction forward"
-    held = assessment.stiffness
-    if held is not None and held.left <= 0.0:
+    stiffness = assessment.stiffness
+    if stiffness is not None and stiffness.left <= 0.0:
         return "Feed it forward along the desired motion"
     delay, gain = _longest_delay(assessment), _largest_gain(assessment)
     ways = []
@@ -140,12 +141,12 @@ def _count(samples: int) -> str:
 
 def _loops(assessment: Assessment) -> list[WorkingPoint]:
     worst = assessment.worst
-    return [one for one in assessment.points if one.friction in (Friction.NONE, worst.friction)]
+    return [point for point in assessment.points if point.friction in (Friction.NONE, worst.friction)]
 
 
 def _longest_delay(assessment: Assessment) -> int | None:
     """Return the longest delay, below the present one, up to which the loop is stable."""
-    loops = [one.loop for one in _loops(assessment)]
+    loops = [point.loop for point in _loops(assessment)]
     # From the shortest one on: each sample of delay is one more state, and the poles of many take long.
     unstable = (delay for delay in range(loops[0].delay)
                 if any(replace(loop, delay=delay).is_unstable for loop in loops))  # fmt: skip
@@ -155,6 +156,6 @@ def _longest_delay(assessment: Assessment) -> int | None:
 
 def _largest_gain(assessment: Assessment) -> float | None:
     """Return the largest factor below 1 on the gains with which the loop is stable."""
-    loops = [one.loop for one in _loops(assessment)]
+    loops = [point.loop for point in _loops(assessment)]
     gains = (FINER**power for power in range(1, GAINS))
     return next((gain for gain in gains if not any(loop.with_gain(gain).is_unstable for loop in loops)), None)
