@@ -53,9 +53,9 @@ def step(state, reference, measured, dt, p):
         v_hat = (measured - state.q_1) / dt
     v_error = p.k_p * (reference.position - measured) + p.k_ff * reference.velocity - v_hat
     integral = state.integral + p.k_i * v_error * dt
-    wanted = p.k_v * v_error + integral + reference.effort
-    effort = max(-p.limit, min(p.limit, wanted))
-    if effort != wanted and v_error * wanted > 0.0:
+    demand = p.k_v * v_error + integral + reference.effort
+    effort = max(-p.limit, min(p.limit, demand))
+    if effort != demand and v_error * demand > 0.0:
         integral = state.integral
         effort = max(-p.limit, min(p.limit, p.k_v * v_error + integral + reference.effort))
     return effort, State(measured, state.q_1, integral)

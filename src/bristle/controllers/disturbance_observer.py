@@ -67,8 +67,8 @@ def step(state, reference, measured, dt, p):
     surface = e_dot + p.lambda_ * e
     momentum = p.g * p.J * motion.v
     z = state.z - expm1(-p.g * dt) * (state.feedback + momentum - state.z)
-    wanted = p.J * (reference.acceleration + p.lambda_ * e_dot + p.K_1 * surface) + z - momentum + reference.effort
-    effort = max(-p.limit, min(p.limit, wanted))
+    demand = p.J * (reference.acceleration + p.lambda_ * e_dot + p.K_1 * surface) + z - momentum + reference.effort
+    effort = max(-p.limit, min(p.limit, demand))
     return effort, State(motion.q, motion.v, z, effort - reference.effort)
 
 

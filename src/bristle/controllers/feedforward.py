@@ -35,10 +35,10 @@ class Shape(NamedTuple):
 @kernel
 def shaped(force, before, dt, shape):
     """Return the effort [N or N*m] fed forward for a friction `force`; `before` is that of the last sample."""
-    wanted = shape.gain * force * (1.0 + shape.asymmetry * math.copysign(1.0, force)) + shape.offset
-    wanted = max(-shape.limit, min(shape.limit, wanted))
+    demand = shape.gain * force * (1.0 + shape.asymmetry * math.copysign(1.0, force)) + shape.offset
+    demand = max(-shape.limit, min(shape.limit, demand))
     change = shape.rate_limit * dt
-    return max(before - change, min(before + change, wanted))
+    return max(before - change, min(before + change, demand))
 
 
 @kernel
@@ -49,6 +49,6 @@ def compensate(state, memory, motion, before, dt, shape, p):
     """
     force, move = friction_trial(state, memory, motion, dt, p)
     if motion.v == 0.0:
-        other = Motion(-motion.v, motion.x, motion.load, motion.temperature)
-        force = 0.5 * (force + friction_trial(state, memory, other, dt, p)[0])
+        reverse = Motion(-motion.v, motion.x, motion.load, motion.temperature)
+        force = 0.5 * (force + friction_trial(state, memory, reverse, dt, p)[0])
     return shaped(force, before, dt, shape), friction_commit(state, memory, move, p)

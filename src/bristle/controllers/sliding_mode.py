@@ -73,8 +73,8 @@ def step(state, reference, measured, dt, p):
     e = reference.position - measured
     e_dot = reference.velocity - motion.v
     surface = e_dot + p.lambda_ * e
-    wanted = reference.acceleration + p.lambda_ * e_dot + p.K_1 * surface + p.K_2 * saturated(surface, p.phi)
-    effort = max(-p.limit, min(p.limit, p.J * wanted + reference.effort))
+    acceleration = reference.acceleration + p.lambda_ * e_dot + p.K_1 * surface + p.K_2 * saturated(surface, p.phi)
+    effort = max(-p.limit, min(p.limit, p.J * acceleration + reference.effort))
     return effort, State(motion.q, motion.v)
 
 

@@ -65,9 +65,9 @@ def step(state, reference, measured, dt, p):
     side = 0.0 if surface == 0.0 else math.copysign(1.0, surface)
     w = state.w + p.k_2 * side * dt
     approach = p.lambda_ * e_dot + p.K_1 * surface + p.k_1 * math.sqrt(abs(surface)) * side
-    wanted = p.J * (reference.acceleration + approach + w) + reference.effort
-    effort = max(-p.limit, min(p.limit, wanted))
-    if effort != wanted and side * wanted > 0.0:
+    demand = p.J * (reference.acceleration + approach + w) + reference.effort
+    effort = max(-p.limit, min(p.limit, demand))
+    if effort != demand and side * demand > 0.0:
         w = state.w
     return effort, State(motion.q, motion.v, w)
 

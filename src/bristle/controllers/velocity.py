@@ -22,13 +22,13 @@ from bristle.core.kernel import kernel
 from bristle.core.mathematics import exp
 from bristle.core.variable import Variable
 
-__all__ = ["ESTIMATORS", "Motion", "motion_before", "observed"]
+__all__ = ["ESTIMATORS", "ObservedMotion", "motion_before", "observed"]
 
 ESTIMATORS = ("filtered_difference", "tracking_observer")
 FILTERED_DIFFERENCE, TRACKING_OBSERVER = range(2)
 
 
-class Motion(NamedTuple):
+class ObservedMotion(NamedTuple):
     """Position and velocity as a control law knows them."""
 
     q: Annotated[float, Variable("length", "position")]
@@ -37,15 +37,15 @@ class Motion(NamedTuple):
 
 @kernel
 def observed(q, v, measured, dt, estimator, cutoff):
-    """Return the `Motion` at a sample, from that of the sample before and the position measured [m or rad]."""
+    """Return the `ObservedMotion` at a sample, from that of the sample before and the position measured [m or rad]."""
     pole = exp(-2.0 * math.pi * min(cutoff * dt, 1e3))
     if estimator == TRACKING_OBSERVER:
         ahead = q + dt * v
         surprise = measured - ahead
-        return Motion(ahead + (1.0 - pole * pole) * surprise, v + (1.0 - pole) * (1.0 - pole) / dt * surprise)
-    return Motion(measured, v + (1.0 - pole) * ((measured - q) / dt - v))
+        return ObservedMotion(ahead + (1.0 - pole * pole) * surprise, v + (1.0 - pole) * (1.0 - pole) / dt * surprise)
+    return ObservedMotion(measured, v + (1.0 - pole) * ((measured - q) / dt - v))
 
 
-def motion_before(measured: float, velocity: float, acceleration: float, dt: float) -> Motion:
+def motion_before(measured: float, velocity: float, acceleration: float, dt: float) -> ObservedMotion:
     """Return what a control law that takes over a motion knows of it, one sample before."""
-    return Motion(measured - velocity * dt + 0.5 * acceleration * dt * dt, velocity - acceleration * dt)
+    return ObservedMotion(measured - velocity * dt + 0.5 * acceleration * dt * dt, velocity - acceleration * dt)

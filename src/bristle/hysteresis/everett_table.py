@@ -69,11 +69,11 @@ def cell_of(alpha, beta, q):
     j = min(int(n * math.sqrt(d / wide)), n - 1)
     low, high = wide * (j / n) * (j / n), wide * ((j + 1) / n) * ((j + 1) / n)
     # At d = 2X all rows meet in one point.
-    room = max(wide - d, 1e-12 * wide)
-    lean = max(-1.0, min((alpha + beta) / room, 1.0))
+    span = max(wide - d, 1e-12 * wide)
+    lean = max(-1.0, min((alpha + beta) / span, 1.0))
     r = 0.5 * (lean + 1.0) * (rows - 1)
     i = min(int(r), rows - 2)
-    return Cell(i, j, r - i, (d - low) / (high - low), 2.0 * room / (rows - 1), high - low, lean)
+    return Cell(i, j, r - i, (d - low) / (high - low), 2.0 * span / (rows - 1), high - low, lean)
 
 
 @kernel
@@ -117,8 +117,8 @@ def above(d, q):
 def virgin(u, q):
     """Return the output [N or N*m] at the first input `u` [m or rad] of a demagnetised operator."""
     z = max(-q.extent, min(u, q.extent))
-    whole = value(q.extent, -q.extent, q)
-    remanent = whole - 2.0 * above(2.0 * q.extent, q)
+    saturation = value(q.extent, -q.extent, q)
+    remanent = saturation - 2.0 * above(2.0 * q.extent, q)
     if z > 0.0:
         return remanent + 2.0 * above(2.0 * z, q)
     return remanent - 2.0 * (value(-z, z, q) - above(-2.0 * z, q))

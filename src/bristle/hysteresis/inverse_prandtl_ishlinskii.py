@@ -98,8 +98,8 @@ def inverse_of(operator: Model) -> Model:
     array([ 1.5, -0.5,  1. ])
     """
     p = operator.parameters
-    thresholds, place = np.unique(p.thresholds, return_inverse=True)
-    weights = np.bincount(place, p.weights)
+    thresholds, index = np.unique(p.thresholds, return_inverse=True)
+    weights = np.bincount(index, p.weights)
     slopes = p.spring + np.append(np.cumsum(weights[::-1])[::-1], 0.0)
     if not np.all(slopes > 0.0):
         raise InputError(

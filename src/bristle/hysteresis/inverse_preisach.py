@@ -37,19 +37,19 @@ def branch_toward(stack, memory, f):
     """Return the branch that the output `f` lies on, reached from ``stack.f`` in one move."""
     change = f - stack.f
     side = math.copysign(1.0, change) if change != 0.0 else stack.side
-    room = memory.size // 2
+    capacity = memory.size // 2
     depth = stack.depth + int(side * stack.side < 0.0)
     begin = stack.z
-    while depth >= 2 and side * (f - memory[room + depth - 2]) >= 0.0:
+    while depth >= 2 and side * (f - memory[capacity + depth - 2]) >= 0.0:
         begin = memory[depth - 2]
         depth -= 2
-    if depth == 1 and side * (f + memory[room]) >= 0.0:
+    if depth == 1 and side * (f + memory[capacity]) >= 0.0:
         begin = -memory[0]
         depth = 0
     if depth == 0:
         return Branch(0.0, 0.0, side, 0, begin, side * math.inf)
     end = memory[depth - 2] if depth >= 2 else -memory[0]
-    return Branch(memory[depth - 1], memory[room + depth - 1], side, depth, begin, end)
+    return Branch(memory[depth - 1], memory[capacity + depth - 1], side, depth, begin, end)
 
 
 @kernel

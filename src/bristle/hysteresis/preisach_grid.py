@@ -70,7 +70,7 @@ def node(i, j, q):
 
 
 @kernel
-def place(u, n, q):
+def grid_coordinate(u, n, q):
     """Return where an input lies, in cells from the lowest level; outside the grid at its edge."""
     return max(0.0, min((u - q.low) / (q.high - q.low), 1.0)) * n
 
@@ -79,7 +79,7 @@ def place(u, n, q):
 def value(alpha, beta, q):
     """Return E(alpha, beta) [N or N*m], alpha >= beta [m or rad]."""
     n = cell_count(q.E.size)
-    at_alpha, at_beta = place(alpha, n, q), place(beta, n, q)
+    at_alpha, at_beta = grid_coordinate(alpha, n, q), grid_coordinate(beta, n, q)
     i, j = min(int(at_alpha), n - 1), min(int(at_beta), n - 1)
     a, b = at_alpha - i, at_beta - j
     if i == j:
@@ -95,7 +95,7 @@ def slope(alpha, beta, side, q):
     if (side > 0.0 and alpha > q.high) or (side <= 0.0 and beta < q.low):
         return 0.0
     n = cell_count(q.E.size)
-    at_alpha, at_beta = place(alpha, n, q), place(beta, n, q)
+    at_alpha, at_beta = grid_coordinate(alpha, n, q), grid_coordinate(beta, n, q)
     i, j = min(int(at_alpha), n - 1), min(int(at_beta), n - 1)
     a, b = at_alpha - i, at_beta - j
     size = (q.high - q.low) / n

@@ -119,13 +119,13 @@ def rising(alpha, beta, q):
     """Return E [N or N*m] of the curves as they are stored, both inputs inside the table."""
     row = row_at(beta, q)
     top = q.reversals[q.reversals.size - 1]
-    room = max(row.end - beta, 1e-12 * (top - q.reversals[0]))
-    r = min((alpha - beta) / room, 1.0)
-    here = along(row.i, r, q) + row.share * (along(row.i + 1, r, q) - along(row.i, r, q))
+    length = max(row.end - beta, 1e-12 * (top - q.reversals[0]))
+    r = min((alpha - beta) / length, 1.0)
+    stored = along(row.i, r, q) + row.share * (along(row.i + 1, r, q) - along(row.i, r, q))
     if alpha <= row.end or row.end >= top:
-        return here
-    whole = q.E_top[row.i] + row.share * (q.E_top[row.i + 1] - q.E_top[row.i])
-    return here + (alpha - row.end) / (top - row.end) * (whole - here)
+        return stored
+    top_value = q.E_top[row.i] + row.share * (q.E_top[row.i + 1] - q.E_top[row.i])
+    return stored + (alpha - row.end) / (top - row.end) * (top_value - stored)
 
 
 @kernel
@@ -133,13 +133,13 @@ def by_alpha(alpha, beta, q):
     """Return the derivative of `rising` by alpha [N/m or N*m/rad]."""
     row = row_at(beta, q)
     top = q.reversals[q.reversals.size - 1]
-    room = max(row.end - beta, 1e-12 * (top - q.reversals[0]))
-    r = (alpha - beta) / room
+    length = max(row.end - beta, 1e-12 * (top - q.reversals[0]))
+    r = (alpha - beta) / length
     if r <= 1.0:
-        return (steepness(row.i, r, q) + row.share * (steepness(row.i + 1, r, q) - steepness(row.i, r, q))) / room
-    here = rising(row.end, beta, q)
-    whole = q.E_top[row.i] + row.share * (q.E_top[row.i + 1] - q.E_top[row.i])
-    return (whole - here) / (top - row.end) if row.end < top else 0.0
+        return (steepness(row.i, r, q) + row.share * (steepness(row.i + 1, r, q) - steepness(row.i, r, q))) / length
+    stored = rising(row.end, beta, q)
+    top_value = q.E_top[row.i] + row.share * (q.E_top[row.i + 1] - q.E_top[row.i])
+    return (top_value - stored) / (top - row.end) if row.end < top else 0.0
 
 
 @kernel
@@ -147,18 +147,18 @@ def by_beta(alpha, beta, q):
     """Return the derivative of `rising` by -beta [N/m or N*m/rad]."""
     row = row_at(beta, q)
     top = q.reversals[q.reversals.size - 1]
-    room = max(row.end - beta, 1e-12 * (top - q.reversals[0]))
-    r = min((alpha - beta) / room, 1.0)
+    length = max(row.end - beta, 1e-12 * (top - q.reversals[0]))
+    r = min((alpha - beta) / length, 1.0)
     across = (along(row.i + 1, r, q) - along(row.i, r, q)) / row.spacing
     if alpha <= row.end or row.end >= top:
         steep = steepness(row.i, r, q) + row.share * (steepness(row.i + 1, r, q) - steepness(row.i, r, q))
-        return -across + steep * (1.0 + r * (row.lean - 1.0)) / room
-    here = along(row.i, r, q) + row.share * (along(row.i + 1, r, q) - along(row.i, r, q))
-    whole = q.E_top[row.i] + row.share * (q.E_top[row.i + 1] - q.E_top[row.i])
+        return -across + steep * (1.0 + r * (row.lean - 1.0)) / length
+    stored = along(row.i, r, q) + row.share * (along(row.i + 1, r, q) - along(row.i, r, q))
+    top_value = q.E_top[row.i] + row.share * (q.E_top[row.i + 1] - q.E_top[row.i])
     part = (alpha - row.end) / (top - row.end)
     further = (q.E_top[row.i + 1] - q.E_top[row.i]) / row.spacing
     leaning = row.lean * (1.0 - part) / (top - row.end)
-    return -(across + part * (further - across)) + leaning * (whole - here)
+    return -(across + part * (further - across)) + leaning * (top_value - stored)
 
 
 @kernel

@@ -16,7 +16,7 @@ from bristle.hysteresis.reversal_table import MODEL, Curves
 __all__ = ["table_of_curves"]
 
 COLUMNS = 257
-SAME = 1e-9  # of the range of inputs: two reversals that are one
+REVERSAL_TOLERANCE = 1e-9  # of the range of inputs: two reversals that are one
 
 
 class Curve(NamedTuple):
@@ -58,17 +58,19 @@ def table_of_curves(
         If there are fewer than two curves, one is not monotone, or some rise and some fall.
     """
     side = _side(curves[0])
-    read = sorted((_curve(u, f, side, index) for index, (u, f) in enumerate(curves)), key=lambda one: one.u[0])
-    last = max(read, key=lambda one: one.u[-1])
+    read = sorted((_curve(u, f, side, index) for index, (u, f) in enumerate(curves)), key=lambda curve: curve.u[0])
+    last = max(read, key=lambda curve: curve.u[-1])
     top, saturation = float(last.u[-1]), float(last.f[-1])
-    kept = _apart([one for one in read if one.u[0] < top], SAME * (top - read[0].u[0]))
+    distinct = _apart([curve for curve in read if curve.u[0] < top], REVERSAL_TOLERANCE * (top - read[0].u[0]))
     share = np.linspace(0.0, 1.0, columns)
-    rows = [0.5 * (np.interp(one.u[0] + share * np.ptp(one.u), one.u, one.f) - one.f[0]) for one in kept]
+    rows = [
+        0.5 * (np.interp(curve.u[0] + share * np.ptp(curve.u), curve.u, curve.f) - curve.f[0]) for curve in distinct
+    ]
     table = Curves(
-        reversals=np.array([*(one.u[0] for one in kept), top]),
-        ends=np.array([*(one.u[-1] for one in kept), top]),
+        reversals=np.array([*(curve.u[0] for curve in distinct), top]),
+        ends=np.array([*(curve.u[-1] for curve in distinct), top]),
         E=np.concatenate([*rows, np.zeros(columns)]),
-        E_top=np.array([*(0.5 * (saturation - one.f[0]) for one in kept), 0.0]),
+        E_top=np.array([*(0.5 * (saturation - curve.f[0]) for curve in distinct), 0.0]),
         side=side,
         offset=0.0,
     )
@@ -93,10 +95,10 @@ def _curve(u: Any, f: Any, side: float, index: int) -> Curve:
 
 def _apart(curves: list[Curve], least: float) -> list[Curve]:
     """Return the curves without those that turned where another one did."""
-    found: list[Curve] = []
-    for one in curves:
-        if not found or one.u[0] - found[-1].u[0] > least:
-            found.append(one)
-    if len(found) < 2:
+    distinct: list[Curve] = []
+    for curve in curves:
+        if not distinct or curve.u[0] - distinct[-1].u[0] > least:
+            distinct.append(curve)
+    if len(distinct) < 2:
         raise InputError("needs curves that turned at different inputs", path="curves", value=len(curves))
-    return found
+    return distinct

@@ -107,16 +107,16 @@ def from_reversal_curves(
     InputError
         If there are fewer than two curves, or one does not descend.
     """
-    read = sorted((_curve(u, f, index) for index, (u, f) in enumerate(curves)), key=lambda one: one[0])
+    read = sorted((_curve(u, f, index) for index, (u, f) in enumerate(curves)), key=lambda curve: curve[0])
     alphas = np.array([alpha for alpha, _, _ in read])
     extent = max(float(alphas[-1]), *(float(drop[-1] - alpha) for alpha, drop, _ in read))
 
     def everett(alpha: float, beta: float) -> float:
         # Between curves at the same drop: there E is smooth, and zero where the drop is.
         right = int(np.clip(np.searchsorted(alphas, alpha), 1, alphas.size - 1))
-        left, there = read[right - 1], read[right]
-        low, high = (float(np.interp(alpha - beta, drop, E)) for _, drop, E in (left, there))
-        share = np.clip((alpha - left[0]) / (there[0] - left[0]), 0.0, 1.0)
+        left, right_curve = read[right - 1], read[right]
+        low, high = (float(np.interp(alpha - beta, drop, E)) for _, drop, E in (left, right_curve))
+        share = np.clip((alpha - left[0]) / (right_curve[0] - left[0]), 0.0, 1.0)
         return float(low + share * (high - low))
 
     return tabulated(everett, extent, rows=rows, columns=columns, kind=kind, **settings)
@@ -135,8 +135,8 @@ def _curve(u: Any, f: Any, index: int) -> tuple[float, np.ndarray, np.ndarray]:
 def _upper(table: np.ndarray, d: np.ndarray) -> np.ndarray:
     """Return the integral of the measure above alpha = -beta: that of the derivative of E by alpha along the line."""
     middle, rows = table.shape[0] // 2, table.shape[0]
-    room = d[-1] - d[:-1]
-    across = (table[middle + 1] - table[middle - 1])[:-1] * (rows - 1) / (4.0 * room)
+    span = d[-1] - d[:-1]
+    across = (table[middle + 1] - table[middle - 1])[:-1] * (rows - 1) / (4.0 * span)
     across = np.append(across, across[-1])
     tilt = np.concatenate([[0.0], np.cumsum(0.5 * (across[1:] + across[:-1]) * np.diff(d))])
     return 0.5 * (table[middle] + tilt)

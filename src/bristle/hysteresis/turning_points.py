@@ -134,11 +134,11 @@ def stack_trial(stack, memory, u, tolerance, q):
 @kernel
 def stack_commit(stack, memory, move):
     """Return the stack after a move; a reversal keeps the point where it turned."""
-    room = memory.size // 2
+    capacity = memory.size // 2
     depth, lost = move.depth, stack.lost
-    if depth >= room:
-        memory[depth - 3], memory[room + depth - 3] = memory[depth - 1], memory[room + depth - 1]
+    if depth >= capacity:
+        memory[depth - 3], memory[capacity + depth - 3] = memory[depth - 1], memory[capacity + depth - 1]
         depth -= 2
         lost += 1
-    memory[depth], memory[room + depth] = move.z, move.f
+    memory[depth], memory[capacity + depth] = move.z, move.f
     return Stack(move.z, move.f, move.side, depth, lost)
