@@ -43,13 +43,13 @@ def friction() -> Model:
 def motion(seed: int, duration: float = 24.0) -> np.ndarray:
     """Return a production-like motion: moves of random length and speed, with pauses, position [m] at each sample."""
     generator = np.random.default_rng(seed)
-    pieces, here = [np.zeros(200)], 0.0
+    pieces, position = [np.zeros(200)], 0.0
     while sum(piece.size for piece in pieces) < duration / SAMPLE_TIME:
-        there = float(np.clip(here + generator.choice((-1, 1)) * 10 ** generator.uniform(-3.0, -0.8), -0.15, 0.15))
+        target = float(np.clip(position + generator.choice((-1, 1)) * 10 ** generator.uniform(-3.0, -0.8), -0.15, 0.15))
         speed = 10 ** generator.uniform(-2.3, -0.6)
-        pieces.append(_move(here, there, speed, acceleration=2.0))
-        pieces.append(np.full(int(generator.integers(20, 120)), there))
-        here = there
+        pieces.append(_move(position, target, speed, acceleration=2.0))
+        pieces.append(np.full(int(generator.integers(20, 120)), target))
+        position = target
     return np.concatenate(pieces)[: round(duration / SAMPLE_TIME)]
 
 

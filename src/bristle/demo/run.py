@@ -74,8 +74,8 @@ def run(folder: Results, *, command: str, progress: Progress | None = None) -> D
     axis_simulated.write_log(folder / "unseen.csv", UNSEEN)
     axis = axis_simulated.axis()
     log, unseen = read_log(folder / "log.csv", axis), read_log(folder / "unseen.csv", axis)
-    found = identify(log, MODELS, axis=axis, progress=lambda share, text: at(0.2 + 0.4 * share, text))
-    best = found.best
+    identification = identify(log, MODELS, axis=axis, progress=lambda share, text: at(0.2 + 0.4 * share, text))
+    best = identification.best
     at(0.6, "predicting a log that was not fitted")
     prediction = predict(best.plant, best.friction, unseen, axis, "closed-loop")
     at(0.7, "compensating the simulated axis")
@@ -97,11 +97,11 @@ def run(folder: Results, *, command: str, progress: Progress | None = None) -> D
     table = drive_table(best, 20)
     source = provenance(command, log=log, axis=content_of(folder / "axis.toml"))
     summary = identification_summary(
-        found, table=table, simulation=simulation, prediction=prediction, provenance=source
+        identification, table=table, simulation=simulation, prediction=prediction, provenance=source
     ) | {"simulated": True}
     page = identification_report(
-        found, prediction=prediction, simulation=simulation, table=table, command=command, axis_name=axis.name,
+        identification, prediction=prediction, simulation=simulation, table=table, command=command, axis_name=axis.name,
         provenance=source, banner=BANNER,
     )  # fmt: skip
-    write_identification(folder, found, table=table, report=page, summary=summary, provenance=source)
-    return Demonstration(found, prediction, simulation, summary)
+    write_identification(folder, identification, table=table, report=page, summary=summary, provenance=source)
+    return Demonstration(identification, prediction, simulation, summary)

@@ -37,15 +37,15 @@ def admit(model: FrictionModel | Model) -> None:
         return
     file = _file_of(own)
     with interpreted():
-        unmet = [one for one in check_model(model, checks=QUICK) if not one.passed]
-    for one in unmet:
-        if one.name in NAMES_OF_FORM:
+        unmet = [check for check in check_model(model, checks=QUICK) if not check.passed]
+    for check in unmet:
+        if check.name in NAMES_OF_FORM:
             raise InputError(
-                f"is not fit to be used ({one.name}): {one.detail.rstrip('.')}", path=file,
-                mend=f"{one.advice}. Try: bristle check {file}" if one.advice else f"Try: bristle check {file}",
+                f"is not fit to be used ({check.name}): {check.detail.rstrip('.')}", path=file,
+                mend=f"{check.advice}. Try: bristle check {file}" if check.advice else f"Try: bristle check {file}",
             )  # fmt: skip
     if unmet:
-        names = ", ".join(one.name for one in unmet)
+        names = ", ".join(check.name for check in unmet)
         warnings.warn(
             f"{file}: does not meet the contract of a friction model: {names}. See: bristle check {file}",
             InputWarning,

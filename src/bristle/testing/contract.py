@@ -63,7 +63,7 @@ class Check:
 
 
 @dataclass(frozen=True)
-class _Seen:
+class _Fact:
     """What a check saw: in words, as a number, and what that number must keep to."""
 
     detail: str = ""
@@ -76,9 +76,9 @@ class _Seen:
 class _UnmetError(Exception):
     """A demand is not met; carries what was seen and the advice."""
 
-    def __init__(self, seen: _Seen | str, advice: str = "") -> None:
-        self.seen, self.advice = seen if isinstance(seen, _Seen) else _Seen(seen), advice
-        super().__init__(self.seen.detail)
+    def __init__(self, fact: _Fact | str, advice: str = "") -> None:
+        self.fact, self.advice = fact if isinstance(fact, _Fact) else _Fact(fact), advice
+        super().__init__(self.fact.detail)
 
 
 def check_model(model: FrictionModel | Model | str, *, checks: Sequence[Demand] | None = None) -> list[Check]:
@@ -97,13 +97,13 @@ def check_model(model: FrictionModel | Model | str, *, checks: Sequence[Demand] 
         One for each demand, in order; after a demand of the form is not met, those of the physics are not tried.
     """
     results: list[Check] = []
-    asked = find(model, "model") if isinstance(model, str) else model
-    if not isinstance(getattr(asked, "component", asked), FrictionModel):
+    resolved = find(model, "model") if isinstance(model, str) else model
+    if not isinstance(getattr(resolved, "component", resolved), FrictionModel):
         raise InputError(
             "is no friction model", path="model", value=model, mend="Give a model, its descriptor or its name"
         )
     try:
-        bound = asked if isinstance(asked, Model) else example_of(asked)
+        bound = resolved if isinstance(resolved, Model) else example_of(resolved)
     except Exception as error:  # noqa: BLE001  (a user's descriptor may hold anything)
         return [Check("example", False, told_by(error), "Give the descriptor example={...} with typical values")]
     for check in CHECKS if checks is None else checks:
@@ -118,10 +118,10 @@ def _run(check: Demand, model: Model) -> Check:
     try:
         return Check(name, True, **asdict(check(model)))
     except _UnmetError as failure:
-        return Check(name, False, advice=failure.advice, **asdict(failure.seen))
+        return Check(name, False, advice=failure.advice, **asdict(failure.fact))
     except KeyboardInterrupt:
         raise
-    except BaseException as error:  # noqa: BLE001  (a user's code may raise anything: that is the finding)
+    except BaseException as error:  # noqa: BLE001  (a user's code may raise anything: that is the fact)
         return Check(name, False, f"stops with {type(error).__name__}: {told_by(error)}", "Kernels never raise")
 
 
@@ -138,7 +138,7 @@ def example_of(component: FrictionModel) -> Model:
 # --- the form ---------------------------------------------------------------------------------------------------
 
 
-def described_variables(model: Model) -> _Seen:
+def described_variables(model: Model) -> _Fact:
     """Every parameter and every state variable carries a Variable; states are scalars with a default."""
     component = model.component
     if not component.variables and component.Parameters._fields:
@@ -151,25 +151,25 @@ def described_variables(model: Model) -> _Seen:
     for name, value in state._asdict().items():
         if not isinstance(value, (int, float)):
             raise _UnmetError(f"State.{name} is not a scalar", "Arrays belong into memory, not into the state")
-    return _Seen(f"{len(component.variables)} parameters, {len(state)} states")
+    return _Fact(f"{len(component.variables)} parameters, {len(state)} states")
 
 
-def exportable_kernels(model: Model) -> _Seen:
+def exportable_kernels(model: Model) -> _Fact:
     """Keep the functions in the subset of Python that can be compiled and exported."""
     component = model.component
     optional = component.rate, component.piece, component.flow, component.arrival
-    functions = [component.trial, component.commit, *(one for one in optional if one)]
+    functions = [component.trial, component.commit, *(function for function in optional if function)]
     for function in functions:
         if function not in kernels():
             raise _UnmetError(f"{function.__name__} is not a kernel", "Decorate it with @kernel from bristle.core")
     reached = reachable_kernels(*functions)
-    found = [one for function in reached for one in violations_of(function)]
-    if found:
-        raise _UnmetError(_Seen("; ".join(sorted(found)[:3]), len(found), "1", 0.0))
-    return _Seen(f"{len(reached)} kernels", 0.0, "1", 0.0)
+    violations = [violation for function in reached for violation in violations_of(function)]
+    if violations:
+        raise _UnmetError(_Fact("; ".join(sorted(violations)[:3]), len(violations), "1", 0.0))
+    return _Fact(f"{len(reached)} kernels", 0.0, "1", 0.0)
 
 
-def scalar_results(model: Model) -> _Seen:
+def scalar_results(model: Model) -> _Fact:
     """Return a finite force and a NamedTuple of scalars from a trial, a state from a commit."""
     state, memory = _virgin(model)
     force, move = model.component.trial(state, memory, Motion(1e-3, 1e-6), 1e-3, model.parameters)
@@ -180,13 +180,13 @@ def scalar_results(model: Model) -> _Seen:
     after = model.component.commit(state, memory, move, model.parameters)
     if type(after) is not type(state):
         raise _UnmetError(f"commit returned a {type(after).__name__}", "commit returns a State")
-    return _Seen(value=float(force), unit=unit_of("force", model.kind))
+    return _Fact(value=float(force), unit=unit_of("force", model.kind))
 
 
 # --- what a trial may do ----------------------------------------------------------------------------------------
 
 
-def pure_trial(model: Model) -> _Seen:
+def pure_trial(model: Model) -> _Fact:
     """Change nothing in a trial: the same call gives the same bits, 1000 random trials leave the memory alone."""
     state, memory = _used(model)
     before = _bytes_of(memory)
@@ -199,10 +199,10 @@ def pure_trial(model: Model) -> _Seen:
     again = trial(state, memory, Motion(1e-3, 0.0), 1e-3, p)
     if first != again:
         raise _UnmetError("the same trial gave another result later", "Keep no state outside State and memory")
-    return _Seen("1000 trials")
+    return _Fact("1000 trials")
 
 
-def finite_everywhere(model: Model) -> _Seen:
+def finite_everywhere(model: Model) -> _Fact:
     """Give a finite force for every velocity and step: zero of both signs, tiny, huge, and a step of length 0."""
     state, memory = _used(model)
     speeds = (0.0, -0.0, 1e-300, -1e-300, 1e-12, 1e-3, -1e-3, 1.0, -1e3, 1e6)
@@ -214,37 +214,37 @@ def finite_everywhere(model: Model) -> _Seen:
         if not np.isfinite(force)
     ]
     if bad:
-        raise _UnmetError(_Seen(bad[0], len(bad), "1", 0.0), "Guard divisions and exponents")
-    return _Seen(f"{len(tried)} pairs of velocity and step", 0.0, "1", 0.0)
+        raise _UnmetError(_Fact(bad[0], len(bad), "1", 0.0), "Guard divisions and exponents")
+    return _Fact(f"{len(tried)} pairs of velocity and step", 0.0, "1", 0.0)
 
 
 # --- what friction does -----------------------------------------------------------------------------------------
 
 
-def one_sided_limits(model: Model) -> _Seen:
+def one_sided_limits(model: Model) -> _Fact:
     """At rest the limit from forward motion is not below the one from backward motion: friction opposes both."""
     state, memory = _used(model)
     forward, _ = model.component.trial(state, memory, Motion(0.0, 0.0), 1e-3, model.parameters)
     backward, _ = model.component.trial(state, memory, Motion(-0.0, 0.0), 1e-3, model.parameters)
     least = -1e-12 * abs(backward)
-    seen = _Seen(f"F(+0) = {forward:g}, F(-0) = {backward:g}", forward - backward, unit_of("force", model.kind), least)
+    fact = _Fact(f"F(+0) = {forward:g}, F(-0) = {backward:g}", forward - backward, unit_of("force", model.kind), least)
     if forward - backward < least:
-        raise _UnmetError(seen, "Use direction(v), which tells +0 from -0, in place of a comparison with zero")
-    return seen
+        raise _UnmetError(fact, "Use direction(v), which tells +0 from -0, in place of a comparison with zero")
+    return fact
 
 
-def opposes_sliding(model: Model) -> _Seen:
+def opposes_sliding(model: Model) -> _Fact:
     """In steady sliding the force, less its mean over both directions, opposes the motion."""
     steady = [(_steady(model, speed), _steady(model, -speed), speed) for speed in (1e-4, 1e-3, 1e-2, 1e-1)]
-    forward, backward, speed = min(steady, key=lambda one: one[0] - one[1])
+    forward, backward, speed = min(steady, key=lambda entry: entry[0] - entry[1])
     detail = f"least at {speed:g} {unit_of('length/time', model.kind)}: {forward:g} forward, {backward:g} backward"
-    seen = _Seen(detail, forward - backward, unit_of("force", model.kind), 0.0)
+    fact = _Fact(detail, forward - backward, unit_of("force", model.kind), 0.0)
     if forward < backward:
-        raise _UnmetError(seen, "Check signs")
-    return seen
+        raise _UnmetError(fact, "Check signs")
+    return fact
 
 
-def dissipates(model: Model) -> _Seen:
+def dissipates(model: Model) -> _Fact:
     """Over closed cycles of random amplitude the force takes energy out, after the first cycle."""
     generator = np.random.default_rng(SEED)
     least = np.inf
@@ -258,11 +258,11 @@ def dissipates(model: Model) -> _Seen:
         least = min(least, float(np.sum(force * step)) / scale)
     if least < -1e-9:
         detail = f"a closed cycle returned {-100 * least:.2g} % of the work"
-        raise _UnmetError(_Seen(detail, least, "1", -1e-9), "Friction cannot produce energy")
-    return _Seen(f"least share taken out {least:.3f}", least, "1", -1e-9)
+        raise _UnmetError(_Fact(detail, least, "1", -1e-9), "Friction cannot produce energy")
+    return _Fact(f"least share taken out {least:.3f}", least, "1", -1e-9)
 
 
-def refines(model: Model) -> _Seen:
+def refines(model: Model) -> _Fact:
     """Halving the step changes the mean force less and less: the step has an order."""
     errors = []
     for division in (1, 2, 4, 8):
@@ -276,17 +276,17 @@ def refines(model: Model) -> _Seen:
     scale = float(np.max(np.abs(errors[-1]))) or 1.0
     steps = [float(np.sqrt(np.mean((a - b) ** 2))) / scale for a, b in pairwise(errors)]
     most = 0.8 * steps[0] + 1e-9
-    seen = _Seen(f"relative changes {', '.join(f'{one:.1e}' for one in steps)}", steps[-1], "1", most)
+    fact = _Fact(f"relative changes {', '.join(f'{change:.1e}' for change in steps)}", steps[-1], "1", most)
     if steps[-1] > most:
-        raise _UnmetError(seen, "The force must be the mean over the step")
-    return seen
+        raise _UnmetError(fact, "The force must be the mean over the step")
+    return fact
 
 
-def rate_agrees(model: Model) -> _Seen:
+def rate_agrees(model: Model) -> _Fact:
     """Where a rate is given, small steps of trial and commit follow it."""
     component, p = model.component, model.parameters
     if component.rate is None:
-        return _Seen("no rate", applies=False)
+        return _Fact("no rate", applies=False)
     dt, worst = 1e-7, 0.0
     for v in (1e-3, -2e-3, 5e-3):
         state, memory = _used(model)
@@ -299,18 +299,18 @@ def rate_agrees(model: Model) -> _Seen:
             error = np.max(np.abs(np.array(after) - expected)) / (np.max(np.abs(expected)) + 1e-300)
             worst = max(worst, float(error), abs(mean - force) / (abs(force) + 1e-9))
             state = after
-    seen = _Seen(f"largest relative difference {worst:.1e}", worst, "1", 1e-3)
+    fact = _Fact(f"largest relative difference {worst:.1e}", worst, "1", 1e-3)
     if worst > 1e-3:
-        raise _UnmetError(seen, "rate and trial are the same equations")
-    return seen
+        raise _UnmetError(fact, "rate and trial are the same equations")
+    return fact
 
 
-def flow_agrees(model: Model) -> _Seen:
+def flow_agrees(model: Model) -> _Fact:
     """Where a flow is given, small steps of trial and commit follow it from event to event."""
     component, p = model.component, model.parameters
     parts = component.piece, component.flow, component.arrival
     if not any(parts):
-        return _Seen("no flow", applies=False)
+        return _Fact("no flow", applies=False)
     if not all(parts):
         raise _UnmetError("piece, flow and arrival are not all given", "They work together: give all three, or none")
     dt, worst = 1e-7, 0.0
@@ -330,16 +330,16 @@ def flow_agrees(model: Model) -> _Seen:
                 expected = before + dt * change
                 worst = max(worst, abs(getattr(state, name) - expected) / (abs(expected) + 1e-300))
             worst = max(worst, abs(mean - force) / (abs(force) + 1e-9))
-    seen = _Seen(f"largest relative difference {worst:.1e}", worst, "1", 1e-3)
+    fact = _Fact(f"largest relative difference {worst:.1e}", worst, "1", 1e-3)
     if worst > 1e-3:
-        raise _UnmetError(seen, "flow and trial are the same equations")
-    return seen
+        raise _UnmetError(fact, "flow and trial are the same equations")
+    return fact
 
 
 # --- how it runs ------------------------------------------------------------------------------------------------
 
 
-def same_bits_compiled(model: Model) -> _Seen:
+def same_bits_compiled(model: Model) -> _Fact:
     """Plain Python and compiled code agree to the bit."""
     x = np.cumsum(np.random.default_rng(SEED).standard_normal(400)) * 1e-6
     v = np.diff(x) / 1e-3
@@ -347,13 +347,13 @@ def same_bits_compiled(model: Model) -> _Seen:
     with interpreted():
         slow = force_along(model, v, 1e-3, x[1:])
     worst = float(np.max(np.abs(fast - slow)))
-    seen = _Seen(f"largest difference {worst:.3g} in {v.size} steps", worst, unit_of("force", model.kind), 0.0)
+    fact = _Fact(f"largest difference {worst:.3g} in {v.size} steps", worst, unit_of("force", model.kind), 0.0)
     if not np.array_equal(fast, slow):
-        raise _UnmetError(seen, "Use bristle.core.mathematics, not math or **")
-    return seen
+        raise _UnmetError(fact, "Use bristle.core.mathematics, not math or **")
+    return fact
 
 
-def drives_a_mass(model: Model) -> _Seen:
+def drives_a_mass(model: Model) -> _Fact:
     """Let a mass driven by a sine move and stay finite, every implicit step converging."""
     t = np.arange(2000) * 1e-3
     level = max(abs(_steady(model, 1e-3)), abs(_steady(model, -1e-3)), 1e-6)
@@ -361,7 +361,7 @@ def drives_a_mass(model: Model) -> _Seen:
     if trace.status != Status.OK:
         raise _UnmetError(trace.status.sentence)
     travel, unit = float(np.ptp(trace.position)), unit_of("length", model.kind)
-    return _Seen(f"travel {travel:.3g} {unit}", travel, unit)
+    return _Fact(f"travel {travel:.3g} {unit}", travel, unit)
 
 
 FORM = (described_variables, exportable_kernels, scalar_results)

@@ -66,15 +66,15 @@ def violations_of(function: Callable[..., Any]) -> list[str]:
 
 def reachable_kernels(*functions: Callable[..., Any]) -> list[Callable[..., Any]]:
     """Return some kernels and every kernel that they call, directly or not."""
-    found: list[Callable[..., Any]] = []
+    reached: list[Callable[..., Any]] = []
     waiting = list(functions)
     while waiting:
         function = waiting.pop()
-        if function in found:
+        if function in reached:
             continue
-        found.append(function)
-        waiting += [one for one in inspect.getclosurevars(function).globals.values() if one in kernels()]
-    return found
+        reached.append(function)
+        waiting += [value for value in inspect.getclosurevars(function).globals.values() if value in kernels()]
+    return reached
 
 
 def _reason(node: ast.AST, function: Callable[..., Any]) -> str:
