@@ -22,21 +22,15 @@ sight workbench twin room thing things whole
 VAGUE = frozenset(WORDS.split())
 RATE = 3.0  # per 1000 identifiers
 CEILINGS = {  # of the folders that still wait for better names: these numbers only fall
-    "certificates": 15,
     "cli": 84,
-    "controllers": 7,
-    "core": 121,
-    "demo": 4,
-    "engine": 43,
-    "excitation": 66,
+    "core": 124,
+    "engine": 50,
     "friction": 15,
-    "hysteresis": 27,
-    "identification": 507,
+    "hysteresis_identification": 68,
+    "identification": 390,
     "logs": 181,
-    "loop_design": 58,
-    "simulation": 21,
-    "stability": 42,
-    "testing": 20,
+    "prediction": 23,
+    "simulation": 30,
 }
 
 
