@@ -78,7 +78,7 @@ def budget():
         Some(cause=one, alone=Some(peak_to_peak=1e-6), without=Some(peak_to_peak=3e-6))
         for one in ("friction", "noise of the encoder")
     ]
-    return Some(entries=entries, everything=Some(peak_to_peak=4e-6))
+    return Some(entries=entries, all_causes=Some(peak_to_peak=4e-6))
 
 
 def gallery(names=PLAIN, many=None):
