@@ -450,7 +450,8 @@ def diagnostics() -> str:
         "told.",
         table(("Code", "What it means", "Numbers", "What to do"), codes),
         "## Thresholds",
-        "From where on something is said or doubted. None of them changes the value of a parameter. Set one with "
+        "From where on something is said or doubted. None of them changes the value of a parameter of a model; those "
+        "of validation may change which model comes first. Set one with "
         "`bristle identify --set NAME=VALUE`, under `[identification.settings]` of the axis file, or with "
         '`settings={"NAME": VALUE}` in Python; the report and the JSON tell all of them.',
         table(("Name", "Default", "Unit", "Allowed", "Meaning"), settings),

@@ -99,5 +99,5 @@ def test_they_are_shown_those_that_were_changed_apart():
     changed = Settings.of({"unsure_std": 0.25})
     assert changed_settings(DEFAULT) is None
     table = changed_settings(changed)
-    assert [row[:3] for row in table.rows] == [["unsure_std", "0.25", "0.5"]]
+    assert [row[:3] for row in table.rows] == [("unsure_std", "0.25", "0.5")]
     assert len(settings_table(changed).rows) == len(thresholds())

@@ -1,7 +1,7 @@
 """Thresholds of an identification: from where on something is said, doubted or left out.
 
-None of them changes the value of a parameter. What methods need to work (numbers of starts, seeds, tolerances) stands
-with the methods.
+None of them changes the value of a parameter of a model; those of validation may change which model comes first. What
+methods need to work (numbers of starts, seeds, tolerances) stands with the methods.
 """
 
 from __future__ import annotations

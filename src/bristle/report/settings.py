@@ -27,10 +27,9 @@ def _table(caption: str, settings: Settings, names: list[str]) -> Table:
     rows = [
         (
             one.name, f"{getattr(settings, one.name):g}", f"{one.default:g}", one.unit if one.unit != "1" else "–",
-            one.meaning, one.source,
+            f"{one.meaning} ({one.source})" if one.source else one.meaning,
         )
         for one in thresholds()
         if one.name in names
     ]  # fmt: skip
-    heads = ("Name", "Value", "Default", "Unit", "Meaning", "Source")
-    return Table(caption, heads, rows).without_empty_columns()
+    return Table(caption, ("Name", "Value", "Default", "Unit", "Meaning"), rows)
