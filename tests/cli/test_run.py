@@ -56,6 +56,9 @@ def test_the_variants_whose_loops_are_stable_are_simulated_all_the_same(bristle,
     assert ended.data["variants"]["base"]["completed"] is True
     assert "slow: unstable" in ended.err
     assert "nine samples of delay" in ended.data["variants"]["slow"]["status"]
+    told = ended.data["diagnostics"][-1]
+    assert (told["code"], told["severity"], told["numbers"]["variants"]) == ("loop-diverges", "error", ["slow"])
+    assert ended.data["variants"]["slow"]["status"] == told["message"]
 
 
 def test_a_small_margin_is_warned_of(bristle, place):
@@ -65,6 +68,11 @@ def test_a_small_margin_is_warned_of(bristle, place):
     assert ended.code == 0
     assert "base, none: warning: the phase margin is" in ended.err
     assert "the phase margin is" in ended.data["warnings"][0]
+    told = ended.data["diagnostics"][0]
+    assert (told["code"], told["severity"]) == ("small-margin", "warning")
+    assert told["numbers"]["variants"] == ["base", "none"]
+    assert ended.data["warnings"][0] == f"base, none: warning: {told['message']}"
+    assert 0.0 < told["numbers"]["phase"] < told["numbers"]["enough"]
     assert "the phase margin is" in (Path("run") / "report.html").read_text()
 
 
