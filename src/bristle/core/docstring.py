@@ -41,7 +41,7 @@ def paragraphs_of(docstring: str) -> tuple[Paragraph, ...]:
     """
     found: list[Paragraph] = []
     kind = TEXT
-    for block in re.split(r"\n\s*\n", inspect.cleandoc(docstring)):
+    for block in re.split(r"\n(?:[ \t]*\n)+", inspect.cleandoc(docstring)):
         lines = block.splitlines()
         if len(lines) > 1 and set(lines[1].strip()) == {"-"}:
             kind = REFERENCE if lines[0].strip() == "References" else TEXT
