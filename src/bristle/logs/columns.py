@@ -146,7 +146,8 @@ def _is_number(one: Any) -> bool:
 
 def _named(names: Iterable[str], channel: str) -> str | None:
     """Return the column that is called as a channel: by its name first, then as it usually is."""
-    spelt = {name.lower(): name for name in reversed(list(names))}
+    told = list(names)
+    spelt = {name.lower(): name for name in reversed(told)} | {name: name for name in told}
     return next((spelt[usual] for usual in NAMES[channel] if usual in spelt), None)
 
 
