@@ -8,6 +8,7 @@ from tests.loop_design.conftest import loop
 
 import bristle as br
 from bristle import controllers, engine, friction, plants, references, sensors
+from bristle.core.diagnostic import Diagnostic
 from bristle.core.experiment import Experiment, Feedforward, Run, Variant
 from bristle.core.tabular import SIGNALS
 from bristle.simulation import Prediction, SimulationResult
@@ -130,7 +131,9 @@ def prediction(unit="m", **changes):
         "position": np.sin(T),
         "position_predicted": None,
     }
-    return Prediction(mode="inverse", time=T, metrics=metrics, notes=("a note",), **{**given, **changes})
+    return Prediction(
+        mode="inverse", time=T, metrics=metrics, diagnostics=(Diagnostic("speeds", "F_C"),), **{**given, **changes}
+    )
 
 
 def test_a_prediction_has_its_bands_in_its_table():
@@ -151,4 +154,4 @@ def test_a_prediction_is_shown_with_its_errors():
     shown = repr(prediction(half_width=np.full(T.size, 0.2)))
     assert "error of the effort: 12.5 %" in shown
     assert "inside the band of the effort: 100 %" in shown
-    assert "a note" in shown
+    assert "warning: speeds F_C" in shown
