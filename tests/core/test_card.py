@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from bristle.core.card import MOST_LINES, Card, Shown
+from bristle.core.card import MOST_LINES, Card, WithCard
 
 MANY = Card("much", ("Name", "Value"), tuple((f"row {i}", "1") for i in range(500)), tuple(map(str, range(500))))
 
@@ -33,7 +33,7 @@ def test_what_a_file_says_is_no_markup_and_no_new_line():
 
 def test_a_dataclass_is_shown_as_its_card():
     @dataclass
-    class Result(Shown):
+    class Result(WithCard):
         values: list[float]
 
         def _card(self):

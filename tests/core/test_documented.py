@@ -150,6 +150,8 @@ def test_a_name_that_is_none_says_which_one_was_meant():
         model.quite_another  # noqa: B018
     with pytest.raises(AttributeError):
         model.F_C = 3.0
+    with pytest.raises(AttributeError, match="'Model' object has no attribute '_repr_png_'"):
+        model._repr_png_  # noqa: B018  (what a notebook looks for is no parameter that was misspelt)
     assert not hasattr(model, "__array__")
     assert not hasattr(model, "_repr_html_")
 

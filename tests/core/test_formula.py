@@ -31,6 +31,7 @@ SLOTTED = [friction.find(f"{name}+asymmetry+position+periodic") for name in fric
         (r"\dot{\hat v}, \ddot x", "v̂̇, ẍ"),
         (r"\left.\frac{dF}{dx}\right|_0", "dF/dx|₀"),
         (r"|a - |b||", "|a − |b||"),
+        (r"|-x| - \beta |y|z", "|−x| − β |y|z"),
         (r"\sqrt{a^2 + b}", "√(a² + b)"),
         (r"-a \le -b < +c", "−a ≤ −b < +c"),
         (r"F \in [-F_C, F_C] \text{ at } v = 0", "F ∈ [−F_C, F_C] at v = 0"),
@@ -60,9 +61,11 @@ def test_nothing_of_the_source_is_left_in_what_a_component_tells(component):
 
 def test_an_equation_breaks_between_its_terms_only():
     (equation,) = [one for one in paragraphs_of(friction.variation.__doc__) if one.kind == EQUATION]
-    lines = laid_out([equation], 60).splitlines()
+    lines = laid_out([equation], 75).splitlines()
     assert len(lines) > 1
     assert all(line.lstrip()[0] in "+−=" for line in lines[1:])
+    wide = laid_out(paragraphs_of(".. math:: y = a x + (b + c + d + e) z"), 30).splitlines()
+    assert wide == ["    y = a x", "        + (b + c + d + e) z"]
     assert "∑_(i=1, 2)" in "\n".join(lines)
 
 
@@ -74,6 +77,12 @@ def test_whatever_a_person_writes_becomes_some_text(latex):
     assert "\n" not in as_text(latex.replace("\n", " "))
     lines_of(latex)
     laid_out(paragraphs_of(f"Mine.\n\n.. math:: {latex}\n\nWith :math:`{latex}`."), 30)
+
+
+def test_an_equation_may_stand_below_an_empty_line():
+    _, only = paragraphs_of("Mine.\n\n.. math::\n\n    a = b \\\\\n    c = d")
+    assert only.kind == EQUATION
+    assert lines_of(only.text) == ("a = b", "c = d")
 
 
 def test_what_nests_without_end_is_given_up():

@@ -181,3 +181,13 @@ def test_a_choice_is_written_by_name_and_a_wrong_one_refused_with_its_place(tmp_
     path.write_text(text.replace("dahl_masing", "dahl_massing"))
     with pytest.raises(InputError, match=r"friction.kernel.*dahl_massing.*allowed dahl_masing.*Did you mean"):
         read_model(path)
+
+
+@pytest.mark.parametrize(("bad", "plant", "model"), [
+    ("plant", 5, friction.coulomb(F_C=1.0)),
+    ("friction", None, friction.coulomb),
+])  # fmt: skip
+def test_what_is_no_model_is_refused_by_name_before_anything_is_written(bad, plant, model, tmp_path):
+    with pytest.raises(InputError, match=rf"^{bad}: must be a model with parameters"):
+        write_model(tmp_path / "model.toml", plant, model)
+    assert list(tmp_path.iterdir()) == []

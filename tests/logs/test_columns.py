@@ -83,6 +83,9 @@ def test_only_needed_columns_are_taken_and_the_rest_is_told():
         "column t is taken as the time", "column x is taken as the position", "column Force is taken as the effort",
         "columns that are not used: v, note",
     )  # fmt: skip
+    twice = Log.from_columns(DATA | {"Position": T, "EFFORT": T})
+    assert np.array_equal(twice.position, DATA["position"])
+    assert np.array_equal(Log.from_columns({"Position": T} | DATA).position, DATA["position"])
     both = Log.from_columns(DATA | {"x": T, "force": T})
     assert np.array_equal(both.position, DATA["position"])
     assert np.array_equal(both.effort, DATA["effort"])
@@ -269,6 +272,7 @@ def test_two_channels_are_one_or_not():
     channel = Channel(T, "s", "t")
     assert channel == channel
     assert channel != Channel(T, "s", "t")
+    assert not channel == Channel(T, "s", "t")  # noqa: SIM201
     assert len({channel, channel}) == 1
 
 

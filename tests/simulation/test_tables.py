@@ -7,8 +7,9 @@ import pytest
 from tests.loop_design.conftest import loop
 
 import bristle as br
-from bristle import engine, friction, plants
-from bristle.core.experiment import Experiment, Run
+from bristle import controllers, engine, friction, plants, references, sensors
+from bristle.core.diagnostic import Diagnostic
+from bristle.core.experiment import Experiment, Feedforward, Run, Variant
 from bristle.core.tabular import SIGNALS
 from bristle.simulation import Prediction, SimulationResult
 from bristle.testing import example_of
@@ -39,6 +40,19 @@ def test_each_variant_is_a_table_with_units(simulated):
     assert told["following_error"]["rms"] == one.following_error.rms
     assert told["units"]["command"] == "N"
     assert json.loads(json.dumps(told)) == told
+
+
+def test_a_variant_of_a_turning_axis_has_its_units():
+    parts = {
+        "plant": plants.inertia(kind="rotational", M=1e-3), "friction": friction.coulomb(kind="rotational", F_C=0.02),
+        "controller": controllers.cascade(kind="rotational", k_p=50.0, k_v=0.2),
+        "sensor": sensors.encoder(kind="rotational", resolution=1e-5),
+        "reference": references.sine(kind="rotational", amplitude=0.1, frequency=5.0),
+    }  # fmt: skip
+    only = Variant(name="base", **parts, feedforward=Feedforward(), run=Run(0.1, 1e-3))
+    found = br.simulate(Experiment("turning", "rotational", (only,)))
+    assert found.variants["base"].to_dict()["units"]["effort"] == "N*m"
+    assert "mN·m" in repr(found)
 
 
 def test_an_experiment_is_a_frame_of_all_its_variants(simulated):
@@ -117,7 +131,9 @@ def prediction(unit="m", **changes):
         "position": np.sin(T),
         "position_predicted": None,
     }
-    return Prediction(mode="inverse", time=T, metrics=metrics, notes=("a note",), **{**given, **changes})
+    return Prediction(
+        mode="inverse", time=T, metrics=metrics, diagnostics=(Diagnostic("speeds", "F_C"),), **{**given, **changes}
+    )
 
 
 def test_a_prediction_has_its_bands_in_its_table():
@@ -138,4 +154,4 @@ def test_a_prediction_is_shown_with_its_errors():
     shown = repr(prediction(half_width=np.full(T.size, 0.2)))
     assert "error of the effort: 12.5 %" in shown
     assert "inside the band of the effort: 100 %" in shown
-    assert "a note" in shown
+    assert "warning: speeds F_C" in shown

@@ -53,7 +53,7 @@ def _plain(error: UnicodeError) -> tuple[str, int]:
         raise error
     from bristle.core.formula import spelt_out
 
-    return "".join(spelt_out(one) for one in error.object[error.start : error.end]), error.end
+    return "".join(spelt_out(sign) for sign in error.object[error.start : error.end]), error.end
 
 
 def one_line(text: str) -> str:

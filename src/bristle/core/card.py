@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from bristle.core.errors import in_one_line, shortened
 
-__all__ = ["MOST_LINES", "Card", "Shown"]
+__all__ = ["MOST_LINES", "Card", "WithCard"]
 
 MOST_LINES = 30
 MOST_ROWS, MOST_REMARKS = 20, 6  # with title, heads and what is left out fewer than that
@@ -37,10 +37,10 @@ class Card(NamedTuple):
     @property
     def _rest(self) -> list[str]:
         """The remarks, as many as there is room for, and how much is left out."""
-        told = [shortened(in_one_line(one), WIDEST) for one in self.remarks[:MOST_REMARKS]]
-        for left, what in ((len(self.rows) - MOST_ROWS, "rows"), (len(self.remarks) - MOST_REMARKS, "remarks")):
-            told += [f"and {left} more {what}"] if left > 0 else []
-        return told
+        lines = [shortened(in_one_line(remark), WIDEST) for remark in self.remarks[:MOST_REMARKS]]
+        for left, noun in ((len(self.rows) - MOST_ROWS, "rows"), (len(self.remarks) - MOST_REMARKS, "remarks")):
+            lines += [f"and {left} more {noun}"] if left > 0 else []
+        return lines
 
     def text(self) -> str:
         """Return it as lines of text, at most `MOST_LINES`."""
@@ -54,22 +54,22 @@ class Card(NamedTuple):
 
         def row(cells: tuple[str, ...], tag: str) -> str:
             side = ' style="text-align: left; padding-right: 1em"'
-            return "<tr>" + "".join(f"<{tag}{side}>{escape(in_one_line(one))}</{tag}>" for one in cells) + "</tr>"
+            return "<tr>" + "".join(f"<{tag}{side}>{escape(in_one_line(cell))}</{tag}>" for cell in cells) + "</tr>"
 
         body = "".join(row(cells, "td") for cells in self.rows[:MOST_ROWS])
         table = f"<table><thead>{row(self.heads, 'th')}</thead><tbody>{body}</tbody></table>" if self.rows else ""
-        remarks = "".join(f"<li>{escape(one)}</li>" for one in self._rest)
+        remarks = "".join(f"<li>{escape(remark)}</li>" for remark in self._rest)
         listed = f"<ul>{remarks}</ul>" if remarks else ""
         return f"<div><strong>{escape(in_one_line(self.title))}</strong>{table}{listed}</div>"
 
 
-class Shown:
+class WithCard:
     """A result that is shown as a card rather than with all its numbers."""
 
     def __init_subclass__(cls, **arguments: object) -> None:
         super().__init_subclass__(**arguments)
         # A dataclass brings a representation of its own for each class that has none.
-        cls.__repr__ = Shown.__repr__  # type: ignore[method-assign]
+        cls.__repr__ = WithCard.__repr__  # type: ignore[method-assign]
 
     def _card(self) -> Card:
         """Return what is shown of it."""

@@ -39,32 +39,32 @@ def paragraphs_of(docstring: str) -> tuple[Paragraph, ...]:
     >>> [kind for kind, _ in paragraphs_of(".. math:: F = F_v v\n\nOpposes :math:`v`.")]
     ['equation', 'text']
     """
-    found: list[Paragraph] = []
+    paragraphs: list[Paragraph] = []
     kind = TEXT
-    for block in re.split(r"\n\s*\n", inspect.cleandoc(docstring)):
+    for block in re.split(r"\n(?:[ \t]*\n)+", inspect.cleandoc(docstring)):
         lines = block.splitlines()
         if len(lines) > 1 and set(lines[1].strip()) == {"-"}:
             kind = REFERENCE if lines[0].strip() == "References" else TEXT
             lines = lines[2:] if kind == REFERENCE else lines
         if kind == REFERENCE:
-            found += [Paragraph(kind, one) for one in _entries(lines, r"\.\. (?=\[)")]
+            paragraphs += [Paragraph(kind, entry) for entry in _entries(lines, r"\.\. (?=\[)")]
         elif block.startswith(DIRECTIVE):
-            found.append(Paragraph(EQUATION, block.removeprefix(DIRECTIVE).strip()))
-        elif found and found[-1].kind == EQUATION and block.startswith("    "):
-            found[-1] = Paragraph(EQUATION, f"{found[-1].text}\n{block}")
+            paragraphs.append(Paragraph(EQUATION, block.removeprefix(DIRECTIVE).strip()))
+        elif paragraphs and paragraphs[-1].kind == EQUATION and block.startswith("    "):
+            paragraphs[-1] = Paragraph(EQUATION, f"{paragraphs[-1].text}\n{block}")
         else:
-            found += [Paragraph(TEXT, one) for one in _entries(lines, r"(?=\* )")]
-    return tuple(one for one in found if one.text)
+            paragraphs += [Paragraph(TEXT, entry) for entry in _entries(lines, r"(?=\* )")]
+    return tuple(entry for entry in paragraphs if entry.text)
 
 
 def _entries(lines: Iterable[str], begin: str) -> list[str]:
-    """Return lines joined to paragraphs, of which each line that begins so starts a new one."""
+    """Return lines joined to paragraphs, of which each line that begins so starts a new entry."""
     entries = [""]
     for line in lines:
         if re.match(begin, line):
             entries.append("")
         entries[-1] = f"{entries[-1]} {re.sub(rf'^{begin}', '', line).strip()}".strip()
-    return [one for one in entries if one]
+    return [entry for entry in entries if entry]
 
 
 def laid_out(paragraphs: Iterable[Paragraph], width: int = WIDTH) -> str:
@@ -77,7 +77,7 @@ def laid_out(paragraphs: Iterable[Paragraph], width: int = WIDTH) -> str:
     width : int
         Longest line.
     """
-    return "\n\n".join(_laid_out(one, max(width, 20)) for one in paragraphs)
+    return "\n\n".join(_laid_out(paragraph, max(width, 20)) for paragraph in paragraphs)
 
 
 def _laid_out(paragraph: Paragraph, width: int) -> str:
@@ -96,20 +96,20 @@ def _filled(text: str, width: int, first: str, further: str) -> str:
     return filled.replace(NO_BREAK, " ")
 
 
-def _kept_whole(found: re.Match[str]) -> str:
+def _kept_whole(formula: re.Match[str]) -> str:
     """Return a formula within a sentence; a short one is not broken."""
-    text = as_text(found[1])
+    text = as_text(formula[1])
     return text.replace(" ", NO_BREAK) if len(text) <= LONGEST_WHOLE else text
 
 
 def _whole_terms(line: str) -> str:
     """Return an equation that can be broken before the signs between its terms only."""
-    depth, told = 0, ""
+    depth, marked = 0, ""
     for i, sign in enumerate(line):
         depth += (sign in "([{") - (sign in ")]}")
         breaks = sign == " " and depth <= 0 and line[i + 1 : i + 2] in ("+", "−", "=", "≤", "<")
-        told += NO_BREAK if sign == " " and not breaks else sign
-    return told
+        marked += NO_BREAK if sign == " " and not breaks else sign
+    return marked
 
 
 def as_markdown(paragraph: Paragraph) -> str:

@@ -67,12 +67,13 @@ class Documented:
         from bristle.core.docstring import EQUATION
         from bristle.core.formula import lines_of
 
-        return tuple(line for one in self.explanation if one.kind == EQUATION for line in lines_of(one.text))
+        formulas = (paragraph.text for paragraph in self.explanation if paragraph.kind == EQUATION)
+        return tuple(line for formula in formulas for line in lines_of(formula))
 
     def __repr__(self) -> str:
         component: Any = self
-        told = ", ".join(_with_default(component, name) for name in component.variables)
-        return f"<{component.family} {component.name}({told})>"
+        parameters = ", ".join(_with_default(component, name) for name in component.variables)
+        return f"<{component.family} {component.name}({parameters})>"
 
 
 def _with_default(component: Component, name: str) -> str:
@@ -96,11 +97,11 @@ def _signature_of(component: Component) -> inspect.Signature:
         return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=annotation, default=default)
 
     defaults: Mapping[str, Any] = component.defaults
-    known = [
+    own = [
         parameter(name, _unit_of(component, name, variable), defaults.get(name, inspect.Parameter.empty))
         for name, variable in component.variables.items()
     ]
-    return inspect.Signature([*known, parameter("kind", KIND, None), parameter("validate", "bool", True)])
+    return inspect.Signature([*own, parameter("kind", KIND, None), parameter("validate", "bool", True)])
 
 
 def _docstring_of(component: Component) -> str:
@@ -113,14 +114,16 @@ def _docstring_of(component: Component) -> str:
         for name, variable in component.variables.items()
     ]
     sections = {"Parameters": "\n".join([*named, *_FURTHER])}
-    needs = [f"{'Should have' if one.advisory else 'Needs'} {one.condition}." for one in component.relations]
-    sections["Notes"] = "\n".join(needs)
-    if component.example:
-        given = ", ".join(f"{name}={_written(value)}" for name, value in component.example.items())
-        sections["Examples"] = f">>> model = {component.name.partition('+')[0]}({given})" if _is_base(component) else ""
-    sections["References"] = laid_out(one for one in explained if one.kind == REFERENCE).replace("\n\n", "\n")
-    told = laid_out(one for one in explained if one.kind != REFERENCE)
-    return "\n\n".join([told, *(f"{head}\n{'-' * len(head)}\n{text}" for head, text in sections.items() if text)])
+    sections["Notes"] = "\n".join(
+        f"{'Should have' if relation.advisory else 'Needs'} {relation.condition}." for relation in component.relations
+    )
+    if component.example and not hasattr(component, "inner"):
+        values = ", ".join(f"{name}={_written(value)}" for name, value in component.example.items())
+        sections["Examples"] = f">>> model = {component.name}({values})"
+    sources = laid_out(paragraph for paragraph in explained if paragraph.kind == REFERENCE)
+    sections["References"] = sources.replace("\n\n", "\n")
+    text = laid_out(paragraph for paragraph in explained if paragraph.kind != REFERENCE)
+    return "\n\n".join([text, *(f"{head}\n{'-' * len(head)}\n{body}" for head, body in sections.items() if body)])
 
 
 _FURTHER = (
@@ -129,10 +132,6 @@ _FURTHER = (
     "validate : bool, default True",
     "    False lets values through that break a range or a relation.",
 )
-
-
-def _is_base(component: Component) -> bool:
-    return not hasattr(component, "inner")
 
 
 def _written(value: Any) -> str:
@@ -162,8 +161,8 @@ class WithParameters:
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
         if name in component.variables:
             return self.values[name]
-        meant = did_you_mean(name, component.variables) or f"It has {', '.join(component.variables)}"
-        raise AttributeError(f"{component.name} has no parameter {name!r}. {meant}")
+        hint = did_you_mean(name, component.variables) or f"It has {', '.join(component.variables)}"
+        raise AttributeError(f"{component.name} has no parameter {name!r}. {hint}")
 
     def __dir__(self) -> list[str]:
         return [*super().__dir__(), *self.component.variables]

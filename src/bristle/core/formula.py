@@ -95,8 +95,8 @@ def as_text(latex: str) -> str:
 
 def lines_of(latex: str) -> tuple[str, ...]:
     """Return a displayed formula as lines of text: one for each equation in it, and for each case."""
-    kept = _ENVIRONMENT.sub(" ", latex)
-    return tuple(line for one in _split(kept) for line in _with_cases(one) if line)
+    bare = _ENVIRONMENT.sub(" ", latex)
+    return tuple(line for equation in _split(bare) for line in _with_cases(equation) if line)
 
 
 def spelt_out(sign: str) -> str:
@@ -127,22 +127,22 @@ def spelt_out(sign: str) -> str:
 def _split(latex: str) -> Iterator[str]:
     """Yield the equations of a display, which end at a new line or a wide blank outside of braces and cases."""
     depth, start, cases = 0, 0, 0
-    for found in _TOKEN.finditer(latex):
-        token = found[0]
+    for match in _TOKEN.finditer(latex):
+        token = match[0]
         depth += (token == "{") - (token == "}")
         cases += (token == "\\begin") - (token == "\\end")
         if depth <= 0 and not cases and token in ("\\\\", "\\qquad", "\\quad"):
-            yield latex[start : found.start()]
-            start = found.end()
+            yield latex[start : match.start()]
+            start = match.end()
     yield latex[start:]
 
 
 def _with_cases(latex: str) -> list[str]:
-    found = _CASES.search(latex)
-    if found is None:
+    cases = _CASES.search(latex)
+    if cases is None:
         return [as_text(latex).removesuffix(",")]
-    before, after = as_text(latex[: found.start()]), as_text(latex[found.end() :])
-    rows = ["   ".join(as_text(cell) for cell in row.split("&")) for row in found[1].split("\\\\")]
+    before, after = as_text(latex[: cases.start()]), as_text(latex[cases.end() :])
+    rows = ["   ".join(as_text(cell) for cell in row.split("&")) for row in cases[1].split("\\\\")]
     lines = [f"{before if not i else ' ' * len(before)} {{ {row}" for i, row in enumerate(rows)]
     return [*lines[:-1], lines[-1] + after]
 
@@ -264,8 +264,8 @@ class _Reader:
         if (above, below) in HALVES:
             return Piece(HALVES[above, below], ATOM)
         # A sum in brackets, and what a function without them would take the fraction bar into.
-        whole = not _SUM.search(_without_brackets(above)) and not re.search(r"[a-z]{3} \S", above)
-        above = above if whole else f"({above})"
+        product = not _SUM.search(_without_brackets(above)) and not re.search(r"[a-z]{3} \S", above)
+        above = above if product else f"({above})"
         simple = not re.search(r"[\s/+−±·]|^\d+[^\d\s]", _without_brackets(below))
         return Piece(f"{above}/{below if simple else f'({below})'}", FRACTION)
 
@@ -285,14 +285,14 @@ def _without_brackets(text: str) -> str:
 
 def _with_index(base: Piece | None, side: str, latex: str) -> Piece:
     """Return a piece with an index or an exponent."""
-    told = _joined(list(_Reader(latex).pieces()))
+    index = _joined(list(_Reader(latex).pieces()))
     piece = base or Piece("", ATOM)
-    if side == "^" and piece == ("e", ATOM) and not told.isdigit():
-        return Piece(f"exp({told})", ATOM)
-    tight = re.sub(r"(?<!,) ", "", told)
+    if side == "^" and piece == ("e", ATOM) and not index.isdigit():
+        return Piece(f"exp({index})", ATOM)
+    tight = re.sub(r"(?<!,) ", "", index)
     table = RAISED if side == "^" else LOWERED
-    if tight and all(one in table for one in tight):
-        return piece._replace(text=piece.text + "".join(table[one] for one in tight))
+    if tight and all(sign in table for sign in tight):
+        return piece._replace(text=piece.text + "".join(table[sign] for sign in tight))
     if side == "_" and tight in ("±", "∓"):
         return piece._replace(text=piece.text + tight)
     plain = re.fullmatch(r"[\w′]+", unicodedata.normalize("NFC", tight)) and (side == "^" or "_" not in tight)
@@ -304,42 +304,42 @@ def _joined(pieces: Sequence[Piece]) -> str:
     line = ""
     before: Piece | None = None
     blank = False
-    seen = [one for one in pieces if one.text or one.role == TIGHT]
-    for i, one in enumerate(seen):
-        if one.role == BLANK:
+    visible = [piece for piece in pieces if piece.text or piece.role == TIGHT]
+    for i, piece in enumerate(visible):
+        if piece.role == BLANK:
             blank = True
             continue
-        after = next((other for other in seen[i + 1 :] if other.role != BLANK), None)
-        text = one.text
+        after = next((later for later in visible[i + 1 :] if later.role != BLANK), None)
+        text = piece.text
         goes_on = after is not None and after.role.split()[0] in (ATOM, FUNCTION, FRACTION, OPEN)
-        if one.role == FRACTION and (goes_on or (before is not None and before.role == SLASH)):
+        if piece.role == FRACTION and (goes_on or (before is not None and before.role == SLASH)):
             text = f"({text})"
-        line += (" " if _apart(before, one, blank) else "") + text
-        before, blank = _unless_first(one, before), False
+        line += (" " if _apart(before, piece, blank) else "") + text
+        before, blank = _unless_first(piece, before), False
     return re.sub(r" +", " ", line).strip()
 
 
-def _unless_first(one: Piece, before: Piece | None) -> Piece:
-    """Return a piece as the next one sees it: a sign with nothing before it belongs to what follows."""
-    return Piece(one.text, TIGHT) if one.role == SIGN and _begins(before) else one
+def _unless_first(piece: Piece, before: Piece | None) -> Piece:
+    """Return a piece as the next piece sees it: a sign with nothing before it belongs to what follows."""
+    return Piece(piece.text, TIGHT) if piece.role == SIGN and _begins(before) else piece
 
 
 def _begins(before: Piece | None) -> bool:
     return before is None or before.role.split()[0] in (OPEN, SIGN, RELATION, COMMA, SLASH, TIGHT)
 
 
-def _apart(before: Piece | None, one: Piece, blank: bool) -> bool:
+def _apart(before: Piece | None, piece: Piece, blank: bool) -> bool:
     """Return whether a blank stands between two pieces; `blank` tells whether the source has one there."""
     if before is None or before.role == TIGHT:
         return False
-    left, right = before.role.split()[0], one.role.split()[0]
+    left, right = before.role.split()[0], piece.role.split()[0]
     if RELATION in (left, right) or left in (COMMA, SIGN):
         return True
     if right == SIGN:
         return not _begins(before)
     if left == OPEN or SLASH in (left, right) or right in (CLOSE, COMMA, TIGHT):
         return False
-    if right == FUNCTION or "factor" in one.role:
+    if right == FUNCTION or "factor" in piece.role:
         return left != FUNCTION or right == FUNCTION
     if left == FUNCTION:
         return right != OPEN

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.card import Card, Shown
+from bristle.core.card import Card, WithCard
 from bristle.core.errors import MissingExtraError
 from bristle.core.status import Status
 from bristle.core.typography import number, scale_of
@@ -53,7 +53,7 @@ class Signal(NamedTuple):
     description: str
 
 
-class Tabular(Shown):
+class Tabular(WithCard):
     """What holds signals of one length, by name, and numbers beside them.
 
     A dataclass that derives from it has a `kind` of axis; its signals are the fields that `SIGNALS` knows.
@@ -67,14 +67,14 @@ class Tabular(Shown):
         """Return the signals that there are, time first."""
         held: dict[str, Any] = {name: getattr(self, name, None) for name in SIGNALS}
         return {
-            name: Signal(held[name], one.unit(self._kind), one.description)
-            for name, one in SIGNALS.items()
+            name: Signal(held[name], variable.unit(self._kind), variable.description)
+            for name, variable in SIGNALS.items()
             if isinstance(held[name], np.ndarray) and np.shape(held[name]) == np.shape(held["time"])
         }
 
     def _facts(self) -> dict[str, Any]:
         """Return what is told beside the signals, as plain data."""
-        rest = (one.name for one in fields(self) if one.name not in SIGNALS)  # type: ignore[arg-type]
+        rest = (spec.name for spec in fields(self) if spec.name not in SIGNALS)  # type: ignore[arg-type]
         return {"kind": self._kind} | {name: plain(getattr(self, name)) for name in rest}
 
     def to_dict(self) -> dict[str, Any]:
@@ -88,8 +88,8 @@ class Tabular(Shown):
         """
         signals = self._signals()
         return self._facts() | {
-            "units": {name: one.unit for name, one in signals.items()},
-            "signals": {name: one.values.tolist() for name, one in signals.items()},
+            "units": {name: signal.unit for name, signal in signals.items()},
+            "signals": {name: signal.values.tolist() for name, signal in signals.items()},
         }
 
     def to_dataframe(self) -> Any:
@@ -107,8 +107,8 @@ class Tabular(Shown):
         """
         pandas = library("pandas", "to_dataframe()")
         signals = self._signals()
-        frame = pandas.DataFrame({name: one.values for name, one in signals.items()})
-        frame.attrs["units"] = {name: one.unit for name, one in signals.items()}
+        frame = pandas.DataFrame({name: signal.values for name, signal in signals.items()})
+        frame.attrs["units"] = {name: signal.unit for name, signal in signals.items()}
         return frame
 
     def to_xarray(self) -> Any:
@@ -126,15 +126,15 @@ class Tabular(Shown):
         """
         xarray = library("xarray", "to_xarray()")
         held = {
-            name: ("time", np.array(one.values), {"units": one.unit, "long_name": one.description})
-            for name, one in self._signals().items()
+            name: ("time", np.array(signal.values), {"units": signal.unit, "long_name": signal.description})
+            for name, signal in self._signals().items()
         }
-        facts = {name: one for name, one in self._facts().items() if isinstance(one, (str, int, float))}
+        facts = {name: fact for name, fact in self._facts().items() if isinstance(fact, (str, int, float))}
         return xarray.Dataset(held, coords={"time": held.pop("time")}, attrs=facts)
 
     def _card(self) -> Card:
         signals = self._signals()
-        rows = tuple((name, ranged(one.values, one.unit), one.description) for name, one in signals.items())
+        rows = tuple((name, ranged(signal.values, signal.unit), signal.description) for name, signal in signals.items())
         return Card(self._title(), ("Signal", "Range", "What it is"), rows, tuple(self._remarks()))
 
     def _title(self) -> str:
@@ -159,7 +159,7 @@ def ranged(values: np.ndarray, unit: str) -> str:
     low, high = float(finite.min()), float(finite.max())
     scale = scale_of(unit, max(abs(low), abs(high)))
     lost = f", {values.size - finite.size} not finite" if finite.size < values.size else ""
-    ends = dict.fromkeys(number(one * scale.factor) for one in (low, high))
+    ends = dict.fromkeys(number(end * scale.factor) for end in (low, high))
     return f"{' to '.join(ends)} {scale.unit}".rstrip() + lost
 
 
@@ -168,13 +168,13 @@ def plain(value: Any) -> Any:
     if isinstance(value, Status):
         return value.sentence
     if isinstance(value, Mapping):
-        return {str(key): plain(one) for key, one in value.items()}
+        return {str(key): plain(item) for key, item in value.items()}
     if hasattr(value, "_asdict"):
         return plain(value._asdict())
     if isinstance(value, np.ndarray):
         return plain(value.tolist())
     if isinstance(value, (list, tuple)):
-        return [plain(one) for one in value]
+        return [plain(item) for item in value]
     if isinstance(value, slice):
         return [value.start, value.stop]
     if is_dataclass(value) and not isinstance(value, type):

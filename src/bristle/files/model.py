@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from bristle.core.content import Content, Readable, content_of
 from bristle.core.contracts import FrictionModel, Model, make_model
+from bristle.core.edge import guarded, model, optional
 from bristle.core.errors import InputError
 from bristle.core.variable import KINDS, Kind, Variable
 from bristle.files.bands import bands_at, bands_table
@@ -67,6 +68,7 @@ class ModelFile(NamedTuple):
     info: dict[str, Any]
 
 
+@guarded(plant=optional(model("plant")), friction=model("friction"))
 def write_model(
     path: str | os.PathLike[str],
     plant: Model | None,

@@ -35,25 +35,25 @@ PERIOD = optional(amount(Variable("time", "time between samples", min=0.0), excl
 AXIS = optional(instance(Axis, "an axis"))
 
 
-def log_of_columns(given: Any, *, axis: Axis | None = None, kind: str | None = None, sample_time: Any = None) -> Log:
+def log_of_columns(source: Any, *, axis: Axis | None = None, kind: str | None = None, sample_time: Any = None) -> Log:
     """Return the log in a table of columns; `Log.from_columns` tells more."""
-    said: Axis | None = looked_at(AXIS, axis, "axis", None)
+    described: Axis | None = looked_at(AXIS, axis, "axis", None)
     chosen: Kind | None = looked_at(optional(KIND), kind, "kind", None)
     period = looked_at(PERIOD, sample_time, "sample_time", None)
-    table = looked_at(lambda one, path, kind: table_of(one), given, PLACE, None)
-    by_name = said is None or not said.columns
-    used = said or Axis(kind=chosen or _kind_of(table))
+    table = looked_at(lambda columns, path, kind: table_of(columns), source, PLACE, None)
+    by_name = described is None or not described.columns
+    used = described or Axis(kind=chosen or _kind_of(table))
     if by_name:
         used = _axis_of(table, used)
-        table = replace(table, notes=tuple(_told(table, used)))
+        table = replace(table, notes=tuple(_notes_on(table, used)))
     if chosen is not None and used.kind != chosen:
         raise InputError("is not that of the axis", path="kind", value=chosen, allowed=used.kind)
     log = log_of(table, used if period is None else replace(used, sample_time=period))
-    known = (replace(one, column=one.column.removeprefix(KNOWN_INPUT)) for one in log.injected)
-    return replace(log, injected=tuple(known)) if by_name else log
+    renamed = (replace(channel, column=channel.column.removeprefix(KNOWN_INPUT)) for channel in log.injected)
+    return replace(log, injected=tuple(renamed)) if by_name else log
 
 
-def table_of(given: Any) -> Table:
+def table_of(source: Any) -> Table:
     """Return the columns of numbers in a data frame, a data set, a record array or a mapping.
 
     Raises
@@ -61,11 +61,11 @@ def table_of(given: Any) -> Table:
     InputError
         If it is no table, or holds no columns.
     """
-    said, found = _columns_of(given)
+    stated, series = _columns_of(source)
     texts: dict[str, InputError] = {}
     columns: dict[str, np.ndarray] = {}
-    units_: dict[str, str] = {name: str(unit) for name, unit in said.items() if isinstance(unit, str)}
-    for name, values in found.items():
+    units_: dict[str, str] = {name: str(unit) for name, unit in stated.items() if isinstance(unit, str)}
+    for name, values in series.items():
         try:
             columns[name] = _numbers(values, name)
         except InputError as error:
@@ -76,34 +76,37 @@ def table_of(given: Any) -> Table:
     return Table(columns, units_, texts=texts, source=SOURCE, names=tuple(columns))
 
 
-def _columns_of(given: Any) -> tuple[Mapping[str, Any], dict[str, Any]]:
+def _columns_of(source: Any) -> tuple[Mapping[str, Any], dict[str, Any]]:
     """Return the units that a table says of all its columns, and the columns by name."""
-    if callable(collect := getattr(given, "collect", None)):  # a frame that was only asked for so far
-        given = collect()
-    attributes = getattr(given, "attrs", None)
-    said = attributes.get("units", {}) if isinstance(attributes, Mapping) else {}
-    names = getattr(getattr(given, "dtype", None), "names", None)  # an array with named fields
-    for one in ("variables", "column_names", "columns"):  # of xarray, of pyarrow, of pandas and polars
-        names = names or (getattr(given, one, None) if not isinstance(given, Mapping) or one == "variables" else None)
-    if names is None and isinstance(given, Mapping):
-        names = list(given)
-    if names is None or isinstance(names, str) or not hasattr(given, "__getitem__"):
-        raise InputError("is no table of columns", path=PLACE, value=shown(given), mend=MEND)
-    found = {str(name): given[name] for name in names}
-    index = getattr(given, "index", None)
-    if index is not None and not callable(index) and not set(NAMES["time"]) & {name.lower() for name in found}:
+    if callable(collect := getattr(source, "collect", None)):  # a frame that was only asked for so far
+        source = collect()
+    attributes = getattr(source, "attrs", None)
+    stated = attributes.get("units", {}) if isinstance(attributes, Mapping) else {}
+    is_mapping = isinstance(source, Mapping)
+    names = getattr(getattr(source, "dtype", None), "names", None)  # an array with named fields
+    for attribute in (
+        ("variables",) if is_mapping else ("column_names", "columns")
+    ):  # xarray; pyarrow; pandas and polars
+        names = names or getattr(source, attribute, None)
+    if names is None and is_mapping:
+        names = list(source)
+    if names is None or isinstance(names, str) or not hasattr(source, "__getitem__"):
+        raise InputError("is no table of columns", path=PLACE, value=shown(source), mend=MEND)
+    series = {str(name): source[name] for name in names}
+    index = getattr(source, "index", None)
+    if index is not None and not callable(index) and not set(NAMES["time"]) & {name.lower() for name in series}:
         dates = getattr(getattr(index, "dtype", None), "kind", "") in ("M", "m")
-        found |= {"time": index} if dates or str(getattr(index, "name", "")).lower() in NAMES["time"] else {}
-    return said if isinstance(said, Mapping) else {}, found
+        series |= {"time": index} if dates or str(getattr(index, "name", "")).lower() in NAMES["time"] else {}
+    return stated if isinstance(stated, Mapping) else {}, series
 
 
 def _unit_of(values: Any) -> str:
     """Return the unit that a column says itself: in its attributes, or as a quantity with units."""
     attributes = getattr(values, "attrs", None)
-    said = attributes.get("units") if isinstance(attributes, Mapping) else None
-    if said is None and hasattr(values, "magnitude"):
-        said = str(values.units).replace(" ", "").replace("**", "^")
-    return said if isinstance(said, str) else ""
+    unit = attributes.get("units") if isinstance(attributes, Mapping) else None
+    if unit is None and hasattr(values, "magnitude"):
+        unit = str(values.units).replace(" ", "").replace("**", "^")
+    return unit if isinstance(unit, str) else ""
 
 
 def _numbers(values: Any, name: str) -> np.ndarray:
@@ -114,31 +117,31 @@ def _numbers(values: Any, name: str) -> np.ndarray:
     InputError
         If it is not 1-D, or holds what is no number.
     """
-    where = f"{SOURCE}: column {name!r}"
+    place = f"{SOURCE}: column {name!r}"
     if np.ma.is_masked(values):
-        raise InputError("has masked values", path=where, mend="Fill them, or delete their rows: a gap is understood")
+        raise InputError("has masked values", path=place, mend="Fill them, or delete their rows: a gap is understood")
     to_numpy: Callable[[], Any] | None = getattr(values, "to_numpy", None)
-    found = np.asarray(to_numpy() if to_numpy is not None else getattr(values, "magnitude", values))
-    if found.ndim != 1:
-        raise InputError("must be 1-D", path=where, value=f"an array of shape {found.shape}",
+    samples = np.asarray(to_numpy() if to_numpy is not None else getattr(values, "magnitude", values))
+    if samples.ndim != 1:
+        raise InputError("must be 1-D", path=place, value=f"an array of shape {samples.shape}",
                          mend="Give each signal a column of its own")  # fmt: skip
-    if found.dtype.kind in "mM":
-        return (found - found[:1]) / np.timedelta64(1, "s")
-    if found.dtype.kind not in "fiubO":
-        raise InputError("holds no numbers", path=where, value=found[0] if found.size else None)
+    if samples.dtype.kind in "mM":
+        return (samples - samples[:1]) / np.timedelta64(1, "s")
+    if samples.dtype.kind not in "fiubO":
+        raise InputError("holds no numbers", path=place, value=samples[0] if samples.size else None)
     try:
-        return found.astype(float)
+        return samples.astype(float)
     except (TypeError, ValueError) as error:
-        odd = next((i for i, one in enumerate(found) if not _is_number(one)), 0)
+        odd = next((i for i, sample in enumerate(samples) if not _is_number(sample)), 0)
         raise InputError(
-            f"holds no number at sample {odd} ({told_by(error)})", path=where, value=found[odd],
+            f"holds no number at sample {odd} ({told_by(error)})", path=place, value=samples[odd],
             mend="Repair these samples or delete their rows: a gap in time is understood",
         ) from None  # fmt: skip
 
 
-def _is_number(one: Any) -> bool:
+def _is_number(sample: Any) -> bool:
     try:
-        np.array([one], dtype=object).astype(float)
+        np.array([sample], dtype=object).astype(float)
     except (TypeError, ValueError):
         return False
     return True
@@ -146,14 +149,16 @@ def _is_number(one: Any) -> bool:
 
 def _named(names: Iterable[str], channel: str) -> str | None:
     """Return the column that is called as a channel: by its name first, then as it usually is."""
-    spelt = {name.lower(): name for name in reversed(list(names))}
+    columns = list(names)
+    spelt = {name.lower(): name for name in reversed(columns)} | {name: name for name in columns}
     return next((spelt[usual] for usual in NAMES[channel] if usual in spelt), None)
 
 
-def _told(table: Table, axis: Axis) -> Iterator[str]:
+def _notes_on(table: Table, axis: Axis) -> Iterator[str]:
     """Yield what is to be known of the choice of columns."""
-    yield from (f"column {one.name} is taken as the {name}" for name, one in axis.columns.items() if one.name != name)
-    used = {one.name for one in axis.columns.values()} | {one.column for one in axis.injected}
+    named = {channel: column.name for channel, column in axis.columns.items()}
+    yield from (f"column {name} is taken as the {channel}" for channel, name in named.items() if name != channel)
+    used = {*named.values(), *(injected.column for injected in axis.injected)}
     left = [name for name in (*table.names, *table.texts) if name not in used]
     if left:
         yield f"columns that are not used: {some_of(left)}"
@@ -174,10 +179,11 @@ def _axis_of(table: Table, axis: Axis) -> Axis:
         if name is not None:
             columns[channel] = Column(name, table.units.get(name, base), base)
     if "position" not in columns:
-        close = next((meant for name in table.names if (meant := did_you_mean(name, NAMES["position"]))), "")
+        hints = (did_you_mean(name, NAMES["position"]) for name in table.names)
+        close = next(filter(None, hints), "")
         raise InputError(
             "has no column of the position", path=PLACE, value=some_of(table.names, 40) or "no columns",
             allowed=", ".join(CHANNELS), mend=close or "Rename it to position, or give an axis",
         )  # fmt: skip
-    known = tuple(Injected(name, 1.0) for name in table.names if name.startswith(KNOWN_INPUT))
-    return replace(axis, columns=columns, injected=known)
+    injected = tuple(Injected(name, 1.0) for name in table.names if name.startswith(KNOWN_INPUT))
+    return replace(axis, columns=columns, injected=injected)

@@ -49,11 +49,11 @@ class Channel(NDArrayOperatorsMixin):
         object.__setattr__(self, "values", values)
 
     # Two channels are one or not; what their samples are is asked of `values`.
-    def __eq__(self, other: object) -> bool:
-        return self is other
+    def __eq__(self, channel: object) -> bool:
+        return self is channel
 
-    def __ne__(self, other: object) -> bool:
-        return self is not other
+    def __ne__(self, channel: object) -> bool:
+        return self is not channel
 
     def __hash__(self) -> int:
         return id(self)
@@ -62,7 +62,7 @@ class Channel(NDArrayOperatorsMixin):
         return np.array(self.values, dtype=dtype) if copy else np.asarray(self.values, dtype=dtype)
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **arguments: Any) -> Any:
-        plain = (one.values if isinstance(one, Channel) else one for one in inputs)
+        plain = (operand.values if isinstance(operand, Channel) else operand for operand in inputs)
         return getattr(ufunc, method)(*plain, **arguments)
 
     def __len__(self) -> int:
@@ -230,21 +230,21 @@ class Log(Tabular):
 
     def _signals(self) -> dict[str, Signal]:
         return {
-            name: Signal(one.values, one.unit, SIGNALS[name].description if name in SIGNALS else "known input")
-            for name, one in self.channels()
+            name: Signal(channel.values, channel.unit, SIGNALS[name].description if name in SIGNALS else "known input")
+            for name, channel in self.channels()
         }
 
     def _facts(self) -> dict[str, Any]:
         return {
             "kind": self.kind, "sample_time": self.sample_time, "source": self.origin.name or self.source.name,
-            "checksum": self.origin.checksum, "columns": {name: one.column for name, one in self.channels()},
-            "segments": [[one.start, one.stop] for one in self.segments], "notes": list(self.notes),
+            "checksum": self.origin.checksum, "columns": {name: channel.column for name, channel in self.channels()},
+            "segments": [[segment.start, segment.stop] for segment in self.segments], "notes": list(self.notes),
         }  # fmt: skip
 
     def _title(self) -> str:
         source = self.origin.name or self.source.name
-        told = f"{with_unit(self.duration, 's')} at {with_unit(1.0 / self.sample_time, 'Hz')}"
-        return f"Log of {len(self)} samples, {told}, {self.kind}{f', from {source}' if source else ''}"
+        extent = f"{with_unit(self.duration, 's')} at {with_unit(1.0 / self.sample_time, 'Hz')}"
+        return f"Log of {len(self)} samples, {extent}, {self.kind}{f', from {source}' if source else ''}"
 
     def _remarks(self) -> list[str]:
         parts = [f"{len(self.segments)} segments without a gap"] if len(self.segments) > 1 else []

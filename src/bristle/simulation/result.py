@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.card import Card, Shown
+from bristle.core.card import Card, WithCard
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.edge import array, guarded
 from bristle.core.experiment import Experiment
@@ -143,8 +143,8 @@ class VariantResult(Tabular):
         length, force = unit_of("length", self.kind), unit_of("force", self.kind)
         errors = (self.following_error.peak_to_peak, self.following_error.rms, self.true_error.rms)
         efforts = (self.effort_rms, self.effort_peak)
-        told = [with_unit(one, unit) for unit, some in ((length, errors), (force, efforts)) for one in some]
-        return *told, self.status.sentence
+        cells = [*(with_unit(error, length) for error in errors), *(with_unit(effort, force) for effort in efforts)]
+        return *cells, self.status.sentence
 
     def _numbers(self) -> dict[str, Any]:
         return {
@@ -202,7 +202,7 @@ def _mean(several: Sequence[Statistics]) -> Statistics:
 
 
 @dataclass(frozen=True)
-class SimulationResult(Shown):
+class SimulationResult(WithCard):
     """An experiment, simulated: its variants by name, in order.
 
     Parameters
@@ -223,7 +223,7 @@ class SimulationResult(Shown):
         """Return everything as plain data: each variant with its numbers, its ``signals`` and their ``units``."""
         return {
             "name": self.experiment.name, "kind": self.experiment.kind, "refused": dict(self.refused),
-            "variants": {name: one.to_dict() for name, one in self.variants.items()},
+            "variants": {name: variant.to_dict() for name, variant in self.variants.items()},
         }  # fmt: skip
 
     def to_dataframe(self) -> Any:
@@ -240,14 +240,14 @@ class SimulationResult(Shown):
             If pandas is not installed.
         """
         pandas = library("pandas", "to_dataframe()")
-        frames = {name: one.to_dataframe() for name, one in self.variants.items()}
-        units = next((one.attrs["units"] for one in frames.values()), {})
-        for name, one in frames.items():
-            one.attrs = {}  # which would be compared number by number
-            one.insert(0, "variant", name)
-        whole = pandas.concat(list(frames.values()), ignore_index=True) if frames else pandas.DataFrame()
-        whole.attrs["units"] = units
-        return whole
+        frames = {name: variant.to_dataframe() for name, variant in self.variants.items()}
+        units = next((frame.attrs["units"] for frame in frames.values()), {})
+        for name, frame in frames.items():
+            frame.attrs = {}  # which would be compared number by number
+            frame.insert(0, "variant", name)
+        stacked = pandas.concat(list(frames.values()), ignore_index=True) if frames else pandas.DataFrame()
+        stacked.attrs["units"] = units
+        return stacked
 
     def to_xarray(self) -> Any:
         """Return the signals of all variants as a data set of xarray over ``variant`` and ``time``, in SI.
@@ -263,7 +263,7 @@ class SimulationResult(Shown):
             If xarray is not installed.
         """
         xarray = library("xarray", "to_xarray()")
-        sets = [one.to_xarray() for one in self.variants.values()]
+        sets = [variant.to_xarray() for variant in self.variants.values()]
         if not sets:
             return xarray.Dataset()
         names = xarray.DataArray(list(self.variants), dims="variant", name="variant")
@@ -271,9 +271,10 @@ class SimulationResult(Shown):
         return together.assign_attrs(name=self.experiment.name, kind=self.experiment.kind)
 
     def _card(self) -> Card:
-        rows = tuple((name, *one._row()) for name, one in self.variants.items())
+        rows = tuple((name, *variant._row()) for name, variant in self.variants.items())
         title = f"{self.experiment.name}: {len(rows)} {'variant' if len(rows) == 1 else 'variants'} simulated"
-        return Card(title, HEADS, rows, tuple(f"{name} was not simulated: {why}" for name, why in self.refused.items()))
+        refused = (f"{name} was not simulated: {reason}" for name, reason in self.refused.items())
+        return Card(title, HEADS, rows, tuple(refused))
 
 
 @dataclass(frozen=True)
@@ -344,10 +345,13 @@ class Prediction(Tabular):
             "effort": self.metrics.get("force_error_percent"),
             "position": self.metrics.get("position_error_percent"),
         }
-        told = [f"error of the {name}: {one:.3g} %" for name, one in errors.items() if isinstance(one, float)]
-        bands = {"effort": self.inside_percent, "position": self.position_inside_percent}
-        told += [f"inside the band of the {name}: {one:.3g} %" for name, one in bands.items() if one is not None]
-        return [*told, *super()._remarks()]
+        inside = {"effort": self.inside_percent, "position": self.position_inside_percent}
+        return [
+            *(f"error of the {name}: {error:.3g} %" for name, error in errors.items() if isinstance(error, float)),
+            *(f"inside the band of the {name}: {share:.3g} %" for name, share in inside.items() if share is not None),
+            *super()._remarks(),
+            *(f"{item.severity}: {item.code} {item.parameter}".rstrip() for item in self.diagnostics),
+        ]
 
 
 def _inside_percent(
