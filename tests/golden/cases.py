@@ -8,9 +8,6 @@ from typing import Any
 
 import numpy as np
 from benchmarks.loops import AXIS as LOOP
-from bristle.identification.asked import models_of
-from bristle.identification.operators import identify_operator, predict_operator
-from bristle.identification.treatment import treat
 from tests.golden import logs
 from tests.golden.case import golden
 from tests.golden.told import (
@@ -32,8 +29,11 @@ from tests.identification.test_stribeck_elements import ASKED, gms_log
 from bristle import friction
 from bristle.core import Axis, InputError
 from bristle.demo.run import MODELS
+from bristle.hysteresis_identification import identify_operator, predict_operator
 from bristle.identification import identify, predict, unexplained_force
 from bristle.identification.break_away import break_aways
+from bristle.identification.preprocessing import treat
+from bristle.identification.request import models_of
 from bristle.logs.curves import Curves
 from bristle.logs.log import Log
 from bristle.logs.span import within

@@ -14,7 +14,7 @@ def test_derivatives_follow_a_known_motion():
     regression = treat(log_of(motion, sliding_effort(motion)), None)
     inner = regression.without_edges(np.arange(motion.time.size))
     velocity = regression.all_velocities
-    acceleration = regression.without_edges(regression.stretches[0].acceleration)
+    acceleration = regression.without_edges(regression.segments[0].acceleration)
     # A central difference errs by (w dt)^2/6 relative, 6e-5 at 3.1 Hz, and twice that for the second derivative.
     assert np.max(np.abs(velocity - motion.velocity[inner])) < 1e-4 * np.max(np.abs(motion.velocity))
     assert np.max(np.abs(acceleration - motion.acceleration[inner])) < 3e-4 * np.max(np.abs(motion.acceleration))
@@ -70,7 +70,7 @@ def test_rest_is_found_and_left_out(noise):
 
 def test_rest_keeps_the_side_of_the_last_motion():
     motion = strokes(repeats=2)
-    velocity = treat(log_of(motion, sliding_effort(motion), step=1e-6), None).stretches[0].velocity
+    velocity = treat(log_of(motion, sliding_effort(motion), step=1e-6), None).segments[0].velocity
     at_far_end = (motion.position > 0.05 - 1e-9) & (velocity == 0.0)
     at_near_end = (motion.position < 1e-9) & (velocity == 0.0) & (motion.time > 1.0)
     assert np.count_nonzero(at_far_end) > 1000
@@ -92,7 +92,7 @@ def test_segments_are_treated_apart():
     motion = sines()
     gap = log_of(motion, sliding_effort(motion), segments=(slice(0, 4000), slice(4000, 10_000), slice(9990, 9995)))
     regression = treat(gap, None)
-    assert [stretch.time.size for stretch in regression.stretches] == [4000, 6000]
+    assert [stretch.time.size for stretch in regression.segments] == [4000, 6000]
     assert regression.effort.size == regression.time.size == (4000 - 100) // 10 + (6000 - 100) // 10
 
 
