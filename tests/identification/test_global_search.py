@@ -10,10 +10,9 @@ from tests.identification.test_output_error import recorded
 from bristle import friction
 from bristle.core.interruption import BestSoFar
 from bristle.identification import identify
+from bristle.identification.estimators import Simulation
 from bristle.identification.global_search import box_of
 from bristle.identification.inverse_dynamics import InverseDynamics
-from bristle.identification.parameters import transforms_of
-from bristle.identification.refinement import Refinement
 
 PRESLIDING = friction.dahl(F_C=20.0, sigma_0=5e6, sigma_2=200.0)
 
@@ -22,15 +21,17 @@ class Landscape:
     """What a fit searches, and where it ended."""
 
     def __init__(self, log, model, axis, monkeypatch):
-        refine = Refinement.of
+        estimated = Simulation.estimate
 
-        def spied(refinement, inverse, start, report=None):
-            self.solution, self.error = refine(refinement, inverse, start)
-            self.search = refinement._search(inverse, 4)
-            return self.solution, self.error
+        def spied(simulation, context, inverse, start, report):
+            estimation = estimated(simulation, context, inverse, start, report)
+            error = simulation.error.of(inverse, simulation.logs, simulation.axes)
+            self.search = context.search(error, error.magnitude, simulates=True)
+            self.solution, self.error = estimation.solution, estimation.problem
+            return estimation
 
         with monkeypatch.context() as patch:
-            patch.setattr(Refinement, "of", spied)
+            patch.setattr(Simulation, "estimate", spied)
             identify(log, model, axis=axis, draws=0, blocks=0)
         self.goal = self.percent(self.solution.values)
 
@@ -41,16 +42,17 @@ class Landscape:
     @property
     def places(self):
         """Places drawn from the box: starts that know nothing."""
-        coordinates = transforms_of(self.search.problem.parameters, self.search.scales)
-        box, rng = box_of(coordinates, self.search.theta_of(self.solution.values)), np.random.default_rng(0)
+        space, rng = self.search.space, np.random.default_rng(0)
+        box = box_of(space.transforms, space.theta(self.solution.values))
         return [
-            self.search.values_of(np.array([side.coordinate(rng.uniform(side.low, side.high)) for side in box]))
+            space.values(np.array([side.coordinate(rng.uniform(side.low, side.high)) for side in box]))
             for _ in range(5)
         ]
 
     def explored(self, start):
         rough = replace(self.search, problem=self.error.rough)
-        return self.percent(rough.explored(start, BestSoFar(), seed=1))
+        theta = rough.explored(self.search.space.theta(start), BestSoFar(), seed=1)
+        return self.percent(self.search.space.values(theta))
 
 
 def found_where_descents_fail(there):

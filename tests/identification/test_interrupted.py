@@ -8,7 +8,7 @@ from tests.identification.known_logs import log_of, sines, sliding_effort, slow_
 
 from bristle import friction
 from bristle.cli.signals import SignalledError
-from bristle.identification import identify, workbench
+from bristle.identification import fitting, identify
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.report.messages import warnings_of
 
@@ -75,7 +75,7 @@ def test_elements_are_kept_where_what_is_held_out_was_interrupted(log, monkeypat
     def interrupted(*given):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(workbench, "held_out_error", interrupted)
+    monkeypatch.setattr(fitting, "held_out_error", interrupted)
     found = identify(log, "maxwell_slip,dahl", blocks=2)
     assert [(fit.name, fit.unfinished, fit.held_out) for fit in found.fits] == [("maxwell_slip", True, None)]
     assert len(found.best.friction.values["k_i"]) >= 1

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from bristle.identification.resampling import identifiability
 from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort, slow_log
 
 from bristle import friction
-from bristle.identification import identify
+from bristle.identification import identifiability, identify
 from bristle.identification.whiteness import is_white
 from bristle.report.messages import warnings_of
 
