@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from benchmarks.loops import AXIS as LOOP
-from tests.golden import logs
+from tests.golden import logs, simulated
 from tests.golden.case import golden
 from tests.golden.told import (
     of_break_aways,
@@ -16,28 +16,16 @@ from tests.golden.told import (
     of_operator_prediction,
     of_operators,
     of_prediction,
-    signal,
+    predict_operator,
+    unexplained,
 )
 from tests.identification.known_logs import held_log, log_of, sines, sliding_effort, sliding_log, slow_log
-from tests.identification.operators.known_curves import TRUTH, recorded, reversal_curves, to_and_fro
-from tests.identification.test_delay import DT, late
-from tests.identification.test_elements import MASS, elements_log
-from tests.identification.test_output_error import AXIS as OPEN
-from tests.identification.test_output_error import recorded as recorded_open
-from tests.identification.test_stribeck_elements import ASKED, gms_log
 
-from bristle import friction
+from bristle import friction, identify, identify_operator, plants, predict
 from bristle.core import Axis, InputError
-from bristle.demo.run import MODELS
-from bristle.hysteresis_identification import identify_operator, predict_operator
-from bristle.identification import identify, predict, unexplained_force
-from bristle.identification.break_away import break_aways
-from bristle.identification.preprocessing import treat
-from bristle.identification.request import models_of
 from bristle.logs.curves import Curves
 from bristle.logs.log import Log
 from bristle.logs.span import within
-from bristle.plants import inertia
 
 ALL = "all,stribeck+asymmetry"  # with what is no model of its own: a slot
 STATIC = "coulomb,viscous,coulomb_viscous,stribeck,coulomb_viscous+asymmetry,stribeck_free+asymmetry"
@@ -191,8 +179,9 @@ def bouc_wen_open_loop_draws() -> Found:
 def bouc_wen_all() -> Found:
     """Every model but elastoplastic, which alone takes longer than all other cases."""
     log, axis = logs.bouc_wen()
-    names = [one.name for one in models_of(ALL) if one.name != "elastoplastic"]
-    return fitted(within(log, (0.0, 10.92)), ",".join(names), axis, method="inverse_dynamics", blocks=3)
+    names = [name for name in friction.MODELS if name not in ("elastoplastic", "maxwell_stribeck")]
+    asked = ",".join(["stribeck+asymmetry", *names])
+    return fitted(within(log, (0.0, 10.92)), asked, axis, method="inverse_dynamics", blocks=3)
 
 
 @golden(measured=True)
@@ -215,7 +204,7 @@ def demo_draws() -> Found:
     """The models of the demonstration, and its unseen log as predicted with a band."""
     log, axis = logs.demo()
     unseen, _ = logs.demo(2)
-    found = identify(log, MODELS, axis=axis, draws=20)
+    found = identify(log, "coulomb_viscous,stribeck+asymmetry,lugre+asymmetry", axis=axis, draws=20)
     best = found.best
     assert best.resampling is not None
     said = {
@@ -223,7 +212,7 @@ def demo_draws() -> Found:
                             best.friction)
         for mode in ("inverse", "closed-loop")
     }  # fmt: skip
-    force = signal(unexplained_force(best.plant, best.friction, unseen, axis))
+    force = unexplained(best.plant, best.friction, unseen, axis)
     return of_identification(found) | {"predictions": said, "unexplained": force}
 
 
@@ -257,27 +246,27 @@ def ball_screw_draws() -> Found:
 
 @golden(fast=True)
 def open_loop() -> Found:
-    return fitted(recorded_open(), "bouc_wen_classic", OPEN)
+    return fitted(simulated.ringing(), "bouc_wen_classic", simulated.OPEN)
 
 
 @golden()
 def open_loop_draws() -> Found:
-    return fitted(recorded_open(), "bouc_wen_classic,dahl", OPEN, draws=20)
+    return fitted(simulated.ringing(), "bouc_wen_classic,dahl", simulated.OPEN, draws=20)
 
 
 @golden()
 def open_loop_searched_everywhere() -> Found:
-    return fitted(recorded_open(), "bouc_wen_classic", OPEN, global_search=True, blocks=0)
+    return fitted(simulated.ringing(), "bouc_wen_classic", simulated.OPEN, global_search=True, blocks=0)
 
 
 @golden()
 def closed_loop() -> Found:
-    return fitted(logs.in_loop(), "stribeck,coulomb_viscous,dahl,lugre", replace(LOOP, seeks_lag=True))
+    return fitted(simulated.in_loop(), "stribeck,coulomb_viscous,dahl,lugre", replace(LOOP, seeks_lag=True))
 
 
 @golden(fast=True)
 def closed_loop_without_blocks() -> Found:
-    log, axis = logs.in_loop(pairs=3), replace(LOOP, seeks_lag=True)
+    log, axis = simulated.in_loop(pairs=3), replace(LOOP, seeks_lag=True)
     found = identify(log, "stribeck", axis=axis, draws=0, blocks=0)
     best = found.best
     said = predict(best.plant, best.friction, log, LOOP, "closed-loop", lag=best.lag)
@@ -286,13 +275,13 @@ def closed_loop_without_blocks() -> Found:
 
 @golden(fast=True)
 def closed_loop_draws() -> Found:
-    return fitted(logs.in_loop(scatter=0.05), "stribeck", LOOP, draws=20, blocks=0)
+    return fitted(simulated.in_loop(scatter=0.05), "stribeck", LOOP, draws=20, blocks=0)
 
 
 @golden()
 def closed_loop_several_draws() -> Found:
     """Two logs of one loop, each held out in turn, with intervals."""
-    several = [logs.in_loop(pairs=3), logs.in_loop(pairs=4, scatter=0.05)]
+    several = [simulated.in_loop(pairs=3), simulated.in_loop(pairs=4, scatter=0.05)]
     return fitted(several, "coulomb_viscous", LOOP, draws=20)
 
 
@@ -302,7 +291,7 @@ def closed_loop_several_draws() -> Found:
 @golden(fast=True)
 def late_effort() -> Found:
     """An effort that is recorded three samples late, whose delay is found."""
-    log = late(3.0 * DT)
+    log = simulated.late()
     found = identify(log, "coulomb_viscous,stribeck", axis=Axis(seeks_delay=True), draws=20)
     best = found.best
     said = predict(best.plant, best.friction, log, delay=found.treatment["delay"])
@@ -311,18 +300,18 @@ def late_effort() -> Found:
 
 @golden(fast=True)
 def held_effort() -> Found:
-    log = held_log(logs.LUGRE)
+    log = held_log(simulated.LUGRE)
     return fitted(log, "lugre", Axis(held=True, resolution=1e-7), blocks=0)
 
 
 @golden(fast=True)
 def held_effort_not_said() -> Found:
-    return fitted(held_log(logs.LUGRE), "lugre,dahl", Axis(resolution=1e-7), blocks=2)
+    return fitted(held_log(simulated.LUGRE), "lugre,dahl", Axis(resolution=1e-7), blocks=2)
 
 
 @golden()
 def held_effort_all_draws() -> Found:
-    return fitted(held_log(logs.LUGRE), ALL, Axis(held=True, resolution=1e-7), draws=20, blocks=0)
+    return fitted(held_log(simulated.LUGRE), ALL, Axis(held=True, resolution=1e-7), draws=20, blocks=0)
 
 
 @golden(fast=True)
@@ -354,24 +343,25 @@ def free_exponent() -> Found:
 
 @golden()
 def searched_everywhere() -> Found:
-    return fitted(slow_log(logs.LUGRE, duration=8.0), "lugre", Axis(resolution=1e-7), global_search=True, blocks=0)
+    return fitted(slow_log(simulated.LUGRE, duration=8.0), "lugre", Axis(resolution=1e-7), global_search=True, blocks=0)
 
 
 @golden(fast=True)
 def elements_draws() -> Found:
-    return fitted(elements_log(), "maxwell_slip,dahl", mass=MASS, cutoff=80.0, decimation=2, draws=20)
+    return fitted(simulated.elements(), "maxwell_slip,dahl", mass=12.0, cutoff=80.0, decimation=2, draws=20)
 
 
 @golden()
 def elements_with_stribeck_draws() -> Found:
-    return fitted(gms_log(scatter=0.03), "gms,maxwell_slip", **(ASKED | {"draws": 20, "blocks": 3}))
+    log = simulated.elements_with_stribeck()
+    return fitted(log, "gms,maxwell_slip", mass=12.0, cutoff=80.0, decimation=2, draws=20, blocks=3)
 
 
 @golden()
 def elements_under_load() -> Found:
     load = 1.0 + 0.5 * np.sin(np.linspace(0.0, 20.0, 12_000))
-    log = elements_log(load=load)
-    return fitted(log, "maxwell_slip+load", mass=MASS, cutoff=80.0, decimation=5, blocks=0)
+    log = simulated.elements(load)
+    return fitted(log, "maxwell_slip+load", mass=12.0, cutoff=80.0, decimation=5, blocks=0)
 
 
 @golden(fast=True)
@@ -411,10 +401,9 @@ def _refusal(**asked: Any) -> list[str]:
 
 @golden(fast=True)
 def pulls_from_rest() -> Found:
-    log, truth = logs.pulls()
-    known = break_aways(treat(log, logs.PULLED, 60.0), inertia(M=28.0), truth)
-    found = fitted(log, "coulomb_viscous,maxwell_slip", logs.PULLED, cutoff=60.0)
-    return found | {"break_aways": of_break_aways(known)}
+    log, truth = simulated.pulls()
+    found = fitted(log, "coulomb_viscous,maxwell_slip", simulated.PULLED, cutoff=60.0)
+    return found | {"break_aways": of_break_aways(log, simulated.PULLED, 60.0, plants.inertia(M=28.0), truth)}
 
 
 # --- hysteresis operators -------------------------------------------------------------------------------------------
@@ -428,14 +417,14 @@ def magnet_operators() -> Found:
 @golden(fast=True)
 def friction_operators() -> Found:
     rng = np.random.default_rng(11)
-    curves = recorded(TRUTH, to_and_fro(rng, turns=50, samples=800), rng, offset=0.3)
+    curves = simulated.curve_along(simulated.wandering(rng, 50, 800), rng, offset=0.3)
     found = identify_operator(curves, cells=12)
-    unseen = recorded(TRUTH, to_and_fro(rng, turns=30, samples=500))
+    unseen = simulated.curve_along(simulated.wandering(rng, 30, 500))
     said = predict_operator(found.best.operator, unseen, found.best.offset)
     return of_operators(found) | {"prediction": of_operator_prediction(said, found.best.operator, unseen)}
 
 
 @golden()
 def operators_of_reversal_curves() -> Found:
-    curves = Curves(reversal_curves(TRUTH), start="saturated")
+    curves = Curves(simulated.reversal_curves(41), start="saturated")
     return of_operators(identify_operator(curves, cells=12, stops=15))

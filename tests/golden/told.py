@@ -1,19 +1,34 @@
 """What was found, as plain data: what ``--json`` prints, and the raw numbers that it leaves out.
 
-The only place of the golden tests that knows how results are made up.
+The only place of the golden tests that knows how results are made up, and what is not called through ``bristle``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from bristle.files.summary import plain
-from bristle.identification import drive_table
+from bristle.hysteresis_identification import predict_operator
+from bristle.identification.break_away import break_aways
+from bristle.identification.preprocessing import treat
+from bristle.prediction import drive_table, unexplained_force
+from bristle.report.messages import assumptions_of, note_of
 from bristle.report.operators import operator_prediction_summary, operator_summary
 from bristle.report.summary import identification_summary, prediction_summary
+
+__all__ = [
+    "of_break_aways",
+    "of_identification",
+    "of_operator_prediction",
+    "of_operators",
+    "of_prediction",
+    "predict_operator",
+    "signal",
+    "unexplained",
+]
 
 MARKS = 7  # of a signal that are kept one by one, beside its length, mean and root mean square
 
@@ -38,12 +53,12 @@ def _fit(fit: Any) -> dict[str, Any]:
         "error_percent": fit.error_percent,
         "held_out": None if fit.held_out is None else vars(fit.held_out),
         "measurements": None if fit.information is None else fit.information.measurements,
-        "combinations": {one.name: vars(one) for one in fit.combinations},
+        "combinations": {one.name: _estimate(one) for one in fit.combinations},
         "correlation": {
             "names": fit.correlation_names,
             "below_the_diagonal": [row[:place] for place, row in enumerate(fit.correlation)][1:],
         },
-        "assumptions": fit.assumptions,
+        "assumptions": assumptions_of(fit),
         "lag": fit.lag,
         "further": fit.further,
         "unfinished": fit.unfinished,
@@ -51,6 +66,12 @@ def _fit(fit: Any) -> dict[str, Any]:
         "predicted": signal(fit.traces.predicted),
         "mechanical": signal(fit.traces.mechanical),
     }
+
+
+def _estimate(one: Any) -> dict[str, Any]:
+    numbers = {name: getattr(one, name) for name in ("value", "std", "robust_std", "interval")}
+    return numbers | {"name": one.name, "unit": one.unit, "status": one.status, "note": note_of(one),
+                      "description": one.description}  # fmt: skip
 
 
 def _resampling(found: Any) -> dict[str, Any]:
@@ -95,9 +116,14 @@ def of_operator_prediction(prediction: Any, operator: Any, recorded: Any) -> dic
     return plain({"json": summary, "outputs": signal(np.concatenate(prediction.outputs))})
 
 
-def of_break_aways(found: Sequence[Any]) -> list[Any]:
-    """Return break-aways by rate."""
-    return plain([one._asdict() for one in found])
+def of_break_aways(log: Any, axis: Any, cutoff: float, plant: Any, friction: Any) -> list[Any]:
+    """Return the break-aways of a log by rate, of a model that is known."""
+    return plain([one._asdict() for one in break_aways(treat(log, axis, cutoff), plant, friction)])
+
+
+def unexplained(plant: Any, friction: Any, log: Any, axis: Any) -> dict[str, Any] | None:
+    """Return the force that a model does not explain."""
+    return signal(unexplained_force(plant, friction, log, axis))
 
 
 def _short(values: Mapping[str, Any]) -> dict[str, Any]:

@@ -10,18 +10,38 @@ from pathlib import Path
 import numpy as np
 import scipy.io
 from tests.cli import conftest as bench
-from tests.cli.test_check import COMPOSITE, LUGRE
-from tests.cli.test_operators import AXIS as CURVES
-from tests.golden import logs
-from tests.identification.operators.known_curves import TRUTH, recorded, reversal_curves, to_and_fro
-from tests.identification.test_delay import DT, late
-from tests.identification.test_output_error import recorded as recorded_open
+from tests.golden import logs, simulated
 
 from bristle.demo import axis_simulated
 from bristle.files import read_experiment
 from bristle.logs.log import Log
 from bristle.simulation import simulate
 
+LUGRE = """
+schema = 1
+kind = "rotational"
+
+[friction]
+model = "lugre"
+F_C = "100 mN*m"
+F_S = "130 mN*m"
+v_S = "0.3 rad/s"
+sigma_0 = "100 N*m/rad"
+sigma_1 = "0.1 N*m*s/rad"
+"""
+COMPOSITE = (
+    LUGRE.replace('"lugre"', '"preisach_lugre"').replace("sigma_0", "s")
+    + 'f_p = "156 mN*m"\nsigma_2 = "0.03 N*m*s/rad"\n'
+)
+CURVES = """
+schema = 1
+name = "loops"
+kind = "translational"
+
+[columns]
+input = { column = "x", unit = "um" }
+output = { column = "F", unit = "N" }
+"""
 PLAIN = """
 schema = 1
 name = "plain"
@@ -77,11 +97,11 @@ def yard() -> Path:
     shutil.copyfile(axis_simulated.AXIS_FILE, folder / "axis_of_demo.toml")
     shutil.copyfile(logs.EXAMPLES / "bouc_wen" / "axis.toml", folder / "ringing.toml")
     _write_loop(folder)
-    _write_rows(folder / "late.csv", late(3.0 * DT))
-    _write_rows(folder / "pulls.csv", logs.pulls()[0])
-    ringing = recorded_open()
-    assert ringing.effort is not None
-    np.savez(folder / "ringing.npz", u=ringing.effort.values, y=ringing.position.values)
+    _write_rows(folder / "late.csv", simulated.late())
+    _write_rows(folder / "pulls.csv", simulated.pulls()[0])
+    steady = simulated.ringing()
+    assert steady.effort is not None
+    np.savez(folder / "ringing.npz", u=steady.effort.values, y=steady.position.values)
     _write_curves(folder)
     return folder
 
@@ -107,7 +127,7 @@ def _write_rows(path: Path, log: Log) -> None:
 
 def _write_curves(folder: Path) -> None:
     rng = np.random.default_rng(11)
-    (curve,) = recorded(TRUTH, to_and_fro(rng, turns=40, samples=600), rng).curves
+    (curve,) = simulated.curve_along(simulated.wandering(rng, 40, 600), rng).curves
     np.savetxt(folder / "curves.csv", np.column_stack(curve), delimiter=",", header="x,F", comments="", fmt="%.9g")
-    curves = {f"curve_{k:02}": np.column_stack(one) for k, one in enumerate(reversal_curves(TRUTH, count=21))}
+    curves = {f"curve_{k:02}": np.column_stack(one) for k, one in enumerate(simulated.reversal_curves(21))}
     np.savez(folder / "reversals.npz", **curves)
