@@ -33,7 +33,6 @@ from bristle import friction
 from bristle.core import Axis, InputError
 from bristle.demo.run import MODELS
 from bristle.identification import identify, predict, unexplained_force
-from bristle.identification.break_away import break_aways
 from bristle.logs.curves import Curves
 from bristle.logs.log import Log
 from bristle.logs.span import within
@@ -412,7 +411,7 @@ def _refusal(**asked: Any) -> list[str]:
 @golden(fast=True)
 def pulls_from_rest() -> Found:
     log, truth = logs.pulls()
-    known = break_aways(treat(log, logs.PULLED, 60.0), inertia(M=28.0), truth)
+    known = treat(log, logs.PULLED, 60.0).break_aways(inertia(M=28.0), truth.values["offset"])
     found = fitted(log, "coulomb_viscous,maxwell_slip", logs.PULLED, cutoff=60.0)
     return found | {"break_aways": of_break_aways(known)}
 
