@@ -12,7 +12,6 @@ import numpy as np
 
 from bristle.files.summary import plain
 from bristle.hysteresis_identification import predict_operator
-from bristle.identification.break_away import break_aways
 from bristle.identification.preprocessing import treat
 from bristle.prediction import drive_table, unexplained_force
 from bristle.report.messages import assumptions_of, note_of
@@ -118,7 +117,7 @@ def of_operator_prediction(prediction: Any, operator: Any, recorded: Any) -> dic
 
 def of_break_aways(log: Any, axis: Any, cutoff: float, plant: Any, friction: Any) -> list[Any]:
     """Return the break-aways of a log by rate, of a model that is known."""
-    return plain([one._asdict() for one in break_aways(treat(log, axis, cutoff), plant, friction)])
+    return plain([one._asdict() for one in treat(log, axis, cutoff).break_aways(plant, friction.values["offset"])])
 
 
 def unexplained(plant: Any, friction: Any, log: Any, axis: Any) -> dict[str, Any] | None:
