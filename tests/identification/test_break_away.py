@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tests.excitation.axes import STAGE
-from tests.identification.known_logs import log_of
+from tests.identification.known_logs import Motion, log_of
 
 from bristle.engine import force_along
 from bristle.excitation import excite
@@ -64,6 +64,23 @@ def test_intervals_hold_the_truth_where_friction_scatters(motion):
             inside.append(one.force_interval[0] < 60.0 < one.force_interval[1])
             assert one.force_interval[1] / one.force_interval[0] < 1.6
     assert len(inside) >= 30
+    assert np.mean(inside) > 0.85
+
+
+def test_intervals_of_the_distance_hold_it_wherever_the_steps_of_the_encoder_lie(motion):
+    v, dt, step, inside = motion.velocity, motion.sample_time, 1e-7, []
+    friction = force_along(TRUTH, v, dt, motion.position + 0.5 * dt * v)
+    axis = replace(AXIS, resolution=step)
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        moved = Motion(motion.time, motion.position + rng.uniform(0.0, step), v, motion.acceleration)
+        effort = MASS * motion.acceleration + friction + 0.05 * rng.standard_normal(v.size)
+        for one in break_aways(treat(log_of(moved, effort, step=step), axis, CUTOFF), inertia(M=MASS), TRUTH):
+            low, high = one.distance_interval
+            inside.append(low < distance() < high)
+            assert high / low < 1.05
+    # All legs of a log err alike: they agree within a fifth of that.
+    assert len(inside) == 24
     assert np.mean(inside) > 0.85
 
 

@@ -129,6 +129,21 @@ def test_at_one_speed_viscous_friction_is_no_number():
     assert fit.parameters["F_C"].value == pytest.approx(20.0, rel=0.02)
 
 
+def test_levels_by_direction_are_as_sure_as_a_level_and_an_offset():
+    t = 1e-3 * np.arange(12_000)
+    way = np.abs((16e-6 * t + 20e-6) % 80e-6 - 40e-6) - 20e-6
+    motion = Motion(t, way, np.gradient(way, t), 0.0 * t)
+    friction = force_along(find("maxwell_slip")(**ELEMENTS), motion.velocity, 1e-3)
+    log = log_of(motion, friction + np.random.default_rng(0).normal(0.0, 0.3, t.size))
+    plain, sided = (
+        identify(log, name, mass=MASS, cutoff=40.0, blocks=0, draws=0).best.parameters
+        for name in ("maxwell_slip", "maxwell_slip+asymmetry")
+    )
+    # F_C + d and F_C - d: the sum of their variances is twice that of F_C and of d.
+    found = np.hypot(sided["F_C_pos"].std, sided["F_C_neg"].std)
+    assert found == pytest.approx(2.0**0.5 * np.hypot(plain["F_C"].std, plain["offset"].std), rel=0.01)
+
+
 def test_directions_differ_by_one_number():
     levels = {"F_C_pos": 24.0, "F_C_neg": 16.0, "sigma_2_pos": 200.0, "sigma_2_neg": 500.0}
     shape = {name: ELEMENTS[name] for name in ("k_i", "nu_i")}

@@ -41,6 +41,21 @@ def test_a_block_is_not_fitted_by_the_parameters_that_predict_it():
     assert np.argmax(held_out.block_errors_percent) == 4
 
 
+@pytest.mark.parametrize(("block", "beside"), [(1, -0.1), (0, 0.1)])
+def test_what_a_filter_smears_into_a_block_is_not_fitted_to_predict_it(block, beside):
+    motion = sines(4.0)
+    effort = sliding_effort(motion)
+    # A push of 40 ms, two periods of the cut-off before or after the block.
+    push = 100.0 * (np.abs(motion.time - (2.0 + beside)) < 0.02)
+    pushed, plain = (
+        identify(log_of(motion, one), cutoff=20.0, blocks=2, draws=0).best.held_out.block_errors_percent
+        for one in (effort + push, effort)
+    )
+    # The other half, whose part it is, is predicted badly; this one as if there had been no push.
+    assert pushed[1 - block] > 50.0
+    assert pushed[block] < 2.0 * plain[block]
+
+
 def test_mean_and_spread_are_those_of_the_blocks():
     held_out = identify(sliding_log(), blocks=4, draws=0).best.held_out
     assert len(held_out.block_errors_percent) == 4

@@ -106,6 +106,25 @@ def test_noise_of_the_position_is_measured():
     assert regression.acceleration_noise_share * np.mean(regression.acceleration**2) == pytest.approx(excess, rel=0.5)
 
 
+@pytest.mark.parametrize("cutoff", [50.0, 100.0, 200.0, 300.0])
+def test_noise_of_the_effort_is_all_of_it_though_a_filter_leaves_some(cutoff):
+    motion = sines()
+    effort = sliding_effort(motion, noise=0.3, F_C=0.0)  # no corners, of which a filter takes something away as well
+    assert treat(log_of(motion, effort), None, cutoff=cutoff).effort_noise == pytest.approx(0.3, rel=0.04)
+
+
+def test_so_much_as_noise_makes_the_inertia_too_small_is_told():
+    missing, told = [], []
+    for seed in range(4):
+        motion = sines()
+        noise = np.random.default_rng(seed).normal(0.0, 25e-6, motion.time.size)
+        shaken = motion._replace(position=motion.position + noise)
+        fit = identify(log_of(shaken, sliding_effort(motion, seed)), blocks=0, draws=0).best
+        missing.append(100.0 * (1.0 - fit.parameters["M"].value / TRUTH["M"]))
+        told.append(next(one.numbers["percent"] for one in fit.diagnostics if one.code == "noisy-acceleration"))
+    assert np.mean(told) == pytest.approx(np.mean(missing), rel=0.25)
+
+
 @pytest.mark.parametrize(
     ("arguments", "path"),
     [

@@ -70,3 +70,14 @@ def test_without_blocks_the_error_of_the_fit_decides(fit):
     worse = replace(fit, held_out=None, force_error_percent=2.0, friction=SimpleNamespace(name="worse"))
     better = replace(fit, held_out=None, force_error_percent=1.9, friction=SimpleNamespace(name="better"))
     assert order(worse, better) == ["better", "worse"]
+
+
+def test_of_perfect_fits_the_simpler_one_wins(made):
+    nothing = (0.0,) * 5
+    assert order(made("simple", nothing, 3), made("rich", nothing, 6)) == ["simple", "rich"]
+
+
+def test_what_is_within_the_spread_may_lie_on_its_edge(made):
+    leader = made("rich", (2.0, 4.0), 10, unknown=5)
+    leader = replace(leader, held_out=HeldOut((2.0, 4.0), 3.0, 1.0))
+    assert order(made("simple", (3.0, 5.0), 3), leader) == ["simple", "rich"]

@@ -42,3 +42,23 @@ def test_a_range_of_less_than_three_turns_shows_no_pitch():
     motion = sines(10.0, amplitudes=(2e-3, 0.0, 0.0))
     with pytest.raises(InputError, match="does not resolve a pitch"):
         identify(log_of(motion, sliding_effort(motion)), "coulomb_viscous+periodic", cutoff=2.0, draws=0)
+
+
+def test_the_share_of_the_range_goes_from_end_to_end():
+    log = screw_log()
+    fit = identify(log, "coulomb_viscous+position", blocks=0, draws=0).best
+    x_0, x_L = (fit.parameters[name].value for name in ("x_0", "x_L"))
+    ends = (log.position.values.min(), log.position.values.max())
+    assert [(x - x_0) / x_L for x in ends] == pytest.approx([-1.0, 1.0], abs=1e-3)
+
+
+def test_a_wave_along_the_screw_is_that_of_the_samples_own_place():
+    motion = sines(6.0, 2e-3, (0.02, 0.006), (0.5, 1.3), (0, 1))
+    angle = 2.0 * np.pi * motion.position / PITCH
+    log = log_of(motion, sliding_effort(motion, noise=0.0) + 0.8 * np.cos(angle) - 0.5 * np.sin(angle))
+    fit = identify(log, "coulomb_viscous+periodic", axis=Axis(pitch=PITCH), cutoff=200.0, decimation=1, blocks=0,
+                   draws=0).best  # fmt: skip
+    assert fit.parameters["c_1"].value == pytest.approx(0.8, abs=3e-3)
+    assert fit.parameters["s_1"].value == pytest.approx(-0.5, abs=3e-3)
+    # At up to 110 mm/s half a sample is a quarter of a radian, and leaves 1 %.
+    assert fit.force_error_percent < 0.1

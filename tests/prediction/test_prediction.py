@@ -27,13 +27,13 @@ TRUTH = friction.find("stribeck+asymmetry")(
 AXIS = Axis(controller=controllers.cascade(k_p=80.0, k_v=3000.0), resolution=1e-7)
 
 
-def recorded(*, injected=None, start=0, kind="translational", gap=None):
+def recorded(*, injected=None, start=0, kind="translational", gap=None, resolution=AXIS.resolution):
     t = DT * np.arange(6000)
     reference = 0.02 * (np.sin(3.1 * t) + 0.4 * np.sin(10.7 * t)) * np.minimum(t, 1.0)
     desired = np.zeros((4, t.size))
     desired[0] = reference
     trace = run_closed_loop(
-        PLANT, TRUTH, AXIS.controller, sensors.encoder(resolution=AXIS.resolution), desired, DT, steps=8,
+        PLANT, TRUTH, AXIS.controller, sensors.encoder(resolution=resolution), desired, DT, steps=8,
         injected=injected,
     )  # fmt: skip
     cut = slice(start, None)
@@ -60,6 +60,13 @@ def test_a_log_that_begins_under_way_is_begun_under_way(start):
     assert prediction.metrics["force_error_percent"] < 1.5
     early = np.abs(prediction.position_predicted - prediction.position)[:200]
     assert np.max(early) < 5e-6
+
+
+@pytest.mark.parametrize("start", [700, 2500])
+def test_a_loop_begun_under_way_asks_for_the_effort_of_the_log_from_the_first_sample_on(start):
+    fine = replace(AXIS, resolution=1e-11)
+    prediction = predict(PLANT, TRUTH, recorded(start=start, resolution=fine.resolution), fine, "closed-loop")
+    assert np.max(np.abs(prediction.effort_predicted - prediction.effort)[:20]) < 0.02
 
 
 def test_known_inputs_are_injected():

@@ -72,7 +72,7 @@ def of_one_speed(parameters: ParameterSet, dataset: Dataset) -> ParameterSet:
         return parameters
     fixed = Fixed(0.0, "held-one-speed")
     free = tuple(name for name in parameters.free if name not in viscous)
-    return replace(parameters, free=free, held={**parameters.fixed, **dict.fromkeys(viscous, fixed)})
+    return replace(parameters, free=free, fixed={**parameters.fixed, **dict.fromkeys(viscous, fixed)})
 
 
 def estimate_elements(context: Context, component: FrictionModel, report: Report) -> Estimation:

@@ -1,0 +1,57 @@
+"""Bands around the effort along a measured motion: how wide each source makes them, from what is known of it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
+
+from bristle import friction, plants
+from bristle.identification import identify
+from bristle.prediction import predict
+
+NOISE = 0.3
+PLANT = plants.inertia(M=TRUTH["M"])
+FRICTION = friction.coulomb_viscous(**{name: TRUTH[name] for name in ("F_C", "F_v")})
+
+
+@pytest.fixture(scope="module")
+def log():
+    motion = sines(6.0)
+    return log_of(motion, sliding_effort(motion, noise=NOISE, offset=0.0))
+
+
+@pytest.fixture(scope="module")
+def certain(log):
+    """Bands of a model that is known exactly, and has no noise."""
+    bands = identify(log, offset=0.0, blocks=0, draws=20).best.resampling.bands
+    sure = {name: np.full(40, TRUTH[name]) for name in bands.draws}
+    return replace(bands, draws=sure, scatter=0.0, noise=0.0, unexplained=0.0, inflation=1.0)
+
+
+@pytest.mark.parametrize(("cutoff", "decimation"), [(100.0, 10), (100.0, 1), (30.0, 5), (200.0, 2)])
+def test_noise_alone_makes_them_hold_19_of_20(log, certain, cutoff, decimation):
+    bands = replace(certain, noise=NOISE)
+    found = predict(PLANT, FRICTION, log, cutoff=cutoff, decimation=decimation, bands=bands)
+    assert 92.0 < found.inside_percent < 98.0
+
+
+def test_what_the_model_lacks_and_what_is_not_known_of_it_add_their_squares(log, certain):
+    levels = TRUTH["F_C"] + np.random.default_rng(0).normal(0.0, 0.5, 40)
+    lacking, unsure, both = (
+        np.median(predict(PLANT, FRICTION, log, bands=replace(certain, **changes)).half_width)
+        for changes in (
+            {"unexplained": 0.7},
+            {"draws": certain.draws | {"F_C": levels}},
+            {"unexplained": 0.7, "draws": certain.draws | {"F_C": levels}},
+        )
+    )
+    assert lacking == pytest.approx(1.96 * 0.7, rel=1e-3)
+    # Sliding, the force is as unsure as its level.
+    assert unsure == pytest.approx(1.96 * np.std(levels, ddof=1), rel=0.02)
+    assert both == pytest.approx(np.hypot(lacking, unsure), rel=1e-3)
+
+
+def test_a_level_that_scatters_makes_them_as_wide_as_the_friction_that_it_changes(log, certain):
+    found = predict(PLANT, FRICTION, log, bands=replace(certain, scatter=0.05)).half_width
+    assert np.median(found) == pytest.approx(1.96 * 0.05 * TRUTH["F_C"], rel=0.15)
