@@ -35,9 +35,9 @@ from bristle.core.mathematics import direction
 from bristle.core.once import once
 from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable
-from bristle.friction.variation import VARIATIONS, Place, Varied
+from bristle.friction.variation import VARIATIONS, Place, Varied, VariedModel
 
-__all__ = ["OFFSET", "SLOTS", "Slotted", "SlottedModel", "base_of", "slotted", "unvaried"]
+__all__ = ["OFFSET", "SLOTS", "Slotted", "SlottedModel", "base_of", "slotted", "unvaried", "variations_of"]
 
 SLOTS = (*VARIATIONS, "asymmetry")
 OFFSET = Variable("force", "constant part of the friction force (gravity, bias)", excitation="sliding")
@@ -179,6 +179,17 @@ def base_of(component: FrictionModel) -> FrictionModel:
     while hasattr(found, "inner"):
         found = found.inner
     return found
+
+
+@guarded(component=component("friction"))
+def variations_of(component: FrictionModel) -> tuple[str, ...]:
+    """Return the slots that let a model vary."""
+    found: Any = component
+    while hasattr(found, "inner"):
+        if isinstance(found, VariedModel):
+            return found.slots
+        found = found.inner
+    return ()
 
 
 @guarded(friction=model("friction"))

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 from bristle.core.contracts import NOMINAL_TEMPERATURE, FrictionModel, Relation
+from bristle.core.dimensions import exponents_of
 from bristle.core.dispatch import friction_commit, friction_rate, friction_trial
 from bristle.core.kernel import kernel
 from bristle.core.lazy import cached_property
@@ -26,17 +27,35 @@ from bristle.core.once import once
 from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable, variables_of
 
-__all__ = ["SMALLEST_FACTOR", "VARIATIONS", "Place", "Varied", "VariedModel", "varied"]
+__all__ = [
+    "HALF_RANGE",
+    "MIDDLE",
+    "PITCH",
+    "SIGNALS",
+    "SMALLEST_FACTOR",
+    "VARIATIONS",
+    "Place",
+    "Varied",
+    "VariedModel",
+    "is_factor",
+    "varied",
+]
 
 SMALLEST_FACTOR = 0.01
 TWO_PI = 2.0 * math.pi
+# What a log or an axis tells, and no fit.
+MIDDLE = Variable("length", "middle of the range of positions")
+HALF_RANGE = Variable("length", "half of the range of positions", min=1e-12)
+PITCH = Variable("length", "travel for one turn of the screw", min=1e-12)
+SIGNALS = ("load", "temperature")
+"""What a slot may need of a log besides the motion: the excitation of its coefficient names the signal."""
 
 
 class Place(NamedTuple):
     """Coefficients of all variations; those of a slot that is not asked for are zero."""
 
-    x_0: Annotated[float, Variable("length", "middle of the range of positions")] = 0.0
-    x_L: Annotated[float, Variable("length", "half of the range of positions", min=1e-12)] = 1.0
+    x_0: Annotated[float, MIDDLE] = 0.0
+    x_L: Annotated[float, HALF_RANGE] = 1.0
     p_1: Annotated[
         float, Variable("1", "change of friction from x_0 to x_0 + x_L", nominal=0.1, excitation="place")
     ] = 0.0
@@ -45,7 +64,7 @@ class Place(NamedTuple):
     ] = 0.0  # fmt: skip
     a_1: Annotated[float, Variable("force", "force that rises from x_0 to x_0 + x_L", excitation="place")] = 0.0
     a_2: Annotated[float, Variable("force", "force that varies along x, its even part", excitation="place")] = 0.0
-    pitch: Annotated[float, Variable("length", "travel for one turn of the screw", min=1e-12)] = 1.0
+    pitch: Annotated[float, PITCH] = 1.0
     c_1: Annotated[
         float, Variable("force", "force once a turn, cosine of the angle", directional=True, excitation="place")
     ] = 0.0
@@ -71,6 +90,11 @@ VARIATIONS: dict[str, tuple[str, ...]] = {
     "temperature": ("k_T",),
 }
 """The parameters of each slot."""
+
+
+def is_factor(variable: Variable) -> bool:
+    """Return whether this is a coefficient of a slot that multiplies friction; the others add a force to it."""
+    return variable.excitation in ("place", *SIGNALS) and "force" not in exponents_of(variable.quantity)
 
 
 class Varied(NamedTuple):

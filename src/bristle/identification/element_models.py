@@ -25,16 +25,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, FrictionModel, Model
+from bristle.core.contracts import FrictionModel, Model
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import unbounded
-from bristle.friction import maxwell_slip
+from bristle.core.variable import Variable
+from bristle.engine.motion import along
+from bristle.friction import coulomb, maxwell_slip
+from bristle.friction.slots import OFFSET, variations_of
+from bristle.friction.variation import HALF_RANGE, is_factor, varied
 from bristle.hysteresis_identification.stops import thresholds_over
 from bristle.hysteresis_identification.weights import NormalEquations
 from bristle.identification.dataset import Dataset, Segment
+from bristle.identification.element_space import DIFFERENCE, ElementSpace
 from bristle.identification.estimation import Context, Estimation
-from bristle.identification.fixed_shape import ShapedModel, further_numbers, in_lists, shaped
+from bristle.identification.fixed_shape import TOTAL, ShapedModel, further_numbers, in_lists, shaped
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report
 from bristle.identification.parameter_space import LinearSpace
@@ -44,16 +49,14 @@ from bristle.identification.solution import Solution
 __all__ = ["Elements", "elements_of", "estimate_elements", "of_one_speed"]
 
 COUNT_LEAST, PER_DECADE = 20, 12  # of the thresholds
-CURVE = 12  # displacements at which the virgin curve has intervals
 STEPS_LEAST, NOISE_LEAST = 2.0, 5.0  # of the encoder, of the noise of the position: the smallest threshold
 DECADES_MOST = 5.0
 SLIPPING = 0.7  # of half the range: an element that slips over much of each stroke
 COVERED = 0.9  # of the range of a segment: from there on no element remembers how the log began
 FITTED_LEAST = 0.5  # of the rows: with fewer left, all are fitted
-FACTORS = ("p_1", "p_2", "k_L", "k_T")
+SMALL = 2.0**-12  # factor of a slot, with which friction stays far above the least that a slot leaves of it
 FACTOR_MOST, EDGE = 20.0, 0.99
 EVALUATIONS = 40
-DIFFERENCE = "difference"  # half of it, between the levels forward and backward
 ONE_SPEED = 0.9  # square of the mean speed over the mean square: 1 at one speed, 0.81 of a sine
 
 
@@ -63,7 +66,8 @@ def of_one_speed(parameters: ParameterSet, dataset: Dataset) -> ParameterSet:
     There it is a constant that turns with the motion, and so is an element that slips at once.
     """
     speeds = np.abs(dataset.velocity)
-    viscous = [name for name in parameters.free if name.startswith("sigma_2")]
+    own = parameters.component.variables
+    viscous = [name for name in parameters.free if name in own and _is_viscous(own[name])]
     if np.mean(speeds) ** 2 < ONE_SPEED * np.mean(speeds**2):
         return parameters
     fixed = Fixed(0.0, "held-one-speed")
@@ -93,113 +97,6 @@ def elements_of(context: Context, component: FrictionModel) -> Elements:
     """Return the problem of the elements of a log."""
     prototype = shaped(component, np.ones(1), np.ones(1))
     return Elements(context.dataset, component, of_one_speed(context.parameters(prototype), context.dataset))
-
-
-@dataclass(frozen=True)
-class ElementSpace:
-    """One stiffness for each element, then the other free parameters, then the factors of the slots.
-
-    Parameters
-    ----------
-    thresholds : ndarray, shape (element,)
-        Deflections at which elements slip [m or rad].
-    others, factors : tuple of str
-        Parameters that count once, and factors of the slots.
-    levels : mapping of str to float
-        The parameters that tell the level of the elements, and the sign of the difference in each.
-    free : tuple of str
-        All free parameters, as they are reported.
-    """
-
-    thresholds: np.ndarray
-    others: tuple[str, ...]
-    factors: tuple[str, ...]
-    levels: Mapping[str, float]
-    free: tuple[str, ...]
-
-    @property
-    def logarithmic(self) -> frozenset[str]:
-        """None of them."""
-        return frozenset()
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The coordinates."""
-        return self._names
-
-    @cached_property
-    def _names(self) -> tuple[str, ...]:
-        return (*(f"k_{number}" for number in range(self.thresholds.size)), *self.others, *self.factors)
-
-    @property
-    def reported(self) -> tuple[str, ...]:
-        """The level, the stiffness, then all else."""
-        return self._reported
-
-    @cached_property
-    def _reported(self) -> tuple[str, ...]:
-        return (*self.levels, "s", *self._rest)
-
-    @cached_property
-    def _rest(self) -> tuple[str, ...]:
-        return tuple(name for name in self.free if name not in (*self.levels, "s"))
-
-    @property
-    def low(self) -> np.ndarray:
-        """Lower bounds: no stiffness, inertia or damping is negative."""
-        return self._low
-
-    @cached_property
-    def _low(self) -> np.ndarray:
-        others = [0.0 if _is_positive(name) else -np.inf for name in self.others]
-        return np.array([*np.zeros(self.thresholds.size), *others, *([-np.inf] * len(self.factors))])
-
-    @property
-    def high(self) -> np.ndarray:
-        """Upper bounds: none."""
-        return self._high
-
-    @cached_property
-    def _high(self) -> np.ndarray:
-        return np.full(len(self.names), np.inf)
-
-    @property
-    def linear(self) -> bool:
-        """Whether no factor multiplies the elements."""
-        return not self.factors
-
-    @property
-    def curve(self) -> tuple[float, ...]:
-        """Displacements [m or rad] at which the virgin curve is reported."""
-        return self._curve
-
-    @cached_property
-    def _curve(self) -> tuple[float, ...]:
-        return tuple(np.geomspace(self.thresholds[0], self.thresholds[-1], CURVE).tolist())
-
-    def values(self, theta: np.ndarray) -> dict[str, Any]:
-        """Return what the model takes [SI]; an element without force still has its threshold."""
-        r = self.thresholds
-        stiffness = np.maximum(theta[: r.size], 1e-12 * np.sum(theta[: r.size]))
-        level = float(stiffness @ r)
-        rest = dict(zip(self.names[r.size :], theta[r.size :].tolist(), strict=True))
-        difference = rest.pop(DIFFERENCE, 0.0)
-        levels = {name: level + sign * difference for name, sign in self.levels.items()}
-        return {"k_i": stiffness, "nu_i": stiffness * r / level} | levels | rest
-
-    def derivative(self, theta: np.ndarray) -> np.ndarray:
-        """Return the derivative of what is reported, shape (reported, coordinate)."""
-        r, names = self.thresholds, self.names
-        first = np.zeros((len(self.levels) + 1, len(names)))
-        first[:-1, : r.size], first[-1, : r.size] = r, 1.0
-        if DIFFERENCE in names:
-            first[:-1, names.index(DIFFERENCE)] = list(self.levels.values())
-        return np.vstack([first, np.eye(len(names))[[names.index(name) for name in self._rest]]])
-
-    def numbers(self, theta: np.ndarray) -> np.ndarray:
-        """Return what is reported [SI], and the virgin curve."""
-        reach = np.minimum.outer(np.array(self.curve), self.thresholds)
-        return np.concatenate([self.derivative(theta) @ theta, reach @ theta[: self.thresholds.size]])
 
 
 def slipping_at(r: float) -> Model:
@@ -244,7 +141,7 @@ class Elements:
         one = self.dataset
         reach = 0.5 * max(float(np.ptp(segment.position)) for segment in one.segments)
         # What never slips cannot be told from a force that rises along the axis.
-        reach *= SLIPPING if "a_1" in self.parameters.free else 1.0
+        reach *= SLIPPING if HALF_RANGE in self.component.variables.values() else 1.0
         least = max(STEPS_LEAST * one.resolution, NOISE_LEAST * one.noise, reach * 10.0**-DECADES_MOST)
         count = max(COUNT_LEAST, round(PER_DECADE * np.log10(max(reach / least, 1.0))))
         return thresholds_over(reach, count, least)
@@ -260,7 +157,7 @@ class Elements:
             )  # fmt: skip
         stiffness, r = found.stiffness[kept], self.thresholds[kept]
         view = shaped(self.component, stiffness, stiffness * r)
-        values = found.others | self._told(float(stiffness @ r), found.others) | {"s": float(np.sum(stiffness))}
+        values = found.others | self._told(float(stiffness @ r), found.others) | {TOTAL: float(np.sum(stiffness))}
         values |= dict(zip(self._factors, found.factors.tolist(), strict=True))
         values = {name: values[name] for name in self.parameters.free}
         jacobian = self._jacobian(found, kept, r)
@@ -276,7 +173,9 @@ class Elements:
         """Return the problem with all its elements, and its solution: one stiffness for each of them."""
         best = self._best(slice(None))
         factors = [self._varying[place + 1] @ self._multiplied(best) for place in range(len(self._factors))]
-        space = ElementSpace(self.thresholds, self._others, self._factors, self._levels, self.parameters.free)
+        space = ElementSpace(
+            self.thresholds, self._others, self._factors, self._levels, self.parameters.free, self._positive
+        )  # fmt: skip
         theta = np.concatenate([best.stiffness, list(best.others.values()), best.factors])
         jacobian = np.column_stack([best.columns, *factors])
         at_edge = dict.fromkeys(self._at_nothing(best), "smallest")
@@ -285,18 +184,19 @@ class Elements:
 
     @property
     def _factors(self) -> tuple[str, ...]:
-        return tuple(name for name in FACTORS if name in self.parameters.free)
+        return tuple(name for name in self.parameters.free if is_factor(self.parameters.variables[name]))
 
     @property
     def _others(self) -> tuple[str, ...]:
         """The free parameters that count once, whatever the elements do."""
-        named = tuple(name for name in self.parameters.free if name not in (*self._levels, "s", *self._factors))
+        named = tuple(name for name in self.parameters.free if name not in (*self._levels, TOTAL, *self._factors))
         return (*named, DIFFERENCE) if len(self._levels) > 1 else named
 
     @property
     def _levels(self) -> dict[str, float]:
         """The parameters that tell the level of the elements, and the sign of the difference in each."""
-        return {"F_C_pos": 1.0, "F_C_neg": -1.0} if "F_C_pos" in self.component.variables else {"F_C": 0.0}
+        names = [name for name, variable in self.component.variables.items() if _is_level(variable)]
+        return dict(zip(names, (1.0, -1.0) if len(names) > 1 else (0.0,), strict=True))
 
     def _told(self, level: float, others: Mapping[str, float]) -> dict[str, float]:
         return {name: level + sign * others.get(DIFFERENCE, 0.0) for name, sign in self._levels.items()}
@@ -304,14 +204,20 @@ class Elements:
     @property
     def _slotted(self) -> tuple[str, ...]:
         """What slots multiply besides the elements."""
-        return tuple(name for name in self._others if name == DIFFERENCE or name.startswith("sigma_2"))
+        own = self.component.variables
+        return tuple(name for name in self._others if name == DIFFERENCE or (name in own and _is_viscous(own[name])))
 
     def _multiplied(self, found: Found) -> np.ndarray:
         return np.concatenate([found.stiffness, [found.others[name] for name in self._slotted]])
 
-    @staticmethod
-    def _at_nothing(found: Found) -> list[str]:
-        return [name for name, value in found.others.items() if value == 0.0 and _is_positive(name)]
+    @property
+    def _positive(self) -> frozenset[str]:
+        """The parameters that count once and are not negative: inertia, stiffness of the plant, damping."""
+        variables = self.parameters.variables
+        return frozenset(name for name in self._others if name in variables and variables[name].min >= 0.0)
+
+    def _at_nothing(self, found: Found) -> list[str]:
+        return [name for name, value in found.others.items() if value == 0.0 and name in self._positive]
 
     def _best(self, rows: np.ndarray | slice) -> Found:
         chosen = self._fitted(rows)
@@ -343,7 +249,7 @@ class Elements:
 
     @property
     def _signs(self) -> np.ndarray:
-        positive = [_is_positive(name) for name in self._others]
+        positive = [name in self._positive for name in self._others]
         return np.concatenate([np.ones(self.thresholds.size), np.where(positive, 1.0, 0.0)])
 
     def _columns(self, factors: np.ndarray) -> np.ndarray:
@@ -375,21 +281,27 @@ class Elements:
         if r == DIFFERENCE:
             return np.ones_like(one.velocity)
         if isinstance(r, str):
-            side = {"sigma_2_pos": (0.0, np.inf), "sigma_2_neg": (-np.inf, 0.0)}.get(r, (-np.inf, np.inf))
-            return np.clip(one.velocity, *side)
+            return one.answer(self._empty.model(self._empty.unit(TOTAL, r)), self.dataset.sample_time)
         return one.answer(self.element(r), self.dataset.sample_time)
 
     def _cause(self, name: str, one: Segment) -> np.ndarray:
-        """Return what a factor multiplies along a segment, shape (sample,)."""
-        if name in ("k_L", "k_T"):
-            signal, nominal = ("load", NOMINAL_LOAD) if name == "k_L" else ("temperature", NOMINAL_TEMPERATURE)
-            return one.surroundings[signal] - nominal
-        share = self._share(one)
-        return share if name == "p_1" else share * share
+        """Return what a factor multiplies along a segment, shape (sample,), by the kernels of the slots.
 
-    def _share(self, one: Segment) -> np.ndarray:
-        x_0, x_L = (self.parameters.fixed[name].value for name in ("x_0", "x_L"))
-        return np.clip((one.position - x_0) / x_L, -1.0, 1.0)
+        A contact at rest that leans forward with a force of 1 tells the factor of friction wherever it is.
+        """
+        steady = varied(coulomb, variations_of(self.component))
+        known = {other: fixed.value for other, fixed in self.parameters.fixed.items() if other in steady.variables}
+        values: dict[str, Any] = {"F_C": 1.0, **known, name: SMALL}
+        contact = steady(validate=False, **values)
+        force = along(contact, np.zeros(one.position.size), self.dataset.sample_time, one.position, **one.surroundings)
+        return (force - 1.0) / SMALL
+
+    @cached_property
+    def _empty(self) -> InverseDynamics:
+        """The problem of one element, to be given no force: what is left is linear in each parameter."""
+        return InverseDynamics(
+            self.dataset, replace(self.parameters, component=shaped(self.component, np.ones(1), np.ones(1)))
+        )
 
     @cached_property
     def _constant(self) -> dict[str, np.ndarray]:
@@ -397,27 +309,18 @@ class Elements:
         return {name: self._column(name)[:, None] for name in self._others if name not in self._slotted}
 
     def _column(self, name: str) -> np.ndarray:
+        """Return what the model answers to one parameter of 1."""
+        values = self._empty.unit(TOTAL, name)
         if name in self.parameters.plant.variables:
-            problem = InverseDynamics(self.dataset, self.parameters)
-            return problem.mechanical({one: float(one == name) for one in self.parameters.plant.variables})
-        segments = self.dataset.segments
-        if name == "offset":
-            signals = [np.ones(one.position.size) for one in segments]
-        elif name in ("a_1", "a_2"):
-            signals = [self._share(one) ** (1 if name == "a_1" else 2) for one in segments]
-        else:
-            turn = 2.0 * np.pi / self.parameters.fixed["pitch"].value
-            wave, times = np.cos if name.startswith("c_") else np.sin, int(name.rpartition("_")[2])
-            signals = [wave(times * turn * one.position) for one in segments]
-        return self.dataset.rows_of([self.dataset.filtered(one) for one in signals])
+            return self._empty.mechanical(values)
+        return self._empty.friction(values)
 
     @cached_property
     def _target(self) -> np.ndarray:
         """Effort of each row [N or N*m], what the held parameters take left out."""
-        held = self.parameters.fixed
-        plant = {name: held[name].value if name in held else 0.0 for name in self.parameters.plant.variables}
-        offset = held["offset"].value if "offset" in held else 0.0
-        return self.dataset.effort - InverseDynamics(self.dataset, self.parameters).mechanical(plant) - offset
+        nothing = dict.fromkeys(self.parameters.free, 0.0) | {TOTAL: 1.0}
+        values = self.parameters.complete(nothing)
+        return self.dataset.effort - self._empty.mechanical(values) - self._empty.friction(values)
 
     def _fitted(self, rows: np.ndarray | slice) -> np.ndarray:
         """Return which rows are fitted: those asked for, without the start of each segment."""
@@ -450,7 +353,7 @@ class Elements:
             by_level = np.hstack([by_level, np.zeros_like(by_level)])
         *_, directions = np.linalg.svd(named)
         shape = elements @ directions[named.shape[0] :].T
-        count, columns = self.thresholds.size, {"s": by_level[:, 1]}
+        count, columns = self.thresholds.size, {TOTAL: by_level[:, 1]}
         columns |= {name: found.columns[:, count + place] for place, name in enumerate(self._others)}
         for name, sign in self._levels.items():
             # Level and difference are half the sum and half the difference of both.
@@ -461,5 +364,9 @@ class Elements:
         return whole - shape @ unbounded(shape, whole) if shape.size else whole
 
 
-def _is_positive(name: str) -> bool:
-    return name in ("M", "c", "k") or name.startswith("sigma_2")
+def _is_viscous(variable: Variable) -> bool:
+    return (variable.quantity, variable.excitation) == ("force*time/length", "speed")
+
+
+def _is_level(variable: Variable) -> bool:
+    return (variable.quantity, variable.excitation) == ("force", "sliding") and variable != OFFSET

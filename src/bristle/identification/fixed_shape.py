@@ -14,9 +14,10 @@ from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable
 from bristle.friction import gms, maxwell_slip
 
-__all__ = ["ELEMENT_MODELS", "ShapedModel", "further_numbers", "in_lists", "shaped"]
+__all__ = ["ARRAYS", "ELEMENT_MODELS", "TOTAL", "ShapedModel", "further_numbers", "in_lists", "shaped"]
 
-ARRAYS = ("k_i", "nu_i")
+ARRAYS = ("k_i", "nu_i")  # stiffness and share of each element
+TOTAL = "s"  # the stiffness of all elements together
 ELEMENT_MODELS = (maxwell_slip, gms)
 STIFFNESS = Variable(
     "force/length", "stiffness after a reversal, of all elements", min=1e-9, nominal=1e6, excitation="presliding"
@@ -44,7 +45,7 @@ class ShapedModel(FrictionModel):
         found: dict[str, Variable] = {}
         for name, variable in self.inner.variables.items():
             if name == ARRAYS[0]:
-                found["s"] = STIFFNESS
+                found[TOTAL] = STIFFNESS
             elif name not in ARRAYS:
                 found[name] = variable
         return ReadOnly(found)
@@ -60,7 +61,7 @@ class ShapedModel(FrictionModel):
 
     def is_integer(self, name: str) -> bool:
         """Return whether this parameter is a whole number."""
-        return name != "s" and self.inner.is_integer(name)
+        return name != TOTAL and self.inner.is_integer(name)
 
     def assemble(self, values: Mapping[str, Any]) -> Any:
         """Return what kernels receive, from the values that a person sets."""
@@ -70,16 +71,16 @@ class ShapedModel(FrictionModel):
         """Return the values of the model with its lists."""
         stiffness, shares = (np.array(part) for part in self.shape)
         given = {name: value for name, value in values.items() if name in self.inner.variables}
-        return given | {"k_i": values["s"] * stiffness, "nu_i": shares}
+        return given | dict(zip(ARRAYS, (values[TOTAL] * stiffness, shares), strict=True))
 
     def finished(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Return values with the lists in place of the stiffness, whatever else there is among them."""
-        return {name: value for name, value in values.items() if name != "s"} | self.lists(values)
+        return {name: value for name, value in values.items() if name != TOTAL} | self.lists(values)
 
     def values(self, parameters: Any) -> dict[str, Any]:
         """Return the values that a person sets, from what kernels receive."""
         whole = self.inner.values(parameters)
-        return {name: float(np.sum(whole["k_i"])) if name == "s" else whole[name] for name in self.variables}
+        return {name: float(np.sum(whole[ARRAYS[0]])) if name == TOTAL else whole[name] for name in self.variables}
 
 
 def shaped(model: FrictionModel, stiffness: np.ndarray, levels: np.ndarray) -> ShapedModel:

@@ -149,16 +149,20 @@ class InverseDynamics:
 
         Each column is what the model answers to one parameter of 1 with all others 0.
         """
-        names, plant = self.parameters.component.variables, self.parameters.plant.variables
-        # What a force does not depend on linearly keeps its value: a length, a ratio.
-        shapes = {name: fixed.value for name, fixed in self.parameters.fixed.items() if self._is_shape(name)}
-        columns = []
-        for name in self.parameters.free:
-            if name in plant:
-                columns.append(self.mechanical({other: float(other == name) for other in plant}))
-            else:
-                columns.append(self.friction({other: float(other == name) for other in names} | shapes))
+        plant = self.parameters.plant.variables
+        columns = [
+            self.mechanical(self.unit(name)) if name in plant else self.friction(self.unit(name))
+            for name in self.parameters.free
+        ]
         return np.stack(columns, axis=1) if columns else np.empty((self.dataset.effort.size, 0))
+
+    def unit(self, *names: str) -> dict[str, float]:
+        """Return all parameters, these 1 and the others 0: what is linear in one of them answers with its column.
+
+        What a force does not depend on linearly keeps the value it is fixed at: a length, a ratio.
+        """
+        shapes = {name: fixed.value for name, fixed in self.parameters.fixed.items() if self._is_shape(name)}
+        return {name: float(name in names) for name in self.parameters.variables} | shapes
 
     def _is_shape(self, name: str) -> bool:
         component = self.parameters.component

@@ -1,0 +1,51 @@
+"""The columns of elements are what the model with its slots answers: one equation, in the kernels of friction."""
+
+import numpy as np
+import pytest
+from tests.identification.test_elements import MASS, elements_log
+
+from bristle import plants
+from bristle.friction import find
+from bristle.identification.element_models import elements_of
+from bristle.identification.fixed_shape import shaped
+from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.preprocessing import treat
+from bristle.identification.request import PriorKnowledge
+from bristle.identification.sliding_friction import context_of
+
+T = 1e-3 * np.arange(3000)
+AROUND = {"load": 1.0 + 0.3 * np.sin(9.0 * T), "temperature": 293.15 + 10.0 * np.cos(3.7 * T)}
+
+
+@pytest.mark.parametrize(
+    ("name", "plant", "known"),
+    [
+        ("maxwell_slip", "inertia", {"M": MASS}),
+        ("maxwell_slip+position", "inertia", {}),
+        ("maxwell_slip+periodic", "oscillator", {}),
+        ("maxwell_slip+load+temperature", "inertia", {"M": MASS}),
+        ("maxwell_slip+position+periodic+load+temperature", "inertia", {}),
+        ("maxwell_slip+position+periodic+load+temperature+asymmetry", "inertia", {}),
+    ],
+)
+def test_columns_times_values_are_the_effort_of_the_model_with_its_slots(name, plant, known):
+    dataset = treat(elements_log(duration=3.0, **AROUND), None, cutoff=80.0, decimation=2)
+    context = context_of(dataset, PriorKnowledge(None, known, getattr(plants, plant), 2e-5))
+    elements = elements_of(context, find(name))
+    rng, r = np.random.default_rng(3), elements.thresholds
+    stiffness = np.zeros(r.size)
+    stiffness[[4, 11, 20]] = 3e6, 1e6, 4e5
+    level = float(stiffness @ r)
+    variables = elements.parameters.variables
+    values = elements.parameters.complete({one: 0.1 * rng.standard_normal() for one in elements.parameters.free})
+    values |= dict.fromkeys(elements._levels, level) | {"s": float(np.sum(stiffness))}
+    assert set(values) == {*variables, "s"} - {"k_i", "nu_i"}
+
+    factors = np.array([values[one] for one in elements._factors])
+    others = [values.get(one, 0.0) for one in elements._others]
+    said = elements._columns(factors) @ np.concatenate([stiffness, others])
+    view = shaped(find(name), stiffness[stiffness > 0.0], (stiffness * r)[stiffness > 0.0])
+    parameters = context.parameters(view)
+    wanted = InverseDynamics(dataset, parameters).predicted(values)
+    held = dataset.effort - elements._target
+    assert said + held == pytest.approx(wanted, rel=1e-9, abs=1e-9 * float(np.max(np.abs(wanted))))
