@@ -21,6 +21,7 @@ from bristle.core.contracts import Model
 from bristle.core.least_squares import unbounded
 from bristle.core.normal import NORMAL_95
 from bristle.identification.dataset import Dataset, mechanical
+from bristle.identification.roles import offset_of
 from bristle.logs.legs import Leg
 from bristle.logs.stretch import Stretch as Recorded
 
@@ -82,7 +83,7 @@ def break_aways(dataset: Dataset, plant: Model, friction: Model) -> tuple[BreakA
     seen: list[_Leg] = []
     for one in dataset.segments:
         force = one.effort - mechanical(plant, one.position, one.velocity, one.acceleration)
-        force = force - friction.values.get("offset", 0.0)
+        force = force - offset_of(friction.component.variables, friction.values)
         recorded = Recorded(one.time, one.position, force, grain, None, 0)
         for leg in recorded.of_kind("break_away"):
             rest = max((rest for rest in recorded.rests if rest.start <= leg.first), key=lambda rest: rest.start)

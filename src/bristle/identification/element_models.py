@@ -29,10 +29,9 @@ from bristle.core.contracts import FrictionModel, Model
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import unbounded
-from bristle.core.variable import Variable
 from bristle.engine.motion import along
 from bristle.friction import coulomb, maxwell_slip
-from bristle.friction.slots import OFFSET, variations_of
+from bristle.friction.slots import variations_of
 from bristle.friction.variation import HALF_RANGE, is_factor, varied
 from bristle.hysteresis_identification.stops import thresholds_over
 from bristle.hysteresis_identification.weights import NormalEquations
@@ -44,6 +43,7 @@ from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report
 from bristle.identification.parameter_space import LinearSpace
 from bristle.identification.parameters import Fixed, ParameterSet
+from bristle.identification.roles import Role, names_of
 from bristle.identification.solution import Solution
 
 __all__ = ["Elements", "elements_of", "estimate_elements", "of_one_speed"]
@@ -66,8 +66,8 @@ def of_one_speed(parameters: ParameterSet, dataset: Dataset) -> ParameterSet:
     There it is a constant that turns with the motion, and so is an element that slips at once.
     """
     speeds = np.abs(dataset.velocity)
-    own = parameters.component.variables
-    viscous = [name for name in parameters.free if name in own and _is_viscous(own[name])]
+    damping = names_of(Role.VISCOUS, parameters.component.variables)
+    viscous = [name for name in parameters.free if name in damping]
     if np.mean(speeds) ** 2 < ONE_SPEED * np.mean(speeds**2):
         return parameters
     fixed = Fixed(0.0, "held-one-speed")
@@ -195,7 +195,7 @@ class Elements:
     @property
     def _levels(self) -> dict[str, float]:
         """The parameters that tell the level of the elements, and the sign of the difference in each."""
-        names = [name for name, variable in self.component.variables.items() if _is_level(variable)]
+        names = names_of(Role.LEVEL, self.component.variables)
         return dict(zip(names, (1.0, -1.0) if len(names) > 1 else (0.0,), strict=True))
 
     def _told(self, level: float, others: Mapping[str, float]) -> dict[str, float]:
@@ -204,8 +204,8 @@ class Elements:
     @property
     def _slotted(self) -> tuple[str, ...]:
         """What slots multiply besides the elements."""
-        own = self.component.variables
-        return tuple(name for name in self._others if name == DIFFERENCE or (name in own and _is_viscous(own[name])))
+        damping = names_of(Role.VISCOUS, self.component.variables)
+        return tuple(name for name in self._others if name == DIFFERENCE or name in damping)
 
     def _multiplied(self, found: Found) -> np.ndarray:
         return np.concatenate([found.stiffness, [found.others[name] for name in self._slotted]])
@@ -362,11 +362,3 @@ class Elements:
         columns |= {name: self._varying[place + 1] @ weights for place, name in enumerate(self._factors)}
         whole = np.stack([columns[name] for name in self.parameters.free], axis=1)
         return whole - shape @ unbounded(shape, whole) if shape.size else whole
-
-
-def _is_viscous(variable: Variable) -> bool:
-    return (variable.quantity, variable.excitation) == ("force*time/length", "speed")
-
-
-def _is_level(variable: Variable) -> bool:
-    return (variable.quantity, variable.excitation) == ("force", "sliding") and variable != OFFSET

@@ -10,6 +10,7 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.friction import is_static, with_presliding
+from bristle.identification.roles import offset_of
 from bristle.sensors import encoder
 from bristle.simulation.recorded.closed_loop import ClosedLoop
 from bristle.simulation.recorded.open_loop import OpenLoop
@@ -171,7 +172,7 @@ class Effort:
         """
         perfect = encoder(kind=plant.kind, resolution=0.0)
         force = self.loop.run(plant, self._dressed(friction), perfect, lag=values.get(LAG)).friction
-        force = force - values.get("offset", 0.0)
+        force = force - offset_of(friction.component.variables, values)
         return np.concatenate([force, np.full(self.loop.count - force.size, np.nan)])
 
     def _asked(

@@ -17,10 +17,12 @@ from bristle.core.units import quantity
 from bristle.core.variable import Kind, Variable, unit_of
 from bristle.friction import MODELS, base_of, find
 from bristle.friction.slots import OFFSET, SlottedModel, slotted
+from bristle.friction.variation import MIDDLE
 from bristle.identification.dataset import Dataset
 from bristle.identification.fixed_shape import ELEMENT_MODELS
 from bristle.identification.inputs import number_or_text
 from bristle.identification.parameters import Fixed, ParameterSet
+from bristle.identification.roles import Role, name_of, names_of
 from bristle.identification.scales import stroke_of
 from bristle.identification.settings import Settings
 from bristle.identification.slot_parameters import places_of
@@ -154,7 +156,7 @@ def freed(free: Sequence[str], components: Sequence[FrictionModel]) -> tuple[str
         name
         for one in components
         for name, variable in one.variables.items()
-        if name in one.defaults and not variable.excitation and not variable.choices and name not in ("offset", "x_0")
+        if name in one.defaults and not variable.excitation and not variable.choices and variable != MIDDLE
     }
     for name in free:
         if name not in shapes:
@@ -202,9 +204,13 @@ def prior_knowledge_of(
     if chosen_mass is not None and not (math.isfinite(chosen_mass) and chosen_mass >= 1e-15):
         raise InputError("out of range", path="mass", value=chosen_mass, allowed="> 0",
                          mend="Leave it out to have it identified")  # fmt: skip
-    values = {} if axis is None else {"c": axis.damping, "k": axis.stiffness}
-    values = {name: value for name, value in ({"M": chosen_mass} | values).items() if value is not None}
     plant = PLANTS[axis.plant] if axis is not None else inertia
+    known = {"mass": chosen_mass}
+    if axis is not None:
+        known |= {"force*time/length": axis.damping, "force/length": axis.stiffness}
+    values = {
+        name: value for name, one in plant.variables.items() if (value := known.get(one.quantity)) is not None
+    }  # fmt: skip
     pitch = axis.pitch if axis is not None else None
     chosen = offset if offset is not None else (axis.offset if axis is not None else "identify")
     if isinstance(chosen, str) and chosen == "identify":
@@ -226,26 +232,22 @@ def parameters_of(component: FrictionModel, known: PriorKnowledge, dataset: Data
     held = {name: Fixed(value, "held-known") for name, value in known.values.items()}
     held |= _redundant(component, stroke_of(dataset))
     held |= places_of(component, dataset, known.pitch)
+    damped = name_of(Role.VISCOUS, known.plant.variables) is not None
     for name, variable in component.variables.items():
-        if name == "offset":
+        if variable == OFFSET:
             continue
-        if "c" in known.plant.variables and _is_damping(variable):
+        if damped and Role.VISCOUS.fits(variable):
             held[name] = Fixed(0.0, "held-plant-damping")
         elif name in component.defaults and not variable.excitation and name not in (*held, *known.free):
             default = component.defaults[name]
             code = variable.code(default, name) if variable.choices else default
             held[name] = Fixed(code, "held-default")
     unidentifiable = _held_offset(component, dataset)
-    if known.offset is not None:
-        held["offset"] = Fixed(known.offset, "held-known")
-    elif unidentifiable is not None:
-        held["offset"] = unidentifiable
+    fixed = unidentifiable if known.offset is None else Fixed(known.offset, "held-known")
+    if fixed is not None:
+        held |= dict.fromkeys(names_of(OFFSET, component.variables), fixed)
     free = tuple(name for name in (*known.plant.variables, *component.variables) if name not in held)
     return ParameterSet(component, free, held, known.plant)
-
-
-def _is_damping(variable: Variable) -> bool:
-    return (variable.quantity, variable.excitation) == ("force*time/length", "speed")
 
 
 def _redundant(component: FrictionModel, stroke: float) -> dict[str, Fixed]:
@@ -272,9 +274,7 @@ def _held_offset(component: FrictionModel, dataset: Dataset) -> Fixed | None:
     levels = [name for name in split if component.variables[name].unit(dataset.kind) == force]
     if levels:
         return Fixed(0.0, "held-levels", numbers={"levels": tuple(levels[:2])})
-    constant = [
-        name for name, one in component.variables.items() if name != "offset" and one.unit(dataset.kind) == force
-    ]
+    constant = [name for name, one in component.variables.items() if one != OFFSET and one.unit(dataset.kind) == force]
     if side and constant:
         return Fixed(0.0, "held-one-direction", numbers={"level": constant[0], "direction": side})
     return None

@@ -12,14 +12,16 @@ from bristle.core.least_squares import unbounded
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
 from bristle.friction import find
+from bristle.friction.variation import PITCH
 from bristle.identification.dataset import Dataset
 from bristle.identification.estimation import Context
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Sliding, linear
 from bristle.identification.request import PriorKnowledge, parameters_of
+from bristle.identification.roles import Role, names_of, offset_of
 from bristle.identification.scales import scales_of
 from bristle.identification.settings import DEFAULT, Settings
-from bristle.identification.slot_parameters import PITCH, pitch_in
+from bristle.identification.slot_parameters import pitch_in
 
 __all__ = ["context_of", "with_pitch"]
 
@@ -54,7 +56,7 @@ def context_of(
 
 def with_pitch(context: Context, component: FrictionModel) -> Context:
     """Return the context with the pitch of the screw, found in what sliding leaves, where a model asks for it."""
-    if PITCH not in component.variables or context.prior.pitch is not None:
+    if PITCH not in component.variables.values() or context.prior.pitch is not None:
         return context
     sliding = context.sliding
     values = {**sliding.known, "F_C": sliding.coulomb, "F_v": sliding.viscous}
@@ -78,10 +80,14 @@ def _refuse_reversed_effort(dataset: Dataset, prior: PriorKnowledge) -> None:
     problem = _sliding_problem(dataset, PriorKnowledge(plant=prior.plant))
     free = unbounded(problem.columns, dataset.effort - problem.fixed_effort).tolist()
     values = problem.parameters.complete(dict(zip(problem.parameters.free, free, strict=True)))
-    mass, damping, elastic = values["M"], values["F_v"] + values.get("c", 0.0), values.get("k", 0.0)
+    plant = problem.parameters.plant.variables
+    mass = sum(values[name] for name in names_of(Role.INERTIA, plant))
+    damped = names_of(Role.VISCOUS, plant)
+    damping = values["F_v"] + sum(values[name] for name in damped)
     speed = np.abs(dataset.velocity)
     power = float(np.mean(values["F_C"] * speed + damping * speed * speed))
-    rest = dataset.effort - mass * dataset.acceleration - elastic * dataset.position - values["offset"]
+    elastic = problem.mechanical(values | dict.fromkeys(damped, 0.0))
+    rest = dataset.effort - elastic - offset_of(problem.parameters.component.variables, values)
     clearly = -PUT_IN * float(np.mean(np.abs(rest * dataset.velocity)))
     if power < clearly or (power < 0.0 and mass <= 0.0):
         dissipated = f"{power:.3g} W dissipated by friction, and an inertia of "

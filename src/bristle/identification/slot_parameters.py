@@ -11,18 +11,17 @@ from bristle.core.errors import InputError
 from bristle.core.least_squares import unbounded
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
+from bristle.friction.variation import HALF_RANGE, MIDDLE, PITCH, SIGNALS
 from bristle.identification.dataset import Dataset
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameters import Fixed
 
-__all__ = ["PITCH", "pitch_in", "places_of"]
+__all__ = ["pitch_in", "places_of"]
 
 TURNS_LEAST = 3.0  # over the range, for a pitch to be looked for
 STEPS_A_TURN = 8.0  # of the scan, over one more turn in the whole range
 SCAN_MOST = 20_000
 REFINED = 40
-PITCH = "pitch"
-SIGNALS = {"k_L": "load", "k_T": "temperature"}
 
 
 def places_of(component: FrictionModel, dataset: Dataset, pitch: float | None) -> dict[str, Fixed]:
@@ -42,21 +41,22 @@ def places_of(component: FrictionModel, dataset: Dataset, pitch: float | None) -
     InputError
         If the log lacks the load or the temperature that a slot asks for, or is too short for a pitch to be found.
     """
-    for name, signal in SIGNALS.items():
-        if name in component.variables and any(getattr(one, signal) is None for one in dataset.segments):
+    asked = {variable.excitation for variable in component.variables.values()}
+    for signal in SIGNALS:
+        if signal in asked and any(signal not in one.surroundings for one in dataset.segments):
             raise InputError(
                 f"has no {signal}, which +{signal} needs", path="log",
                 mend=f"Name its column under [columns] of the axis file: {signal} = ..., or drop +{signal}",
             )  # fmt: skip
-    found: dict[str, Fixed] = {}
-    if "x_0" in component.variables:
-        low = min(float(np.min(one.position)) for one in dataset.segments)
-        high = max(float(np.max(one.position)) for one in dataset.segments)
-        found["x_0"] = Fixed(0.5 * (low + high), "held-middle")
-        found["x_L"] = Fixed(0.5 * (high - low), "held-half-range")
-    if PITCH in component.variables and pitch is not None:
-        found[PITCH] = Fixed(pitch, "held-pitch")
-    return found
+    low = min(float(np.min(one.position)) for one in dataset.segments)
+    high = max(float(np.max(one.position)) for one in dataset.segments)
+    fixed = {
+        MIDDLE: Fixed(0.5 * (low + high), "held-middle"),
+        HALF_RANGE: Fixed(0.5 * (high - low), "held-half-range"),
+    }
+    if pitch is not None:
+        fixed[PITCH] = Fixed(pitch, "held-pitch")
+    return {name: fixed[variable] for name, variable in component.variables.items() if variable in fixed}
 
 
 def pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:

@@ -17,6 +17,7 @@ from bristle.identification.diagnostics.excitation import Excitation
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameters import Fixed
 from bristle.identification.result import Estimate
+from bristle.identification.roles import Role
 from bristle.identification.solution import Solution
 
 __all__ = ["Judgement", "about_estimates", "about_held", "combinations_of"]
@@ -85,7 +86,7 @@ class Judgement:
         if self.excitation.is_hidden(name, filtered=self.filtered):
             return self.excitation.cause(name)
         if name in self.solution.at_edge:
-            return self.excitation.cause(name) if name == "M" else None
+            return self.excitation.cause(name) if Role.INERTIA.fits(self.excitation.variables[name]) else None
         if self._lacks_its_force(name):
             return self.excitation.cause(name)
         peak = self.excitation.scales.peak

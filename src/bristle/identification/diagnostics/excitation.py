@@ -10,6 +10,7 @@ import numpy as np
 from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.variable import Variable
 from bristle.identification.dataset import Dataset
+from bristle.identification.roles import Role, name_of
 from bristle.identification.scales import Scales
 from bristle.identification.settings import Settings
 from bristle.logs.passages import passages_along
@@ -90,7 +91,8 @@ class Excitation:
 
     def _about_fall(self, name: str) -> Diagnostic:
         speeds = self.dataset.all_velocities
-        slow = self.values.get("v_S", self.scales.slowest)
+        known = name_of(Role.FALL, self.variables)
+        slow = self.scales.slowest if known is None else self.values[known]
         found = {"slow_samples": int(np.sum(np.abs(speeds) < slow)), "samples": speeds.size, "speed": slow}
         steady = self._steady_speeds()
         if not steady:

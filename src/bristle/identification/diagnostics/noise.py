@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from bristle.core.diagnostic import Diagnostic
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.result import Estimate
+from bristle.identification.roles import Role, name_of
 from bristle.identification.settings import Settings
 
 __all__ = ["about_held_effort", "about_noise"]
@@ -39,7 +40,8 @@ def about_noise(problem: InverseDynamics, settings: Settings) -> tuple[Diagnosti
     """Return a warning where noise of the position makes the inertia too small."""
     dataset, least = problem.dataset, settings.acceleration_noise
     share = dataset.acceleration_noise_share
-    if "M" not in problem.parameters.free or share < least:
+    inertia = name_of(Role.INERTIA, problem.parameters.plant.variables)
+    if inertia not in problem.parameters.free or share < least:
         return ()
     enough = dataset.bandwidth * (MENDED * least / share) ** (1.0 / FALLS_WITH)
-    return (Diagnostic("noisy-acceleration", "M", "warning", {"percent": 100.0 * share, "cutoff": enough}),)
+    return (Diagnostic("noisy-acceleration", inertia, "warning", {"percent": 100.0 * share, "cutoff": enough}),)

@@ -9,11 +9,12 @@ import numpy as np
 from bristle.core.diagnostic import Diagnostic
 from bristle.friction import is_static
 from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.roles import Role, name_of, names_of
 from bristle.identification.settings import Settings
 
 __all__ = ["about_residual", "about_rise"]
 
-DIRECTIONS = {"": "", "_pos": "forward", "_neg": "backward"}
+DIRECTIONS = {1: ("",), 2: ("forward", "backward")}
 
 
 def about_residual(
@@ -34,12 +35,18 @@ def about_residual(
 
 def about_rise(problem: InverseDynamics, values: Mapping[str, float]) -> tuple[Diagnostic, ...]:
     """Return a remark where friction rises with speed before it levels off, which no break-away force does."""
+    variables, kind = problem.parameters.component.variables, problem.dataset.kind
+    firsts, levels = names_of(Role.BREAK_AWAY, variables), names_of(Role.LEVEL, variables)
+    speed = name_of(Role.FALL, variables)
+    if speed is None or len(firsts) != len(levels):
+        return ()
     found = []
-    for side, direction in DIRECTIONS.items():
-        first, level = values.get(f"F_0{side}"), values.get(f"F_C{side}")
-        if first is not None and level is not None and "v_S" in values and first < level:
-            numbers = {"first": first, "level": level, "speed": values["v_S"], "direction": direction}
-            found.append(Diagnostic("rising-friction", f"F_0{side}", "warning", numbers, problem.dataset.kind))
+    for first, level, direction in zip(firsts, levels, DIRECTIONS.get(len(firsts), ()), strict=False):
+        if values[first] < values[level]:
+            numbers = {
+                "first": values[first], "level": values[level], "speed": values[speed], "direction": direction,
+            }  # fmt: skip
+            found.append(Diagnostic("rising-friction", first, "warning", numbers, kind))
     return tuple(found)
 
 

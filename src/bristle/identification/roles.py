@@ -1,0 +1,45 @@
+"""What a parameter is, told from its quantity and from what a log must contain to show it: no name is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import Enum
+
+from bristle.core.variable import Variable
+from bristle.friction.slots import OFFSET
+
+__all__ = ["Role", "name_of", "names_of", "offset_of"]
+
+
+class Role(Enum):
+    """Quantity and excitation of the parameters that are treated in a way of their own."""
+
+    INERTIA = ("mass", "acceleration")
+    VISCOUS = ("force*time/length", "speed")
+    LEVEL = ("force", "sliding")
+    BREAK_AWAY = ("force", "stribeck")
+    FALL = ("length/time", "stribeck")
+
+    def fits(self, variable: Variable) -> bool:
+        """Return whether this is such a parameter; the constant part of friction is no level."""
+        return (variable.quantity, variable.excitation) == self.value and variable != OFFSET
+
+
+def names_of(role: Role | Variable, variables: Mapping[str, Variable]) -> list[str]:
+    """Return the parameters of a role, or those that are one and the same `Variable`."""
+    return [
+        name
+        for name, variable in variables.items()
+        if (role.fits(variable) if isinstance(role, Role) else variable == role)
+    ]
+
+
+def name_of(role: Role | Variable, variables: Mapping[str, Variable]) -> str | None:
+    """Return the first parameter of a role; None where there is none."""
+    return next(iter(names_of(role, variables)), None)
+
+
+def offset_of(variables: Mapping[str, Variable], values: Mapping[str, float]) -> float:
+    """Return the constant part of friction [N or N*m]; 0 where a model has none."""
+    name = name_of(OFFSET, variables)
+    return 0.0 if name is None else values.get(name, 0.0)

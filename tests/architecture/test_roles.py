@@ -1,0 +1,58 @@
+"""Identification knows parameters by what they are, not by their names: a model that is added needs no line there."""
+
+import ast
+from pathlib import Path
+
+import bristle
+from bristle.core.variable import EXCITATIONS
+from bristle.friction import MODELS, find
+from bristle.friction.slots import SLOTS
+from bristle.plants import PLANTS
+
+ROOT = Path(bristle.__file__).parent / "identification"
+# Where names are meant: the models of elements and their lists, and the one model that is fitted to every log first.
+ALLOWED = {
+    "identify.py": {"coulomb_viscous"},  # what is fitted where nothing is asked for
+    "request.py": {"offset"},  # an argument of identify
+    "sliding_friction.py": {"coulomb_viscous", "F_C", "F_v"},
+    "fixed_shape.py": {"k_i", "nu_i", "s"},
+    "element_models.py": {"F_C"},
+    "stribeck_element_models.py": {"F_C", "F_S", "C", "v_S"},
+}
+
+
+OTHER = {"s", "seed"}  # a second, the seed of a search
+
+
+def names_of_models_and_parameters():
+    slots = "".join(f"+{slot}" for slot in SLOTS)
+    found = set(MODELS)
+    for model in MODELS:
+        found |= {*find(model).variables, *find(model + slots).variables}
+    for name, plant in PLANTS.items():
+        found |= {name, *plant.variables}
+    return found - set(EXCITATIONS)  # these are words for what a log contains
+
+
+def literals_of(path):
+    return {
+        node.value
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.Constant) and isinstance(node.value, str)
+    }
+
+
+def test_identification_names_no_model_and_no_parameter():
+    names = names_of_models_and_parameters()
+    assert {"F_C", "sigma_0", "M", "k", "offset", "x_0", "c_1_pos", "lugre"} <= names
+    found = {
+        path.relative_to(ROOT).as_posix(): spelled
+        for path in sorted(ROOT.rglob("*.py"))
+        if (spelled := (literals_of(path) & names) - OTHER - ALLOWED.get(path.name, set()))
+    }
+    assert found == {}
+
+
+def test_what_is_allowed_is_needed():
+    for name, allowed in ALLOWED.items():
+        assert allowed <= literals_of(ROOT / name), name
