@@ -17,9 +17,10 @@ from bristle.excitation import excite
 from bristle.excitation.rehearsal import recorded
 from bristle.files import read_axis, read_log
 from bristle.files.axis import axis_from
-from bristle.logs.legs import graininess, turning_points
+from bristle.logs.legs import graininess
 from bristle.logs.passage import nesting
 from bristle.logs.passages import passages, passages_along
+from bristle.logs.segmentation import turning_points
 
 EXPECTED = {
     "decaying loops": "loops",

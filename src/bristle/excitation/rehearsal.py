@@ -17,6 +17,7 @@ from bristle.excitation.motion import ExcitationMotion
 from bristle.excitation.prior import Prior
 from bristle.identification import Identification, identify
 from bristle.logs.log import Channel, Log
+from bristle.logs.segmentation import numbered, reversals
 from bristle.sensors import encoder
 
 __all__ = ["NOISE", "SCATTER", "Rehearsal", "model_to_fit", "recorded", "rehearse"]
@@ -169,12 +170,9 @@ def _friction(motion: ExcitationMotion, friction: Model) -> np.ndarray:
 
 def _scattered(motion: ExcitationMotion) -> np.ndarray:
     """Return a factor for the friction force at each sample, drawn anew after every reversal."""
-    forward = np.sign(motion.velocity)
-    moving = np.flatnonzero(forward)
-    turns = moving[1:][forward[moving[1:]] != forward[moving[:-1]]]
-    leg = np.searchsorted(turns, np.arange(forward.size), side="right")
+    turns = reversals(motion.velocity)
     factors = 1.0 + SCATTER * np.random.default_rng(SEED + 1).standard_normal(turns.size + 1)
-    return factors[leg]
+    return factors[numbered(turns, motion.velocity.size)]
 
 
 def _log(motion: ExcitationMotion, position: np.ndarray, effort: np.ndarray, axis: Axis) -> Log:

@@ -15,6 +15,7 @@ from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind
 from bristle.engine.initial_contact import place_of, state_at
 from bristle.engine.motion import along
+from bristle.logs.segmentation import reversals
 
 __all__ = ["Dataset", "Segment", "low_passed", "mechanical"]
 
@@ -307,8 +308,7 @@ class Dataset:
         """Where the direction changes: number of the segment, and of the first sample after it."""
         found = []
         for number, segment in enumerate(self.segments):
-            forward = ~np.signbit(segment.velocity)
-            turns = np.flatnonzero(forward[1:] != forward[:-1]) + 1
-            inside = (turns > self.dropped) & (turns < forward.size - self.dropped)
+            turns = reversals(segment.velocity, sided=True)
+            inside = (turns > self.dropped) & (turns < segment.velocity.size - self.dropped)
             found += [(number, int(k)) for k in turns[inside]]
         return tuple(found)

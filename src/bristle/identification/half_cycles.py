@@ -21,7 +21,6 @@ References
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -29,8 +28,9 @@ import numpy as np
 
 from bristle.core.lazy import cached_property
 from bristle.identification.dataset import Dataset
+from bristle.logs.segmentation import half_cycle_numbers, turns_apart
 
-__all__ = ["Groups", "HalfCycles", "least_way", "scatter_seen", "turns_of", "within_cycles"]
+__all__ = ["Groups", "HalfCycles", "least_way", "scatter_seen", "within_cycles"]
 
 STEPS = 2.0  # of the encoder
 DEVIATIONS = 8.0  # of the noise of the position: what a body at rest does not go beyond
@@ -91,50 +91,20 @@ class HalfCycles:
         """First sample of each half-cycle of each segment; the first one is 0."""
         least = least_way(self.dataset.resolution, self.dataset.noise)
         return tuple(
-            (0, *turns_of(one.position, [k for there, k in self.dataset.reversals if there == number], least))
+            (0, *turns_apart(one.position, [k for there, k in self.dataset.reversals if there == number], least))
             for number, one in enumerate(self.dataset.segments)
         )
 
     @cached_property
     def groups(self) -> Groups:
         """The rows of each half-cycle, counted through all segments."""
-        parts, before = [], 0
-        for segment, starts in zip(self.dataset.segments, self.starts, strict=True):
-            parts.append(before + np.searchsorted(starts, np.arange(segment.velocity.size), side="right") - 1)
-            before += len(starts)
-        return Groups(self.dataset.sampled(parts))
+        counts = [segment.velocity.size for segment in self.dataset.segments]
+        return Groups(self.dataset.sampled(half_cycle_numbers([starts[1:] for starts in self.starts], counts)))
 
 
 def least_way(resolution: float, noise: float) -> float:
     """Return the way [m or rad] that is no rest, from the step of the encoder and the noise of the position."""
     return max(STEPS * resolution, DEVIATIONS * noise)
-
-
-def turns_of(position: np.ndarray, reversals: Sequence[int], least: float) -> list[int]:
-    """Return those reversals between which the body moves by at least so much.
-
-    Parameters
-    ----------
-    position : ndarray, shape (sample,)
-        The motion [m or rad].
-    reversals : sequence of int
-        Samples at which the direction may have changed.
-    least : float
-        The smallest way that counts [m or rad].
-    """
-    kept: list[int] = []
-    before, candidate = 0, None
-    for point in [*reversals, position.size - 1]:
-        if candidate is None:
-            candidate = point if abs(position[point] - position[before]) >= least else None
-            continue
-        way, back = position[candidate] - position[before], position[point] - position[candidate]
-        if way * back > 0.0:
-            candidate = point
-        elif abs(back) >= least:
-            kept.append(candidate)
-            before, candidate = candidate, point
-    return kept
 
 
 def scatter_seen(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> float:

@@ -24,7 +24,7 @@ from bristle.core.variable import Variable
 from bristle.friction import is_static
 from bristle.identification.dataset import Dataset
 from bristle.identification.friction_scale import scaled
-from bristle.identification.half_cycles import NUDGE, Groups, least_way, turns_of
+from bristle.identification.half_cycles import NUDGE, Groups, least_way
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.outputs import LAG, Effort, Output, Position
 from bristle.identification.parameters import ParameterSet
@@ -33,6 +33,7 @@ from bristle.identification.settings import Settings
 from bristle.identification.signal_replicates import SignalReplicates
 from bristle.identification.time_blocks import TIME
 from bristle.logs.log import Log
+from bristle.logs.segmentation import half_cycle_numbers, reversals, turns_apart
 from bristle.simulation.recorded.closed_loop import closed_loop_of
 from bristle.simulation.recorded.open_loop import FINE, open_loop_of
 from bristle.simulation.result import relative_error_percent
@@ -151,17 +152,11 @@ class OutputError:
 
     @cached_property
     def _half_cycles(self) -> Groups:
-        parts, before = [], 0
         least = least_way(self.dataset.resolution, self.dataset.noise)
-        for output in self.outputs:
-            steps = np.sign(np.diff(output.position, prepend=output.position[0]))
-            moving = np.flatnonzero(steps)
-            turned = moving[1:][steps[moving[1:]] != steps[moving[:-1]]]
-            # A sample whose step goes the other way comes after the turn.
-            starts = [0, *turns_of(output.position, (turned - 1).tolist(), least)]
-            parts.append(before + np.searchsorted(starts, np.arange(output.position.size), side="right") - 1)
-            before += len(starts)
-        return Groups(np.concatenate(parts))
+        positions = [output.position for output in self.outputs]
+        # The step from a sample to the next one has the number of the first: there the motion turns.
+        turns = [turns_apart(one, reversals(np.diff(one)).tolist(), least) for one in positions]
+        return Groups(np.concatenate(half_cycle_numbers(turns, [one.size for one in positions])))
 
     def friction_slope(self, values: Mapping[str, float]) -> np.ndarray:
         """Return by how much the signal of each sample rises with the level of friction, shape (sample,)."""

@@ -9,8 +9,9 @@ from itertools import pairwise
 import numpy as np
 
 from bristle.core.normal import DEVIATION_OVER_MEDIAN
+from bristle.logs.segmentation import turning_points
 
-__all__ = ["Leg", "graininess", "legs_of", "rests_of", "turning_points"]
+__all__ = ["Leg", "graininess", "legs_of", "rests_of"]
 
 REST_TIME = 0.12  # [s] without a motion that the encoder sees
 COUNTS, DEVIATIONS = 2.5, 4.0  # of the encoder, of its noise: no motion is smaller
@@ -89,30 +90,6 @@ def rests_of(position: np.ndarray, grain: float, sample_time: float) -> list[sli
 def _runs(inside: np.ndarray) -> list[slice]:
     edges = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(np.int8)))
     return [slice(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
-
-
-def turning_points(position: np.ndarray, grain: float) -> list[int]:
-    """Return the samples at which the motion turns by more than a grain, ends not included.
-
-    Examples
-    --------
-    >>> turning_points(np.array([0.0, 1.0, 2.0, 1.9, 2.1, 0.0, 1.0]), 0.2)
-    [4, 5]
-    """
-    steps = np.sign(np.diff(position))
-    moved = np.flatnonzero(steps)
-    bends = moved[1:][steps[moved[1:]] != steps[moved[:-1]]]
-    found: list[int] = []
-    side, extreme = 0.0, 0
-    for k in [*(int(one) for one in bends), position.size - 1]:
-        change = position[k] - position[extreme]
-        if side * change >= 0.0 and (side != 0.0 or abs(change) <= grain):
-            extreme = k if side * change > 0.0 else extreme
-        elif abs(change) > grain:
-            if side != 0.0:
-                found.append(extreme)
-            side, extreme = float(np.sign(change)), k
-    return found
 
 
 def legs_of(position: np.ndarray, rests: list[slice], grain: float, sample_time: float) -> Iterator[Leg]:

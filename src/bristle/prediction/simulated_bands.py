@@ -26,10 +26,11 @@ from bristle.core.contracts import Model
 from bristle.core.cores import Abreast
 from bristle.core.normal import NORMAL_95
 from bristle.engine.motion import along
-from bristle.identification.half_cycles import least_way, turns_of
+from bristle.identification.half_cycles import least_way
 from bristle.identification.prediction_interval import MEMBERS, SEED, Bands, with_parameters
 from bristle.identification.preprocessing import CUTOFF_SHARE, segment_of
 from bristle.logs.log import Log
+from bristle.logs.segmentation import numbered, reversals, turns_apart
 
 __all__ = ["Course", "Widths", "simulated_widths"]
 
@@ -109,7 +110,7 @@ def _mean(squares: np.ndarray) -> np.ndarray:
 def _along(friction: Model, log: Log, part: slice, resolution: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the number of the half-cycle of each sample of a log, and the friction force there [N or N*m]."""
     segment, noise, _ = segment_of(log, part, CUTOFF_SHARE / log.sample_time, resolution)
-    turns = np.flatnonzero(np.diff(np.signbit(segment.velocity))) + 1
-    starts = turns_of(segment.position, turns.tolist(), least_way(resolution, noise))
-    cycle = np.searchsorted(starts, np.arange(segment.position.size), side="right")
+    changes = reversals(segment.velocity, sided=True).tolist()
+    turns = turns_apart(segment.position, changes, least_way(resolution, noise))
+    cycle = numbered(turns, segment.position.size)
     return cycle, along(friction, dt=log.sample_time, **segment.signals(log.sample_time))

@@ -9,6 +9,7 @@ from bristle.core.diagnostic import Diagnostic
 from bristle.friction import is_static
 from bristle.identification.dataset import Dataset
 from bristle.identification.settings import DEFAULT, Settings
+from bristle.logs.segmentation import alternating
 
 __all__ = ["about_amplitudes", "about_repeated_logs", "about_repetition", "half_cycles", "repeats_after"]
 
@@ -24,18 +25,8 @@ def half_cycles(dataset: Dataset, tremble: float = DEFAULT.tremble) -> np.ndarra
     found = []
     for number, one in enumerate(dataset.segments):
         turns = [k for segment, k in dataset.reversals if segment == number]
-        tops = one.position[turns]
         least = tremble * float(np.ptp(one.position))
-        kept: list[float] = []
-        for x in tops.tolist():
-            if kept and abs(x - kept[-1]) <= least:
-                continue
-            # Two ways in one direction are one.
-            if len(kept) >= 2 and (x - kept[-1]) * (kept[-1] - kept[-2]) > 0.0:
-                kept[-1] = x
-            else:
-                kept.append(x)
-        found.append(np.abs(np.diff(kept)))
+        found.append(np.abs(np.diff(alternating(one.position[turns].tolist(), least))))
     return np.concatenate(found) if found else np.empty(0)
 
 

@@ -1,0 +1,130 @@
+"""Where a motion turns: reversals, those of them that are more than noise, and the half-cycles between."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+__all__ = ["alternating", "half_cycle_numbers", "numbered", "reversals", "turning_points", "turns_apart"]
+
+
+def reversals(velocity: np.ndarray, *, sided: bool = False) -> np.ndarray:
+    """Return the first sample after each change of direction, whatever the way between two of them.
+
+    Parameters
+    ----------
+    velocity : ndarray, shape (sample,)
+        Velocity [m/s or rad/s], or any signal of its sign, such as the step of a position.
+    sided : bool
+        Whether a velocity of +0.0 or -0.0 belongs to the direction of its sign; else a rest belongs to the motion
+        before it.
+
+    Examples
+    --------
+    >>> reversals(np.array([1.0, 0.0, -1.0, 0.0, -1.0, 1.0]))
+    array([2, 5])
+    >>> reversals(np.array([1.0, -0.0, -1.0, 0.0, -1.0, 1.0]), sided=True)
+    array([1, 3, 4, 5])
+    """
+    if sided:
+        return np.flatnonzero(np.diff(np.signbit(velocity))) + 1
+    side = np.sign(velocity)
+    moving = np.flatnonzero(side)
+    return moving[1:][side[moving[1:]] != side[moving[:-1]]]
+
+
+def turns_apart(position: np.ndarray, candidates: Sequence[int], least: float) -> list[int]:
+    """Return those reversals between which the body moves by at least so much.
+
+    Parameters
+    ----------
+    position : ndarray, shape (sample,)
+        The motion [m or rad].
+    candidates : sequence of int
+        Samples at which the direction may have changed.
+    least : float
+        The smallest way that counts [m or rad].
+    """
+    kept: list[int] = []
+    before, candidate = 0, None
+    for point in [*candidates, position.size - 1]:
+        if candidate is None:
+            candidate = point if abs(position[point] - position[before]) >= least else None
+            continue
+        way, back = position[candidate] - position[before], position[point] - position[candidate]
+        if way * back > 0.0:
+            candidate = point
+        elif abs(back) >= least:
+            kept.append(candidate)
+            before, candidate = candidate, point
+    return kept
+
+
+def turning_points(position: np.ndarray, grain: float) -> list[int]:
+    """Return the samples at which the motion turns by more than a grain, ends not included.
+
+    Of a motion that goes to and fro by less than a grain, the farthest sample counts.
+
+    Examples
+    --------
+    >>> turning_points(np.array([0.0, 1.0, 2.0, 1.9, 2.1, 0.0, 1.0]), 0.2)
+    [4, 5]
+    """
+    found: list[int] = []
+    side, extreme = 0.0, 0
+    for k in [*reversals(np.diff(position)).tolist(), position.size - 1]:
+        change = position[k] - position[extreme]
+        if side * change >= 0.0 and (side != 0.0 or abs(change) <= grain):
+            extreme = k if side * change > 0.0 else extreme
+        elif abs(change) > grain:
+            if side != 0.0:
+                found.append(extreme)
+            side, extreme = float(np.sign(change)), k
+    return found
+
+
+def alternating(places: Sequence[float], least: float) -> list[float]:
+    """Return those positions of reversals [m or rad] that lie more than `least` from the one before.
+
+    Two ways in one direction are one.
+
+    Examples
+    --------
+    >>> alternating([0.0, 1.0, 0.95, 2.0, 0.5], 0.1)
+    [0.0, 2.0, 0.5]
+    """
+    kept: list[float] = []
+    for x in places:
+        if kept and abs(x - kept[-1]) <= least:
+            continue
+        if len(kept) >= 2 and (x - kept[-1]) * (kept[-1] - kept[-2]) > 0.0:
+            kept[-1] = x
+        else:
+            kept.append(x)
+    return kept
+
+
+def numbered(turns: Sequence[int] | np.ndarray, count: int) -> np.ndarray:
+    """Return the number of the half-cycle of each of `count` samples; a turn is the first sample of the next one.
+
+    Examples
+    --------
+    >>> numbered([2, 3], 5)
+    array([0, 0, 1, 2, 2])
+    """
+    return np.searchsorted(turns, np.arange(count), side="right")
+
+
+def half_cycle_numbers(turns: Sequence[Sequence[int]], counts: Sequence[int]) -> list[np.ndarray]:
+    """Return the number of the half-cycle of each sample of several segments, counted through all of them.
+
+    Parameters
+    ----------
+    turns : sequence of sequence of int
+        The turns of each segment.
+    counts : sequence of int
+        Samples of each segment.
+    """
+    first = np.cumsum([0, *(len(one) + 1 for one in turns)]).tolist()
+    return [start + numbered(one, count) for start, one, count in zip(first[:-1], turns, counts, strict=True)]
