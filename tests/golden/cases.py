@@ -31,7 +31,6 @@ from bristle.core import Axis, InputError
 from bristle.demo.run import MODELS
 from bristle.hysteresis_identification import identify_operator, predict_operator
 from bristle.identification import identify, predict, unexplained_force
-from bristle.identification.break_away import break_aways
 from bristle.identification.preprocessing import treat
 from bristle.identification.request import models_of
 from bristle.logs.curves import Curves
@@ -412,7 +411,7 @@ def _refusal(**asked: Any) -> list[str]:
 @golden(fast=True)
 def pulls_from_rest() -> Found:
     log, truth = logs.pulls()
-    known = break_aways(treat(log, logs.PULLED, 60.0), inertia(M=28.0), truth)
+    known = treat(log, logs.PULLED, 60.0).break_aways(inertia(M=28.0), truth.values["offset"])
     found = fitted(log, "coulomb_viscous,maxwell_slip", logs.PULLED, cutoff=60.0)
     return found | {"break_aways": of_break_aways(known)}
 

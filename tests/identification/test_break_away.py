@@ -11,7 +11,6 @@ from bristle.engine import force_along
 from bristle.excitation import excite
 from bristle.friction import find
 from bristle.identification import identify
-from bristle.identification.break_away import break_aways
 from bristle.identification.preprocessing import treat
 from bristle.plants import inertia
 
@@ -48,7 +47,7 @@ def distance():
 
 
 def test_without_scatter_force_and_distance_are_those_of_the_elements_at_every_rate(motion):
-    found = break_aways(treat(pulled(motion, scatter=0.0), AXIS, CUTOFF), inertia(M=MASS), TRUTH)
+    found = treat(pulled(motion, scatter=0.0), AXIS, CUTOFF).break_aways(inertia(M=MASS), OFFSET)
     speeds = sorted({round(one.speed, 12) for one in motion.pieces if one.name == "break-away ramp"})
     assert len(found) == len(speeds) == 3
     for one, speed in zip(found, speeds, strict=True):
@@ -61,7 +60,7 @@ def test_without_scatter_force_and_distance_are_those_of_the_elements_at_every_r
 def test_intervals_hold_the_truth_where_friction_scatters(motion):
     inside = []
     for seed in range(15):
-        for one in break_aways(treat(pulled(motion, seed), AXIS, CUTOFF), inertia(M=MASS), TRUTH):
+        for one in treat(pulled(motion, seed), AXIS, CUTOFF).break_aways(inertia(M=MASS), OFFSET):
             inside.append(one.force_interval[0] < 60.0 < one.force_interval[1])
             assert one.force_interval[1] / one.force_interval[0] < 1.6
     assert len(inside) >= 30
@@ -80,4 +79,4 @@ def test_an_identification_tells_them_and_too_fast_a_pull_is_left_out(motion):
 
 def test_a_log_without_pulls_from_rest_has_none(motion):
     triangles = excite(AXIS, duration="10 s", purposes="presliding", model=TRUTH, rehearsed=False).motion
-    assert break_aways(treat(pulled(triangles), AXIS, CUTOFF), inertia(M=MASS), TRUTH) == ()
+    assert treat(pulled(triangles), AXIS, CUTOFF).break_aways(inertia(M=MASS), OFFSET) == ()

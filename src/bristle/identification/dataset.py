@@ -15,6 +15,7 @@ from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind
 from bristle.engine.initial_contact import place_of, state_at
 from bristle.engine.motion import along
+from bristle.logs.break_away import BreakAway, Recording, break_aways
 from bristle.logs.segmentation import reversals
 
 __all__ = ["Dataset", "Segment", "low_passed", "mechanical"]
@@ -189,6 +190,16 @@ class Dataset:
         """
         dt, there = self.sample_time, self.contacts(friction, plant) if contacts is None else contacts
         return [self.filtered(one.answer(friction, dt, at)) for one, at in zip(self.segments, there, strict=True)]
+
+    def break_aways(self, plant: Model, offset: float) -> tuple[BreakAway, ...]:
+        """Return the break-aways of the log: of the effort, `plant` and a constant force [N or N*m] are taken off."""
+        recordings = []
+        for segment in self.segments:
+            moving = mechanical(plant, segment.position, segment.velocity, segment.acceleration)
+            recordings.append(Recording(segment.time, segment.position, segment.effort - moving - offset))
+        return break_aways(
+            recordings, cutoff=self.cutoff, sample_time=self.sample_time, resolution=self.resolution, noise=self.noise
+        )
 
     def filtered(self, part: np.ndarray) -> np.ndarray:
         """Return a signal along a segment behind the filter that effort and position have passed."""

@@ -22,7 +22,6 @@ from bristle.core.cores import cores_for_simulations
 from bristle.core.edge import FLAG, NAMES, PROGRESS, among, guarded, instance, optional, whole
 from bristle.core.errors import InputError
 from bristle.core.interruption import obey
-from bristle.identification.break_away import break_aways
 from bristle.identification.dataset import Dataset
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.estimators import Simulation
@@ -43,6 +42,7 @@ from bristle.identification.request import (
     with_method,
 )
 from bristle.identification.result import Fit, Identification
+from bristle.identification.roles import offset_of
 from bristle.identification.settings import Settings
 from bristle.identification.sliding_friction import context_of
 from bristle.identification.time_blocks import blocks_for
@@ -144,7 +144,8 @@ def identify(
         best, unfinished = _with_uncertainty(best, estimations[best.name], draws, chosen, report)
     return Identification(
         (best, *others), first_log, _treatment(context.dataset, best), tuple(log for log, _ in given[1:]), unfinished,
-        break_aways(context.dataset, best.plant, best.friction), left_out, chosen,
+        context.dataset.break_aways(best.plant, offset_of(best.friction.component.variables, best.friction.values)),
+        left_out, chosen,
     )  # fmt: skip
 
 

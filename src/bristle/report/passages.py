@@ -7,7 +7,7 @@ from typing import Any
 
 from bristle.core.typography import with_unit
 from bristle.core.variable import Kind, unit_of
-from bristle.identification.break_away import BreakAway
+from bristle.logs.break_away import BreakAway
 from bristle.logs.passage import KINDS
 from bristle.report.table import Quantity, Table
 

@@ -17,15 +17,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import Model
 from bristle.core.least_squares import unbounded
 from bristle.core.normal import NORMAL_95
-from bristle.identification.dataset import Dataset, mechanical
-from bristle.identification.roles import offset_of
 from bristle.logs.legs import Leg
-from bristle.logs.stretch import Stretch as Recorded
+from bristle.logs.stretch import Stretch
 
-__all__ = ["BreakAway", "break_aways"]
+__all__ = ["BreakAway", "Recording", "break_aways"]
 
 TURNED = 0.9  # of the change of force: where the contact counts as turned over
 PERIODS = 1.0  # of the filter, that this takes at least: faster, and the filter would tell its own distance
@@ -33,6 +30,14 @@ ALIKE = 1.3  # ratio of rates that count as one
 COUNTS, NOISE = 2.5, 10.0  # of the encoder, of the noise of the position: no smaller motion is one
 OTHER_WAY = -0.5  # of the force at break-away, that a contact is left with by a motion the other way
 CLEAR = 3.0  # standard deviations of the sliding force, by which a peak stands out
+
+
+class Recording(NamedTuple):
+    """Time [s], position [m or rad] and friction force [N or N*m] without its constant part, shape (sample,) each."""
+
+    time: np.ndarray
+    position: np.ndarray
+    force: np.ndarray
 
 
 class BreakAway(NamedTuple):
@@ -69,39 +74,42 @@ class _Leg(NamedTuple):
     distance: float
 
 
-def break_aways(dataset: Dataset, plant: Model, friction: Model) -> tuple[BreakAway, ...]:
+def break_aways(
+    recordings: Sequence[Recording], *, cutoff: float, sample_time: float, resolution: float, noise: float
+) -> tuple[BreakAway, ...]:
     """Return the break-aways of a log, by rate.
 
     Parameters
     ----------
-    regression : Regression
-        The log, filtered.
-    plant, friction : Model
-        What was identified: inertia and the constant part of friction are taken off the effort.
+    recordings : sequence of Recording
+        The segments of the log.
+    cutoff : float
+        Of the filter that they have passed [Hz].
+    sample_time : float
+        Of the log [s].
+    resolution, noise : float
+        Step of the position encoder, and standard deviation of the noise of the position [m or rad].
     """
-    grain = max(COUNTS * dataset.resolution, NOISE * dataset.noise)
+    grain = max(COUNTS * resolution, NOISE * noise)
     seen: list[_Leg] = []
-    for one in dataset.segments:
-        force = one.effort - mechanical(plant, one.position, one.velocity, one.acceleration)
-        force = force - offset_of(friction.component.variables, friction.values)
-        recorded = Recorded(one.time, one.position, force, grain, None, 0)
-        for leg in recorded.of_kind("break_away"):
-            rest = max((rest for rest in recorded.rests if rest.start <= leg.first), key=lambda rest: rest.start)
-            found = _measured(leg, rest, one.position, force, dataset)
-            seen += [found] if found is not None else []
+    for recording in recordings:
+        stretch = Stretch(*recording, grain, None, 0)
+        for leg in stretch.of_kind("break_away"):
+            rest = max((rest for rest in stretch.rests if rest.start <= leg.first), key=lambda rest: rest.start)
+            measured = _measured(leg, rest, recording, PERIODS / (sample_time * cutoff))
+            seen += [measured] if measured is not None else []
     groups = _groups(seen)
     forces = _estimates(seen, groups, [one.force for one in seen], 0.0)
-    distances = _estimates(seen, groups, [one.distance for one in seen], dataset.resolution / math.sqrt(6.0))
+    distances = _estimates(seen, groups, [one.distance for one in seen], resolution / math.sqrt(6.0))
     return tuple(
         BreakAway(_mean([seen[k].speed for k in group]), len(group), *force, *distance)
         for group, force, distance in zip(groups, forces, distances, strict=True)
     )
 
 
-def _measured(
-    leg: Leg, rest: slice, position: np.ndarray, force: np.ndarray, dataset: Dataset
-) -> _Leg | None:  # fmt: skip
-    """Return what one leg tells, and the rest before it; None where the filter hides it."""
+def _measured(leg: Leg, rest: slice, recording: Recording, shortest: float) -> _Leg | None:
+    """Return what one leg tells, and the rest before it; None where it takes fewer samples than the `shortest`."""
+    position, force = recording.position, recording.force
     side = math.copysign(1.0, leg.distance)
     # A leg is seen when it has moved by a grain: friction has begun to turn before.
     pulled = side * force[rest.start : leg.last + 1]
@@ -118,7 +126,7 @@ def _measured(
     still = np.flatnonzero(share[:turned] <= 1.0 - TURNED)
     if not still.size or moved[turned] <= 0.0:
         return None
-    if (turned - int(still[-1])) * dataset.sample_time * dataset.cutoff < PERIODS:
+    if turned - int(still[-1]) < shortest:
         return None
     return _Leg(leg.speed, side, most, float(moved[turned]))
 
