@@ -42,11 +42,11 @@ if TYPE_CHECKING:
         write_model,
     )
     from bristle.hysteresis_identification import identify_operator
-    from bristle.identification import identify
     from bristle.logs.log import Log
     from bristle.loop_design import design
     from bristle.prediction import predict
     from bristle.simulation import simulate
+    from bristle.workflow import identify, load
 
 __version__ = "0.1.0"
 
@@ -56,13 +56,14 @@ _FROM = {
     "check": "bristle.certificates",
     "design": "bristle.loop_design",
     "excite": "bristle.excitation",
+    "load": "bristle.workflow",
     "load_model_file": "bristle.files",
     "response": "bristle.engine",
     "read_axis": "bristle.files",
     "read_curves": "bristle.files",
     "read_experiment": "bristle.files",
     "read_model": "bristle.files",
-    "identify": "bristle.identification",
+    "identify": "bristle.workflow",
     "identify_operator": "bristle.hysteresis_identification",
     "predict": "bristle.prediction",
     "read_log": "bristle.files",
@@ -89,6 +90,7 @@ __all__ = [
     "hysteresis",
     "identify",
     "identify_operator",
+    "load",
     "load_model_file",
     "plants",
     "predict",

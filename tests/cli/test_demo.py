@@ -19,9 +19,12 @@ def test_the_main_job_from_one_command(bristle, tmp_path, monkeypatch):
     folder = Path("bristle-demo")
     assert written_in(folder) == {
         "axis.toml", "log.csv", "unseen.csv", "model.toml", "summary.json", "report.html", "drive_table.csv",
+        "friction_curve.csv", "draws.parquet", "traces.parquet",
     }  # fmt: skip
     assert "This axis is simulated" in (folder / "report.html").read_text()
     assert json.loads((folder / "summary.json").read_text())["simulated"] is True
+    assert "passive" in json.loads((folder / "summary.json").read_text())["certificates"]
+    assert "Is the model fit to be used?" in (folder / "report.html").read_text()
 
     # What it wrote serves the other commands, and they agree with it.
     again = bristle("identify", folder / "log.csv", "--axis", folder / "axis.toml", "--draws", "0", "--json").data

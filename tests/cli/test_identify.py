@@ -36,8 +36,10 @@ def test_the_folder_of_results_is_complete_and_agrees_with_what_was_printed(bris
     found = bristle("identify", "log.csv", "--axis", "axis.toml", "--model", models, "--out", "run", "--json")
     assert found.code == 0
     assert written_in("run") == {
-        "model.toml", "summary.json", "report.html", "drive_table.csv",
+        "model.toml", "summary.json", "report.html", "drive_table.csv", "axis.toml", "friction_curve.csv",
+        "draws.parquet", "traces.parquet",
     }  # fmt: skip
+    assert Path("run/axis.toml").read_bytes() == Path("axis.toml").read_bytes()
     assert json.loads(Path("run/summary.json").read_text()) == found.data
     plant, friction, info = read_model("run/model.toml")
     printed = {name: one["value"] for name, one in found.data["parameters"].items()}

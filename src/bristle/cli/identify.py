@@ -15,12 +15,7 @@ from bristle.cli.options import AxisFiles, Data, Figures, Force, Formats, Json, 
 from bristle.cli.terminal import complain, progress
 
 if TYPE_CHECKING:
-    from bristle.certificates import Certificate
-    from bristle.core import Axis
-    from bristle.core.content import Content, Origin
-    from bristle.identification import Identification
-    from bristle.logs import Log
-    from bristle.simulation import Prediction, SimulationResult
+    from bristle.core.content import Content
 
 __all__ = ["EXAMPLE", "identify"]
 
@@ -115,17 +110,13 @@ def _identify_friction(
     log: list[Path], axis: list[Content], asked: dict[str, Any], out: Path | None, *, force: bool, as_json: bool,
     command: str, limit: int, figures: Figures,
 ) -> int:  # fmt: skip
-    from bristle.core import Axis
     from bristle.files.axis import read_axis
-    from bristle.files.provenance import provenance
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
-    from bristle.identification import identify as identified
     from bristle.identification.inputs import axes_for
     from bristle.logs import read_log
-    from bristle.prediction import drive_table
     from bristle.report.figure_files import figure_files
-    from bristle.report.summary import identification_summary
+    from bristle.workflow import identify as identified
 
     with (
         results_folder(out, force=force, reads=[*log, *axis]) if out else nullcontext() as folder,
@@ -135,31 +126,17 @@ def _identify_friction(
         axes = axes_for([read_axis(one) for one in axis], len(log))
         recorded = [read_log(one, its, size_limit=limit) for one, its in zip(log, axes, strict=True)]
         found = identified(recorded, axis=axes, progress=report, **asked)
-        table = drive_table(found.best, 20)
-        described = axes[0]
-        simulation, prediction = _in_the_loop(found, found.log, described or Axis(), report)
-        source = provenance(command, log=recorded, axis=axis, code=_code_of(asked["model"]))
-        source |= {"unfinished": found.unfinished} if found.unfinished else {}
-        certificates = _certificates(found)
-        summary = identification_summary(
-            found, table=table, simulation=simulation, prediction=prediction, provenance=source,
-            certificates=certificates,
-        )  # fmt: skip
+        outcome = found.told(
+            command=command, axis_name=axes[0].name if axes[0] else log[0].stem, progress=report, files={"axis": axis}
+        )
+        if outcome.uncertified:
+            complain(f"no certificates: {outcome.uncertified}")
         if folder:
-            from bristle.report.identification import identification_report
-            from bristle.report.results import write_identification
-
-            page = identification_report(
-                found, prediction=prediction, simulation=simulation, table=table, command=command,
-                axis_name=described.name if described else log[0].stem, provenance=source,
-                certificates=certificates,
-                banner=f"Unfinished; {found.unfinished}." if found.unfinished else None,
-            )  # fmt: skip
-            write_identification(folder, found, table=table, report=page, summary=summary, provenance=source)
+            outcome.write(folder)
     if as_json:
-        sys.stdout.write(json_text(summary))
+        sys.stdout.write(json_text(outcome.summary))
     else:
-        show_identification(found, simulation)
+        show_identification(found, outcome.simulation)
     if out:
         complain(f"wrote {out}; open {out / 'report.html'} in a browser")
     if found.unfinished:
@@ -188,16 +165,6 @@ def _own_model(name: str) -> Any:
     return with_slots(own, slots, "--model")
 
 
-def _code_of(models: list[Any]) -> tuple[Origin, ...]:
-    """Return the files of those models that are a user's own."""
-    if all(isinstance(one, str) for one in models):
-        return ()
-    from bristle.files.user_model import origins_of_code
-    from bristle.friction import base_of
-
-    return origins_of_code(base_of(one) for one in models if not isinstance(one, str))
-
-
 def _thresholds(given: list[str]) -> dict[str, float]:
     """Return the thresholds of ``--set NAME=VALUE``."""
     from bristle.core import InputError
@@ -221,35 +188,3 @@ def _hertz(text: str | None) -> float | None:
     from bristle.core.units import quantity
 
     return quantity(text, Variable("frequency", "cut-off of the filter"), path="--cutoff")
-
-
-def _certificates(found: Identification) -> dict[str, Certificate]:
-    """Return whether the best model is fit to be used; nothing where it cannot be asked, as of one without friction."""
-    from bristle.certificates import check
-    from bristle.core import InputError
-
-    try:
-        return check(found.best.friction)
-    except InputError as error:
-        complain(f"no certificates: {error}")
-        return {}
-
-
-def _in_the_loop(
-    found: Identification, log: Log, axis: Axis, report: Any
-) -> tuple[SimulationResult | None, Prediction | None]:
-    """Return the loop with and without compensation, and the log as predicted; None without a known loop.
-
-    What was fitted to the position is told by the position, and that takes no loop.
-    """
-    from bristle.prediction import predict
-    from bristle.prediction.loop import loop_of
-    from bristle.simulation import simulate
-
-    best = found.best
-    if best.position_rmse is not None:
-        return None, predict(best.plant, best.friction, log, axis, "open-loop")
-    experiment = loop_of(best.plant, best.friction, log, axis, cutoff=found.treatment["cutoff"])
-    if experiment is None:
-        return None, None
-    return simulate(experiment, report), predict(best.plant, best.friction, log, axis, "closed-loop", lag=best.lag)

@@ -215,6 +215,8 @@ class Axis:
         Whether an identification looks over the whole range of each parameter first.
     settings : mapping of str to float
         Thresholds of an identification that differ from their defaults, by name.
+    text : bytes
+        The axis file, where it was read from one.
     """
 
     name: str = "axis"
@@ -254,3 +256,4 @@ class Axis:
     loop: str | None = None
     global_search: bool = False
     settings: Mapping[str, float] = field(default_factory=dict)
+    text: bytes = field(default=b"", repr=False, compare=False)

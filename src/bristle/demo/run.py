@@ -10,14 +10,10 @@ from typing import TYPE_CHECKING
 from bristle.core.content import content_of
 from bristle.demo import axis_simulated
 from bristle.files.log import read_log
-from bristle.files.provenance import provenance
 from bristle.files.results import Results
-from bristle.identification import identify
-from bristle.prediction import drive_table, predict
-from bristle.report.identification import identification_report
-from bristle.report.results import write_identification
-from bristle.report.summary import identification_summary
+from bristle.prediction import predict
 from bristle.simulation import compensation_experiment, simulate
+from bristle.workflow import identify
 
 if TYPE_CHECKING:
     from bristle.identification import Identification
@@ -94,14 +90,9 @@ def run(folder: Results, *, command: str, progress: Progress | None = None) -> D
         )
     )
     at(0.9, "writing the report")
-    table = drive_table(best, 20)
-    source = provenance(command, log=log, axis=content_of(folder / "axis.toml"))
-    summary = identification_summary(
-        identification, table=table, simulation=simulation, prediction=prediction, provenance=source
-    ) | {"simulated": True}
-    page = identification_report(
-        identification, prediction=prediction, simulation=simulation, table=table, command=command, axis_name=axis.name,
-        provenance=source, banner=BANNER,
+    outcome = identification.told(
+        command=command, banner=BANNER, loop=(simulation, prediction),
+        files={"axis": content_of(folder / "axis.toml")},
     )  # fmt: skip
-    write_identification(folder, identification, table=table, report=page, summary=summary, provenance=source)
-    return Demonstration(identification, prediction, simulation, summary)
+    outcome.write(folder, simulated=True)
+    return Demonstration(identification, prediction, simulation, outcome.summary | {"simulated": True})

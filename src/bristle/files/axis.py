@@ -53,9 +53,9 @@ def read_axis(path: Readable | dict[str, Any]) -> Axis:
     InputError
         With file, key, value and what is allowed there.
     """
-    data, source, _ = read_toml(path, path="axis", what="an axis or its file")
+    data, source, content = read_toml(path, path="axis", what="an axis or its file")
     try:
-        return axis_from(data)
+        return replace(axis_from(data), text=content.data if content else b"")
     except InputError as error:
         raise error.at(str(source)) from None
 

@@ -14,6 +14,7 @@ from bristle.core.units import quantity
 from bristle.core.values import looked_at
 from bristle.core.variable import Kind, Variable
 from bristle.files.given import AXIS
+from bristle.logs.columns import is_table
 from bristle.logs.log import Log
 
 __all__ = [
@@ -30,7 +31,7 @@ CUTOFF = Variable("frequency", "cut-off of the zero-phase filter")
 
 
 def log_and_axis(log: Any, axis: Any) -> tuple[Log, Axis | None]:
-    """Return a log and what is known of its axis; a path of either is read.
+    """Return a log and what is known of its axis; a path of either is read, and so is a table of columns.
 
     Raises
     ------
@@ -40,6 +41,8 @@ def log_and_axis(log: Any, axis: Any) -> tuple[Log, Axis | None]:
     from bristle.files.log import read_log
 
     axis = looked_at(optional(AXIS), axis, "axis", None)
+    if is_table(log):
+        return Log.from_columns(log, axis=axis), axis
     what = instance(Log, "a log or its file", 'Write read_log("axis.csv", axis)', partial(read_log, axis=axis))
     return looked_at(what, log, "log", None), axis
 

@@ -23,7 +23,7 @@ from bristle.logs.log import Log
 from bristle.logs.read import log_of
 from bristle.logs.table import Table, some_of
 
-__all__ = ["log_of_columns", "table_of"]
+__all__ = ["is_table", "log_of_columns", "table_of"]
 
 # What a log cannot do without may be called otherwise; of the rest any letter may stand for something else.
 NAMES = {name: (USUAL_NAMES[name] if name in ("time", "position", "effort") else (name,)) for name in CHANNELS}
@@ -51,6 +51,19 @@ def log_of_columns(source: Any, *, axis: Axis | None = None, kind: str | None = 
     log = log_of(table, used if period is None else replace(used, sample_time=period))
     renamed = (replace(channel, column=channel.column.removeprefix(KNOWN_INPUT)) for channel in log.injected)
     return replace(log, injected=tuple(renamed)) if by_name else log
+
+
+def is_table(source: Any) -> bool:
+    """Return whether something is a dictionary, a data frame, a data set or an array with named fields.
+
+    Examples
+    --------
+    >>> is_table({"time": [0.0, 1.0]}), is_table("log.csv"), is_table([0.0, 1.0])
+    (True, False, False)
+    """
+    named = getattr(getattr(source, "dtype", None), "names", None)
+    frame = any(hasattr(source, name) for name in ("columns", "column_names", "variables", "collect_schema"))
+    return isinstance(source, Mapping) or bool(named) or (frame and hasattr(source, "__getitem__"))
 
 
 def table_of(source: Any) -> Table:

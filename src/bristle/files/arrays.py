@@ -1,0 +1,73 @@
+"""Arrays by name as a file beside results: Parquet where pyarrow is installed, else NPZ."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bristle.core.errors import InputError, MissingExtraError
+from bristle.core.tabular import library
+from bristle.files.results import Results
+
+__all__ = ["read_arrays", "write_arrays"]
+
+WANTED_BY = "the columns of a Parquet file"
+
+
+def write_arrays(folder: Results, stem: str, arrays: Mapping[str, np.ndarray]) -> str:
+    """Write arrays of one length into a folder of results; return the name of the file.
+
+    Parameters
+    ----------
+    folder : Results
+        The folder.
+    stem : str
+        Name of the file without its ending, which is ``.parquet``, or ``.npz`` where pyarrow is not installed.
+    arrays : mapping of str to ndarray, shape (row,) or (row, entry)
+        By name. In Parquet a row of a two-dimensional array is a list.
+    """
+    out, plain = io.BytesIO(), {name: np.asarray(one, dtype=float) for name, one in arrays.items()}
+    try:
+        pyarrow, parquet = library("pyarrow", WANTED_BY), library("pyarrow.parquet", WANTED_BY)
+    except MissingExtraError:
+        np.savez_compressed(out, **plain)  # type: ignore[arg-type]
+        name = f"{stem}.npz"
+    else:
+        parquet.write_table(pyarrow.table({name: _cells(one) for name, one in plain.items()}), out)
+        name = f"{stem}.parquet"
+    folder.write(name, out.getvalue())
+    return name
+
+
+def read_arrays(folder: Path, stem: str) -> dict[str, np.ndarray]:
+    """Return the arrays of such a file, by name; nothing where there is no file.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read.
+    MissingExtraError
+        If it is Parquet and pyarrow is not installed.
+    """
+    parquet, npz = folder / f"{stem}.parquet", folder / f"{stem}.npz"
+    if parquet.is_file():
+        table: Any = _read(parquet, library("pyarrow.parquet", str(parquet)).read_table)
+        return {name: np.array(table[name].to_pylist(), dtype=float) for name in table.column_names}
+    if npz.is_file():
+        return dict(_read(npz, np.load))
+    return {}
+
+
+def _read(path: Path, read: Any) -> Any:
+    try:
+        return read(path)
+    except Exception as error:  # noqa: BLE001  (libraries raise what they like for a broken file)
+        raise InputError(f"cannot be read: {error}", path=str(path), mend="Save the results again") from None
+
+
+def _cells(values: np.ndarray) -> Any:
+    return values if values.ndim == 1 else values.tolist()

@@ -1,0 +1,185 @@
+"""`load`: a folder of results as the model that it holds, with the numbers that it was saved with."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bristle.core.axis import Axis
+from bristle.core.content import content_of
+from bristle.core.contracts import Model
+from bristle.core.diagnostic import Diagnostic
+from bristle.core.errors import InputError
+from bristle.files.arrays import read_arrays
+from bristle.files.axis import read_axis
+from bristle.files.model import read_model
+from bristle.files.results import SUMMARY
+from bristle.identification.prediction_interval import Bands
+from bristle.identification.result import Estimate, Fit, Resampling, Scatter, Traces
+from bristle.report.results import REPORT
+from bristle.workflow.model_in_hand import ModelInHand
+
+__all__ = ["Loaded", "load"]
+
+
+@dataclass(frozen=True, eq=False)
+class Loaded(ModelInHand):
+    """The best model of an identification, as it was saved.
+
+    Parameters
+    ----------
+    fit : Fit
+        The model and what is known of it.
+    treatment : mapping of str to float
+        How the log was treated, as in `Identified`.
+    known_axis : Axis or None
+        What was known of the axis.
+    summary : mapping
+        What ``summary.json`` holds, of all models.
+    page : str
+        The report.
+    """
+
+    fit: Fit
+    treatment: Mapping[str, float]
+    known_axis: Axis | None
+    summary: Mapping[str, Any]
+    page: str
+
+    @property
+    def best(self) -> Fit:
+        """The model and what is known of it."""
+        return self.fit
+
+    @property
+    def axis(self) -> Axis | None:
+        """What was known of the axis."""
+        return self.known_axis
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the numbers as plain data, as ``summary.json`` holds them."""
+        return dict(self.summary)
+
+    def report(self, path: str | PathLike[str]) -> Path:
+        """Write the report as it was saved; return the file.
+
+        Parameters
+        ----------
+        path : path-like
+            The file; one that is there is replaced.
+        """
+        file = Path(path)
+        file.write_text(self.page, encoding="utf-8")
+        return file
+
+    def _source(self) -> str:
+        name = self.summary.get("provenance", {}).get("log")
+        return f" from {name}" if name else ""
+
+    def _beside(self) -> tuple[str, ...]:
+        others = ", ".join(one["name"] for one in self.summary["models"][1:])
+        return (f"ranked behind it: {others}",) if others else ()
+
+
+def load(folder: str | PathLike[str], *, allow_code: bool = False) -> Loaded:
+    """Return what ``save``, or ``bristle identify --out``, wrote into a folder.
+
+    Parameters
+    ----------
+    folder : path-like
+        The folder.
+    allow_code : bool
+        Whether a model of a person's own, in a file beside the model file, may run without having been allowed before.
+
+    Returns
+    -------
+    Loaded
+        The model with the numbers that it was saved with.
+
+    Raises
+    ------
+    InputError
+        If a file is missing, or does not say what it should.
+    """
+    place = Path(folder)
+    try:
+        summary = json.loads(content_of(place / SUMMARY).data)
+    except ValueError as error:
+        raise InputError(f"is no JSON: {error}", path=str(place / SUMMARY)) from None
+    plant, friction, known = read_model(place / "model.toml", allow_code=allow_code)
+    traces = read_arrays(place, "traces")
+    if plant is None or not traces or "parameters" not in summary:
+        raise InputError("holds no identification", path=str(place), mend="Name a folder that `save` wrote")
+    try:
+        fit = _fit(plant, friction, summary, Traces(**traces), read_arrays(place, "draws"), known["bands"])
+    except (KeyError, TypeError) as error:
+        raise InputError(f"does not say what it should: {error!r}", path=str(place / SUMMARY)) from None
+    axis, page = place / "axis.toml", place / REPORT
+    return Loaded(
+        fit, summary["treatment"], read_axis(axis) if axis.is_file() else None, summary,
+        page.read_text(encoding="utf-8") if page.is_file() else "",
+    )  # fmt: skip
+
+
+def _fit(
+    plant: Model, friction: Model, summary: Mapping[str, Any], traces: Traces, draws: Mapping[str, np.ndarray],
+    bands: Mapping[str, Any] | None,
+) -> Fit:  # fmt: skip
+    diagnostics = tuple(
+        Diagnostic(one["code"], one["parameter"], one["severity"], _numbers(one["numbers"]), friction.kind)
+        for one in summary["diagnostics"]
+    )
+    metrics, correlation = summary["metrics"], summary["correlation"]
+    told = {one: metrics[one] for one in ("position_error_percent", "position_rmse", "loop_error_percent", "loop_rmse")}
+    return Fit(
+        plant=plant, friction=friction, estimates=_estimates(summary["parameters"], diagnostics),
+        correlation=np.array(correlation["values"], dtype=float), correlation_names=tuple(correlation["names"]),
+        condition_number=_number(metrics["condition_number"]), traces=traces,
+        force_error_percent=_number(metrics["force_error_percent"]), diagnostics=diagnostics,
+        combinations=_estimates(summary["combinations"], diagnostics), lag=summary["treatment"].get("lag"),
+        resampling=_resampling(summary["resampling"], draws, bands), **told,
+    )  # fmt: skip
+
+
+def _estimates(parameters: Mapping[str, Any], diagnostics: tuple[Diagnostic, ...]) -> tuple[Estimate, ...]:
+    """Return the parameters; why one is not identified is among the diagnostics."""
+    names = {one.name for one in fields(Estimate)}
+    reasons = {one.parameter: one for one in reversed(diagnostics) if one.parameter}
+    return tuple(
+        Estimate(
+            name=name, **{key: one for key, one in its.items() if key in names and key != "interval"},
+            interval=tuple(its["interval"]) if its["interval"] else None,
+            reason=None if its["status"] == "identified" else reasons.get(name),
+        )
+        for name, its in parameters.items()
+    )  # fmt: skip
+
+
+def _resampling(
+    told: Mapping[str, Any] | None, draws: Mapping[str, np.ndarray], bands: Mapping[str, Any] | None
+) -> Resampling | None:
+    """Return how sure the model is, with every draw where their file is there, else with those of the model file."""
+    if told is None or not (draws or bands):
+        return None
+    numbers = {name: told[name] for name in ("noise", "unexplained", "lasting", "inflation")}
+    curve = told["virgin_curve"]
+    return Resampling(
+        bands=Bands(draws or (bands or {})["draws"], scatter=told["scatter"]["value"], **numbers),
+        scatter=Scatter(**told["scatter"]), half_cycles=told["half_cycles"], resolution=told["resolution"],
+        white=told["white"], jackknife=told["jackknife_std"],
+        curve=tuple(zip(*(curve[name] for name in ("x", "force", "low", "high")), strict=True)),
+    )  # fmt: skip
+
+
+def _numbers(numbers: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: tuple(one) if isinstance(one, list) else one for name, one in numbers.items()}
+
+
+def _number(value: float | None) -> float:
+    return float("nan") if value is None else value

@@ -1,0 +1,208 @@
+"""What an identified model lets a person do, whether it was just identified or loaded from a folder."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from os import PathLike
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bristle.core.card import Card, Shown
+from bristle.core.diagnostic import Diagnostic
+from bristle.core.tabular import library
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from bristle.core.axis import Axis
+    from bristle.core.contracts import Model
+    from bristle.identification.result import Estimate, Fit
+    from bristle.logs.log import Log
+    from bristle.simulation.result import Prediction
+
+__all__ = ["ModelInHand", "Told"]
+
+TREATMENT = ("cutoff", "decimation", "velocity_max", "delay", "lag")
+COLUMNS = ("Parameter", "Value", "95 % interval", "Unit", "Standard error [%]", "Remark")
+
+
+class Told(Diagnostic):
+    """A diagnostic with its sentence."""
+
+    @property
+    def message(self) -> str:
+        """The sentence, with the numbers in units that read well."""
+        from bristle.report.messages import message
+
+        return message(self)
+
+    def __str__(self) -> str:
+        return self.message
+
+
+class ModelInHand(Shown):
+    """An identified model: its parameters, how sure they are, what it predicts."""
+
+    treatment: Mapping[str, float]
+
+    @property
+    @abstractmethod
+    def best(self) -> Fit:
+        """The model and what is known of it."""
+
+    @property
+    @abstractmethod
+    def axis(self) -> Axis | None:
+        """What was known of the axis."""
+
+    @abstractmethod
+    def to_dict(self) -> dict[str, Any]:
+        """Return the numbers as plain data, as ``summary.json`` holds them."""
+
+    @property
+    def model(self) -> Model:
+        """The friction model with its values."""
+        return self.best.friction
+
+    @property
+    def plant(self) -> Model:
+        """What the friction acts on, with its values."""
+        return self.best.plant
+
+    @property
+    def parameters(self) -> dict[str, Estimate]:
+        """Every parameter by name: ``value``, ``interval``, ``unit``, ``status``, ``std``."""
+        return self.best.parameters
+
+    @property
+    def diagnostics(self) -> tuple[Told, ...]:
+        """What may mislead, and what the model rests on; each has its sentence in ``message``."""
+        return tuple(Told(**vars(one)) for one in self.best.diagnostics)
+
+    @property
+    def covariance_names(self) -> tuple[str, ...]:
+        """Names of the parameters that were identified, in the order of the covariance."""
+        stds = self._stds()
+        return tuple(name for name in self.best.correlation_names if name in stds)
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """Covariance of the parameters that were identified [products of their units], shape (parameter, parameter)."""
+        stds, names = self._stds(), self.best.correlation_names
+        kept = [index for index, name in enumerate(names) if name in stds]
+        std = np.array([stds[names[index]] for index in kept])
+        correlation = np.asarray(self.best.correlation, dtype=float)
+        return correlation[np.ix_(kept, kept)] * np.outer(std, std)
+
+    def _stds(self) -> dict[str, float]:
+        """Return the standard errors of what was identified; products of parameters count as parameters."""
+        return {
+            one.name: one.std
+            for one in self.best.estimates
+            if one.status == "identified" and one.std is not None and np.isfinite(one.std)
+        }
+
+    @property
+    def draws(self) -> dict[str, np.ndarray]:
+        """The parameters as fitted to simulated logs, one entry a log; empty where there were none."""
+        resampling = self.best.resampling
+        return {} if resampling is None else {name: np.asarray(one) for name, one in resampling.bands.draws.items()}
+
+    def predict(
+        self, log: Log | str | PathLike[str] | Any, mode: str = "inverse", *,
+        axis: Axis | str | PathLike[str] | None = None,
+    ) -> Prediction:  # fmt: skip
+        """Predict a log, treated as the log of the identification was, with a 95 % band where there is one.
+
+        Parameters
+        ----------
+        log : Log, path-like, or table of columns
+            What was measured.
+        mode : {"inverse", "closed-loop", "open-loop"}
+            ``inverse``: the effort from the measured motion. ``closed-loop``: effort and motion from the reference,
+            with the controller of the axis. ``open-loop``: the motion from the measured effort.
+        axis : Axis or path-like, optional
+            That of the log; that of the identification where not given.
+
+        Returns
+        -------
+        Prediction
+            Measured and predicted signals, and the errors [%].
+        """
+        from bristle.prediction.predict import predict
+
+        resampling = self.best.resampling
+        known: dict[str, Any] = {name: self.treatment[name] for name in TREATMENT if name in self.treatment}
+        known |= {"decimation": int(known["decimation"])} if "decimation" in known else {}
+        bands = resampling.bands if resampling is not None else None
+        own = self.axis if axis is None else axis
+        return predict(self.plant, self.model, log, own, mode, bands=bands, **known)
+
+    def drive_table(self, entries: int = 20) -> list[tuple[float, float]]:
+        """Return velocity and steady friction for the compensation of a drive, at most `entries` of them.
+
+        Parameters
+        ----------
+        entries : int
+            Number of entries at most, 4 to 1000.
+
+        Returns
+        -------
+        list of (float, float)
+            Velocity, ascending, and the force to be fed forward [m/s or rad/s, N or N*m].
+        """
+        from bristle.prediction.drive_table import drive_table
+
+        return drive_table(self.best, entries)
+
+    def plot(self) -> Figure:
+        """Return measured and predicted effort over time, and what is left over, as a figure of matplotlib."""
+        from bristle import figures
+
+        return figures.fitted(self.best)
+
+    def to_dataframe(self) -> Any:
+        """Return the parameters as a data frame of pandas, one row a parameter.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Columns ``value``, ``unit``, ``std``, ``robust_std``, ``low`` and ``high`` of the 95 % interval, ``status``,
+            ``description``.
+
+        Raises
+        ------
+        MissingExtraError
+            If pandas is not installed.
+        """
+        pandas = library("pandas", "to_dataframe()")
+        rows = {
+            name: {
+                "value": one.value, "unit": one.unit, "std": one.std, "robust_std": one.robust_std,
+                "low": one.interval[0] if one.interval else None, "high": one.interval[1] if one.interval else None,
+                "status": one.status, "description": one.description,
+            }
+            for name, one in self.parameters.items()
+        }  # fmt: skip
+        return pandas.DataFrame.from_dict(rows, orient="index").rename_axis("parameter")
+
+    def _card(self) -> Card:
+        from bristle.report.messages import warnings_of
+        from bristle.report.model_tables import parameter_table
+
+        table = parameter_table(self.best)
+        shown = [index for index, head in enumerate(table.heads) if head in COLUMNS]
+        rows = tuple(tuple(row[index] for index in shown) for row in table.rows)
+        title = f"{self.best.name}, identified{self._source()}: error {self.best.error_percent:.3g} %"
+        return Card(title, tuple(table.heads[index] for index in shown), rows,
+                    (*self._beside(), *(f"warning: {one}" for one in warnings_of(self.best))))  # fmt: skip
+
+    def _source(self) -> str:
+        """Return from which log, in words."""
+        return ""
+
+    def _beside(self) -> tuple[str, ...]:
+        """Return what else there is to know, in words."""
+        return ()

@@ -1,0 +1,189 @@
+"""What is told of an identification: the table for the drive, the loop, certificates; its summary and its report.
+
+Commands, demonstration and calls from Python do this part of the work here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from bristle.core.axis import Axis
+from bristle.core.errors import InputError
+from bristle.core.lazy import cached_property
+from bristle.prediction.drive_table import drive_table, steady_curve
+
+if TYPE_CHECKING:
+    from bristle.certificates import Certificate
+    from bristle.core.contracts import Model
+    from bristle.files.results import Results
+    from bristle.identification.result import Identification
+    from bristle.simulation.result import Prediction, SimulationResult
+
+__all__ = ["ENTRIES", "Outcome", "outcome_of"]
+
+ENTRIES = 20  # of the table for the drive
+
+Progress = Callable[[float, str], None]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """An identification and what follows from it.
+
+    Parameters
+    ----------
+    identification : Identification
+        The models, best first.
+    table : list of (float, float)
+        Velocity and friction for a drive [m/s or rad/s, N or N*m].
+    simulation : SimulationResult or None
+        The loop without and with compensation.
+    prediction : Prediction or None
+        A log as the best model predicts it.
+    certificates : mapping of str to Certificate
+        Whether the best model is fit to be used.
+    uncertified : str
+        Why there are no certificates; empty where there are.
+    provenance : mapping of str to str
+        Versions, files, checksums.
+    command : str
+        What repeats it.
+    axis_name : str
+        What people call the axis.
+    banner : str or None
+        What a reader of the report must know before anything else.
+    axes : tuple of bytes
+        The axis files as used, that of the first log first.
+    """
+
+    identification: Identification
+    table: list[tuple[float, float]]
+    simulation: SimulationResult | None
+    prediction: Prediction | None
+    certificates: Mapping[str, Certificate]
+    uncertified: str
+    provenance: Mapping[str, str]
+    command: str
+    axis_name: str
+    banner: str | None = None
+    axes: tuple[bytes, ...] = ()
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """The numbers, as ``summary.json`` holds them."""
+        from bristle.report.summary import identification_summary
+
+        return identification_summary(
+            self.identification, table=self.table, simulation=self.simulation, prediction=self.prediction,
+            provenance=self.provenance, certificates=self.certificates,
+        )  # fmt: skip
+
+    @cached_property
+    def page(self) -> str:
+        """The report, one HTML page."""
+        from bristle.report.identification import identification_report
+
+        return identification_report(
+            self.identification, prediction=self.prediction, simulation=self.simulation, table=self.table,
+            command=self.command, axis_name=self.axis_name, provenance=self.provenance,
+            certificates=self.certificates, banner=self.banner,
+        )  # fmt: skip
+
+    def write(self, folder: Results, **further: Any) -> None:
+        """Write all of it into a folder of results.
+
+        Parameters
+        ----------
+        folder : Results
+            The folder.
+        **further
+            Entries of the summary beside its own.
+        """
+        from bristle.files.arrays import write_arrays
+        from bristle.report.model_tables import as_csv
+        from bristle.report.results import write_identification
+
+        best = self.identification.best
+        write_identification(
+            folder, self.identification, table=self.table, report=self.page, summary=self.summary | further,
+            provenance=self.provenance,
+        )  # fmt: skip
+        for number, text in enumerate(self.axes, 1):
+            folder.write("axis.toml" if number == 1 else f"axis_{number}.toml", text)
+        if self.table:
+            folder.write("friction_curve.csv", as_csv(steady_curve(best), best.friction.kind) + "\n")
+        if best.resampling is not None:
+            write_arrays(folder, "draws", best.resampling.bands.draws)
+        write_arrays(folder, "traces", vars(best.traces))
+
+
+def outcome_of(
+    identification: Identification, axis: Axis | None = None, *, provenance: Mapping[str, str], command: str,
+    axis_name: str, progress: Progress | None = None, banner: str | None = None, axes: tuple[bytes, ...] = (),
+    loop: tuple[SimulationResult | None, Prediction | None] | None = None,
+) -> Outcome:  # fmt: skip
+    """Return what follows from an identification.
+
+    Parameters
+    ----------
+    identification : Identification
+        The models, best first.
+    axis : Axis, optional
+        That of its first log; with a controller, its loop is simulated.
+    provenance : mapping of str to str
+        Versions, files, checksums.
+    command : str
+        What repeats it.
+    axis_name : str
+        What people call the axis.
+    progress : callable, optional
+        Called with the share done and what comes next.
+    banner : str, optional
+        What a reader of the report must know before anything else.
+    axes : tuple of bytes
+        The axis files as used.
+    loop : tuple of SimulationResult and Prediction, optional
+        Where these were made elsewhere, as on an axis that is simulated.
+    """
+    unfinished, source = identification.unfinished, dict(provenance)
+    source |= {"unfinished": unfinished} if unfinished else {}
+    table = drive_table(identification.best, ENTRIES)
+    simulation, prediction = loop or _in_the_loop(identification, axis or Axis(), progress)
+    certificates, uncertified = _certificates(identification.best.friction)
+    return Outcome(
+        identification, table, simulation, prediction, certificates, uncertified, source, command, axis_name,
+        f"Unfinished; {unfinished}." if unfinished else banner, axes,
+    )  # fmt: skip
+
+
+def _certificates(friction: Model) -> tuple[Mapping[str, Certificate], str]:
+    """Return the certificates of a model, or why they cannot be asked for, as of one without friction."""
+    from bristle.certificates import check
+
+    try:
+        return check(friction), ""
+    except InputError as error:
+        return {}, str(error)
+
+
+def _in_the_loop(
+    identification: Identification, axis: Axis, progress: Progress | None
+) -> tuple[SimulationResult | None, Prediction | None]:
+    """Return the loop with and without compensation, and the log as predicted; None without a known loop.
+
+    What was fitted to the position is told by the position, and that takes no loop.
+    """
+    from bristle.prediction.loop import loop_of
+    from bristle.prediction.predict import predict
+    from bristle.simulation import simulate
+
+    best, log = identification.best, identification.log
+    if best.position_rmse is not None:
+        return None, predict(best.plant, best.friction, log, axis, "open-loop")
+    experiment = loop_of(best.plant, best.friction, log, axis, cutoff=identification.treatment["cutoff"])
+    if experiment is None:
+        return None, None
+    simulation = simulate(experiment, progress)
+    return simulation, predict(best.plant, best.friction, log, axis, "closed-loop", lag=best.lag)
