@@ -126,7 +126,7 @@ def _identify_friction(
         axes = axes_for([read_axis(one) for one in axis], len(log))
         recorded = [read_log(one, its, size_limit=limit) for one, its in zip(log, axes, strict=True)]
         found = identified(recorded, axis=axes, progress=report, **asked)
-        outcome = found.told(
+        outcome = found.outcome_with(
             command=command, axis_name=axes[0].name if axes[0] else log[0].stem, progress=report, files={"axis": axis}
         )
         if outcome.uncertified:

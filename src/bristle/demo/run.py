@@ -90,7 +90,7 @@ def run(folder: Results, *, command: str, progress: Progress | None = None) -> D
         )
     )
     at(0.9, "writing the report")
-    outcome = identification.told(
+    outcome = identification.outcome_with(
         command=command, banner=BANNER, loop=(simulation, prediction),
         files={"axis": content_of(folder / "axis.toml")},
     )  # fmt: skip

@@ -30,14 +30,14 @@ def write_arrays(folder: Results, stem: str, arrays: Mapping[str, np.ndarray]) -
     arrays : mapping of str to ndarray, shape (row,) or (row, entry)
         By name. In Parquet a row of a two-dimensional array is a list.
     """
-    out, plain = io.BytesIO(), {name: np.asarray(one, dtype=float) for name, one in arrays.items()}
+    out, plain = io.BytesIO(), {name: np.asarray(values, dtype=float) for name, values in arrays.items()}
     try:
         pyarrow, parquet = library("pyarrow", WANTED_BY), library("pyarrow.parquet", WANTED_BY)
     except MissingExtraError:
         np.savez_compressed(out, **plain)  # type: ignore[arg-type]
         name = f"{stem}.npz"
     else:
-        parquet.write_table(pyarrow.table({name: _cells(one) for name, one in plain.items()}), out)
+        parquet.write_table(pyarrow.table({name: _cells(values) for name, values in plain.items()}), out)
         name = f"{stem}.parquet"
     folder.write(name, out.getvalue())
     return name

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from bristle.core import units
-from bristle.core.axis import CHANNELS, Axis, Column, Injected
+from bristle.core.axis import Axis, Column, Injected
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
-from bristle.core.variable import Kind, unit_of
+from bristle.core.variable import unit_of
 from bristle.files.components import key_of
 
 __all__ = ["axis_text"]
@@ -36,32 +35,23 @@ def axis_text(axis: Axis) -> bytes | None:
         return axis.text
     try:
         text = _written(axis)
-        return text if _alike(read_axis(text), axis) else None
+        return text if read_axis(text) == axis else None
     except InputError:
         return None
-
-
-def _alike(read: Axis, axis: Axis) -> bool:
-    """Return whether a file says what an axis says; of a column its scale, in whatever unit."""
-
-    def scales(one: Axis) -> dict[str, tuple[Any, ...]]:
-        return {name: (its.name, its.scale, its.shift, its.optional) for name, its in one.columns.items()}
-
-    plain = {name: getattr(axis, name) for name in vars(axis) if name not in ("columns", "text", "pitch")}
-    return scales(read) == scales(axis) and all(getattr(read, name) == one for name, one in plain.items())
 
 
 def _written(axis: Axis) -> bytes:
     import tomlkit
 
     tables = {
-        "columns": {name: _column(name, one, axis.kind) for name, one in axis.columns.items()},
+        "columns": {name: _column(column) for name, column in axis.columns.items()},
         "log": {"table": axis.table, "span": list(axis.span) if axis.span else None, "start": _start(axis)},
         "effort": {"limit": axis.effort_limit, "held": axis.held, "hold": axis.hold, "periodic": axis.periodic,
-                   "lag": "identify" if axis.seeks_lag else axis.lag or None},
+                   "lag": "identify" if axis.seeks_lag else axis.lag or None} | _constant(axis),
         "plant": {"model": axis.plant, "mass" if axis.kind == "translational" else "inertia": axis.mass,
                   "stiffness": axis.stiffness, "damping": axis.damping, "offset": axis.offset,
                   "presliding": axis.presliding},
+        "transmission": {"lead": axis.pitch},
         "encoder": {"resolution": axis.resolution},
         "timing": {"sample_time": axis.sample_time, "delay": "identify" if axis.seeks_delay else axis.delay or None},
         "limits": {"velocity": axis.velocity_limit, "acceleration": axis.acceleration_limit, "jerk": axis.jerk_limit,
@@ -71,22 +61,37 @@ def _written(axis: Axis) -> bytes:
                            "global_search": axis.global_search or None, "settings": dict(axis.settings) or None},
         "controller": _controller(axis.controller),
     }  # fmt: skip
-    document = {"schema": 1, "name": axis.name, "kind": axis.kind, "injected": [_known(one) for one in axis.injected]}
-    document |= {name: {key: one for key, one in its.items() if one is not None} for name, its in tables.items()}
-    said = {name: one for name, one in document.items() if one != {} and one != []}
-    return (HEAD + tomlkit.dumps(said)).encode("utf-8", "backslashreplace")
+    document = {
+        "schema": 1,
+        "name": axis.name,
+        "kind": axis.kind,
+        "injected": [_injected(known_input) for known_input in axis.injected],
+    }
+    document |= {
+        name: {key: value for key, value in table.items() if value is not None} for name, table in tables.items()
+    }
+    filled = {name: value for name, value in document.items() if value not in ({}, [])}
+    return (HEAD + tomlkit.dumps(filled)).encode("utf-8", "backslashreplace")
 
 
-def _column(name: str, one: Column, kind: Kind) -> dict[str, Any]:
-    """Return the entry of a column: its unit, where that is all there is to its scale; none where the log says it."""
-    base = unit_of(CHANNELS[name], kind)
-    fits = one.unit and math.isclose(units.factor(one.unit, base), abs(one.scale), rel_tol=1e-15)
-    entry: dict[str, Any] = {"column": one.name} | ({"unit": one.unit if fits else base} if one.unit else {})
-    return entry | ({"sign": -1} if one.scale < 0.0 else {}) | ({"optional": True} if one.optional else {})
+def _column(column: Column) -> dict[str, Any]:
+    """Return the entry of a column; what its numbers are multiplied by beyond their unit stands elsewhere."""
+    entry: dict[str, Any] = {"column": column.name} | ({"unit": column.unit} if column.unit else {})
+    return entry | ({"sign": -1} if column.scale < 0.0 else {}) | ({"optional": True} if column.optional else {})
 
 
-def _known(one: Injected) -> dict[str, Any]:
-    return {"column": one.column, "gain": one.gain} | ({"optional": True} if one.optional else {})
+def _constant(axis: Axis) -> dict[str, Any]:
+    """Return what turns the unit of the effort column into a force or a torque, where it is neither."""
+    effort, unit = axis.columns.get("effort"), unit_of("force", axis.kind)
+    if effort is None or effort.base == unit:
+        return {}
+    key = "force_constant" if axis.kind == "translational" else "torque_constant"
+    return {key: f"{abs(effort.scale)!r} {unit}/{effort.base}"}
+
+
+def _injected(known_input: Injected) -> dict[str, Any]:
+    entry: dict[str, Any] = {"column": known_input.column, "gain": known_input.gain}
+    return entry | ({"optional": True} if known_input.optional else {})
 
 
 def _start(axis: Axis) -> str:

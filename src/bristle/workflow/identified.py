@@ -65,9 +65,9 @@ class Identified(ModelInHand, Identification):
     @cached_property
     def outcome(self) -> Outcome:
         """The table for the drive, the loop with and without compensation, certificates, summary and report."""
-        return self.told()
+        return self.outcome_with()
 
-    def told(
+    def outcome_with(
         self, *, command: str | None = None, axis_name: str | None = None, progress: Progress | None = None,
         banner: str | None = None, loop: tuple[SimulationResult | None, Prediction | None] | None = None,
         files: Mapping[str, Any] | None = None,
@@ -164,21 +164,21 @@ class Identified(ModelInHand, Identification):
         return plain(self.outcome.summary)
 
     def _source(self) -> str:
-        told = ", ".join(one.origin.name for one in (self.log, *self.further_logs) if one.origin.name)
-        return f" from {told}" if told else ""
+        words = ", ".join(log.origin.name for log in (self.log, *self.further_logs) if log.origin.name)
+        return f" from {words}" if words else ""
 
     def _beside(self) -> tuple[str, ...]:
-        others = ", ".join(f"{one.name} ({one.error_percent:.3g} %)" for one in self.fits[1:])
-        return (*((f"ranked behind it: {others}",) if others else ()), *((self.unfinished,) if self.unfinished else ()))
+        behind = ", ".join(f"{fit.name} ({fit.error_percent:.3g} %)" for fit in self.fits[1:])
+        return (*((f"ranked behind it: {behind}",) if behind else ()), *((self.unfinished,) if self.unfinished else ()))
 
 
 def _with_columns(axis: Axis | None, log: Log) -> Axis:
     """Return an axis that says which columns a log was read from, where nobody did; units are those of the log."""
     if axis is not None and axis.columns:
         return axis
-    columns = {name: Column(one.column, "", one.unit) for name, one in log.channels() if name in CHANNELS}
-    known = tuple(Injected(name, 1.0) for name, _ in log.channels() if name not in CHANNELS)
-    return replace(axis or Axis(kind=log.kind), columns=columns, injected=known)
+    columns = {name: Column(channel.column, "", channel.unit) for name, channel in log.channels() if name in CHANNELS}
+    injected = tuple(Injected(name, 1.0) for name, _ in log.channels() if name not in CHANNELS)
+    return replace(axis or Axis(kind=log.kind), columns=columns, injected=injected)
 
 
 def identify(
@@ -252,27 +252,28 @@ def identify(
     >>> found.parameters["M"].status, round(found.parameters["M"].value, 1), found.parameters["M"].unit
     ('identified', 12.0, 'kg')
     """
-    given = logs_and_axes(log, axis)
-    logs, axes = [one for one, _ in given], tuple(its for _, its in given)
+    pairs = logs_and_axes(log, axis)
+    logs, axes = [pair[0] for pair in pairs], tuple(pair[1] for pair in pairs)
     options: dict[str, Any] = {
         "cutoff": cutoff, "decimation": decimation, "blocks": blocks, "offset": offset, "mass": mass, "free": free,
         "draws": draws, "method": method, "global_search": global_search, "settings": settings,
     }  # fmt: skip
-    found = models_fitted(logs, model, axis=list(axes), progress=progress, **options)
+    fitted = models_fitted(logs, model, axis=list(axes), progress=progress, **options)
+    code = origins_of_code(base_of(component) for component in models_of(model))
     return Identified(
-        **{name: getattr(found, name) for name in Identification.__dataclass_fields__}, axes=axes,
-        code=origins_of_code(base_of(one) for one in models_of(model)), call=_call(logs, model, axes, options),
+        **{name: getattr(fitted, name) for name in Identification.__dataclass_fields__}, axes=axes, code=code,
+        call=_call(logs, model, axes, options),
     )  # fmt: skip
 
 
 def _call(logs: Sequence[Log], model: Any, axes: Sequence[Axis | None], options: Mapping[str, Any]) -> str:
     """Return the call that repeats an identification, for who has the same log and axis."""
-    names = [one.origin.name or one.source.name.strip("<>") or "log" for one in logs]
-    told = [repr(names[0]) if len(names) == 1 else repr(names), repr(_model_name(model))]
-    usual = {name: one.default for name, one in _parameters().items()}
-    told += ["axis=axis"] if any(axes) else []
-    told += [f"{name}={value!r}" for name, value in options.items() if value != usual[name]]
-    return f"bristle.identify({', '.join(told)})"
+    names = [log.origin.name or log.source.name.strip("<>") or "log" for log in logs]
+    words = [repr(names[0]) if len(names) == 1 else repr(names), repr(_model_name(model))]
+    usual = {name: parameter.default for name, parameter in _parameters().items()}
+    words += ["axis=axis"] if any(axes) else []
+    words += [f"{name}={value!r}" for name, value in options.items() if value != usual[name]]
+    return f"bristle.identify({', '.join(words)})"
 
 
 def _model_name(model: Any) -> Any:

@@ -27,6 +27,8 @@ from bristle.workflow.model_in_hand import ModelInHand
 
 __all__ = ["Loaded", "load"]
 
+SIMULATED = ("position_error_percent", "position_rmse", "loop_error_percent", "loop_rmse")
+
 
 @dataclass(frozen=True, eq=False)
 class Loaded(ModelInHand):
@@ -83,8 +85,8 @@ class Loaded(ModelInHand):
         return f" from {name}" if name else ""
 
     def _beside(self) -> tuple[str, ...]:
-        others = ", ".join(one["name"] for one in self.summary["models"][1:])
-        return (f"ranked behind it: {others}",) if others else ()
+        behind = ", ".join(model["name"] for model in self.summary["models"][1:])
+        return (f"ranked behind it: {behind}",) if behind else ()
 
 
 def load(folder: str | PathLike[str], *, allow_code: bool = False) -> Loaded:
@@ -112,12 +114,12 @@ def load(folder: str | PathLike[str], *, allow_code: bool = False) -> Loaded:
         summary = json.loads(content_of(place / SUMMARY).data)
     except ValueError as error:
         raise InputError(f"is no JSON: {error}", path=str(place / SUMMARY)) from None
-    plant, friction, known = read_model(place / "model.toml", allow_code=allow_code)
+    plant, friction, info = read_model(place / "model.toml", allow_code=allow_code)
     traces = read_arrays(place, "traces")
     if plant is None or not traces or "parameters" not in summary:
         raise InputError("holds no identification", path=str(place), mend="Name a folder that `save` wrote")
     try:
-        fit = _fit(plant, friction, summary, Traces(**traces), read_arrays(place, "draws"), known["bands"])
+        fit = _fit(plant, friction, summary, Traces(**traces), read_arrays(place, "draws"), info["bands"])
     except (KeyError, TypeError) as error:
         raise InputError(f"does not say what it should: {error!r}", path=str(place / SUMMARY)) from None
     axis, page = place / "axis.toml", place / REPORT
@@ -132,53 +134,53 @@ def _fit(
     bands: Mapping[str, Any] | None,
 ) -> Fit:  # fmt: skip
     diagnostics = tuple(
-        Diagnostic(one["code"], one["parameter"], one["severity"], _numbers(one["numbers"]), friction.kind)
-        for one in summary["diagnostics"]
+        Diagnostic(entry["code"], entry["parameter"], entry["severity"], _numbers(entry["numbers"]), friction.kind)
+        for entry in summary["diagnostics"]
     )
     metrics, correlation = summary["metrics"], summary["correlation"]
-    told = {one: metrics[one] for one in ("position_error_percent", "position_rmse", "loop_error_percent", "loop_rmse")}
+    simulated = {name: metrics[name] for name in SIMULATED}
     return Fit(
         plant=plant, friction=friction, estimates=_estimates(summary["parameters"], diagnostics),
         correlation=np.array(correlation["values"], dtype=float), correlation_names=tuple(correlation["names"]),
         condition_number=_number(metrics["condition_number"]), traces=traces,
         force_error_percent=_number(metrics["force_error_percent"]), diagnostics=diagnostics,
         combinations=_estimates(summary["combinations"], diagnostics), lag=summary["treatment"].get("lag"),
-        resampling=_resampling(summary["resampling"], draws, bands), **told,
+        resampling=_resampling(summary["resampling"], draws, bands), **simulated,
     )  # fmt: skip
 
 
 def _estimates(parameters: Mapping[str, Any], diagnostics: tuple[Diagnostic, ...]) -> tuple[Estimate, ...]:
     """Return the parameters; why one is not identified is among the diagnostics."""
-    names = {one.name for one in fields(Estimate)}
-    reasons = {one.parameter: one for one in reversed(diagnostics) if one.parameter}
+    names = {field.name for field in fields(Estimate)}
+    reasons = {reason.parameter: reason for reason in reversed(diagnostics) if reason.parameter}
     return tuple(
         Estimate(
-            name=name, **{key: one for key, one in its.items() if key in names and key != "interval"},
-            interval=tuple(its["interval"]) if its["interval"] else None,
-            reason=None if its["status"] == "identified" else reasons.get(name),
+            name=name, **{key: value for key, value in entry.items() if key in names and key != "interval"},
+            interval=tuple(entry["interval"]) if entry["interval"] else None,
+            reason=None if entry["status"] == "identified" else reasons.get(name),
         )
-        for name, its in parameters.items()
+        for name, entry in parameters.items()
     )  # fmt: skip
 
 
 def _resampling(
-    told: Mapping[str, Any] | None, draws: Mapping[str, np.ndarray], bands: Mapping[str, Any] | None
+    numbers: Mapping[str, Any] | None, draws: Mapping[str, np.ndarray], bands: Mapping[str, Any] | None
 ) -> Resampling | None:
     """Return how sure the model is, with every draw where their file is there, else with those of the model file."""
-    if told is None or not (draws or bands):
+    if numbers is None or not (draws or bands):
         return None
-    numbers = {name: told[name] for name in ("noise", "unexplained", "lasting", "inflation")}
-    curve = told["virgin_curve"]
+    errors = {name: numbers[name] for name in ("noise", "unexplained", "lasting", "inflation")}
+    curve = numbers["virgin_curve"]
     return Resampling(
-        bands=Bands(draws or (bands or {})["draws"], scatter=told["scatter"]["value"], **numbers),
-        scatter=Scatter(**told["scatter"]), half_cycles=told["half_cycles"], resolution=told["resolution"],
-        white=told["white"], jackknife=told["jackknife_std"],
+        bands=Bands(draws or (bands or {})["draws"], scatter=numbers["scatter"]["value"], **errors),
+        scatter=Scatter(**numbers["scatter"]), half_cycles=numbers["half_cycles"], resolution=numbers["resolution"],
+        white=numbers["white"], jackknife=numbers["jackknife_std"],
         curve=tuple(zip(*(curve[name] for name in ("x", "force", "low", "high")), strict=True)),
     )  # fmt: skip
 
 
 def _numbers(numbers: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: tuple(one) if isinstance(one, list) else one for name, one in numbers.items()}
+    return {name: tuple(value) if isinstance(value, list) else value for name, value in numbers.items()}
 
 
 def _number(value: float | None) -> float:

@@ -22,13 +22,13 @@ if TYPE_CHECKING:
     from bristle.logs.log import Log
     from bristle.simulation.result import Prediction
 
-__all__ = ["ModelInHand", "Told"]
+__all__ = ["DiagnosticWithMessage", "ModelInHand"]
 
 TREATMENT = ("cutoff", "decimation", "velocity_max", "delay", "lag")
 COLUMNS = ("Parameter", "Value", "95 % interval", "Unit", "Standard error [%]", "Remark")
 
 
-class Told(Diagnostic):
+class DiagnosticWithMessage(Diagnostic):
     """A diagnostic with its sentence."""
 
     @property
@@ -77,9 +77,9 @@ class ModelInHand(Shown):
         return self.best.parameters
 
     @property
-    def diagnostics(self) -> tuple[Told, ...]:
+    def diagnostics(self) -> tuple[DiagnosticWithMessage, ...]:
         """What may mislead, and what the model rests on; each has its sentence in ``message``."""
-        return tuple(Told(**vars(one)) for one in self.best.diagnostics)
+        return tuple(DiagnosticWithMessage(**vars(diagnostic)) for diagnostic in self.best.diagnostics)
 
     @property
     def covariance_names(self) -> tuple[str, ...]:
@@ -91,24 +91,26 @@ class ModelInHand(Shown):
     def covariance(self) -> np.ndarray:
         """Covariance of the parameters that were identified [products of their units], shape (parameter, parameter)."""
         stds, names = self._stds(), self.best.correlation_names
-        kept = [index for index, name in enumerate(names) if name in stds]
-        std = np.array([stds[names[index]] for index in kept])
+        places = [index for index, name in enumerate(names) if name in stds]
+        std = np.array([stds[names[index]] for index in places])
         correlation = np.asarray(self.best.correlation, dtype=float)
-        return correlation[np.ix_(kept, kept)] * np.outer(std, std)
+        return correlation[np.ix_(places, places)] * np.outer(std, std)
 
     def _stds(self) -> dict[str, float]:
         """Return the standard errors of what was identified; products of parameters count as parameters."""
         return {
-            one.name: one.std
-            for one in self.best.estimates
-            if one.status == "identified" and one.std is not None and np.isfinite(one.std)
+            estimate.name: estimate.std
+            for estimate in self.best.estimates
+            if estimate.status == "identified" and estimate.std is not None and np.isfinite(estimate.std)
         }
 
     @property
     def draws(self) -> dict[str, np.ndarray]:
         """The parameters as fitted to simulated logs, one entry a log; empty where there were none."""
         resampling = self.best.resampling
-        return {} if resampling is None else {name: np.asarray(one) for name, one in resampling.bands.draws.items()}
+        return (
+            {} if resampling is None else {name: np.asarray(values) for name, values in resampling.bands.draws.items()}
+        )
 
     def predict(
         self, log: Log | str | PathLike[str] | Any, mode: str = "inverse", *,
@@ -134,11 +136,11 @@ class ModelInHand(Shown):
         from bristle.prediction.predict import predict
 
         resampling = self.best.resampling
-        known: dict[str, Any] = {name: self.treatment[name] for name in TREATMENT if name in self.treatment}
-        known |= {"decimation": int(known["decimation"])} if "decimation" in known else {}
+        options: dict[str, Any] = {name: self.treatment[name] for name in TREATMENT if name in self.treatment}
+        options |= {"decimation": int(options["decimation"])} if "decimation" in options else {}
         bands = resampling.bands if resampling is not None else None
         own = self.axis if axis is None else axis
-        return predict(self.plant, self.model, log, own, mode, bands=bands, **known)
+        return predict(self.plant, self.model, log, own, mode, bands=bands, **options)
 
     def drive_table(self, entries: int = 20) -> list[tuple[float, float]]:
         """Return velocity and steady friction for the compensation of a drive, at most `entries` of them.
@@ -180,11 +182,11 @@ class ModelInHand(Shown):
         pandas = library("pandas", "to_dataframe()")
         rows = {
             name: {
-                "value": one.value, "unit": one.unit, "std": one.std, "robust_std": one.robust_std,
-                "low": one.interval[0] if one.interval else None, "high": one.interval[1] if one.interval else None,
-                "status": one.status, "description": one.description,
+                "value": estimate.value, "unit": estimate.unit, "std": estimate.std, "robust_std": estimate.robust_std,
+                "low": (estimate.interval or (None, None))[0], "high": (estimate.interval or (None, None))[1],
+                "status": estimate.status, "description": estimate.description,
             }
-            for name, one in self.parameters.items()
+            for name, estimate in self.parameters.items()
         }  # fmt: skip
         return pandas.DataFrame.from_dict(rows, orient="index").rename_axis("parameter")
 
@@ -193,11 +195,11 @@ class ModelInHand(Shown):
         from bristle.report.model_tables import parameter_table
 
         table = parameter_table(self.best)
-        shown = [index for index, head in enumerate(table.heads) if head in COLUMNS]
-        rows = tuple(tuple(row[index] for index in shown) for row in table.rows)
+        columns = [index for index, head in enumerate(table.heads) if head in COLUMNS]
+        rows = tuple(tuple(row[index] for index in columns) for row in table.rows)
         title = f"{self.best.name}, identified{self._source()}: error {self.best.error_percent:.3g} %"
-        return Card(title, tuple(table.heads[index] for index in shown), rows,
-                    (*self._beside(), *(f"warning: {one}" for one in warnings_of(self.best))))  # fmt: skip
+        return Card(title, tuple(table.heads[index] for index in columns), rows,
+                    (*self._beside(), *(f"warning: {warning}" for warning in warnings_of(self.best))))  # fmt: skip
 
     def _source(self) -> str:
         """Return from which log, in words."""

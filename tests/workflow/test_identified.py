@@ -1,0 +1,238 @@
+"""An identification in the hand: what stands on it, what it predicts, and that it is the same when it comes back."""
+
+import inspect
+import json
+import pickle
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.identification.known_logs import sliding_log
+
+import bristle as br
+from bristle import identification
+from bristle.core.errors import InputError, MissingExtraError
+from bristle.demo import axis_simulated
+from bristle.files import arrays
+from bristle.files.axis_text import axis_text
+from bristle.files.model import read_model
+from bristle.prediction import predict
+
+MODELS = "coulomb_viscous,viscous"
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def columns():
+    log = sliding_log()
+    return {"time": log.time.values, "position": log.position.values, "effort": log.effort.values}
+
+
+@pytest.fixture(scope="module")
+def found(columns):
+    return br.identify(columns, MODELS, cutoff=60.0, decimation=7, draws=20)
+
+
+@pytest.fixture(scope="module")
+def folder(found, tmp_path_factory):
+    return found.save(tmp_path_factory.mktemp("saved") / "results")
+
+
+@pytest.fixture(scope="module")
+def loaded(folder):
+    return br.load(folder)
+
+
+def same(one, other):
+    """Whether two models in the hand hold the same numbers, to the bit."""
+    for name, estimate in one.parameters.items():
+        again = other.parameters[name]
+        for field in ("value", "unit", "std", "robust_std", "interval", "status", "description"):
+            assert getattr(again, field) == getattr(estimate, field), (name, field)
+    assert (one.model, one.plant) == (other.model, other.plant)
+    assert list(one.parameters) == list(other.parameters)
+    assert one.covariance_names == other.covariance_names
+    np.testing.assert_array_equal(one.covariance, other.covariance)
+    assert dict(one.treatment) == dict(other.treatment)
+    assert list(one.draws) == list(other.draws)
+    for name, draws in one.draws.items():
+        np.testing.assert_array_equal(draws, other.draws[name])
+    assert vars(one.best.resampling.bands) | {"draws": 0} == vars(other.best.resampling.bands) | {"draws": 0}
+    assert [vars(each) for each in one.diagnostics] == [vars(each) for each in other.diagnostics]
+    assert one.drive_table(12) == other.drive_table(12)
+    assert one.to_dict() == other.to_dict()
+    return True
+
+
+def test_columns_give_what_the_log_of_them_gives(columns, found):
+    log = br.Log.from_columns(columns)
+    low = identification.identify(log, MODELS, cutoff=60.0, decimation=7, draws=20)
+    assert found.parameters == low.best.parameters
+    assert (found.model, found.plant) == (low.best.friction, low.best.plant)
+    assert [fit.name for fit in found.fits] == [fit.name for fit in low.fits]
+
+
+def test_a_data_frame_gives_the_same(columns, found):
+    frame = pytest.importorskip("pandas").DataFrame(columns)
+    again = br.identify(frame, "coulomb_viscous", cutoff=60.0, decimation=7, draws=0)
+    assert {name: one.value for name, one in again.parameters.items()} == {
+        name: one.value for name, one in found.parameters.items()
+    }
+    table = found.to_dataframe()
+    assert table.loc["M", "value"] == found.parameters["M"].value
+    assert (table.loc["M", "low"], table.loc["M", "high"]) == found.parameters["M"].interval
+
+
+def test_columns_of_a_rotary_axis_need_no_more_than_its_kind(columns):
+    turned = br.identify(columns, axis=br.Axis(kind="rotational"), draws=0)
+    assert (turned.parameters["M"].unit, turned.model.kind) == ("kg*m^2", "rotational")
+
+
+def test_it_takes_what_the_identification_takes():
+    ours, low = (inspect.signature(each).parameters for each in (br.identify, identification.identify))
+    assert {name: one.default for name, one in ours.items()} == {name: one.default for name, one in low.items()}
+
+
+def test_it_predicts_with_what_it_knows_itself(columns, found, folder):
+    predicted = found.predict(columns)
+    treatment = read_model(folder / "model.toml").info["treatment"]
+    assert (treatment["cutoff"], treatment["decimation"]) == (60.0, 7)
+    bands = found.best.resampling.bands
+    low = predict(found.plant, found.model, br.Log.from_columns(columns), bands=bands, **treatment)
+    np.testing.assert_array_equal(predicted.effort_predicted, low.effort_predicted)
+    np.testing.assert_array_equal(predicted.half_width, low.half_width)
+    assert 85.0 < predicted.inside_percent <= 100.0
+    quick = {**columns, "time": columns["time"] / 3.0}
+    doubts = [each.code for each in found.predict(quick).diagnostics if each.severity == "warning"]
+    assert doubts, "three times as fast as what was fitted, and nothing is said of it"
+
+
+def test_the_covariance_is_that_of_what_was_identified(columns, found):
+    names, covariance = found.covariance_names, found.covariance
+    assert set(names) == {name for name, one in found.parameters.items() if one.status == "identified"}
+    assert np.sqrt(np.diag(covariance)) == pytest.approx([found.parameters[name].std for name in names])
+    np.testing.assert_allclose(covariance, covariance.T)
+    assert np.linalg.eigvalsh(covariance / np.sqrt(np.outer(np.diag(covariance), np.diag(covariance)))).min() > 0.0
+    held = br.identify(columns, mass=12.0, draws=0)
+    assert "M" not in held.covariance_names
+    assert held.covariance.shape == (len(held.covariance_names),) * 2
+
+
+def test_it_is_shown_in_few_lines(found, loaded):
+    for each in (found, loaded):
+        lines = repr(each).splitlines()
+        assert len(lines) <= 30
+        assert [line.split()[0] for line in lines[2:6]] == list(found.parameters)
+        assert "viscous" in lines[6]
+        assert each._repr_html_().count("<tr>") == 1 + len(found.parameters)
+
+
+def test_what_it_found_out_is_a_sentence_and_a_code(found):
+    assert all(each.code and each.message.strip() for each in found.diagnostics)
+    assert [each.message for each in found.diagnostics] == [each["message"] for each in found.to_dict()["diagnostics"]]
+
+
+def test_it_comes_back_from_pickle_with_the_same_numbers(found):
+    assert same(found, pickle.loads(pickle.dumps(found)))
+
+
+def test_it_comes_back_from_its_folder_with_the_same_numbers(columns, found, loaded):
+    assert same(found, loaded)
+    assert same(loaded, pickle.loads(pickle.dumps(loaded)))
+    one, other = found.predict(columns), loaded.predict(columns)
+    np.testing.assert_array_equal(one.effort_predicted, other.effort_predicted)
+    np.testing.assert_array_equal(one.half_width, other.half_width)
+
+
+def test_without_pyarrow_draws_are_npz(found, tmp_path, monkeypatch):
+    def absent(name, wanted_by):
+        raise MissingExtraError("is not installed", path=wanted_by)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(arrays, "library", absent)
+        place = found.save(tmp_path / "results")
+        assert {one.name for one in place.glob("*.npz")} == {"draws.npz", "traces.npz"}
+        assert same(found, br.load(place))
+
+
+def test_the_folder_holds_what_others_need(found, folder):
+    table = br.read_axis(folder / "axis.toml")
+    assert {name: one.name for name, one in table.columns.items()} == {
+        name: name for name in ("time", "position", "effort")
+    }
+    curve = np.loadtxt(folder / "friction_curve.csv", delimiter=",", skiprows=1)
+    F_C, F_v = found.model.F_C, found.model.F_v
+    assert np.all(np.diff(curve[:, 0]) >= 0.0)
+    fastest = curve[-1]
+    assert fastest[1] == pytest.approx(F_C + F_v * fastest[0] + found.parameters["offset"].value, rel=1e-4)
+    summary = json.loads((folder / "summary.json").read_text())
+    assert summary["parameters"]["M"]["value"] == found.parameters["M"].value
+    assert "passive" in summary["certificates"]
+    assert "identify" in summary["provenance"]["command"]
+
+
+def test_the_report_is_one_file_that_needs_nothing_else(found, loaded, tmp_path):
+    page = found.report(tmp_path / "report.html").read_text(encoding="utf-8")
+    assert [one.name for one in tmp_path.iterdir()] == ["report.html"]
+    assert "Is the model fit to be used?" in page
+    assert not any(outside in page for outside in ('src="http', 'href="http', "<link"))
+    assert loaded.report(tmp_path / "again.html").read_text(encoding="utf-8") == page
+
+
+def test_the_figure_shows_what_was_measured_and_what_is_left_over(found):
+    effort, rest = found.plot().axes
+    assert [line.get_label() for line in effort.lines] == ["measured", "predicted"]
+    assert np.ptp(rest.lines[0].get_ydata()) > 0.0
+    assert "Residual" in rest.get_ylabel()
+
+
+def test_results_that_are_there_are_not_replaced_unasked(found, folder):
+    with pytest.raises(InputError, match="exists already"):
+        found.save(folder)
+
+
+def test_a_folder_that_holds_no_identification_is_refused(tmp_path, folder):
+    with pytest.raises(InputError):
+        br.load(tmp_path)
+    for name in ("summary.json", "model.toml"):
+        (tmp_path / name).write_bytes((folder / name).read_bytes())
+    with pytest.raises(InputError, match="holds no identification"):
+        br.load(tmp_path)
+    (tmp_path / "traces.parquet").write_bytes(b"no table")
+    with pytest.raises(InputError, match="cannot be read"):
+        br.load(tmp_path)
+    (tmp_path / "summary.json").write_text("{")
+    with pytest.raises(InputError, match="is no JSON"):
+        br.load(tmp_path)
+
+
+def test_an_axis_is_written_as_it_was_read_or_as_it_was_changed():
+    axis = axis_simulated.axis()
+    assert axis_text(axis) == Path(axis_simulated.AXIS_FILE).read_bytes()
+    changed = replace(axis, mass=28.0, cutoff=77.0, seeks_delay=True, span=(0.5, 3.0), at_rest=True)
+    again = br.read_axis(axis_text(changed))
+    assert again == changed
+    assert again != axis
+
+
+def test_an_axis_that_no_file_can_say_is_not_written():
+    axis = axis_simulated.axis()
+    counted = replace(axis.columns["position"], base="count", scale=1e-6)
+    assert axis_text(replace(axis, columns={**axis.columns, "position": counted})) is None
+
+
+def test_the_notebook_runs_and_its_job_takes_ten_lines(tmp_path, monkeypatch):
+    pytest.importorskip("pandas")
+    monkeypatch.chdir(tmp_path)
+    notebook = json.loads((ROOT / "examples" / "notebook.ipynb").read_text(encoding="utf-8"))
+    cells = ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    first, last = (next(i for i, cell in enumerate(cells) if word in cell) for word in ("br.identify", ".save("))
+    assert sum(len(cell.splitlines()) for cell in cells[first : last + 1]) <= 10
+    names = {}
+    for cell in cells:
+        exec(cell, names)
+    assert names["again"].parameters["M"].value == names["found"].parameters["M"].value
+    assert names["found"].parameters["M"].interval[0] < 12.0 < names["found"].parameters["M"].interval[1]
+    assert {"model.toml", "report.html", "draws.parquet"} <= {one.name for one in Path("results").iterdir()}
+    assert Path("report.html").is_file()
