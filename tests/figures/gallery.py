@@ -113,6 +113,7 @@ def gallery(names=PLAIN, many=None):
         ),
         "everett_surface": lambda: figures.everett_surface(exact, 5e-5),
         "expected": lambda: figures.expected(planned, F),
+        "fitted": lambda: figures.fitted(best),
         "following_error": lambda: figures.following_error(looped(many)),
         "following_error_focus": lambda: figures.following_error(looped((*many, "wild")), many),
         "friction_over_velocity": lambda: figures.friction_over_velocity(best, [(-0.1, -9.0), (0.1, 9.0)]),

@@ -25,6 +25,7 @@ def draw(name, bench):
         "correlation": lambda: figures.correlation(best),
         "drive_table": lambda: figures.drive_table(bench.table, curve, best.plant.kind),
         "effort_over_time": lambda: figures.effort_over_time(best),
+        "fitted": lambda: figures.fitted(best),
         "following_error": lambda: figures.following_error(bench.looped),
         "following_error_focus": lambda: figures.following_error(bench.looped, ("feedforward", "compensated")),
         "friction_over_velocity": lambda: figures.friction_over_velocity(best, curve),
@@ -36,8 +37,8 @@ def draw(name, bench):
 
 
 NAMES = (
-    "correlation", "drive_table", "effort_over_time", "following_error", "following_error_focus",
-    "friction_over_velocity", "model_comparison", "parameters", "prediction", "residuals",
+    "correlation", "drive_table", "effort_over_time", "fitted", "following_error",
+    "following_error_focus", "friction_over_velocity", "model_comparison", "parameters", "prediction", "residuals",
 )  # fmt: skip
 
 

@@ -84,8 +84,9 @@ def identify(
     and fits all parameters to that. Where the axis file names the columns input and output, hysteresis operators are
     identified.
 
-    Writes model.toml, drive_table.csv, summary.json and report.html into DIR. Interrupted (Ctrl-C), it ends with the
-    best found until then, marked unfinished, and exit code 130.
+    Writes model.toml, drive_table.csv, summary.json and report.html into DIR, and beside them what other programs and
+    bristle.load read. Interrupted (Ctrl-C), it ends with the best found until then, marked unfinished, and exit code
+    130.
     """
     from bristle.core.content import content_of
     from bristle.files.curves import describes_curves

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from bristle.core.axis import Axis, Column, Injected
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
@@ -102,8 +104,8 @@ def _controller(controller: Model | None) -> dict[str, Any]:
     """Return the table of a control law; what has no end is left to its default."""
     if controller is None:
         return {}
-    values = {
-        key_of(name): value.tolist() if hasattr(value, "tolist") else value
+    values: dict[str, Any] = {
+        key_of(name): np.asarray(value).tolist()
         for name, value in controller.values.items()
         if not (isinstance(value, float) and math.isinf(value))
     }

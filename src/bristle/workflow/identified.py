@@ -62,6 +62,10 @@ class Identified(ModelInHand, Identification):
         """What was known of the axis of the first log."""
         return self.axes[0]
 
+    @property
+    def _treatment(self) -> Mapping[str, float]:
+        return self.treatment
+
     @cached_property
     def outcome(self) -> Outcome:
         """The table for the drive, the loop with and without compensation, certificates, summary and report."""
@@ -253,15 +257,15 @@ def identify(
     ('identified', 12.0, 'kg')
     """
     pairs = logs_and_axes(log, axis)
-    logs, axes = [pair[0] for pair in pairs], tuple(pair[1] for pair in pairs)
+    logs, axes = [pair[0] for pair in pairs], [pair[1] for pair in pairs]
     options: dict[str, Any] = {
         "cutoff": cutoff, "decimation": decimation, "blocks": blocks, "offset": offset, "mass": mass, "free": free,
         "draws": draws, "method": method, "global_search": global_search, "settings": settings,
     }  # fmt: skip
-    fitted = models_fitted(logs, model, axis=list(axes), progress=progress, **options)
+    fitted = models_fitted(logs, model, axis=axes, progress=progress, **options)  # type: ignore[arg-type]
     code = origins_of_code(base_of(component) for component in models_of(model))
     return Identified(
-        **{name: getattr(fitted, name) for name in Identification.__dataclass_fields__}, axes=axes, code=code,
+        **{name: getattr(fitted, name) for name in Identification.__dataclass_fields__}, axes=tuple(axes), code=code,
         call=_call(logs, model, axes, options),
     )  # fmt: skip
 

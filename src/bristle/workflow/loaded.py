@@ -64,6 +64,10 @@ class Loaded(ModelInHand):
         """What was known of the axis."""
         return self.known_axis
 
+    @property
+    def _treatment(self) -> Mapping[str, float]:
+        return self.treatment
+
     def to_dict(self) -> dict[str, Any]:
         """Return the numbers as plain data, as ``summary.json`` holds them."""
         return dict(self.summary)

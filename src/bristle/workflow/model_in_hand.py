@@ -45,8 +45,6 @@ class DiagnosticWithMessage(Diagnostic):
 class ModelInHand(Shown):
     """An identified model: its parameters, how sure they are, what it predicts."""
 
-    treatment: Mapping[str, float]
-
     @property
     @abstractmethod
     def best(self) -> Fit:
@@ -56,6 +54,11 @@ class ModelInHand(Shown):
     @abstractmethod
     def axis(self) -> Axis | None:
         """What was known of the axis."""
+
+    @property
+    @abstractmethod
+    def _treatment(self) -> Mapping[str, float]:
+        """How the log of the identification was treated."""
 
     @abstractmethod
     def to_dict(self) -> dict[str, Any]:
@@ -135,8 +138,8 @@ class ModelInHand(Shown):
         """
         from bristle.prediction.predict import predict
 
-        resampling = self.best.resampling
-        options: dict[str, Any] = {name: self.treatment[name] for name in TREATMENT if name in self.treatment}
+        resampling, treatment = self.best.resampling, self._treatment
+        options: dict[str, Any] = {name: treatment[name] for name in TREATMENT if name in treatment}
         options |= {"decimation": int(options["decimation"])} if "decimation" in options else {}
         bands = resampling.bands if resampling is not None else None
         own = self.axis if axis is None else axis
