@@ -104,8 +104,8 @@ def test_it_predicts_with_what_it_knows_itself(columns, found, folder):
     np.testing.assert_array_equal(predicted.half_width, low.half_width)
     assert 85.0 < predicted.inside_percent <= 100.0
     quick = {**columns, "time": columns["time"] / 3.0}
-    doubts = [each.code for each in found.predict(quick).diagnostics if each.severity == "warning"]
-    assert doubts, "three times as fast as what was fitted, and nothing is said of it"
+    assert "beyond-speed" in {each.code for each in found.predict(quick).diagnostics}
+    assert "beyond-speed" not in {each.code for each in predicted.diagnostics}
 
 
 def test_the_covariance_is_that_of_what_was_identified(columns, found):
