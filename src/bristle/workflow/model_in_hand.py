@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bristle.core.card import Card, Shown
+from bristle.core.card import Card, WithCard
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.tabular import library
 
@@ -42,7 +42,7 @@ class DiagnosticWithMessage(Diagnostic):
         return self.message
 
 
-class ModelInHand(Shown):
+class ModelInHand(WithCard):
     """An identified model: its parameters, how sure they are, what it predicts."""
 
     @property
