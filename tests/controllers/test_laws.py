@@ -7,6 +7,7 @@ import pytest
 
 from bristle import controllers, friction, sensors
 from bristle.controllers.feedforward import Shape, shaped
+from bristle.controllers.velocity import ESTIMATORS, observed
 from bristle.core.contracts import Reference
 from bristle.engine import Compensator, interpreted, run_closed_loop
 from bristle.engine.motion import compensation_along
@@ -70,6 +71,18 @@ def test_without_switching_the_sliding_mode_law_is_proportional_and_derivative()
     assert state.q == measured
 
 
+def test_the_root_of_the_surface_brings_a_velocity_to_rest_in_the_time_of_torricelli():
+    # With k_1 alone dv/dt = -k_1 sqrt(|v|): at rest after 2 sqrt(v_0)/k_1, having gone 2 v_0^1.5/(3 k_1).
+    dt, v, k_1 = 1e-4, 0.09, 0.5
+    law = controllers.super_twisting(J=2.0, lambda_=0.0, K_1=0.0, k_1=k_1, k_2=0.0)
+    reference = np.zeros((4, 16000))
+    trace = run_closed_loop(inertia(M=2.0), friction.viscous(F_v=0.0), law, sensors.encoder(), reference, dt, v=v)
+    end = 2.0 * math.sqrt(v) / k_1
+    assert trace.time[np.argmax(trace.velocity < 1e-5 * v)] == pytest.approx(end, rel=1e-2)
+    assert trace.velocity[round(0.5 * end / dt)] == pytest.approx(0.25 * v, rel=1e-3)
+    assert trace.position[-1] == pytest.approx(2.0 * v**1.5 / (3.0 * k_1), rel=1e-3)
+
+
 def test_the_observer_takes_away_what_a_constant_force_leaves():
     steps = np.zeros(2000)
     left = {g: drive(controllers.disturbance_observer(**GAINS, g=g), steps, disturbance=3.0).position[-1]
@@ -78,12 +91,14 @@ def test_the_observer_takes_away_what_a_constant_force_leaves():
     assert abs(left[60.0]) < 1e-6 * abs(left[0.0])
 
 
-@pytest.mark.parametrize(("name", "without"), [("disturbance_observer", {"g": 0.0}), ("super_twisting", {"k_2": 0.0})])
-def test_a_limit_winds_up_neither_the_observer_nor_the_integrated_switching(name, without):
+@pytest.mark.parametrize(("name", "part"), [("disturbance_observer", {"g": 60.0}), ("super_twisting", {"k_2": 50.0})])
+def test_a_limit_winds_up_neither_the_observer_nor_the_integrated_switching(name, part):
+    # Wound up, 0.1 s at the limit are as much as the limit itself.
     reference = np.concatenate((np.zeros(20), np.full(3980, 0.2)))
     law = LAWS[name].with_values(limit=5.0)
-    plain, whole = (drive(one, reference).position for one in (law.with_values(**without), law))
-    assert whole.max() < 1.05 * plain.max()
+    whole = drive(law.with_values(**part), reference).position
+    plain = drive(law.with_values(**dict.fromkeys(part, 0.0)), reference).position
+    assert whole.max() < 1.02 * plain.max()
     assert whole[-1] == pytest.approx(0.2, abs=2e-3)
 
 
@@ -99,6 +114,18 @@ def test_the_velocity_of_a_ramp_is_found_and_counts_are_smoothed(estimator):
     late = np.array(read[500:])
     assert late.mean() == pytest.approx(0.0123, rel=1e-2)
     assert late.std() < 0.25 * (1e-5 / DT) / 2.0
+
+
+def test_the_tracking_observer_fits_a_line_to_the_past_that_fades():
+    # Least squares over all samples with weights p^age: the fading-memory filter of degree one.
+    position, cutoff = np.random.default_rng(4).normal(size=3000), 40.0
+    q, v = 0.0, 0.0
+    for measured in position:
+        q, v = observed(q, v, measured, DT, ESTIMATORS.index("tracking_observer"), cutoff)
+    age = np.arange(position.size)[::-1]
+    fading = np.exp(-2.0 * math.pi * cutoff * DT) ** age
+    slope, now = np.polyfit(-DT * age, position, 1, w=np.sqrt(fading))
+    assert (q, v) == (pytest.approx(now, rel=1e-9), pytest.approx(slope, rel=1e-9))
 
 
 # --- what is fed forward ----------------------------------------------------------------------------------------

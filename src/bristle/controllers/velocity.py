@@ -5,8 +5,8 @@ r"""The velocity that a control law works with, from sampled positions.
 .. math:: \hat v_k = \hat v_{k-1} + \left(1 - e^{-2\pi f_c T_s}\right)
           \left(\frac{q_k - q_{k-1}}{T_s} - \hat v_{k-1}\right)
 
-``tracking_observer``: a kinematic observer with both poles at :math:`p = e^{-2\pi f_c T_s}`, the steady state of a
-Kalman filter for a position under random acceleration,
+``tracking_observer``: a kinematic observer with both poles at :math:`p = e^{-2\pi f_c T_s}`, the line that fits all
+positions so far by least squares, each with the weight :math:`p` to the power of its age,
 
 .. math:: \tilde q_k = \hat q_{k-1} + T_s \hat v_{k-1}, \quad
           \hat q_k = \tilde q_k + (1 - p^2)(q_k - \tilde q_k), \quad
