@@ -42,6 +42,27 @@ def test_a_law_that_takes_over_a_motion_leaves_no_jolt(name, left):
     assert np.max(np.abs(trace.command)) < left
 
 
+@pytest.mark.parametrize("name", ["sliding_mode", "disturbance_observer"])
+def test_a_law_that_takes_over_an_acceleration_goes_on_with_its_force(name):
+    dt, v, a = 1e-5, 0.05, 3.0
+    t = dt * np.arange(200)
+    desired = np.array([v * t + 0.5 * a * t**2, v + a * t, np.full(t.size, a), np.zeros(t.size)])
+    law = LAWS[name].with_values(cutoff=math.inf)
+    trace = run_closed_loop(inertia(M=2.0), friction.viscous(F_v=0.0), law, sensors.encoder(), desired, dt, v=v,
+                            acceleration=a)  # fmt: skip
+    # The velocity read is half a sample old.
+    assert trace.command == pytest.approx(2.0 * a, rel=2e-3)
+
+
+def test_an_observer_that_takes_over_an_acceleration_sees_no_disturbance():
+    law, v, a, x = LAWS["disturbance_observer"].with_values(cutoff=math.inf), 0.05, 3.0, 60.0 * DT
+    state = law.component.start(0.0, v, a, DT, law.parameters)
+    # Along positions of which the difference is the velocity, the filter is out by the square of g T_s, and no more.
+    position = state.q + v * DT
+    effort, _ = law.component.step(state, Reference(position, v, a), position, DT, law.parameters)
+    assert effort == pytest.approx(2.0 * a, rel=0.6 * x**2)
+
+
 @pytest.mark.parametrize("name", sorted(LAWS))
 def test_the_limit_holds(name):
     law = LAWS[name].with_values(limit=1.5)

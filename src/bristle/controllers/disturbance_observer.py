@@ -75,7 +75,7 @@ def step(state, reference, measured, dt, p):
 def start(measured: float, velocity: float, acceleration: float, dt: float, p: Parameters) -> State:
     """Return the state of a law that takes over a motion at `velocity` [m/s or rad/s] and `acceleration`."""
     before = motion_before(measured, velocity, acceleration, dt)
-    return State(before.q, before.v, p.g * p.J * before.v + p.J * acceleration, p.J * acceleration)
+    return State(before.q, before.v, p.g * p.J * before.v, p.J * acceleration)
 
 
 MODEL = Controller(
