@@ -4,7 +4,7 @@ import math
 from pathlib import Path
 
 import pytest
-from tests.certificates.ballscrew import F_C, F_S, V_S, composite, gms, lugre
+from tests.certificates.ballscrew import F_C, F_S, SLIDING, STIFFNESS, V_S, composite, gms, lugre
 
 from bristle import friction
 from bristle.certificates import check, needed_damping
@@ -17,6 +17,10 @@ RATIO = (F_S - F_C) / F_C
 EDGE = 4.0 * math.sqrt(2.0 * math.e) * F_C
 
 
+def elastoplastic(**values):
+    return friction.elastoplastic(**SLIDING, sigma_0=STIFFNESS, **values)
+
+
 def passive_of(model):
     return check(model)["passive"]
 
@@ -27,6 +31,8 @@ def passive_of(model):
         (lugre, RATIO),
         (lambda **values: composite("paper", **values), RATIO),
         (composite, RATIO),
+        (lambda **values: elastoplastic(z_ba=0.0, **values), RATIO),
+        (lambda **values: elastoplastic(z_ba=0.9 * F_C / STIFFNESS, **values), RATIO),
         (lambda **values: composite("leuven", n=2, **values), (F_S / F_C) ** 2 - 1.0),
         (lambda **values: composite("leuven", n=8, **values), (F_S / F_C) ** 8 - 1.0),
     ],

@@ -1,11 +1,14 @@
 """A contact led by hand: what it holds, and where a force is reached."""
 
+import math
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from tests.certificates.ballscrew import F_S, STIFFNESS, UM, composite, lugre, maxwell_slip
 
-from bristle import friction
+from bristle import friction, hysteresis
+from bristle.certificates.operator import as_friction
 from bristle.certificates.quasi_static import Path, holding_of
 
 
@@ -21,6 +24,16 @@ def test_an_offset_shifts_what_is_held():
     found = holding_of(friction.find("coulomb+asymmetry")(F_C_pos=3.0, F_C_neg=2.0, offset=0.25))
     assert (found.backward, found.forward, found.half) == (-1.75, 3.25, 2.5)
     assert not found.has_presliding
+
+
+@pytest.mark.parametrize("spring", [2e-5, 1e-2])
+def test_a_force_that_grows_with_the_position_for_ever_is_never_passed_however_little_it_grows(spring):
+    # 1 N of a stop, and from the spring 0.02 N or 10 N over the longest slide, a kilometre.
+    held = holding_of(as_friction(hysteresis.prandtl_ishlinskii(thresholds=[1e-6], weights=[1e6], spring=spring)))
+    assert (held.backward, held.forward) == (-math.inf, math.inf)
+    assert not held.has_presliding
+    alone = holding_of(as_friction(hysteresis.prandtl_ishlinskii(thresholds=[1e-6], weights=[1e6])))
+    assert (alone.backward, alone.forward) == pytest.approx((-1.0, 1.0), rel=1e-6)
 
 
 def test_the_distance_is_where_half_of_the_force_is_there():

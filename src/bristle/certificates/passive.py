@@ -57,7 +57,7 @@ from bristle.friction import (
 )
 from bristle.friction.lugre import micro_damping, stribeck_force
 from bristle.friction.preisach_lugre import slip_law
-from bristle.friction.slip_law import SlipLaw, slip
+from bristle.friction.slip_law import slip
 from bristle.friction.slots import Slotted
 from bristle.friction.variation import Varied
 from bristle.hysteresis import prandtl_ishlinskii, preisach, stop
@@ -219,10 +219,10 @@ def _(p: Any) -> Damping:
 
 @damping_of.register(elastoplastic.Parameters)
 def _(p: Any) -> Damping:
+    # Where slip begins is of no account: below sliding bristles give nothing back, and beyond it they slip as LuGre's.
     constant = p._asdict() | {"v_d": math.inf}
     return _of_bristles(
-        lugre.Parameters(**{name: constant[name] for name in lugre.Parameters._fields}),
-        lambda q, G: slip(q / G, SlipLaw(p.sigma_0 * p.z_ba / G, 1.0, 1.0)),
+        lugre.Parameters(**{name: constant[name] for name in lugre.Parameters._fields}), lambda q, G: q / G
     )
 
 
