@@ -54,6 +54,27 @@ def test_a_resting_reference_is_fed_the_middle_of_a_set_valued_force():
     assert moving.tolist() == [6.5, 1.5, -3.5]
 
 
+def test_what_is_fed_forward_is_that_of_the_place_where_the_path_is():
+    # 10 N at the middle of the axis, 5 N more 0.5 m farther on: at 0.25, 0.35 and 0.45 m, the middles of the steps.
+    model = friction.find("coulomb+position")(F_C=10.0, p_1=0.5, x_0=0.0, x_L=0.5)
+    position = np.array([0.2, 0.3, 0.4])
+    fed = feedforward_effort(Feedforward(friction=model), position, np.zeros(3), DT)
+    assert fed == pytest.approx([12.5, 13.5, 14.5], rel=1e-12)
+    back = feedforward_effort(Feedforward(friction=model), position[::-1], np.zeros(3), DT)
+    assert back == pytest.approx([-13.5, -12.5, -11.5], rel=1e-12)
+
+
+@pytest.mark.parametrize("along", ["desired", "measured"])
+def test_a_loop_that_starts_away_from_0_is_compensated_there(along):
+    model = friction.find("coulomb+position")(F_C=10.0, p_1=0.5, x_0=0.0, x_L=0.5)
+    experiment = compensation_experiment(inertia(M=3.0), model, model, CONTROLLER, 0.3 + motion(1500), DT)
+    variant = next(one for one in experiment.variants if one.name == "compensated")
+    fed = replace(variant.feedforward, mass=0.0, along=along)
+    run = simulate(replace(experiment, variants=(replace(variant, feedforward=fed),))).variants["compensated"]
+    forward = (DT * np.arange(1500) > 0.2) & (DT * np.arange(1500) < 0.5)
+    assert np.mean(run.feedforward[forward]) == pytest.approx(13.0, abs=0.1)
+
+
 def test_compensation_with_the_true_model_takes_most_of_the_error_away():
     experiment = compensation_experiment(inertia(M=3.0), TRUTH, TRUTH, CONTROLLER, motion(), DT, resolution=1e-8)
     result = simulate(experiment)
