@@ -88,6 +88,20 @@ def test_below_the_gate_the_force_is_that_of_the_operator_on_the_position():
     np.testing.assert_allclose(force[1:], 0.5 * (ends[1:] + ends[:-1]), atol=1e-13)
 
 
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_return_within_rounding_is_no_turn_and_a_creep_in_steps_as_small_goes_on(side):
+    # Of the length f_p/s = 1.56e-3 rad a step of 1e-16 rad is less than 1e-13.
+    contact = Contact(composite())
+    contact.move(side * 1e-3, 1e-3, 10)
+    z, _, _, depth, _ = contact.state
+    contact.move(-side * 1e-16, 1e-3)
+    assert contact.state[3] == depth
+    contact.move(side * 1e-12, 1e-3, 10_000)
+    assert contact.state[0] - z == pytest.approx(side * 1e-12, rel=1e-2, abs=0.0)
+    contact.move(-side * 1e-13, 1e-3)
+    assert contact.state[3] == depth + 1
+
+
 def test_the_leuven_model_is_the_composite_with_its_transition():
     values = SLIDING | {"s": STIFFNESS, "f_p": 1.2 * F_S, "sigma_1": 0.01, "n": 4.0}
     v = np.random.default_rng(9).normal(size=500)
