@@ -5,11 +5,16 @@ from dataclasses import replace
 from functools import cache
 from importlib.resources import files
 
+import numpy as np
 import pytest
+from scipy.optimize import brentq
+from scipy.signal import cont2discrete
 from tests.docs.conftest import ROOT
 
 from bristle.files import read_experiment
 from bristle.loop_design import error_budget, proposals_for
+from bristle.paper.sound_loop import Sound
+from bristle.paper.tracking import Tracked
 from bristle.simulation import simulate
 from bristle.stability import Verdict, assess, remarks, runnable, sentence
 
@@ -45,6 +50,36 @@ def test_the_page_on_design_tells_these_margins():
         small, large = assess(delayed(int(delay))).bare
         found = (large.margins.phase, small.margins.phase, small.loop.spectral_radius)
         assert [round(found[0], 1), round(found[1], 1), round(found[2], 3)] == [float(one) for one in told]
+
+
+def margins_by_transfer_functions(g):
+    """Phase margin [deg] and gain margin of set C, by transfer functions: a free mass, drive and delay."""
+    T, M, rate, lag, cutoff = 0.5e-3, 631.65, 150.0, 0.2e-3, 400.0
+    numerator, denominator, _ = cont2discrete(([1.0], [M * lag, M, 0.0, 0.0]), T)
+    kept, fades = np.exp(-2.0 * np.pi * cutoff * T), np.exp(-g * T)
+
+    def open_loop(omega):
+        z = np.exp(1j * omega * T)
+        plant = np.polyval(numerator[0], z) / np.polyval(denominator, z) / z
+        speed = (1.0 - kept) / (1.0 - kept / z) * (1.0 - 1.0 / z) / T
+        by_itself = M * (2.0 * rate * speed + rate**2)
+        seen = (1.0 - fades) / (1.0 - fades / z)  # of what is commanded, and of the momentum times g
+        return plant * (by_itself + g * M * speed * (1.0 - seen)) / (1.0 - seen / z)
+
+    crossover = brentq(lambda w: abs(open_loop(w)) - 1.0, 150.0, 1500.0)
+    turn = brentq(lambda w: open_loop(w).imag, 600.0, 3000.0)
+    return np.degrees(np.angle(-open_loop(crossover))), -1.0 / open_loop(turn).real
+
+
+@pytest.mark.parametrize(("name", "g", "told"), [("none", 0.0, (51.9, 3.99)), ("observer", 60.0, (43.4, 3.30))])
+def test_margins_of_set_c(name, g, told):
+    sound = Sound(Tracked(EXPERIMENTS / "set_c.toml"), Tracked(EXPERIMENTS / "set_a_break_away.toml"))
+    # The least of the free mass, of one that is stuck and of one that slides: that of the free one.
+    phase, gain = sound.margins[name]
+    assert (phase, gain) == pytest.approx(margins_by_transfer_functions(g), rel=1e-4)
+    assert (round(phase, 1), round(gain, 2)) == told
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert "(43° and more of\nphase, 3.3 and more of gain)" in readme
 
 
 def test_two_samples_are_flagged_inside_the_layer_and_three_are_refused():
