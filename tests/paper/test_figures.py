@@ -9,6 +9,7 @@ from tests.figures.test_figures import assert_legible
 from tests.figures.test_figures import test_lines_with_a_name_differ_without_colour as lines_differ_without_colour
 
 from bristle.core.dispatch import everett
+from bristle.figures.error_distribution import RANGE
 from bristle.figures.preisach_stages import trapezoids
 from bristle.files import read_experiment
 from bristle.paper import EXPERIMENTS, FIGURES
@@ -295,6 +296,26 @@ def test_13_the_range_and_the_mean_are_those_printed_once_read_right(paper):
     assert before["max"] < 2.3e-6
     assert after["max"] - after["min"] < 0.8e-6
     assert after["std"] < 0.5 * (0.9e-6 + 0.2e-6)
+
+
+def lines(figure, label):
+    """The lines of each panel that have this label."""
+    return [[one for one in axes.get_lines() if one.get_label() == label] for axes in figure.axes]
+
+
+def test_13_the_ranges_that_the_paper_prints_are_drawn(paper):
+    figure = paper[13].draw()
+    lows, highs = ([one.get_xdata()[0] for (one,) in lines(figure, label)] for label in (RANGE, "_same"))
+    assert lows == pytest.approx([-0.4, -0.2, -0.2])
+    assert highs == pytest.approx([1.0, 0.49, 0.49])
+    assert all(axes.get_xlabel() == "Following error [µm]" for axes in figure.axes)
+
+
+def test_14_friction_is_drawn_over_the_effort_of_each_loop(paper):
+    drawn = lines(paper[14].draw(), "friction")
+    assert [len(one) for one in drawn] == [1] * 6
+    # In mN m: friction is what breaks away, and the effort in the whole has peaks far above.
+    assert all(20.0 < max(abs(one.get_ydata())) < 60.0 for (one,) in drawn)
 
 
 def test_14_the_effort_hardly_grows(paper):

@@ -1,0 +1,208 @@
+"""Mutation testing: faults of one line are put into the package, and the fast tests have to notice.
+
+``python -m tests.mutants`` draws a sample of lines by a seed, puts one fault into each (a comparison turned, + for -, a
+constant doubled, a statement left out ...), and runs the test files that are related to it, in a copy of the tree. It
+ends with the share of faults that were noticed, in each room, and the lines that no test holds; exit code 1 where the
+share is below ``--least``. What was found is kept in a file, so that it goes on where it was interrupted.
+
+Neither of the two common tools does this here: mutmut chooses a fault while the program runs, by a wrapper around each
+function, which compiled kernels cannot go through; cosmic-ray changes the working tree itself, draws no sample, and has
+one test command for all lines.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import shutil
+import signal
+import sys
+import tempfile
+import tomllib
+from collections.abc import Callable, Iterator
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from tests.mutants.bench import NOTHING_COLLECTED, PASSED, Bench, Job, Verdict, abreast
+from tests.mutants.mutations import Mutant, applied, chosen, mutants_of, whole_line
+from tests.mutants.related import Imports
+
+ROOT = Path(__file__).parents[2]
+ROOMS = ("identification", "controllers", "certificates", "engine")
+EQUIVALENTS = Path(__file__).with_name("equivalents.toml")
+# How much longer tests may take with a fault: so many times, and so many seconds for what is compiled anew.
+SLOWER, COMPILING = 3.0, 60.0
+COLD = 5.0  # how many times the budget a file may take that is run for the first time, with nothing compiled
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Test the tests; return the exit code."""
+    asked = _asked(arguments)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # what runs is ended then
+    sources = {
+        file.relative_to(ROOT).as_posix(): file.read_bytes()
+        for room in asked.rooms
+        for file in sorted((ROOT / "src" / "bristle" / room).rglob("*.py"))
+    }
+    sample = chosen(sources, asked.sample, asked.seed, set(equivalents(sources)))
+    kept = Kept(asked.out)
+    keys = {mutant: mutant.key(sources[mutant.path]) for mutant in sample}
+    again = {"survived"} if asked.again else set()
+    left = [one for one in sample if kept.results.get(keys[one], {"outcome": "survived"})["outcome"] in again
+            or keys[one] not in kept.results]  # fmt: skip
+    print(f"{len(sample)} faults in {len({one.path for one in sample})} files, {len(left)} of them to be tried")
+    if left:
+        with tempfile.TemporaryDirectory(prefix="mutants-") as place:
+            _try(left, keys, kept, asked, asked.work or Path(place))
+    found = [kept.results[keys[one]] | {"line": one.line} for one in sample]
+    print(report(found, sources, sample))
+    noticed = sum(one["outcome"] != "survived" for one in found)
+    return 0 if noticed >= asked.least * len(found) else 1
+
+
+class Kept:
+    """What was found so far, in a file."""
+
+    def __init__(self, file: Path) -> None:
+        self.file = file
+        told = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
+        self.results: dict[str, dict[str, Any]] = told.get("results", {})
+        self.seconds: dict[str, float | None] = told.get("seconds", {})
+
+    def write(self) -> None:
+        """Write the file whole, or leave the old one."""
+        fresh = self.file.with_name(f"{self.file.name}.partial")
+        text = json.dumps({"results": self.results, "seconds": self.seconds}, indent=1, ensure_ascii=False)
+        fresh.write_text(text, encoding="utf-8")
+        fresh.replace(self.file)
+
+
+def told_equivalent() -> list[dict[str, str]]:
+    """Return what is told to be no fault."""
+    return tomllib.loads(EQUIVALENTS.read_text(encoding="utf-8")).get("equivalent", [])
+
+
+def equivalents(sources: dict[str, bytes]) -> dict[str, str]:
+    """Return the keys of mutants that are told to be no faults, with the reasons."""
+    told = told_equivalent()
+    reasons = {(one["path"], one["line"], one["old"], one["new"]): one["because"] for one in told}
+    found = {}
+    for path in {one["path"] for one in told} & set(sources):
+        source = sources[path]
+        for mutant in mutants_of(path, source):
+            known = (path, whole_line(source, mutant.begin).strip(), mutant.old, mutant.new)
+            if known in reasons:
+                found[mutant.key(source)] = reasons[known]
+    return found
+
+
+def _try(left: list[Mutant], keys: dict[Mutant, str], kept: Kept, asked: argparse.Namespace, place: Path) -> None:
+    """Run the tests of each fault, those of each file first as it is."""
+    benches = [Bench(ROOT, place / str(number)) for number in range(asked.processes)]
+    imports = Imports(ROOT)
+    near = {path: list(islice(imports.tests_of(path), asked.files)) for path in {one.path for one in left}}
+    _measure(benches, sorted({test for tests in near.values() for test in tests}), kept, asked.budget)
+
+    def jobs() -> Iterator[Job]:
+        for mutant in left:
+            tests = within(near[mutant.path], kept.seconds, asked.budget)
+            took = sum(kept.seconds[one] or 0.0 for one in tests)
+            yield Job(tuple(tests), SLOWER * took + COMPILING, mutant)
+
+    def done(job: Job, verdict: Verdict) -> None:
+        if job.mutant is None:
+            raise RuntimeError("a job without a fault")
+        survived = verdict.code in (PASSED, NOTHING_COLLECTED)
+        outcome = "survived" if survived else "too slow" if verdict.code is None else "killed"
+        mutant = job.mutant
+        kept.results[keys[mutant]] = {
+            "path": mutant.path, "kind": mutant.kind, "old": mutant.old, "new": mutant.new, "outcome": outcome,
+            "seconds": round(verdict.seconds, 1), "by": "" if survived else verdict.failed, "tests": list(job.tests),
+        }  # fmt: skip
+        kept.write()
+        print(f"{outcome:9} {verdict.seconds:6.1f} s  {mutant.path[12:]}:{mutant.line} {mutant.kind}", flush=True)
+
+    abreast(benches, jobs(), done)
+
+
+def _measure(benches: list[Bench], tests: list[str], kept: Kept, budget: float) -> None:
+    """Find out how long test files take as they are, once compiled. One that fails, or takes too long, is left out."""
+
+    def done(job: Job, verdict: Verdict) -> None:
+        (test,) = job.tests
+        kept.seconds[test] = round(verdict.seconds, 1) if verdict.code == PASSED else None
+        kept.write()
+        if verdict.code not in (PASSED, NOTHING_COLLECTED):
+            why = "takes too long" if verdict.code is None else f"fails by itself: {verdict.failed}"
+            print(f"left out: {test} {why}", flush=True)
+
+    left = [one for one in tests if one not in kept.seconds]
+    abreast(benches, (Job((one,), COLD * budget) for one in left), done)
+    _share_compiled(benches)
+    slow = [one for one in left if (kept.seconds[one] or 0.0) > COLD]
+    abreast(benches, (Job((one,), budget) for one in slow), done)
+
+
+def _share_compiled(benches: list[Bench]) -> None:
+    """Give each bench what the others have compiled."""
+    first, *others = benches
+    for bench in others:
+        for folder in (bench, first):
+            folder.cache.mkdir(exist_ok=True)
+        shutil.copytree(bench.cache, first.cache, dirs_exist_ok=True)
+    for bench in others:
+        shutil.copytree(first.cache, bench.cache, dirs_exist_ok=True)
+
+
+def within(tests: list[str], seconds: dict[str, float | None], budget: float) -> list[str]:
+    """Return the test files to be run for a fault: the nearest that take no longer than the budget [s] together."""
+    found, took = [], 0.0
+    for test in tests:
+        long = seconds.get(test)
+        if long is not None and (not found or took + long <= budget):
+            found.append(test)
+            took += long
+    return found
+
+
+def report(found: list[dict[str, Any]], sources: dict[str, bytes], sample: list[Mutant]) -> str:
+    """Return the table by room, and the lines of the faults that no test noticed."""
+    rows = [f"\n{'room':16} {'killed':>7} {'survived':>9} {'share':>7} {'s each':>7}"]
+    rooms = sorted({one.room for one in sample})
+    for room in (*rooms, "all") if len(rooms) > 1 else rooms:
+        among = [one for one, mutant in zip(found, sample, strict=True) if room in (mutant.room, "all")]
+        killed = sum(one["outcome"] != "survived" for one in among)
+        each = sum(one["seconds"] for one in among) / len(among)
+        rows.append(f"{room:16} {killed:7} {len(among) - killed:9} {100.0 * killed / len(among):5.0f} % {each:7.1f}")
+    for one, mutant in sorted(zip(found, sample, strict=True), key=lambda pair: pair[1]):
+        if one["outcome"] == "survived":
+            rows.append(f"\n{mutant.path}:{mutant.line}  {mutant.kind}\n{difference(mutant, sources[mutant.path])}")
+    return "\n".join(rows)
+
+
+def difference(mutant: Mutant, source: bytes) -> str:
+    """Return the line as it is and with the fault."""
+    changed = whole_line(applied(mutant, source), mutant.begin)
+    return f"  - {whole_line(source, mutant.begin).strip()}\n  + {changed.strip()}"
+
+
+def _asked(arguments: list[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="python -m tests.mutants", description=__doc__.partition("\n")[0])
+    add: Callable[..., Any] = parser.add_argument
+    add("--rooms", nargs="+", default=list(ROOMS), help="folders of the package")
+    add("--sample", type=int, default=100, help="how many lines")
+    add("--seed", type=int, default=12)
+    add("--processes", type=int, default=os.cpu_count() or 1)
+    add("--files", type=int, default=8, help="how many test files are run for a fault at most")
+    add("--budget", type=float, default=60.0, help="how long they may take together without it [s of a processor]")
+    add("--again", action="store_true", help="try those again that survived")
+    add("--least", type=float, default=0.85, help="share that must be noticed")
+    add("--work", type=Path, help="where the copies are made, and stay with what was compiled; else nothing stays")
+    add("--out", type=Path, default=Path("mutants.json"), help="where what was found is kept")
+    return parser.parse_args(arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,132 @@
+"""Mutation testing: what counts as a fault, which tests are asked, and that the working tree stays as it is."""
+
+import ast
+import json
+import subprocess
+from pathlib import Path
+
+import pytest
+from tests.mutants import __main__ as mutants
+from tests.mutants.mutations import applied, chosen, mutants_of
+from tests.mutants.related import Imports
+
+ROOT = Path(__file__).parents[2]
+SOURCE = '''
+"""A text, 1 + 1."""
+__all__ = ["first"]
+STEP: float = 0.5  # µ, two bytes
+FLAGS = frozenset({"a" "b"})
+
+
+@kernel(inline=False)
+def first(x: "1 < 2", y=3) -> "4":
+    """Return 5."""
+    if x < y and x > 0:
+        raise ValueError(f"{x + 1} is not {y - 1}", 6)
+    µ = max(x, y) / 2
+    µ += x
+    told = f"{x * y}"
+    return µ
+
+
+class Shape(NamedTuple):
+    """A shape."""
+
+    size: Annotated[float, Variable("length", min=7.0)] = 8.0
+'''.encode()
+
+
+def faults(line):
+    found = mutants_of("src/bristle/room/module.py", SOURCE)
+    return {(one.kind, one.old, one.new) for one in found if one.line == line}
+
+
+def test_each_kind_of_fault_is_put_where_it_fits():
+    assert faults(4) == {("constant", "0.5", one) for one in ("0.0", "1.0", "1.5", "-0.5")}
+    assert faults(9) == {("constant", "3", one) for one in ("0", "2", "4", "6")}
+    assert faults(11) == {
+        ("comparison", "<", ">"), ("comparison", ">", "<"), ("and/or", "and", "or"), ("constant", "0", "1"),
+        ("constant", "0", "-1"), ("condition", "x < y and x > 0", "(not (x < y and x > 0))"),
+    }  # fmt: skip
+    assert faults(13) > {("min/max", "max", "min"), ("arithmetic", "/", "*")}
+    assert faults(14) == {("arithmetic", "+", "-"), ("statement", "µ += x", "pass")}
+    assert faults(16) == {("return", "µ", "None")}
+    assert faults(22) == {("constant", "8.0", one) for one in ("0.0", "7.0", "9.0", "16.0")}
+
+
+def test_texts_declarations_and_what_raises_are_left_alone():
+    assert {one.line for one in mutants_of("src/bristle/room/module.py", SOURCE)} == {4, 9, 11, 13, 14, 16, 22}
+
+
+def test_every_fault_of_the_package_leaves_a_program_and_another_one():
+    for name in ("engine/efim.py", "controllers/cascade.py", "certificates/drift.py"):
+        path = f"src/bristle/{name}"
+        source = (ROOT / path).read_bytes()
+        whole = ast.dump(ast.parse(source))
+        for mutant in mutants_of(path, source)[::5]:
+            assert ast.dump(ast.parse(applied(mutant, source))) != whole, mutant
+
+
+def test_a_larger_sample_holds_a_smaller_one_and_lines_that_move_stay_in_it():
+    sources = dict.fromkeys(("src/bristle/a/a.py", "src/bristle/b/b.py"), SOURCE)
+    few, many = (chosen(sources, count, 1, set()) for count in (4, 9))
+    assert len({(one.path, one.line) for one in many}) == len(many) == 9
+    assert many[:4] == few != chosen(sources, 4, 2, set())[:4]
+    moved = sources | {few[0].path: b"import this\n\n" + sources[few[0].path]}
+    keys = [[one.key(source[one.path]) for one in chosen(source, 4, 1, set())] for source in (sources, moved)]
+    assert keys[0] == keys[1]
+    assert few[0] not in chosen(sources, 9, 1, {few[0].key(sources[few[0].path])})
+
+
+def test_the_nearest_tests_come_first():
+    imports = Imports(ROOT)
+    assert imports.tests_of("src/bristle/engine/efim.py")[0] == "tests/engine/test_efim.py"
+    assert imports.tests_of("src/bristle/controllers/velocity.py")[0] == "tests/controllers/test_laws.py"
+    assert imports.tests_of("src/bristle/engine/step_doubling.py")[0] == "tests/engine/test_adaptive.py"
+    assert "tests/certificates/test_passive.py" in imports.tests_of("src/bristle/friction/elastoplastic.py")
+
+
+@pytest.fixture
+def house(tmp_path):
+    """A repository with a package of two rooms: one is tested, the other is not."""
+    files = {
+        "src/bristle/__init__.py": "", "src/bristle/kept/__init__.py": "", "src/bristle/left/__init__.py": "",
+        "src/bristle/kept/double.py": "def double(x):\n    return x + x\n",
+        "src/bristle/left/half.py": "def half(x):\n    return x / 2\n",
+        "tests/test_double.py": "from bristle.kept.double import double\n"
+                                "from bristle.left.half import half\n\n\n"
+                                "def test_double():\n    assert double(3) == 6 and half(0) == 0\n",
+        "tests/test_broken.py": "from bristle.kept.double import double\n\n\ndef test_it():\n    assert False\n",
+        "pyproject.toml": '[tool.pytest.ini_options]\nmarkers = ["slow: long"]\n',
+    }  # fmt: skip
+    for name, text in files.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+    subprocess.run(["git", "init", "-q", str(tmp_path)], check=True)
+    return tmp_path
+
+
+def test_what_no_test_notices_is_told_and_the_tree_stays_as_it_is(house, tmp_path_factory, monkeypatch, capsys):
+    monkeypatch.setattr(mutants, "ROOT", house)
+    out = tmp_path_factory.mktemp("out") / "found.json"
+    before = {one: one.read_bytes() for one in house.rglob("*.py")}
+    asked = ["--rooms", "kept", "left", "--processes", "2", "--out", str(out)]
+    assert mutants.main(asked) == 1
+    said = capsys.readouterr().out
+    assert "left out: tests/test_broken.py fails by itself" in said
+    found = {one["path"]: one for one in json.loads(out.read_text())["results"].values()}
+    assert found["src/bristle/kept/double.py"]["outcome"] == "killed"
+    assert found["src/bristle/kept/double.py"]["by"] == "tests/test_double.py::test_double"
+    assert found["src/bristle/left/half.py"]["outcome"] == "survived"
+    assert "src/bristle/left/half.py:2  " in said
+    assert "  - return x / 2\n  + return " in said
+    assert {one: one.read_bytes() for one in house.rglob("*.py")} == before
+    assert mutants.main([*asked, "--least", "0.5"]) == 0
+    assert "0 of them to be tried" in capsys.readouterr().out
+
+
+def test_what_is_told_to_be_no_fault_is_there_and_has_a_reason():
+    sources = {path: (ROOT / path).read_bytes() for path in
+               {one["path"] for one in mutants.told_equivalent()}}  # fmt: skip
+    assert len(mutants.equivalents(sources)) >= len(mutants.told_equivalent())
+    assert all(len(one["because"]) > 20 for one in mutants.told_equivalent())
