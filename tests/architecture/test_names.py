@@ -22,10 +22,10 @@ sight workbench twin room thing things whole
 VAGUE = frozenset(WORDS.split())
 RATE = 3.0  # per 1000 identifiers
 CEILINGS = {  # of the folders that still wait for better names: these numbers only fall
-    "cli": 13,
-    "core": 29,
+    "cli": 9,
+    "core": 11,
     "engine": 50,
-    "identification": 155,
+    "identification": 140,
     "simulation": 3,
 }
 
