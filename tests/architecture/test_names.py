@@ -22,15 +22,11 @@ sight workbench twin room thing things whole
 VAGUE = frozenset(WORDS.split())
 RATE = 3.0  # per 1000 identifiers
 CEILINGS = {  # of the folders that still wait for better names: these numbers only fall
-    "cli": 84,
-    "core": 124,
+    "cli": 9,
+    "core": 11,
     "engine": 50,
-    "friction": 15,
-    "hysteresis_identification": 68,
-    "identification": 390,
-    "logs": 181,
-    "prediction": 23,
-    "simulation": 30,
+    "identification": 140,
+    "simulation": 3,
 }
 
 

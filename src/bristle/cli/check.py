@@ -61,19 +61,19 @@ def _check_values(model: Path, force_ripple: Any, loop: Any, as_json: bool, allo
     else:
         chosen = read_model(file, related=False, allow_code=allow_code).friction
     with progress("checking"):
-        found = certificates_of(chosen, force_ripple=force_ripple, loop=loop)
-    failed = {name: one for name, one in found.items() if one.passed is False}
+        certificates = certificates_of(chosen, force_ripple=force_ripple, loop=loop)
+    failed = {name: certificate for name, certificate in certificates.items() if certificate.passed is False}
     if not failed and not of_operator:
         # Refuses what breaks a condition that no certificate speaks of, such as F_S >= F_C.
         read_model(file, allow_code=allow_code)
     if as_json:
-        _print_json(chosen.name, not failed, {name: vars(one) for name, one in found.items()})
+        _print_json(chosen.name, not failed, {name: vars(certificate) for name, certificate in certificates.items()})
     else:
         from bristle.report.certificates import certificate_table
 
-        show_table(certificate_table(chosen.name, found))
-    for name, one in failed.items():
-        complain(f"{name}: {one.advice}")
+        show_table(certificate_table(chosen.name, certificates))
+    for name, certificate in failed.items():
+        complain(f"{name}: {certificate.advice}")
     return NO if failed else 0
 
 
@@ -100,13 +100,13 @@ def _check_code(model: Path, options: dict[str, str | None], as_json: bool) -> i
     allow(content)
     with progress("checking"):
         results = check_model(chosen)
-    failed = [one for one in results if not one.passed]
+    failed = [check for check in results if not check.passed]
     if as_json:
-        _print_json(chosen.name, not failed, {one.name: _as_certificate(one) for one in results})
+        _print_json(chosen.name, not failed, {check.name: _as_certificate(check) for check in results})
     else:
         _show_demands(chosen.name, results)
-    for one in failed:
-        complain(f"{one.name}: {one.detail}. {one.advice}")
+    for check in failed:
+        complain(f"{check.name}: {check.detail}. {check.advice}")
     return NO if failed else 0
 
 
@@ -116,26 +116,26 @@ def _print_json(name: str, passed: bool, certificates: dict[str, Any]) -> None:
     sys.stdout.write(as_json({"model": name, "passed": passed, "certificates": certificates}))
 
 
-def _as_certificate(one: Check) -> dict[str, object]:
+def _as_certificate(check: Check) -> dict[str, object]:
     return {
-        "applies": one.applies,
-        "value": one.value,
-        "unit": one.unit,
-        "threshold": one.threshold,
-        "passed": one.passed,
-        "detail": one.detail,
-        "advice": one.advice,
+        "applies": check.applies,
+        "value": check.value,
+        "unit": check.unit,
+        "threshold": check.threshold,
+        "passed": check.passed,
+        "detail": check.detail,
+        "advice": check.advice,
     }
 
 
-def _outcome(one: Check) -> str:
-    if not one.applies:
+def _outcome(check: Check) -> str:
+    if not check.applies:
         return "–"
-    return "met" if one.passed else "NOT MET"
+    return "met" if check.passed else "NOT MET"
 
 
 def _show_demands(name: str, results: list[Check]) -> None:
     from bristle.report.table import Table
 
-    rows = [(one.name, _outcome(one), one.detail, one.advice) for one in results]
+    rows = [(check.name, _outcome(check), check.detail, check.advice) for check in results]
     show_table(Table(f"The contract of a friction model: {name}", ("Demand", "Outcome", "Seen", "What to do"), rows))

@@ -20,16 +20,16 @@ def command_told(arguments: Iterable[str], separators: str = SEPARATORS) -> str:
     >>> command_told(["identify", "/home/anna/axis 1.csv", "--axis=../x/axis.toml", "--cutoff", "100 Hz"])
     "bristle identify 'axis 1.csv' --axis=axis.toml --cutoff '100 Hz'"
     """
-    return shlex.join(["bristle", *(_plain(_without_folders(one, separators)) for one in arguments)])
+    return shlex.join(["bristle", *(_plain(_without_folders(argument, separators)) for argument in arguments)])
 
 
 def _plain(text: str) -> str:
     # The names of files are bytes, and whoever passes one on may be of another opinion on its letters.
-    return "".join(one if one.isprintable() else "?" for one in text)
+    return "".join(letter if letter.isprintable() else "?" for letter in text)
 
 
 def _without_folders(argument: str, separators: str) -> str:
-    option, given, value = argument.partition("=")
-    if given and option.startswith("--"):
+    option, equals, value = argument.partition("=")
+    if equals and option.startswith("--"):
         return f"{option}={_without_folders(value, separators)}"
-    return ",".join(re.split(f"[{re.escape(separators)}]", one.rstrip(separators))[-1] for one in argument.split(","))
+    return ",".join(re.split(f"[{re.escape(separators)}]", part.rstrip(separators))[-1] for part in argument.split(","))

@@ -48,13 +48,13 @@ def demo(
         progress("demonstration") as report,
         figure_files(folder, formats, data),
     ):
-        done = run(folder, command=context.obj, progress=report)
+        demonstration = run(folder, command=context.obj, progress=report)
     if as_json:
-        sys.stdout.write(json_text(done.summary))
+        sys.stdout.write(json_text(demonstration.summary))
         return
     say(BANNER)
-    show_identification(done.identification, done.simulation)
-    _show_unseen(done.prediction)
+    show_identification(demonstration.identification, demonstration.simulation)
+    _show_unseen(demonstration.prediction)
     say(f"""
 The report: {out / "report.html"} (open it in a browser). Now with a log of your own:
   1. Copy {out / "axis.toml"} and write into it what your columns are called, in which units.

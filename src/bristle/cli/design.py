@@ -61,28 +61,28 @@ def design(
     ):
         described = read_experiment(experiment, allow_code=allow_code, size_limit=bytes_asked(size_limit))
         for friction in {
-            one for each in described.variants for one in (each.friction, each.feedforward.friction) if one
+            model for member in described.variants for model in (member.friction, member.feedforward.friction) if model
         }:
             admit(friction)
-        found = designed(described, variant=variant, bandwidth=_in_radians(bandwidth), progress=report)
+        outcome = designed(described, variant=variant, bandwidth=_in_radians(bandwidth), progress=report)
         source = provenance(context.obj, **described.origins)
-        summary = design_summary(found, provenance=source)
+        summary = design_summary(outcome, provenance=source)
         if folder:
             from bristle.report.results import write_report
 
-            write_report(folder, design_report(found, command=context.obj, provenance=source), summary)
+            write_report(folder, design_report(outcome, command=context.obj, provenance=source), summary)
     if as_json:
         sys.stdout.write(json_text(summary))
     else:
-        show_table(margin_table(found))
-        if found.budget is not None:
-            show_table(budget_table(found.budget, found))
-        show_table(proposal_table(found))
-        for sentence in design_sentences(found):
+        show_table(margin_table(outcome))
+        if outcome.budget is not None:
+            show_table(budget_table(outcome.budget, outcome))
+        show_table(proposal_table(outcome))
+        for sentence in design_sentences(outcome):
             say(sentence)
     if out:
         complain(f"wrote {out}; open {out / 'report.html'} in a browser")
-    return 0 if found.is_stable else NO
+    return 0 if outcome.is_stable else NO
 
 
 def _in_radians(text: str | None) -> float | None:

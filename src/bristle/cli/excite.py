@@ -77,7 +77,7 @@ def excite(
         figure_files(folder, formats, data),
     ):
         try:
-            found = designed(
+            excitation = designed(
                 axis_file, duration=duration, travel=travel, purposes=purposes, model=model_file,
                 allow_code=allow_code, progress=report,
             )  # fmt: skip
@@ -86,38 +86,38 @@ def excite(
             raise InputError(
                 error.message, path=path, value=error.value, allowed=error.allowed, mend=error.mend
             ) from None
-        code = origins_of_code([base_of(found.prior.friction.component)])
+        code = origins_of_code([base_of(excitation.prior.friction.component)])
         source = provenance(context.obj, axis=axis_file, model=model_file, code=code)
-        following = _identify(found, Path(out.name) / "axis.toml" if out else Path("AXIS.toml"))
+        following = _identify(excitation, Path(out.name) / "axis.toml" if out else Path("AXIS.toml"))
         files = {"motion": "motion.csv", "axis": "axis.toml"} if out else {}
-        summary = excitation_summary(found, files=files, identify=following, provenance=source)
+        summary = excitation_summary(excitation, files=files, identify=following, provenance=source)
         if folder:
             report(0.85, "writing the report")
-            page = excitation_report(found, command=context.obj, identify=following, provenance=source)
-            write_motion_folder(folder, found, axis_file=axis_file, report=page, summary=summary)
+            page = excitation_report(excitation, command=context.obj, identify=following, provenance=source)
+            write_motion_folder(folder, excitation, axis_file=axis_file, report=page, summary=summary)
     if as_json:
         sys.stdout.write(json_text(summary))
     else:
-        _show(found, _identify(found, out / "axis.toml") if out else following)
+        _show(excitation, _identify(excitation, out / "axis.toml") if out else following)
     if out:
         complain(f"wrote {out}; open {out / 'report.html'} in a browser")
 
 
-def _identify(found: Excitation, axis: Path) -> str:
+def _identify(excitation: Excitation, axis: Path) -> str:
     """Return the command that identifies the log of the motion."""
-    model = found.rehearsal.identification.best.name if found.rehearsal else found.prior.friction.name
-    if any(piece.purpose == "presliding" for piece in found.motion.pieces) and model != "maxwell_slip":
+    model = excitation.rehearsal.identification.best.name if excitation.rehearsal else excitation.prior.friction.name
+    if any(piece.purpose == "presliding" for piece in excitation.motion.pieces) and model != "maxwell_slip":
         # Loops inside loops tell whether the contact remembers more than one force.
         model += ",maxwell_slip"
     return shlex.join(["bristle", "identify", "LOG", "--axis", str(axis), "--model", model, "--out", "results"])
 
 
-def _show(found: Excitation, following: str) -> None:
+def _show(excitation: Excitation, following: str) -> None:
     from bristle.report.excitation import outlook_table, piece_table
 
-    show_table(piece_table(found))
-    if found.rehearsal is not None:
-        show_table(outlook_table(found))
-    for note in found.notes:
+    show_table(piece_table(excitation))
+    if excitation.rehearsal is not None:
+        show_table(outlook_table(excitation))
+    for note in excitation.notes:
         say(f"Note: {note}")
     say(f"Then: {following}")

@@ -51,14 +51,14 @@ def report(error: BaseException, *, results: bool = False) -> int:
         complain("no more files can be opened: the limit of this process or of the system is reached (ulimit -n)")
         return BAD_INPUT
     if isinstance(error, OSError) and error.filename is None and error.errno in NO_OUTPUT:
-        there = ". The folder of results is whole and stays" if results else ""
-        complain(f"the standard output cannot be written: {error.strerror}. Make room or write it elsewhere{there}")
+        remark = ". The folder of results is whole and stays" if results else ""
+        complain(f"the standard output cannot be written: {error.strerror}. Make room or write it elsewhere{remark}")
         let_go(sys.stdout)
         return BAD_INPUT
     own = _place_in_own_file(error)
     if own:
-        said = f"stops with {type(error).__name__}: {told_by(error)[:LONGEST]}".rstrip(": ")
-        complain(f"{own[0]}, line {own[1]}: {said}. Try: bristle check {own[0]}")
+        message = f"stops with {type(error).__name__}: {told_by(error)[:LONGEST]}".rstrip(": ")
+        complain(f"{own[0]}, line {own[1]}: {message}. Try: bristle check {own[0]}")
         return BAD_INPUT
     if isinstance(error, ImportError) and not (error.name or "").startswith("bristle"):
         complain(f"a library that is needed cannot be loaded: {told_by(error)[:LONGEST]}. Install it again; where "

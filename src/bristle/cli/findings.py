@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 __all__ = ["show_identification"]
 
 
-def show_identification(found: Identification, simulation: SimulationResult | None) -> None:
+def show_identification(identification: Identification, simulation: SimulationResult | None) -> None:
     """Write parameters, the models compared, and what compensation gains; warnings go to the error stream."""
     from bristle.core.typography import with_unit
     from bristle.core.variable import unit_of
@@ -22,12 +22,12 @@ def show_identification(found: Identification, simulation: SimulationResult | No
     from bristle.report.model_tables import comparison_table, parameter_table
     from bristle.report.passages import break_away_table
 
-    best = found.best
+    best = identification.best
     show_table(parameter_table(best))
-    if len(found.fits) > 1:
-        show_table(comparison_table(found))
-    if found.break_aways:
-        show_table(break_away_table(found.break_aways, best.plant.kind))
+    if len(identification.fits) > 1:
+        show_table(comparison_table(identification))
+    if identification.break_aways:
+        show_table(break_away_table(identification.break_aways, best.plant.kind))
     held_out = f", {best.held_out.mean_percent:.3g} % on held-out {best.held_out.of}" if best.held_out else ""
     if best.position_rmse is not None:
         rmse = with_unit(best.position_rmse, unit_of("length", best.plant.kind))
@@ -41,7 +41,7 @@ def show_identification(found: Identification, simulation: SimulationResult | No
     gain = gain_of(simulation) if simulation else None
     for sentence in gain.sentences() if gain else ():
         say(sentence)
-    for note in found.notes:
+    for note in identification.notes:
         say(f"Note: {note}")
     for warning in warnings_of(best):
         complain(f"warning: {warning}")

@@ -22,7 +22,7 @@ __all__ = ["EXAMPLE", "log"]
 
 EXAMPLE = """Example:
   bristle log axis.mat --axis axis.toml --out what-is-in-it"""
-SHOWN = 100  # columns
+MOST_COLUMNS = 100  # in the terminal
 
 
 def log(
@@ -60,16 +60,16 @@ def log(
 
     limit = bytes_asked(size_limit)
     described = content_of(axis, limit=TOML_LIMIT) if axis else None
-    its = read_axis(described) if described else None
+    log_axis = read_axis(described) if described else None
     with (
         results_folder(out, force=force, reads=[file, axis]) if out else nullcontext() as folder,
         figure_files(folder, formats, data),
     ):
         content = content_of_log(file, limit=limit)
-        summary = summarize(content, its, size_limit=limit)
+        summary = summarize(content, log_axis, size_limit=limit)
         if folder:
             source = provenance(context.obj, log=content, axis=described)
-            _write(folder, content, its, summary | {"provenance": source}, context.obj, limit)
+            _write(folder, content, log_axis, summary | {"provenance": source}, context.obj, limit)
     if out:
         complain(f"wrote {out}" + ("" if summary["problems"] else f"; open {out / 'report.html'} in a browser"))
     if as_json:
@@ -95,9 +95,9 @@ def _write(
     from bristle.report.log import log_report
     from bristle.report.results import write_report
 
-    found = read_log(file, axis, size_limit=limit)
+    recorded = read_log(file, axis, size_limit=limit)
     page = log_report(
-        found, passages(found, axis), name=axis.name if axis else file.source.stem, command=command,
+        recorded, passages(recorded, axis), name=axis.name if axis else file.source.stem, command=command,
         provenance=summary["provenance"],
     )  # fmt: skip
     write_report(folder, page, summary)
@@ -105,9 +105,9 @@ def _write(
 
 def _show(summary: dict[str, Any]) -> None:
     columns = summary["columns"]
-    show_table(_table("Columns of the file", "name", columns[:SHOWN]))
-    if len(columns) > SHOWN:
-        say(f"... and {len(columns) - SHOWN} columns more. --json has all of them.")
+    show_table(_table("Columns of the file", "name", columns[:MOST_COLUMNS]))
+    if len(columns) > MOST_COLUMNS:
+        say(f"... and {len(columns) - MOST_COLUMNS} columns more. --json has all of them.")
     if summary["channels"]:
         show_table(_table(f"Channels of the axis, {summary['kind']}", "name", summary["channels"]))
     if summary["passages"]:
@@ -127,8 +127,8 @@ def _table(caption: str, first: str, entries: list[dict[str, Any]]) -> Any:
 
     numbers = ("samples", "min", "max", "mean", "std", "step")
     rows = [
-        [one[first], one.get("column") or "", typeset(one.get("unit") or "1")]
-        + ["–" if one[key] is None else f"{one[key]:.6g}" for key in numbers]
-        for one in entries
+        [entry[first], entry.get("column") or "", typeset(entry.get("unit") or "1")]
+        + ["–" if entry[key] is None else f"{entry[key]:.6g}" for key in numbers]
+        for entry in entries
     ]
     return Table(caption, (first.capitalize(), "Column", "Unit", *(key.capitalize() for key in numbers)), rows)

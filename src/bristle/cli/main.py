@@ -39,7 +39,7 @@ def main(arguments: list[str] | None = None) -> int:
     return _ended_well(list(arguments))
 
 
-def _ended_well(given: list[str]) -> int:
+def _ended_well(arguments: list[str]) -> int:
     """Run a command line; return the exit code, whatever happens."""
     with ended_by_signals() as signals, errors_let_go():
         try:
@@ -50,16 +50,16 @@ def _ended_well(given: list[str]) -> int:
             signals.check()
             streams_that_take_all()
             with warnings_as_lines():
-                return _flushed(run(given))
+                return _flushed(run(arguments))
         except BaseException as error:  # noqa: BLE001  (a fault of ours is told as one message)
             from bristle.cli.failure import report
 
-            return report(error, results=_asks_for_results(given))
+            return report(error, results=_asks_for_results(arguments))
 
 
 def _own_the_compiler() -> None:
     """Drop settings of the compiler: made for other programs, they change numbers here, or end the process."""
-    for name in [one for one in os.environ if one.startswith("NUMBA_") and one != "NUMBA_DISABLE_JIT"]:
+    for name in [name for name in os.environ if name.startswith("NUMBA_") and name != "NUMBA_DISABLE_JIT"]:
         del os.environ[name]
     dated = os.environ.get("SOURCE_DATE_EPOCH", "0")
     if not (dated.isdecimal() and len(dated) <= SECONDS_DIGITS):  # libraries that look at it end over another one
@@ -68,7 +68,7 @@ def _own_the_compiler() -> None:
 
 def _leave_threads(code: int) -> None:
     """End at once where threads of a person's own model still run: the interpreter would wait for them for ever."""
-    if any(not one.daemon and one is not threading.main_thread() for one in threading.enumerate()):
+    if any(not thread.daemon and thread is not threading.main_thread() for thread in threading.enumerate()):
         os._exit(code)  # all that was said has left the streams already
 
 
@@ -110,7 +110,9 @@ def errors_let_go() -> Iterator[None]:
 
 
 def _asks_for_results(arguments: list[str]) -> bool:
-    return arguments[:1] in (["demo"], ["paper"]) or any(one.partition("=")[0] == "--out" for one in arguments)
+    return arguments[:1] in (["demo"], ["paper"]) or any(
+        argument.partition("=")[0] == "--out" for argument in arguments
+    )
 
 
 def _flushed(code: int) -> int:

@@ -32,14 +32,14 @@ def models(
     """
     from bristle.files.summary import as_json as json_text
 
-    chosen = _families() if name is None else _one(name)
+    chosen = _families() if name is None else _selected(name)
     if as_json:
-        entries = [_described(family, one) for family, members in chosen.items() for one in members]
+        entries = [_described(family, member) for family, members in chosen.items() for member in members]
         sys.stdout.write(json_text({"models": entries}))
     elif name is None:
         _show_families(chosen)
     else:
-        _show_one(next(one for members in chosen.values() for one in members))
+        _show_one(next(member for members in chosen.values() for member in members))
 
 
 def _families() -> dict[str, list[Component]]:
@@ -53,35 +53,35 @@ def _families() -> dict[str, list[Component]]:
     return {family: list(registry.values()) for family, registry in zip(names, registries, strict=True)}
 
 
-def _one(name: str) -> dict[str, list[Component]]:
+def _selected(name: str) -> dict[str, list[Component]]:
     from bristle import friction
     from bristle.core import InputError
     from bristle.core.errors import did_you_mean
 
     base, plus, slots = name.partition("+")
-    family_of = {one.name: family for family, members in _families().items() for one in members}
-    named = {one.name: one for members in _families().values() for one in members}
+    family_of = {member.name: family for family, members in _families().items() for member in members}
+    named = {member.name: member for members in _families().values() for member in members}
     if base not in named:
         mend = f"{did_you_mean(base, named)} All of them: bristle models".lstrip()
         raise InputError("there is no such model", path="NAME", value=name, mend=mend)
-    one: Any = named[base]
+    chosen: Any = named[base]
     if plus and family_of[base] != "friction":
         raise InputError(f"a {family_of[base]} takes no slots", path="NAME", value=name, mend=f"Write {base}")
     if plus:
-        one = friction.with_slots(one, slots.split("+"), "NAME")
-    return {family_of[base]: [one]}
+        chosen = friction.with_slots(chosen, slots.split("+"), "NAME")
+    return {family_of[base]: [chosen]}
 
 
-def _described(family: str, one: Component) -> dict[str, Any]:
+def _described(family: str, component: Component) -> dict[str, Any]:
     from bristle.files.components import key_of
 
     return {
-        "name": one.name,
+        "name": component.name,
         "family": family,
-        "description": one.description,
-        "reference": one.reference,
-        "equations": list(one.equations),
-        "relations": [relation.condition for relation in one.relations],
+        "description": component.description,
+        "reference": component.reference,
+        "equations": list(component.equations),
+        "relations": [relation.condition for relation in component.relations],
         "parameters": {
             key_of(name): {
                 "description": variable.description,
@@ -90,12 +90,12 @@ def _described(family: str, one: Component) -> dict[str, Any]:
                 "unit_rotational": variable.unit("rotational"),
                 "min": variable.min,
                 "max": variable.max,
-                "default": one.defaults.get(name),
-                "array": one.is_array(name),
+                "default": component.defaults.get(name),
+                "array": component.is_array(name),
                 "choices": list(variable.choices),
                 "directional": variable.directional,
             }
-            for name, variable in one.variables.items()
+            for name, variable in component.variables.items()
         },
     }
 
@@ -105,7 +105,10 @@ def _show_families(families: dict[str, list[Component]]) -> None:
     from bristle.report.table import Table
 
     for family, members in families.items():
-        rows = [(one.name, ", ".join(key_of(name) for name in one.variables), one.description) for one in members]
+        rows = [
+            (member.name, ", ".join(key_of(name) for name in member.variables), member.description)
+            for member in members
+        ]
         show_table(Table(family.capitalize(), ("Name", "Parameters", "What it is"), rows))
     say(
         "Every friction model takes an offset, and slots behind its name: +asymmetry for parameters by direction of "
@@ -113,13 +116,13 @@ def _show_families(families: dict[str, list[Component]]) -> None:
     )
 
 
-def _show_one(one: Component) -> None:
+def _show_one(component: Component) -> None:
     from bristle.core.docstring import REFERENCE, laid_out
     from bristle.core.typography import typeset
     from bristle.files.components import key_of
     from bristle.report.table import Table
 
-    explained = [part for part in one.explanation if part.kind != REFERENCE]
+    explained = [part for part in component.explanation if part.kind != REFERENCE]
     say_laid_out(lambda width: laid_out(explained, width))
     rows = [
         (
@@ -128,20 +131,20 @@ def _show_one(one: Component) -> None:
             typeset(variable.unit("translational")),
             typeset(variable.unit("rotational")),
             _range(variable),
-            _default(one, name),
+            _default(component, name),
         )
-        for name, variable in one.variables.items()
+        for name, variable in component.variables.items()
     ]
     heads = ("Parameter", "Meaning", "Unit", "Unit, rotational", "Allowed", "Default")
-    show_table(Table(f"{one.name}: {one.description}", heads, rows))
-    for relation in one.relations:
+    show_table(Table(f"{component.name}: {component.description}", heads, rows))
+    for relation in component.relations:
         say(f"{'Should have' if relation.advisory else 'Needs'} {relation.condition}.")
-    if one.reference:
-        say(f"Source: {one.reference}")
+    if component.reference:
+        say(f"Source: {component.reference}")
 
 
-def _default(one: Component, name: str) -> str:
-    value = one.defaults.get(name, "")
+def _default(component: Component, name: str) -> str:
+    value = component.defaults.get(name, "")
     return value if isinstance(value, str) else f"{value:g}"
 
 

@@ -43,30 +43,32 @@ def identify_operators(
         figure_files(folder, *figures),
     ):
         recorded = read_curves(log, axis, size_limit=limit)
-        found = identify_operator(recorded, model or tuple(FITTED), progress=report)
+        identification = identify_operator(recorded, model or tuple(FITTED), progress=report)
         source = provenance(command, log=recorded, axis=axis)
-        source |= {"unfinished": found.unfinished} if found.unfinished else {}
-        summary = operator_summary(found, provenance=source)
+        source |= {"unfinished": identification.unfinished} if identification.unfinished else {}
+        summary = operator_summary(identification, provenance=source)
         if folder:
-            write_operator(folder / "model.toml", found.best.operator, found.best.offset, provenance=source)
+            write_operator(
+                folder / "model.toml", identification.best.operator, identification.best.offset, provenance=source
+            )
             page = operator_report(
-                found, name=read_curve_columns(axis).name, command=command, provenance=source,
-                banner=f"Unfinished; {found.unfinished}." if found.unfinished else None,
+                identification, name=read_curve_columns(axis).name, command=command, provenance=source,
+                banner=f"Unfinished; {identification.unfinished}." if identification.unfinished else None,
             )  # fmt: skip
             write_report(folder, page, summary)
     if as_json:
         sys.stdout.write(json_text(summary))
     else:
-        show_table(comparison_of_operators(found))
-        for note in found.notes:
+        show_table(comparison_of_operators(identification))
+        for note in identification.notes:
             say(note)
         for note in recorded.notes:
             say(f"Note: {note}")
     if out:
         complain(f"wrote {out}; open {out / 'report.html'} in a browser")
-    if found.unfinished:
-        complain(found.unfinished)
-    return INTERRUPTED if found.unfinished else 0
+    if identification.unfinished:
+        complain(identification.unfinished)
+    return INTERRUPTED if identification.unfinished else 0
 
 
 def predict_operator(

@@ -66,20 +66,20 @@ def paper(
         progress("the paper") as report,
         figure_files(folder, formats, data),
     ):
-        found = reproduce(figure or FIGURES, folder=source or EXPERIMENTS, allow_code=allow_code, progress=report)
-        sources = {Path(one.name).stem: [one] for each in found for one in (each.origin, *each.beside)}
+        results = reproduce(figure or FIGURES, folder=source or EXPERIMENTS, allow_code=allow_code, progress=report)
+        sources = {Path(path.name).stem: [path] for result in results for path in (result.origin, *result.beside)}
         made_from = provenance(context.obj, **sources)
-        summary = paper_summary(found, provenance=made_from)
+        summary = paper_summary(results, provenance=made_from)
         report(1.0, "writing the report")
-        write_report(folder, paper_report(found, command=context.obj, provenance=made_from), summary)
+        write_report(folder, paper_report(results, command=context.obj, provenance=made_from), summary)
         if formats:
             folder.write(ERRATA_FILE, errata_tex())
     if as_json:
         sys.stdout.write(json_text(summary))
         return
-    show_table(claim_table(found))
+    show_table(claim_table(results))
     if figure:
-        for sentence in [sentence for one in found for sentence in one.found]:
+        for sentence in [sentence for result in results for sentence in result.found]:
             say(sentence)
     complain(f"wrote {out}; open {out / 'report.html'} in a browser")
 
@@ -90,8 +90,8 @@ def _write(folder: Path, force: bool, as_json: bool) -> None:
 
     written = write_experiments(folder, force=force)
     if as_json:
-        sys.stdout.write(json_text({"written": [str(one) for one in written]}))
+        sys.stdout.write(json_text({"written": [str(path) for path in written]}))
         return
-    for one in written:
-        say(str(one))
+    for path in written:
+        say(str(path))
     complain(f"change them, and run them with: bristle paper --from {folder}")

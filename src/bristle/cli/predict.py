@@ -89,15 +89,15 @@ def _predict_friction(
         progress("predicting"),
         figure_files(folder, *figures),
     ):
-        plant, friction, known = read_model(model, allow_code=allow_code)
+        plant, friction, facts = read_model(model, allow_code=allow_code)
         if plant is None:
             raise InputError("is missing", path=f"{model.source}: plant",
                              mend='Write [plant], model = "inertia" and M = ...')  # fmt: skip
         admit(friction)
         described = read_axis(axis_file) if axis_file else None
         recorded = read_log(log, described, size_limit=limit)
-        bands = Bands(**known["bands"]) if known["bands"] else None
-        prediction = predicted(plant, friction, recorded, described, mode, bands=bands, **known["treatment"])
+        bands = Bands(**facts["bands"]) if facts["bands"] else None
+        prediction = predicted(plant, friction, recorded, described, mode, bands=bands, **facts["treatment"])
         source = provenance(
             command, model=model, log=recorded, axis=axis_file, code=origins_of_code([base_of(friction.component)])
         )
@@ -129,10 +129,10 @@ def _show(prediction: Prediction, log_notes: tuple[str, ...]) -> None:
         say(f"{word}: {value}")
     for note in log_notes:
         say(f"Note: {note}")
-    for one in prediction.diagnostics:
-        if one.severity == "note":
-            say(f"Note: {message(one)}")
+    for diagnostic in prediction.diagnostics:
+        if diagnostic.severity == "note":
+            say(f"Note: {message(diagnostic)}")
         else:
-            complain(f"{one.severity}: {message(one)}")
+            complain(f"{diagnostic.severity}: {message(diagnostic)}")
     if prediction.status is not Status.OK:
         complain(prediction.status.sentence)

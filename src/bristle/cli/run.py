@@ -67,7 +67,7 @@ def run(
     ):
         described = read_experiment(experiment, allow_code=allow_code, size_limit=bytes_asked(size_limit))
         for friction in {
-            one for each in described.variants for one in (each.friction, each.feedforward.friction) if one
+            model for member in described.variants for model in (member.friction, member.feedforward.friction) if model
         }:
             admit(friction)
         stable, judged = runnable(described)
@@ -75,7 +75,11 @@ def run(
         warnings = loop_warnings(about)
         for warning in warnings:
             complain(warning)
-        refused = {name: message(verdict_of(one)) for name, one in judged.items() if one.verdict is Verdict.DIVERGES}
+        refused = {
+            name: message(verdict_of(judgement))
+            for name, judgement in judged.items()
+            if judgement.verdict is Verdict.DIVERGES
+        }
         result = replace(simulate(stable, report), refused=refused)
         source = provenance(context.obj, **described.origins)
         files = write_logs(folder, result) if folder and log else {}
@@ -93,7 +97,7 @@ def run(
             say(sentence)
     if out:
         complain(f"wrote {out}; open {out / 'report.html'} in a browser")
-    failed = [name for name, one in summary["variants"].items() if not one["completed"]]
+    failed = [name for name, outcome in summary["variants"].items() if not outcome["completed"]]
     for name in failed:
         if name not in refused:
             complain(f"{name}: {summary['variants'][name]['status']}")

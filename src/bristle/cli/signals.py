@@ -73,7 +73,7 @@ class ended_by_signals:  # noqa: N801  (used as a context)
             self._end(number)
 
     def _raise(self, number: int, frame: FrameType | None) -> None:
-        self._watch.seen.set()
+        self._watch.observed.set()
         now = time.monotonic()
         if self._first is not None and now - self._first[1] < GRACE:
             return
@@ -101,9 +101,9 @@ class _Watch:
     """A thread that is told of each signal when it arrives, and ends the process if nobody else sees it."""
 
     def __init__(self) -> None:
-        self.seen = threading.Event()
+        self.observed = threading.Event()
         self._numbers: set[int] = set()
-        self._told: _Told | None = None
+        self._pipe: _Pipe | None = None
         self._before = -1
         self._thread: threading.Thread | None = None
 
@@ -111,29 +111,29 @@ class _Watch:
         """Watch for these signals."""
         if not numbers:
             return
-        self._numbers, self._told = numbers, _Told()
-        self._before = signal.set_wakeup_fd(self._told.write_to, warn_on_full_buffer=False)
-        self._thread = threading.Thread(target=self._watch, args=(self._told,), daemon=True)
+        self._numbers, self._pipe = numbers, _Pipe()
+        self._before = signal.set_wakeup_fd(self._pipe.write_to, warn_on_full_buffer=False)
+        self._thread = threading.Thread(target=self._watch, args=(self._pipe,), daemon=True)
         self._thread.start()
 
     def end(self) -> None:
         """Watch no more."""
-        if self._told is None or self._thread is None:
+        if self._pipe is None or self._thread is None:
             return
         signal.set_wakeup_fd(self._before)
-        self._told.end()
+        self._pipe.end()
         self._thread.join()
-        self._told.close()
+        self._pipe.close()
 
-    def _watch(self, told: _Told) -> None:
+    def _watch(self, pipe: _Pipe) -> None:
         interrupts = 0
-        while number := told.next():
+        while number := pipe.next():
             if number not in self._numbers:
                 continue
-            if self.seen.wait(UNSEEN):
+            if self.observed.wait(UNSEEN):
                 # Signals of a number that arrive together are seen as one: what has arrived by now was seen.
-                self.seen.clear()
-                told.drain()
+                self.observed.clear()
+                pipe.drain()
                 continue
             interrupts += number == signal.SIGINT
             if interrupts == 1:
@@ -142,7 +142,7 @@ class _Watch:
                 _end_at_once(number)
 
 
-class _Told:
+class _Pipe:
     """A pipe into which the interpreter writes the number of each signal at once."""
 
     def __init__(self) -> None:
@@ -157,8 +157,8 @@ class _Told:
     def drain(self) -> None:
         """Forget the numbers that are there."""
         os.write(self.write_to, _MARK)
-        while (one := os.read(self._read, 1)) not in (_MARK, b""):
-            if one == b"\0":
+        while (byte := os.read(self._read, 1)) not in (_MARK, b""):
+            if byte == b"\0":
                 self.end()
 
     def end(self) -> None:

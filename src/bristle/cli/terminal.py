@@ -58,7 +58,7 @@ def _plain(error: UnicodeError) -> tuple[str, int]:
 
 def one_line(text: str) -> str:
     """Return text as one line without control characters, such as those that a file's name may smuggle in."""
-    return " ".join("".join(one if one.isprintable() else " " for one in text).split())
+    return " ".join("".join(letter if letter.isprintable() else " " for letter in text).split())
 
 
 def complain(text: str) -> None:
@@ -72,11 +72,11 @@ def _console(stream: TextIO) -> Console:
 
     width = None if stream.isatty() else PIPE_WIDTH
     console = Console(file=stream, width=width, markup=False, emoji=False, highlight=False)
-    console.on_broken_pipe = _gone  # its own way is to end the program with the code that says no
+    console.on_broken_pipe = _end_on_broken_pipe  # its own way is to end the program with the code that says no
     return console
 
 
-def _gone() -> None:
+def _end_on_broken_pipe() -> None:
     raise BrokenPipeError
 
 
@@ -96,24 +96,24 @@ def show_table(table: Table) -> None:
 
     A column in which no row says anything is left out.
     """
-    told, console = table.without_empty_columns(), _console(sys.stdout)
-    cells = [[one_line(row[i]) for row in (told.heads, *told.rows)] for i in range(len(told.heads))]
+    trimmed, console = table.without_empty_columns(), _console(sys.stdout)
+    cells = [[one_line(row[i]) for row in (trimmed.heads, *trimmed.rows)] for i in range(len(trimmed.heads))]
     least = [max(len(word) for text in column for word in (text.split() or [""])) for column in cells]
-    room = console.width - 3 * len(least) - 1  # beside the lines and the blanks between columns
-    if sum(least) <= room:
-        console.print(_drawn(told, _widths([max(map(len, column)) for column in cells], least, room)))
+    available = console.width - 3 * len(least) - 1  # beside the lines and the blanks between columns
+    if sum(least) <= available:
+        console.print(_drawn(trimmed, _widths([max(map(len, column)) for column in cells], least, available)))
         return
-    console.print(told.caption)
-    for row in told.rows:
+    console.print(trimmed.caption)
+    for row in trimmed.rows:
         console.print(one_line(row[0]))
-        for head, text in zip(told.heads[1:], row[1:], strict=True):
+        for head, text in zip(trimmed.heads[1:], row[1:], strict=True):
             if text:
                 console.print(f"  {head}: {one_line(text)}")
 
 
-def _widths(widths: list[int], least: list[int], room: int) -> list[int]:
+def _widths(widths: list[int], least: list[int], available: int) -> list[int]:
     """Return the widths of columns made narrower, the widest one first, until they fit."""
-    while sum(widths) > room:
+    while sum(widths) > available:
         spare = [width if width > low else 0 for width, low in zip(widths, least, strict=True)]
         widths[spare.index(max(spare))] -= 1
     return widths
@@ -162,12 +162,12 @@ def progress(text: str) -> Iterator[Callable[[float, str], None]]:
 @contextmanager
 def warnings_as_lines() -> Iterator[None]:
     """Show each warning once, as one line without the place in the code that it comes from."""
-    shown: set[str] = set()
+    printed: set[str] = set()
 
     def show(message: Any, *_: Any, **__: Any) -> None:
         line = one_line(str(message))
-        if line not in shown:
-            shown.add(line)
+        if line not in printed:
+            printed.add(line)
             complain(f"warning: {line}")
 
     with warnings.catch_warnings():

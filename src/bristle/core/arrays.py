@@ -28,19 +28,19 @@ def array(*, ndim: int = 1, least: int = 0, single: bool = False, finite: bool =
         Whether all of them must be finite.
     """
 
-    def taken(given: Any, path: str, kind: Kind | None) -> np.ndarray:
-        found = vector(given, path)
-        if not (found.ndim == ndim or (single and found.ndim < ndim)):
-            raise InputError(f"must be a {ndim}-D array of numbers", path=path, value=shown(found))
-        if found.ndim and found.shape[-1] < least:
-            raise InputError("is too short", path=path, value=shown(found), allowed=f"at least {least} numbers")
-        if finite and not is_finite(found):
-            place = int(np.flatnonzero(~np.isfinite(found))[0])
-            raise InputError("is not finite throughout", path=path, value=f"{found.flat[place]} at {place}",
+    def convert(value: Any, path: str, kind: Kind | None) -> np.ndarray:
+        numbers = vector(value, path)
+        if not (numbers.ndim == ndim or (single and numbers.ndim < ndim)):
+            raise InputError(f"must be a {ndim}-D array of numbers", path=path, value=shown(numbers))
+        if numbers.ndim and numbers.shape[-1] < least:
+            raise InputError("is too short", path=path, value=shown(numbers), allowed=f"at least {least} numbers")
+        if finite and not is_finite(numbers):
+            place = int(np.flatnonzero(~np.isfinite(numbers))[0])
+            raise InputError("is not finite throughout", path=path, value=f"{numbers.flat[place]} at {place}",
                              mend="Remove NaN and infinity first")  # fmt: skip
-        return found
+        return numbers
 
-    return taken
+    return convert
 
 
 def is_finite(numbers: np.ndarray) -> bool:
@@ -70,10 +70,10 @@ def vector(values: Any, name: str = "signal") -> np.ndarray:
     return np.require(values, dtype=float, requirements=("C", "W"))
 
 
-def _curve(given: Any, path: str, kind: Kind | None) -> tuple[np.ndarray, np.ndarray]:
-    if not isinstance(given, (tuple, list)) or len(given) != 2:
-        raise InputError("must be the input and the output of a curve", path=path, value=shown(given))
-    u, f = (array(least=1)(one, path, kind) for one in given)
+def _curve(value: Any, path: str, kind: Kind | None) -> tuple[np.ndarray, np.ndarray]:
+    if not isinstance(value, (tuple, list)) or len(value) != 2:
+        raise InputError("must be the input and the output of a curve", path=path, value=shown(value))
+    u, f = (array(least=1)(sequence, path, kind) for sequence in value)
     if u.shape != f.shape:
         raise InputError(f"has {u.size} inputs and {f.size} outputs", path=path)
     return u, f

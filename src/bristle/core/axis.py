@@ -50,16 +50,16 @@ def _pair(quantity: str, meaning: str, *, endless: bool = False) -> Converter:
     return optional(many(amount(Variable(quantity, meaning), endless=endless), least=2, most=2))
 
 
-def _offset(given: Any, path: str, kind: Kind | None) -> float | str:
-    if isinstance(given, str) and given == "identify":
-        return given
-    return amount(Variable("force", 'constant part of the friction force, or "identify"'))(given, path, kind)
+def _offset(value: Any, path: str, kind: Kind | None) -> float | str:
+    if isinstance(value, str) and value == "identify":
+        return value
+    return amount(Variable("force", 'constant part of the friction force, or "identify"'))(value, path, kind)
 
 
-def _thresholds(given: Any, path: str, kind: Kind | None) -> dict[str, float]:
-    if not isinstance(given, Mapping):
-        raise InputError("must be a dictionary of thresholds", path=path, value=given)
-    return {name: looked_at(_NUMBER, value, f"{path}.{name}", kind) for name, value in given.items()}
+def _thresholds(thresholds: Any, path: str, kind: Kind | None) -> dict[str, float]:
+    if not isinstance(thresholds, Mapping):
+        raise InputError("must be a dictionary of thresholds", path=path, value=thresholds)
+    return {name: looked_at(_NUMBER, value, f"{path}.{name}", kind) for name, value in thresholds.items()}
 
 
 @guarded(name=TEXT, unit=TEXT, base=TEXT, scale=_NUMBER, optional=FLAG, shift=_NUMBER)

@@ -75,8 +75,8 @@ def noting_what_is_read(named: Iterable[Readable | None] = ()) -> Iterator[None]
     named : iterable
         What was read before, or is going to be.
     """
-    paths = [str(one.source if isinstance(one, Content) else one) for one in named if one is not None]
-    token = _read.set({os.path.realpath(one.partition("::")[0]) for one in paths if "\0" not in one})
+    paths = [str(item.source if isinstance(item, Content) else item) for item in named if item is not None]
+    token = _read.set({os.path.realpath(file_path.partition("::")[0]) for file_path in paths if "\0" not in file_path})
     try:
         yield
     finally:
@@ -86,7 +86,7 @@ def noting_what_is_read(named: Iterable[Readable | None] = ()) -> Iterator[None]
 def read_in(folder: Path) -> list[str]:
     """Return the names of files in a folder that were read, or are going to be."""
     inside = os.path.join(os.path.realpath(folder), "")
-    return sorted(one.removeprefix(inside) for one in _read.get() or () if one.startswith(inside))
+    return sorted(file_path.removeprefix(inside) for file_path in _read.get() or () if file_path.startswith(inside))
 
 
 @dataclass(frozen=True)
@@ -130,12 +130,12 @@ class Content:
         return Origin(self.source.name + (f"::{self.part}" if self.part else ""), self.checksum)
 
 
-def content_of(given: Readable, *, limit: int = SIZE_LIMIT, path: str = "file", what: str = "a file") -> Content:
+def content_of(readable: Readable, *, limit: int = SIZE_LIMIT, path: str = "file", what: str = "a file") -> Content:
     """Return what a file holds, read once.
 
     Parameters
     ----------
-    given : path-like, bytes, file object or Content
+    readable : path-like, bytes, file object or Content
         The file; ``-`` is the standard input. A `Content` is returned as it is.
     limit : int
         Largest size [byte].
@@ -148,13 +148,13 @@ def content_of(given: Readable, *, limit: int = SIZE_LIMIT, path: str = "file", 
         If there is no such file, it is no regular file and no pipe, it is larger than the limit, or a pipe stays
         silent.
     """
-    if isinstance(given, Content):
-        return given
-    if isinstance(given, (bytes, bytearray, memoryview)):
-        return Content(Path("<bytes>"), bytes(refuse_larger(len(given), limit, "<bytes>") and given))
-    if not isinstance(given, (str, os.PathLike)):
-        return _of_object(given, limit, path, what)
-    source = Path(given)
+    if isinstance(readable, Content):
+        return readable
+    if isinstance(readable, (bytes, bytearray, memoryview)):
+        return Content(Path("<bytes>"), bytes(refuse_larger(len(readable), limit, "<bytes>") and readable))
+    if not isinstance(readable, (str, os.PathLike)):
+        return _of_object(readable, limit, path, what)
+    source = Path(readable)
     if "\0" in os.fspath(source):
         raise InputError("holds a NUL character and names no file", path=path, value=os.fspath(source))
     if (noted := _read.get()) is not None:
@@ -176,10 +176,10 @@ def refuse_larger(size: float, limit: int, place: object) -> bool:
         With both, and the option that raises the limit, where one does.
     """
     if size > limit:
-        fixed, said = isinstance(limit, FixedLimit), size_in_words(size)
-        said = f"more than {said}" if said == size_in_words(limit) else said
+        fixed, words = isinstance(limit, FixedLimit), size_in_words(size)
+        words = f"more than {words}" if words == size_in_words(limit) else words
         raise InputError(
-            f"holds {said}, which is more than is read{'' if fixed else ' unasked'}", path=str(place),
+            f"holds {words}, which is more than is read{'' if fixed else ' unasked'}", path=str(place),
             allowed=f"up to {size_in_words(limit)}",
             mend="Is it the right file?" if fixed
             else f'Cut the log, or raise the limit: --size-limit "{size_in_words(2 * size)}"'
@@ -188,7 +188,7 @@ def refuse_larger(size: float, limit: int, place: object) -> bool:
     return True
 
 
-def size_of(given: int | str, path: str = "size_limit") -> int:
+def size_of(text: int | str, path: str = "size_limit") -> int:
     """Return a size in bytes, of a number or of text such as ``"2 GB"``.
 
     Raises
@@ -201,16 +201,16 @@ def size_of(given: int | str, path: str = "size_limit") -> int:
     >>> size_of("1.5 GB"), size_of("64 MiB")
     (1500000000, 67108864)
     """
-    found = _SIZE.fullmatch(given.strip()) if isinstance(given, str) and len(given) < 32 else None
-    if found is not None:
-        number, prefix, binary = found.groups()
+    match = _SIZE.fullmatch(text.strip()) if isinstance(text, str) and len(text) < 32 else None
+    if match is not None:
+        number, prefix, binary = match.groups()
         size = float(number) * (1024 if binary else 1000) ** _POWERS[prefix]
-    elif isinstance(given, int) and not isinstance(given, bool):
-        size = given
+    elif isinstance(text, int) and not isinstance(text, bool):
+        size = text
     else:
-        raise InputError("is not a size", path=path, value=given, mend='Write a number and a unit, such as "2 GB"')
+        raise InputError("is not a size", path=path, value=text, mend='Write a number and a unit, such as "2 GB"')
     if not 1 <= size <= 2**62:
-        raise InputError("is out of range", path=path, value=given, allowed="1 B to 4000000 TB")
+        raise InputError("is out of range", path=path, value=text, allowed="1 B to 4000000 TB")
     return int(size)
 
 
@@ -228,20 +228,20 @@ def size_in_words(size: float) -> str:
     return f"{int(size)} B"
 
 
-def _of_object(given: Any, limit: int, path: str, what: str) -> Content:
+def _of_object(readable: Any, limit: int, path: str, expected: str) -> Content:
     try:
-        read = getattr(given, "read", None)
+        read = getattr(readable, "read", None)
         if not callable(read):
-            value = "None" if given is None else given
-            raise InputError(f"must be {what}", path=path, value=value, allowed="a path, bytes, or an open file")
+            value = "None" if readable is None else readable
+            raise InputError(f"must be {expected}", path=path, value=value, allowed="a path, bytes, or an open file")
         data: Any = read(limit + 1)
         data = data.encode() if isinstance(data, str) else bytes(data)
     except InputError:
         raise
     except Exception as error:  # noqa: BLE001  (an open file may be any object with a `read`)
-        raise InputError(f"cannot be read ({told_by(error)})", path=path, value=given) from None
+        raise InputError(f"cannot be read ({told_by(error)})", path=path, value=readable) from None
     refuse_larger(len(data), limit, "<file>")
-    name = getattr(given, "name", None)
+    name = getattr(readable, "name", None)
     return Content(Path(name) if isinstance(name, str) and name else Path("<file>"), data)
 
 
@@ -255,9 +255,9 @@ def _bytes_of(source: Path, limit: int) -> bytes:
     # A pipe that nobody writes to must not be waited for, so it is opened without; a regular file does not care.
     opened = os.open(source, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     try:
-        found = os.fstat(opened)
-        if stat.S_ISREG(found.st_mode):
-            refuse_larger(found.st_size, limit, source)
+        status = os.fstat(opened)
+        if stat.S_ISREG(status.st_mode):
+            refuse_larger(status.st_size, limit, source)
         return _within(_pieces(opened, source), limit, str(source))
     finally:
         os.close(opened)
@@ -272,12 +272,12 @@ def _standard_input() -> int:
 
 
 def _within(pieces: Iterator[bytes], limit: int, place: str) -> bytes:
-    found, size = [], 0
+    contents, size = [], 0
     for piece in pieces:
         size += len(piece)
         refuse_larger(size, limit, place)
-        found.append(piece)
-    return b"".join(found)
+        contents.append(piece)
+    return b"".join(contents)
 
 
 def _pieces(opened: int, source: Path) -> Iterator[bytes]:

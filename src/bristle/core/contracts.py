@@ -96,7 +96,9 @@ class Component(Documented):
         object.__setattr__(self, "example", ReadOnly(self.example))
         functions = {name: getattr(self, name) for name in (*self.functions, *self.optional)}
         dispatch.register(
-            self.family, self.Parameters, {name: one for name, one in functions.items() if one is not None}
+            self.family,
+            self.Parameters,
+            {name: function for name, function in functions.items() if function is not None},
         )
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -335,8 +337,8 @@ class Model(WithParameters):
         """Return the model with some parameters changed, validated again."""
         return make_model(self.component, self.values | changes, kind=self.kind, validate=True)
 
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Model) and self._identity == other._identity
+    def __eq__(self, operand: object) -> bool:
+        return isinstance(operand, Model) and self._identity == operand._identity
 
     def __hash__(self) -> int:
         return hash(self._identity)
@@ -362,16 +364,18 @@ def make_model(
     """
     from bristle.core import units
 
-    where = f"{path}." if path else ""
+    prefix = f"{path}." if path else ""
     variables = component.variables
     for name in values:
         if name not in variables:
-            raise InputError(f"{component.name} has no such parameter", path=where + name, allowed=", ".join(variables))
+            raise InputError(
+                f"{component.name} has no such parameter", path=prefix + name, allowed=", ".join(variables)
+            )
     kinds = (*KINDS, "magnetic") if component.family == "hysteresis" else KINDS
     if not isinstance(validate, bool):
-        raise InputError("must be True or False", path=f"{where}validate", value=validate)
+        raise InputError("must be True or False", path=f"{prefix}validate", value=validate)
     if kind is not None and not (isinstance(kind, str) and kind in kinds):
-        raise InputError("unknown kind of axis", path=f"{where}kind", value=kind, allowed=" or ".join(kinds))
+        raise InputError("unknown kind of axis", path=f"{prefix}kind", value=kind, allowed=" or ".join(kinds))
     missing = [name for name in variables if name not in values and name not in component.defaults]
     if missing:
         raise InputError(
@@ -383,11 +387,11 @@ def make_model(
     chosen: Kind = kind or units.kind_of(values, variables)
     numbers: dict[str, Any] = {}
     for name, variable in variables.items():
-        given = values.get(name, component.defaults.get(name))
+        raw = values.get(name, component.defaults.get(name))
         convert = partial(coerced, component, name, variable)
-        numbers[name] = looked_at(convert, given, f"{where}{name}", chosen)
+        numbers[name] = looked_at(convert, raw, f"{prefix}{name}", chosen)
         if validate:
-            check_value(component, name, variable, numbers[name], chosen, f"{where}{name}")
+            check_value(component, name, variable, numbers[name], chosen, f"{prefix}{name}")
     parameters = component.assemble(numbers)
     check_relations(component, parameters, path or component.name, structural_only=not (validate and related))
     return Model(component, parameters, chosen)

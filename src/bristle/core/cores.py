@@ -15,7 +15,7 @@ from bristle.core.locks import SHARING
 __all__ = ["Abreast", "core_count", "cores_for_simulations"]
 
 # How many blocks keep linear algebra to one thread, and what the first of them found.
-_blocks = SimpleNamespace(inside=0, found=None)
+_blocks = SimpleNamespace(inside=0, limits=None)
 
 
 def core_count() -> int:
@@ -62,7 +62,7 @@ def _limited() -> Any:
     with SHARING:
         _take_over()
         own = threadpool_limits(1, user_api="blas")
-        _blocks.inside, _blocks.found = _blocks.inside + 1, _blocks.found or own
+        _blocks.inside, _blocks.limits = _blocks.inside + 1, _blocks.limits or own
     return own
 
 
@@ -71,13 +71,13 @@ def _give_back(own: Any) -> None:
 
     with SHARING:
         _blocks.inside -= 1
-        if any(one.get("threading_layer") == "openmp" for one in threadpool_info()):
+        if any(pool.get("threading_layer") == "openmp" for pool in threadpool_info()):
             own.restore_original_limits()  # each thread has a number of its own
         elif _blocks.inside <= 0:
-            (_blocks.found or own).restore_original_limits()
+            (_blocks.limits or own).restore_original_limits()
         if _blocks.inside <= 0:
             _leave_blocks()
-            _blocks.found = None
+            _blocks.limits = None
         _take_over()
 
 

@@ -21,8 +21,8 @@ def digest(model: Model) -> str:
     model : Model
         A component with parameters.
     """
-    kept = sorted((name, _plain(value)) for name, value in model.values.items() if name not in CHANCE)
-    return hashlib.sha256(repr((model.name, model.kind, kept)).encode()).hexdigest()[:LETTERS]
+    values = sorted((name, _plain(value)) for name, value in model.values.items() if name not in CHANCE)
+    return hashlib.sha256(repr((model.name, model.kind, values)).encode()).hexdigest()[:LETTERS]
 
 
 def _plain(value: Any) -> Any:

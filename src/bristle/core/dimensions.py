@@ -143,8 +143,8 @@ def unit_of(quantity: str, kind: Kind = "translational", **counted: str) -> str:
     return _unit_of(quantity, kind, *counted.items())
 
 
-def unit_elsewhere(unit: str, here: Kind, there: Kind) -> str | None:
-    """Return what a unit of an axis of the kind `here` is on one of the kind `there`; None where it is of none.
+def unit_elsewhere(unit: str, own: Kind, foreign: Kind) -> str | None:
+    """Return what a unit of an axis of the kind `own` is on one of the kind `foreign`; None where it is of none.
 
     Examples
     --------
@@ -154,10 +154,10 @@ def unit_elsewhere(unit: str, here: Kind, there: Kind) -> str | None:
     rest = _factors(unit) if _GRAMMAR.fullmatch(unit) else {unit: 1.0}
     powers = {}
     for name in ("mass", "force", "length", "time", "frequency", "temperature"):
-        symbols = _factors(unit_of(name, here))
+        symbols = _factors(unit_of(name, own))
         powers[name] = rest.get(next(iter(symbols)), 0.0)
         rest = _total([*rest.items(), *((symbol, -powers[name] * power) for symbol, power in symbols.items())])
-    return None if rest else unit_of(_written(powers, NAMES), there)
+    return None if rest else unit_of(_written(powers, NAMES), foreign)
 
 
 def _units(kind: Kind) -> dict[str, str]:
@@ -185,8 +185,8 @@ def _names_in(quantity: str) -> dict[str, float]:
 
 
 def _allowed() -> str:
-    known = sorted(NAMES, key=lambda name: ("travel" in name, NAMES[name].product != ""))
-    return f"1, or a product of powers of {', '.join(known)}"
+    names = sorted(NAMES, key=lambda name: ("travel" in name, NAMES[name].product != ""))
+    return f"1, or a product of powers of {', '.join(names)}"
 
 
 def _mend(name: str) -> str:

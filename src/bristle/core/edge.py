@@ -87,17 +87,17 @@ def guarded(**arguments: Converter) -> Callable[[T], T]:
 
 def _in_front(function: Any, arguments: Mapping[str, Converter]) -> Any:
     parameters = inspect.signature(function).parameters
-    names = tuple(name for name, one in parameters.items() if one.kind is one.POSITIONAL_OR_KEYWORD)
+    names = tuple(name for name, parameter in parameters.items() if parameter.kind is parameter.POSITIONAL_OR_KEYWORD)
     usual = {"kind": parameters["kind"].default} if "kind" in parameters else {}
     unknown = arguments.keys() - parameters.keys()
     if unknown:
         raise TypeError(f"{function.__qualname__} has no arguments {', '.join(sorted(unknown))}")
 
     @functools.wraps(function)
-    def convert_first(*args: Any, **given: Any) -> Any:
-        if len(args) > len(names) or not given.keys().isdisjoint(names[: len(args)]):
-            return function(*args, **given)  # which says what is wrong with that, as every function does
-        handed = dict(zip(names, args, strict=False)) | given
+    def convert_first(*args: Any, **keywords: Any) -> Any:
+        if len(args) > len(names) or not keywords.keys().isdisjoint(names[: len(args)]):
+            return function(*args, **keywords)  # which says what is wrong with that, as every function does
+        handed = dict(zip(names, args, strict=False)) | keywords
         kind = _kind_of(usual | handed)
         for name, converter in arguments.items():
             if name in handed:
@@ -109,9 +109,9 @@ def _in_front(function: Any, arguments: Mapping[str, Converter]) -> Any:
 
 def _kind_of(handed: Mapping[str, Any]) -> Kind | None:
     """Return the kind of axis that a call is about: that of its first model, or the one that it names."""
-    for one in handed.values():
-        if isinstance(one, Model):
-            return one.kind
+    for argument in handed.values():
+        if isinstance(argument, Model):
+            return argument.kind
     named = handed.get("kind")
     return named if isinstance(named, str) and named in KINDS else None  # type: ignore[return-value]
 
@@ -129,16 +129,16 @@ def amount(variable: Variable, *, exclusive: bool = False, endless: bool = False
         Whether infinity is a value, too.
     """
 
-    def taken(given: Any, path: str, kind: Kind | None) -> float:
-        number = _number(given, variable, path, kind, endless)
+    def convert(value: Any, path: str, kind: Kind | None) -> float:
+        number = _number(value, variable, path, kind, endless)
         if not variable.min <= number <= variable.max or (exclusive and number == variable.min):
             allowed = variable.allowed(kind or KINDS[0])
             if exclusive and variable.min == 0.0:
-                raise InputError("must be positive", path=path, value=given, allowed=allowed.replace(">=", ">"))
-            raise InputError("out of range", path=path, value=given, allowed=allowed)
+                raise InputError("must be positive", path=path, value=value, allowed=allowed.replace(">=", ">"))
+            raise InputError("out of range", path=path, value=value, allowed=allowed)
         return number
 
-    return taken
+    return convert
 
 
 def of_variables(
@@ -147,23 +147,23 @@ def of_variables(
 ) -> dict[str, Converter]:  # fmt: skip
     """Return the converters of several quantities; of whole numbers, 0 stands for none in those of `none`."""
     return {
-        name: whole(int(one.min), int(one.max), none=name in none)
+        name: whole(int(variable.min), int(variable.max), none=name in none)
         if name in whole_ones
-        else amount(one, endless=name in endless)
-        for name, one in variables.items()
+        else amount(variable, endless=name in endless)
+        for name, variable in variables.items()
     }
 
 
-def _number(given: Any, variable: Variable, path: str, kind: Kind | None, endless: bool) -> float:
+def _number(value: Any, variable: Variable, path: str, kind: Kind | None, endless: bool) -> float:
     """Return a number in SI; where nobody says which kind of axis it is, the unit may be that of either."""
-    if isinstance(given, np.ndarray) and given.ndim == 0:
-        given = given.item()
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value.item()
     try:
-        return quantity(given, variable, kind or KINDS[0], path=path, infinite=endless)
+        return quantity(value, variable, kind or KINDS[0], path=path, infinite=endless)
     except InputError:
-        if kind is not None or not isinstance(given, str) or variable.unit(KINDS[0]) == variable.unit(KINDS[1]):
+        if kind is not None or not isinstance(value, str) or variable.unit(KINDS[0]) == variable.unit(KINDS[1]):
             raise
-        return quantity(given, variable, KINDS[1], path=path, infinite=endless)
+        return quantity(value, variable, KINDS[1], path=path, infinite=endless)
 
 
 def whole(least: int, most: int = 2**53, *, none: bool = False) -> Converter:
@@ -173,15 +173,15 @@ def whole(least: int, most: int = 2**53, *, none: bool = False) -> Converter:
     )
     allowed += " and more" if none and most >= 2**53 else ""
 
-    def taken(given: Any, path: str, kind: Kind | None) -> int:
-        number: Any = given.item() if isinstance(given, np.ndarray) and given.ndim == 0 else given
+    def convert(value: Any, path: str, kind: Kind | None) -> int:
+        number: Any = value.item() if isinstance(value, np.ndarray) and value.ndim == 0 else value
         if not _is_whole(number):
-            raise InputError("must be a whole number", path=path, value=shown(given), allowed=allowed)
+            raise InputError("must be a whole number", path=path, value=shown(value), allowed=allowed)
         if not (least <= number <= most or (none and number == 0)):
-            raise InputError("out of range", path=path, value=given, allowed=allowed)
+            raise InputError("out of range", path=path, value=value, allowed=allowed)
         return int(number)
 
-    return taken
+    return convert
 
 
 def _is_whole(number: Any) -> bool:
@@ -193,137 +193,137 @@ def _is_whole(number: Any) -> bool:
 def among(*names: str) -> Converter:
     """Return what takes one of several names."""
 
-    def taken(given: Any, path: str, kind: Kind | None) -> str:
-        if not isinstance(given, str) or given not in names:
-            mend = did_you_mean(given, names) if isinstance(given, str) else ""
-            raise InputError("is none of the choices", path=path, value=shown(given), allowed=", ".join(names),
+    def convert(value: Any, path: str, kind: Kind | None) -> str:
+        if not isinstance(value, str) or value not in names:
+            mend = did_you_mean(value, names) if isinstance(value, str) else ""
+            raise InputError("is none of the choices", path=path, value=shown(value), allowed=", ".join(names),
                              mend=mend)  # fmt: skip
-        return given
+        return value
 
-    return taken
+    return convert
 
 
 def instance(
-    cls: type | tuple[type, ...], what: str, mend: str = "", read: Callable[[Any], Any] | None = None
+    cls: type | tuple[type, ...], expected: str, mend: str = "", read: Callable[[Any], Any] | None = None
 ) -> Converter:
     """Return what takes an instance of a class, or what `read` makes one of: a path, as a rule."""
 
-    def taken(given: Any, path: str, kind: Kind | None) -> Any:
-        found = read(given) if read is not None and not isinstance(given, cls) else given
-        if not isinstance(found, cls):
-            raise InputError(f"must be {what}", path=path, value=shown(given), mend=mend)
-        return found
+    def convert(value: Any, path: str, kind: Kind | None) -> Any:
+        candidate = read(value) if read is not None and not isinstance(value, cls) else value
+        if not isinstance(candidate, cls):
+            raise InputError(f"must be {expected}", path=path, value=shown(value), mend=mend)
+        return candidate
 
-    return taken
+    return convert
 
 
 def model(*families: str) -> Converter:
     """Return what takes a model with parameters, of one of these families."""
-    wanted = " or ".join(_called(one) for one in families)
+    expected = " or ".join(_called(family) for family in families)
 
-    def taken(given: Any, path: str, kind: Kind | None) -> Model:
-        if not isinstance(given, Model):
-            named = isinstance(given, Component)
+    def convert(value: Any, path: str, kind: Kind | None) -> Model:
+        if not isinstance(value, Model):
+            named = isinstance(value, Component)
             raise InputError(
-                f"must be a model with parameters, a {wanted}", path=path,
-                value=given.name if named else shown(given),
-                mend=_call_of(given) if named else "Give one such as friction.coulomb(F_C=2.0)",
+                f"must be a model with parameters, a {expected}", path=path,
+                value=value.name if named else shown(value),
+                mend=_call_of(value) if named else "Give one such as friction.coulomb(F_C=2.0)",
             )  # fmt: skip
-        family = getattr(given.component, "family", None)
+        family = getattr(value.component, "family", None)
         if family not in families:
-            raise InputError(f"must be a {wanted}, and is a {_called(family)}", path=path, value=given.name,
+            raise InputError(f"must be a {expected}, and is a {_called(family)}", path=path, value=value.name,
                              mend="Are the arguments in their order?")  # fmt: skip
-        return given
+        return value
 
-    return taken
+    return convert
 
 
 def _called(family: Any) -> str:
     return f"{family} {'operator' if family == 'hysteresis' else 'model'}"
 
 
-def _call_of(given: Component) -> str:
-    return f"Call it with its parameters: {given.name}({', '.join(f'{name}=...' for name in given.variables)})"
+def _call_of(value: Component) -> str:
+    return f"Call it with its parameters: {value.name}({', '.join(f'{name}=...' for name in value.variables)})"
 
 
 def component(family: str) -> Converter:
     """Return what takes a component without parameters, of this family."""
 
-    def taken(given: Any, path: str, kind: Kind | None) -> Component:
-        if not isinstance(given, Component) or given.family != family:
-            mend = "Give model.component of one with parameters" if isinstance(given, Model) else ""
-            raise InputError(f"must be a {family} model without parameters", path=path, value=shown(given), mend=mend)
-        return given
+    def convert(value: Any, path: str, kind: Kind | None) -> Component:
+        if not isinstance(value, Component) or value.family != family:
+            mend = "Give model.component of one with parameters" if isinstance(value, Model) else ""
+            raise InputError(f"must be a {family} model without parameters", path=path, value=shown(value), mend=mend)
+        return value
 
-    return taken
+    return convert
 
 
 def optional(converter: Converter) -> Converter:
     """Return what takes None, too."""
-    return lambda given, path, kind: None if given is None else converter(given, path, kind)
+    return lambda value, path, kind: None if value is None else converter(value, path, kind)
 
 
 def many(converter: Converter, *, least: int = 0, most: float = math.inf, single: bool = False) -> Converter:
     """Return what takes a tuple or list of what a converter takes, and with `single` one alone, as a tuple of it."""
-    what = "two values" if least == most == 2 else "a list or a tuple" + (f" of at least {least}" if least else "")
+    expected = "two values" if least == most == 2 else "a list or a tuple" + (f" of at least {least}" if least else "")
 
-    def taken(given: Any, path: str, kind: Kind | None) -> tuple[Any, ...]:
-        given = given.tolist() if isinstance(given, np.ndarray) and given.ndim == 1 else given
-        if single and not isinstance(given, (tuple, list)):
-            return (converter(given, path, kind),)
-        if not isinstance(given, (tuple, list)) or not least <= len(given) <= most:
-            raise InputError(f"must be {what}", path=path, value=shown(given))
-        return tuple(looked_at(converter, one, f"{path}[{index}]", kind) for index, one in enumerate(given))
+    def convert(value: Any, path: str, kind: Kind | None) -> tuple[Any, ...]:
+        value = value.tolist() if isinstance(value, np.ndarray) and value.ndim == 1 else value
+        if single and not isinstance(value, (tuple, list)):
+            return (converter(value, path, kind),)
+        if not isinstance(value, (tuple, list)) or not least <= len(value) <= most:
+            raise InputError(f"must be {expected}", path=path, value=shown(value))
+        return tuple(looked_at(converter, item, f"{path}[{index}]", kind) for index, item in enumerate(value))
 
-    return taken
+    return convert
 
 
 def known(names: Iterable[str], converter: Converter) -> Converter:
     """Return what takes a mapping whose keys are among some names."""
     allowed = tuple(names)
 
-    def taken(given: Any, path: str, kind: Kind | None) -> dict[str, Any]:
-        if not isinstance(given, Mapping):
-            raise InputError("must be a dictionary", path=path, value=shown(given), allowed=", ".join(allowed))
-        for name in given:
+    def convert(value: Any, path: str, kind: Kind | None) -> dict[str, Any]:
+        if not isinstance(value, Mapping):
+            raise InputError("must be a dictionary", path=path, value=shown(value), allowed=", ".join(allowed))
+        for name in value:
             if name not in allowed:
                 raise InputError("has an unknown name", path=path, value=shown(name), allowed=", ".join(allowed))
-        return {name: looked_at(converter, one, f"{path}.{name}", kind) for name, one in given.items()}
+        return {name: looked_at(converter, item, f"{path}.{name}", kind) for name, item in value.items()}
 
-    return taken
-
-
-def _flag(given: Any, path: str, kind: Kind | None) -> bool:
-    if not isinstance(given, (bool, np.bool_)):
-        raise InputError("must be True or False", path=path, value=shown(given))
-    return bool(given)
+    return convert
 
 
-def _text(given: Any, path: str, kind: Kind | None) -> str:
-    if not isinstance(given, str):
-        raise InputError("must be text", path=path, value=shown(given))
-    return given
+def _flag(value: Any, path: str, kind: Kind | None) -> bool:
+    if not isinstance(value, (bool, np.bool_)):
+        raise InputError("must be True or False", path=path, value=shown(value))
+    return bool(value)
 
 
-def _names(given: Any, path: str, kind: Kind | None) -> tuple[str, ...]:
-    if isinstance(given, str):
-        found = tuple(one.strip() for one in given.split(",") if one.strip())
-        if not found and given:
-            raise InputError("holds no name", path=path, value=given)
-        return found
-    return many(TEXT)(given, path, kind)
+def _text(value: Any, path: str, kind: Kind | None) -> str:
+    if not isinstance(value, str):
+        raise InputError("must be text", path=path, value=shown(value))
+    return value
 
 
-def _function(given: Any, path: str, kind: Kind | None) -> Any:
-    if not callable(given):
-        raise InputError("must be a function", path=path, value=shown(given))
-    return given
+def _names(value: Any, path: str, kind: Kind | None) -> tuple[str, ...]:
+    if isinstance(value, str):
+        names = tuple(name.strip() for name in value.split(",") if name.strip())
+        if not names and value:
+            raise InputError("holds no name", path=path, value=value)
+        return names
+    return many(TEXT)(value, path, kind)
 
 
-def _progress(given: Any, path: str, kind: Kind | None) -> Any:
-    if given is not None and not callable(given):
-        raise InputError("must be a function of the share done and a text", path=path, value=given)
-    return given
+def _function(value: Any, path: str, kind: Kind | None) -> Any:
+    if not callable(value):
+        raise InputError("must be a function", path=path, value=shown(value))
+    return value
+
+
+def _progress(value: Any, path: str, kind: Kind | None) -> Any:
+    if value is not None and not callable(value):
+        raise InputError("must be a function of the share done and a text", path=path, value=value)
+    return value
 
 
 FLAG: Converter = _flag

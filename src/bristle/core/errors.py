@@ -75,9 +75,9 @@ class InputError(BristleError, ValueError):
     def __str__(self) -> str:
         message = shortened(self.message, MESSAGE)
         text = f"{shortened(self.path, PLACE)}: {message}" if self.path else message
-        found = [f"found {_short(self.value)}"] if self.value is not None else []
-        found += [f"allowed {shortened(self.allowed, ALLOWED)}"] if self.allowed else []
-        text += f"; {', '.join(found)}" if found else ""
+        facts = [f"found {_short(self.value)}"] if self.value is not None else []
+        facts += [f"allowed {shortened(self.allowed, ALLOWED)}"] if self.allowed else []
+        text += f"; {', '.join(facts)}" if facts else ""
         return in_one_line(f"{text}. {shortened(self.mend, MESSAGE)}" if self.mend else text)
 
     def at(self, prefix: str) -> InputError:
@@ -90,16 +90,16 @@ class MissingExtraError(InputError):
     """An optional dependency is needed and not installed."""
 
     @classmethod
-    def of(cls, what: str, extra: str) -> MissingExtraError:
-        """Return the error for `what`, which needs the optional dependencies named `extra`."""
-        return cls(f"{what} needs an optional dependency", mend=f'Type: pip install "bristle[{extra}]"')
+    def of(cls, feature: str, extra: str) -> MissingExtraError:
+        """Return the error for `feature`, which needs the optional dependencies named `extra`."""
+        return cls(f"{feature} needs an optional dependency", mend=f'Type: pip install "bristle[{extra}]"')
 
 
 class InputWarning(UserWarning):
     """Something a person handed in is used, but not as it stands; the message says how."""
 
 
-def did_you_mean(name: object, known: Iterable[str]) -> str:
+def did_you_mean(name: object, names: Iterable[str]) -> str:
     """Return the question after the name that was meant; nothing where no known one is close.
 
     Examples
@@ -107,7 +107,7 @@ def did_you_mean(name: object, known: Iterable[str]) -> str:
     >>> did_you_mean("F_c", ["F_v", "F_C"])
     "Did you mean 'F_C'?"
     """
-    close = close_names(str(name), known, cutoff=0.6)
+    close = close_names(str(name), names, cutoff=0.6)
     return f"Did you mean {close[0]!r}?" if close else ""
 
 
@@ -123,16 +123,16 @@ def close_names(name: str, names: Iterable[str], cutoff: float = 0.5) -> list[st
 
     if len(name) > LONGEST_NAME:
         return []
-    spelt = {one.casefold(): one for one in islice(names, MOST_NAMES) if len(one) <= LONGEST_NAME}
-    return [spelt[one] for one in difflib.get_close_matches(name.casefold(), spelt, cutoff=cutoff)]
+    spelt = {name.casefold(): name for name in islice(names, MOST_NAMES) if len(name) <= LONGEST_NAME}
+    return [spelt[name] for name in difflib.get_close_matches(name.casefold(), spelt, cutoff=cutoff)]
 
 
 def told_by(error: BaseException) -> str:
     """Return what an error says, in one line; an error of a person's own code may fail at that, too."""
     try:
         return " ".join(str(error).split())
-    except Exception as another:  # noqa: BLE001
-        return f"it cannot say why ({type(another).__name__})"
+    except Exception as failure:  # noqa: BLE001
+        return f"it cannot say why ({type(failure).__name__})"
 
 
 def said_by_library(error: BaseException) -> str:
@@ -143,8 +143,8 @@ def said_by_library(error: BaseException) -> str:
     >>> said_by_library(ValueError("unexpected end")), said_by_library(ValueError("<Call object at 0x7f> is odd"))
     (' (unexpected end)', '')
     """
-    said = told_by(error)
-    return f" ({shortened(said, 120)})" if said and not set("<>[{") & set(said) else ""
+    message = told_by(error)
+    return f" ({shortened(message, 120)})" if message and not set("<>[{") & set(message) else ""
 
 
 def in_one_line(text: str) -> str:
@@ -158,7 +158,7 @@ def in_one_line(text: str) -> str:
     if text.isprintable():
         return text
     line = " ".join(text.splitlines())
-    return "".join(one if one.isprintable() else one.encode("unicode_escape").decode() for one in line)
+    return "".join(letter if letter.isprintable() else letter.encode("unicode_escape").decode() for letter in line)
 
 
 def shortened(text: str, width: int) -> str:

@@ -280,7 +280,7 @@ class Experiment:
     origins: Mapping[str, tuple[Origin, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        names = [one.name for one in self.variants]
+        names = [variant.name for variant in self.variants]
         twice = next((name for name in names if names.count(name) > 1), None)
         if twice is not None:
             raise InputError("has two of one name", path="variants", value=twice, mend="Give each a name of its own")

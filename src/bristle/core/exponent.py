@@ -56,8 +56,8 @@ def mantissa_in_bits() -> Any:
     """Return `mantissa` for the compiler."""
 
     def masked(builder: Any, bits: Any, number: Any) -> Any:
-        kept = builder.and_(bits, bits.type(OF_MANTISSA))
-        return builder.bitcast(builder.or_(kept, bits.type(BITS_OF_ONE)), number)
+        mantissa = builder.and_(bits, bits.type(OF_MANTISSA))
+        return builder.bitcast(builder.or_(mantissa, bits.type(BITS_OF_ONE)), number)
 
     part = _in_bits(masked)
 

@@ -31,7 +31,7 @@ class _Reader:
 
     def __init__(self) -> None:
         self.digest = hashlib.sha256()
-        self._seen: dict[int, int] = {}
+        self._order: dict[int, int] = {}
         self._alive: list[Any] = []  # so that no identity is used twice
 
     def _feed(self, kind: str, content: bytes | str) -> None:
@@ -43,10 +43,10 @@ class _Reader:
         if isinstance(value, (bool, int, float, complex, str, bytes, type(None))) and not isinstance(value, enum.Enum):
             self._feed(type(value).__name__, repr(value))
             return
-        if id(value) in self._seen:
-            self._feed("again", str(self._seen[id(value)]))
+        if id(value) in self._order:
+            self._feed("again", str(self._order[id(value)]))
             return
-        self._seen[id(value)] = len(self._seen)
+        self._order[id(value)] = len(self._order)
         self._alive.append(value)
         if isinstance(value, types.FunctionType):
             self._function(value)
@@ -66,8 +66,8 @@ class _Reader:
         elif isinstance(value, (tuple, list, frozenset, set)):
             items = sorted(value, key=repr) if isinstance(value, (frozenset, set)) else value
             self._feed(type(value).__name__, str(len(items)))
-            for one in items:
-                self.follow(one)
+            for item in items:
+                self.follow(item)
         elif isinstance(value, enum.Enum):
             self._feed("enum", f"{type(value).__qualname__}.{value.name}")
             self.follow(value.value)

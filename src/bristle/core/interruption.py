@@ -13,7 +13,7 @@ from bristle.core.diagnostic import Diagnostic
 __all__ = ["UNFINISHED", "BestSoFar", "obey"]
 
 INTERRUPTED = 130
-SAME = 0.02  # in coordinates: of a typical magnitude, or of a factor e
+NEARNESS = 0.02  # in coordinates: of a typical magnitude, or of a factor e
 UNFINISHED = Diagnostic("unfinished")
 
 
@@ -59,7 +59,7 @@ class BestSoFar:
 
     def is_known(self, at: np.ndarray) -> bool:
         """Return whether a point is where the best descent ended."""
-        return self.result is not None and bool(np.all(np.abs(at - self.result.theta) < SAME))
+        return self.result is not None and bool(np.all(np.abs(at - self.result.theta) < NEARNESS))
 
     def take(self, result: Any) -> None:
         """Take note of a descent that ended."""

@@ -59,8 +59,8 @@ def bounded(A: np.ndarray, b: np.ndarray, low: np.ndarray, high: np.ndarray) -> 
     from scipy.optimize import lsq_linear
 
     A, b, unit = _in_reach(A, b)
-    found = lsq_linear(A, b, (low / unit, high / unit), method="bvls")
-    return found.x * unit, found.active_mask
+    solution = lsq_linear(A, b, (low / unit, high / unit), method="bvls")
+    return solution.x * unit, solution.active_mask
 
 
 def non_negative(A: np.ndarray, b: np.ndarray, *, rounds: int | None = None) -> np.ndarray:
@@ -88,10 +88,10 @@ def non_negative(A: np.ndarray, b: np.ndarray, *, rounds: int | None = None) -> 
 
 def _in_reach(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
     """Return what a solver can square, and what its solution is multiplied by."""
-    shift, other = _exponent(A), _exponent(b)
-    if shift == other == 0:
+    shift, shift_of_b = _exponent(A), _exponent(b)
+    if shift == shift_of_b == 0:
         return A, b, 1.0
-    return np.ldexp(A, -shift), np.ldexp(b, -other), math.ldexp(1.0, max(min(other - shift, 1000), -1000))
+    return np.ldexp(A, -shift), np.ldexp(b, -shift_of_b), math.ldexp(1.0, max(min(shift_of_b - shift, 1000), -1000))
 
 
 def _exponent(values: np.ndarray) -> int:

@@ -20,19 +20,19 @@ COMPILING = threading.RLock()  # an entry is compiled
 SHARING = threading.RLock()  # the threads of linear algebra are set
 
 _ORDER = (LOADING, MAKING, COMPILING, SHARING)
-_taken = threading.local()
+_held = threading.local()
 
 
 def _take_all() -> None:
-    _taken.locks = []
+    _held.locks = []
     for lock in _ORDER:
         lock.acquire()
-        _taken.locks.append(lock)
+        _held.locks.append(lock)
 
 
 def _give_back() -> None:
     # Not all of them, where the waiting was interrupted.
-    for lock in reversed(_taken.locks):
+    for lock in reversed(_held.locks):
         lock.release()
 
 

@@ -176,8 +176,8 @@ def cos(x):
 def smooth_step(y):
     r"""Return :math:`\tfrac12[1 + \sin \pi(y - \tfrac12)]`: from 0 at y = 0 to 1 at y = 1, and nowhere else."""
     quarter = HALF_PI_1 * (y - 0.5) + HALF_PI_2 * (y - 0.5)
-    both = _sine(quarter, 0.0) + _cosine(quarter, 0.0)
-    return 0.5 * both * both
+    total = _sine(quarter, 0.0) + _cosine(quarter, 0.0)
+    return 0.5 * total * total
 
 
 @kernel

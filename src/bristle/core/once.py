@@ -19,14 +19,14 @@ def once(factory: F) -> F:
     Components are told apart by identity. A cache of the standard library calls a slow factory twice where two threads
     ask at once, and hands out two of them.
     """
-    made: dict[tuple[Any, ...], Any] = {}
+    values: dict[tuple[Any, ...], Any] = {}
 
     @wraps(factory)
     def only(*arguments: Any) -> Any:
-        if arguments not in made:
+        if arguments not in values:
             with MAKING:
-                if arguments not in made:
-                    made[arguments] = factory(*arguments)
-        return made[arguments]
+                if arguments not in values:
+                    values[arguments] = factory(*arguments)
+        return values[arguments]
 
     return only  # type: ignore[return-value]

@@ -44,9 +44,9 @@ def whereabouts(component: Component) -> tuple[Source | str, str]:
         for name, value in list(held.items()):
             if value is component:
                 return held.get("__travels_as__", home), name
-    where = f"{component.family} {component.name}"
+    place = f"{component.family} {component.name}"
     raise pickle.PicklingError(
-        str(InputError("stands in no module, where another process would look for it", path=where, mend=MEND))
+        str(InputError("stands in no module, where another process would look for it", path=place, mend=MEND))
     )
 
 
@@ -75,8 +75,8 @@ def component_in(source: Source | str, name: str) -> Component:
         If the module of this process does not hold it, as that of a notebook does not in a process started anew.
     """
     module = importlib.import_module(source) if isinstance(source, str) else source.module()
-    found = vars(module).get(name)
-    if found is None:
-        where = f"{module.__name__}.{name}"
-        raise pickle.UnpicklingError(str(InputError("is not to be found in this process", path=where, mend=MEND)))
-    return found
+    component = vars(module).get(name)
+    if component is None:
+        place = f"{module.__name__}.{name}"
+        raise pickle.UnpicklingError(str(InputError("is not to be found in this process", path=place, mend=MEND)))
+    return component

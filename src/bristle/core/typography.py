@@ -57,8 +57,8 @@ def printable(text: str) -> str:
     """
     if text.isprintable():
         return text
-    bytes_told = (f"\\x{ord(one) - 0xDC00:02x}" if "\udc80" <= one <= "\udcff" else one for one in text)
-    return "".join(one if one.isprintable() else " " for one in "".join(bytes_told))
+    bytes_told = (f"\\x{ord(letter) - 0xDC00:02x}" if "\udc80" <= letter <= "\udcff" else letter for letter in text)
+    return "".join(letter if letter.isprintable() else " " for letter in "".join(bytes_told))
 
 
 def typeset(unit: str) -> str:
@@ -83,7 +83,7 @@ def typeset_sentence(text: str) -> str:
     >>> typeset_sentence("using 0.5 N*m over 7 um, at 2 rad/s^2")
     'using 0.5 N·m over 7 µm, at 2 rad/s²'
     """
-    return _UNIT_IN_TEXT.sub(lambda found: typeset(found[0]), text)
+    return _UNIT_IN_TEXT.sub(lambda match: typeset(match[0]), text)
 
 
 def scale_of(unit: str, magnitude: float) -> Scale:
@@ -152,7 +152,7 @@ def typed(value: Any) -> str:
     if isinstance(value, str):
         return value
     if hasattr(value, "__len__"):
-        return "[" + ", ".join(f"{one:.6g}" for one in value) + "]"
+        return "[" + ", ".join(f"{number:.6g}" for number in value) + "]"
     return f"{value:.6g}"
 
 

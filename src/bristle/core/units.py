@@ -83,22 +83,22 @@ _ARMS = {"m": 0, "cm": -2, "mm": -3}
 
 def _decimal_units() -> dict[str, tuple[str, int]]:
     """Return units that differ from SI by a power of ten: their SI unit and that power."""
-    found = {name: (si, power) for si, names in _PLAIN.items() for name, power in names.items()}
+    powers = {name: (si, power) for si, names in _PLAIN.items() for name, power in names.items()}
     for si, names in _MOVEMENTS.items():
         for name, power in names.items():
-            found |= {f"{name}{per}": (f"{si}{per}", power) for per in ("", "/s", "/s^2", "/s^3")}
+            powers |= {f"{name}{per}": (f"{si}{per}", power) for per in ("", "/s", "/s^2", "/s^3")}
             for gain in ("V", "V*s", "A", "A*s"):  # of a controller, in the units of its drive
-                found[f"{gain}/{name}"] = (f"{gain}/{si}", -power)
+                powers[f"{gain}/{name}"] = (f"{gain}/{si}", -power)
     efforts = {name: ("N", power) for name, power in _FORCES.items()}
     for force, power in _FORCES.items():
         efforts |= {f"{force}*{arm}": ("N*m", power + more) for arm, more in _ARMS.items()}
         for length, less in _MOVEMENTS["m"].items():
-            found[f"{force}/{length}"] = ("N/m", power - less)
-            found[f"{force}*s/{length}"] = ("N*s/m", power - less)
+            powers[f"{force}/{length}"] = ("N/m", power - less)
+            powers[f"{force}*s/{length}"] = ("N*s/m", power - less)
     for effort, (si, power) in efforts.items():
-        found |= {f"{effort}/{drive}": (f"{si}/{drive}", power) for drive in ("V", "A", "count", "rated")}
-        found |= {f"{effort}{per}": (f"{si}{per}", power) for per in ("/rad", "*s/rad") if si == "N*m"}
-    return found | efforts
+        powers |= {f"{effort}/{drive}": (f"{si}/{drive}", power) for drive in ("V", "A", "count", "rated")}
+        powers |= {f"{effort}{per}": (f"{si}{per}", power) for per in ("/rad", "*s/rad") if si == "N*m"}
+    return powers | efforts
 
 
 DECIMAL_UNITS = _decimal_units()
@@ -212,19 +212,21 @@ def convert(text: str, unit: str, *, path: str = "") -> float:
     >>> convert("40 mNm", "N*m"), convert("30 %", "rated")
     (0.04, 0.3)
     """
-    number, given = split(text, path)
-    if not given and unit != "1":
-        raise InputError("has no unit", path=path, value=text, allowed=_wanted(unit), mend=_EXAMPLE)
-    if given == "%" and unit == "1":
+    number, source_unit = split(text, path)
+    if not source_unit and unit != "1":
+        raise InputError("has no unit", path=path, value=text, allowed=_allowed_unit(unit), mend=_EXAMPLE)
+    if source_unit == "%" and unit == "1":
         return float(Decimal(number).scaleb(-2))
-    here, there = DECIMAL_UNITS.get(given), DECIMAL_UNITS.get(unit)
-    if here and there and here[0] == there[0]:
-        return float(Decimal(number).scaleb(here[1] - there[1]))
-    if given in ("", "1"):
+    source, target = DECIMAL_UNITS.get(source_unit), DECIMAL_UNITS.get(unit)
+    if source and target and source[0] == target[0]:
+        return float(Decimal(number).scaleb(source[1] - target[1]))
+    if source_unit in ("", "1"):
         return float(number)
-    if not compatible(given, unit, path=path) or _misnamed(given, unit):
-        raise InputError("has the wrong unit", path=path, value=text, allowed=_wanted(unit), mend=_mend(given, unit))
-    return float(_registry().Quantity(float(number), _unit(given)).to(_unit(unit)).magnitude)
+    if not compatible(source_unit, unit, path=path) or _misnamed(source_unit, unit):
+        raise InputError(
+            "has the wrong unit", path=path, value=text, allowed=_allowed_unit(unit), mend=_mend(source_unit, unit)
+        )
+    return float(_registry().Quantity(float(number), _unit(source_unit)).to(_unit(unit)).magnitude)
 
 
 def factor(unit: str, target: str, *, path: str = "") -> float:
@@ -260,9 +262,9 @@ def compatible(unit: str, target: str, *, path: str = "") -> bool:
     (True, False)
     """
     spelt = _spelt(unit)
-    here, there = DECIMAL_UNITS.get(spelt), DECIMAL_UNITS.get(target)
-    if here and there:
-        return here[0] == there[0] or {here[0], there[0]} == {"Hz", "1/s"}
+    unit_scale, target_scale = DECIMAL_UNITS.get(spelt), DECIMAL_UNITS.get(target)
+    if unit_scale and target_scale:
+        return unit_scale[0] == target_scale[0] or {unit_scale[0], target_scale[0]} == {"Hz", "1/s"}
     try:
         return _unit(spelt).dimensionality == _unit(target).dimensionality
     except InputError as error:
@@ -314,10 +316,10 @@ def split(text: str, path: str = "") -> tuple[str, str]:
     """
     if len(text.strip()) > LONGEST_NUMBER + LONGEST_UNIT:
         raise InputError("is too long for a number with a unit", path=path, value=text, mend=_EXAMPLE)
-    found = _NUMBER.fullmatch(text.strip())
-    if not found:
+    match = _NUMBER.fullmatch(text.strip())
+    if not match:
         raise InputError("is not a number with a unit", path=path, value=text, mend=_EXAMPLE)
-    number, rest = found.groups()
+    number, rest = match.groups()
     if re.match(r",\d", rest):
         raise InputError("has a decimal comma", path=path, value=text, mend=f"Write {text.replace(',', '.', 1)!r}")
     return number, _spelt(rest)
@@ -349,19 +351,19 @@ def _names(unit: str) -> set[str]:
     return {part for name in _unit(unit)._units for _, part, _ in registry.parse_unit_name(name)}
 
 
-def _misnamed(given: str, unit: str) -> bool:
+def _misnamed(source_unit: str, unit: str) -> bool:
     """Return whether the dimension is right and the quantity is still another one."""
     if "N*m" in unit:
-        return bool(_names(given) & ENERGY_UNITS)
-    return unit == "1/s" and "hertz" in _names(given)
+        return bool(_names(source_unit) & ENERGY_UNITS)
+    return unit == "1/s" and "hertz" in _names(source_unit)
 
 
-def _wanted(unit: str) -> str:
+def _allowed_unit(unit: str) -> str:
     return "a plain number" if unit == "1" else f"a value in {unit}"
 
 
-def _mend(given: str, unit: str) -> str:
-    names, dimensions = _names(given), dict(_unit(given).dimensionality)
+def _mend(source_unit: str, unit: str) -> str:
+    names, dimensions = _names(source_unit), dict(_unit(source_unit).dimensionality)
     if names & ENERGY_UNITS and "N*m" in unit:
         return 'An energy is not a torque: write newton times metre, such as "40 mN*m"'
     if "count" in names:
@@ -374,10 +376,10 @@ def _mend(given: str, unit: str) -> str:
         return "An angular velocity is not a frequency: divide rad/s by 2 pi and write Hz"
     if "percent_rated" in names:
         return "Percent of rated needs the rated effort: write `rated` in [effort] of the axis file"
-    for here, there in (KINDS, KINDS[::-1]):
-        elsewhere = unit_elsewhere(unit, here, there)
-        if elsewhere not in (None, unit) and compatible(given, elsewhere):
-            return f"That is the unit of a {there} axis, and this one is {here}: write it in {unit}"
+    for own_kind, unit_kind in (KINDS, KINDS[::-1]):
+        elsewhere = unit_elsewhere(unit, own_kind, unit_kind)
+        if elsewhere not in (None, unit) and compatible(source_unit, elsewhere):
+            return f"That is the unit of a {unit_kind} axis, and this one is {own_kind}: write it in {unit}"
     if "rad" in unit and not any("angle" in name for name in dimensions):
         return f"On a rotational axis the angle is written: {unit}"
     return "Write a plain number" if unit == "1" else f"Write it in {unit} or a multiple of it"

@@ -24,7 +24,7 @@ Converter = Callable[[Any, str, Any], Any]
 LARGEST_COUNT = 2**53  # beyond, a float tells whole numbers apart no more
 
 
-def looked_at(convert: Converter, given: Any, path: str, kind: Kind | None) -> Any:
+def looked_at(convert: Converter, value: Any, path: str, kind: Kind | None) -> Any:
     """Return what a converter makes of a value, whatever the value does while it is looked at.
 
     Raises
@@ -33,17 +33,17 @@ def looked_at(convert: Converter, given: Any, path: str, kind: Kind | None) -> A
         If it cannot be used, or raises: what a person hands in may be an object of any kind.
     """
     try:
-        return convert(given, path, kind)
+        return convert(value, path, kind)
     except BristleError:
         raise
     except Exception as error:  # noqa: BLE001
         reason = f"cannot be read ({type(error).__name__}: {told_by(error)})"
-        raise InputError(reason, path=path, value=given) from None
+        raise InputError(reason, path=path, value=value) from None
 
 
-def shown(given: Any) -> Any:
+def shown(value: Any) -> Any:
     """Return what a message shows of a value: of None its name, since it stands for nothing to show elsewhere."""
-    return "None" if given is None else given
+    return "None" if value is None else value
 
 
 def check_relations(component: Component, parameters: Any, path: str, *, structural_only: bool = False) -> None:
@@ -53,15 +53,15 @@ def check_relations(component: Component, parameters: Any, path: str, *, structu
             continue
         names = [name for name in component.variables if name.split("_pos")[0].split("_neg")[0] in relation.condition]
         values = component.values(parameters)
-        found = ", ".join(f"{name} = {typed(values[name])}" for name in names) or "it does not hold"
+        facts = ", ".join(f"{name} = {typed(values[name])}" for name in names) or "it does not hold"
         if relation.advisory:
-            message = f"{path}: should have {relation.condition}, but {found}. {relation.mend}"
+            message = f"{path}: should have {relation.condition}, but {facts}. {relation.mend}"
             warnings.warn(message, InputWarning, stacklevel=4)
         else:
-            raise InputError(f"needs {relation.condition}, but {found}", path=path, mend=relation.mend)
+            raise InputError(f"needs {relation.condition}, but {facts}", path=path, mend=relation.mend)
 
 
-def coerced(component: Component, name: str, variable: Variable, given: Any, path: str, kind: Kind) -> Any:
+def coerced(component: Component, name: str, variable: Variable, value: Any, path: str, kind: Kind) -> Any:
     """Return a given value as kernels receive it: a number in SI, a 1-D array, or the place of a choice.
 
     Raises
@@ -72,22 +72,22 @@ def coerced(component: Component, name: str, variable: Variable, given: Any, pat
     from bristle.core import units
 
     if variable.choices:
-        return variable.code(given, path)
+        return variable.code(value, path)
     if component.is_integer(name):
-        number = units.quantity(given, variable, kind, path=path)
+        number = units.quantity(value, variable, kind, path=path)
         if not number.is_integer() or abs(number) > LARGEST_COUNT:
-            raise InputError("must be a whole number", path=path, value=given, allowed=variable.allowed(kind))
+            raise InputError("must be a whole number", path=path, value=value, allowed=variable.allowed(kind))
         return int(number)
     if component.is_array(name):
-        if isinstance(given, (str, bytes)) or not hasattr(given, "__len__"):
-            raise InputError("must be a list of numbers", path=path, value=given)
-        if isinstance(given, np.ndarray) and given.ndim == 1 and given.dtype.kind == "f":
-            numbers = given.astype(float)
+        if isinstance(value, (str, bytes)) or not hasattr(value, "__len__"):
+            raise InputError("must be a list of numbers", path=path, value=value)
+        if isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind == "f":
+            numbers = value.astype(float)
             for odd in numbers[~(np.abs(numbers) <= units.LARGEST)][:1]:
                 units.refuse_absurd(float(odd), path)
             return numbers
-        return np.array([units.quantity(one, variable, kind, path=path) for one in given], dtype=float)
-    return units.quantity(given, variable, kind, path=path, infinite=True)
+        return np.array([units.quantity(number, variable, kind, path=path) for number in value], dtype=float)
+    return units.quantity(value, variable, kind, path=path, infinite=True)
 
 
 def check_value(component: Component, name: str, variable: Variable, value: Any, kind: Kind, path: str) -> None:

@@ -133,11 +133,11 @@ class Variable:
         """
         values = value if hasattr(value, "__len__") else (value,)
         for index, number in enumerate(values):
-            where = f"{path}[{index}]" if hasattr(value, "__len__") else path
+            place = f"{path}[{index}]" if hasattr(value, "__len__") else path
             if math.isnan(number):
-                raise InputError("is not a number", path=where, value=float(number), allowed=self.allowed(kind))
+                raise InputError("is not a number", path=place, value=float(number), allowed=self.allowed(kind))
             if not self.min <= number <= self.max:
-                raise InputError("out of range", path=where, value=float(number), allowed=self.allowed(kind))
+                raise InputError("out of range", path=place, value=float(number), allowed=self.allowed(kind))
 
 
 def variables_of(cls: type) -> dict[str, Variable]:
@@ -149,14 +149,14 @@ def variables_of(cls: type) -> dict[str, Variable]:
         If a field carries no `Variable`.
     """
     hints = _hints(cls)
-    found = {}
+    variables = {}
     for name in getattr(cls, "_fields", ()):
         marks = get_args(hints[name])[1:] if get_origin(hints[name]) is Annotated else ()
         variable = next((mark for mark in marks if isinstance(mark, Variable)), None)
         if variable is None:
             raise TypeError(f"{cls.__module__}.{cls.__qualname__}.{name} has no Variable in its annotation")
-        found[name] = variable
-    return found
+        variables[name] = variable
+    return variables
 
 
 def is_array(cls: type, field: str) -> bool:

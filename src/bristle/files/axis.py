@@ -118,8 +118,11 @@ def axis_from(data: dict[str, Any]) -> Axis:
 
 
 def _thresholds(file: AxisFile) -> dict[str, float]:
-    given, number = file.identification.settings, Variable("1", "threshold")
-    return {name: units.quantity(one, number, path=f"identification.settings.{name}") for name, one in given.items()}
+    thresholds, number = file.identification.settings, Variable("1", "threshold")
+    return {
+        name: units.quantity(threshold, number, path=f"identification.settings.{name}")
+        for name, threshold in thresholds.items()
+    }
 
 
 def _drive_of(file: AxisFile) -> Drive:

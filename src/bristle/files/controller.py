@@ -83,11 +83,11 @@ def in_effort(value: Any, quantity: str, kind: Kind, columns: Mapping[str, Colum
     """
     if not isinstance(value, str) or "force" not in exponents_of(quantity):
         return value
-    _, given = units.split(value, path)
-    if not given or units.compatible(given, unit_of(quantity, kind), path=path):
+    _, own_unit = units.split(value, path)
+    if not own_unit or units.compatible(own_unit, unit_of(quantity, kind), path=path):
         return value
     for unit, factor in _units_of_drive(quantity, kind, columns):
-        if units.compatible(given, unit, path=path):
+        if units.compatible(own_unit, unit, path=path):
             return units.convert(value, unit, path=path) * factor
     return value
 

@@ -52,8 +52,8 @@ def run_from(table: Mapping[str, Any], axis: Axis | None, reference: Model, kind
             raise InputError(f"needs {name}", path=path, mend=f"Write {name}, {RUN[name].description}, under [{path}]")
     if "effort_limit" in entries:
         columns = axis.columns if axis is not None else {}
-        quantity, where = RUN["effort_limit"].quantity, f"{path}.effort_limit"
-        entries["effort_limit"] = in_effort(entries["effort_limit"], quantity, kind, columns, where)
+        quantity, place = RUN["effort_limit"].quantity, f"{path}.effort_limit"
+        entries["effort_limit"] = in_effort(entries["effort_limit"], quantity, kind, columns, place)
     values: dict[str, Any] = {name: number_at(entries[name], RUN[name], kind, f"{path}.{name}") for name in entries}
     for name in ("substeps", "delay", "seeds"):
         if name in values:

@@ -171,8 +171,8 @@ def _refusal(error: BaseException, source: Path) -> InputError:
         return InputError(f"is not valid Python ({error.msg})", path=f"{source}, line {error.lineno or 1}")
     if isinstance(error, (SyntaxError, ValueError, RecursionError, MemoryError)) and not _line_of(error, source):
         return InputError(f"is not valid Python ({error})", path=str(source))  # what the compiler gives up on
-    said = f"stops with {type(error).__name__}: {told_by(error)}".rstrip(": ")
-    return InputError(said, path=_place(error, source))
+    message = f"stops with {type(error).__name__}: {told_by(error)}".rstrip(": ")
+    return InputError(message, path=_place(error, source))
 
 
 def _place(error: BaseException, source: Path) -> str:

@@ -110,5 +110,7 @@ def with_slots(model: FrictionModel, slots: Sequence[str], path: str = "friction
         raise InputError("has a slot twice", path=path, value="+".join(["", *slots]), mend="Write each slot once")
     for slot in slots:
         if slot not in SLOTS:
-            raise InputError("no such slot", path=path, value=f"+{slot}", allowed=", ".join(f"+{one}" for one in SLOTS))
+            raise InputError(
+                "no such slot", path=path, value=f"+{slot}", allowed=", ".join(f"+{known_slot}" for known_slot in SLOTS)
+            )
     return slotted(varied(model, slots), asymmetry="asymmetry" in slots)

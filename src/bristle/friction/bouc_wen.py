@@ -60,11 +60,11 @@ def trial(state, memory, motion, dt, p):
     """Return the mean force [N or N*m] over a step at constant velocity, and the hysteretic force at its end."""
     v = motion.v
     side = direction(v)
-    done = stretch(side * state.f / p.F_C, p.s * abs(v) * dt / p.F_C, slip_law(p))
-    hysteretic = state.f + side * p.F_C * done.mean_change
+    stretched = stretch(side * state.f / p.F_C, p.s * abs(v) * dt / p.F_C, slip_law(p))
+    hysteretic = state.f + side * p.F_C * stretched.mean_change
     elastic = p.s * (motion.x - 0.5 * v * dt)
     force = p.alpha * elastic + (1.0 - p.alpha) * hysteretic + p.sigma_2 * v
-    return force, Move(state.f + side * p.F_C * done.change)
+    return force, Move(state.f + side * p.F_C * stretched.change)
 
 
 @kernel

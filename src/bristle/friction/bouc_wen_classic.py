@@ -123,8 +123,8 @@ def along(y, length, p):
     # A force that is bounded takes steps of any length, in numbers without dimension.
     bound = power(p.alpha / (p.beta * yielding), 1.0 / p.nu)
     law = SlipLaw(-1.0, p.nu, (p.gamma - p.delta) / yielding)
-    done = stretch(y / bound, p.alpha * length / bound, law)
-    return bound * done.mean_change, bound * done.change
+    stretched = stretch(y / bound, p.alpha * length / bound, law)
+    return bound * stretched.mean_change, bound * stretched.change
 
 
 @kernel

@@ -77,9 +77,9 @@ def deflect(stack, memory, dx, side, G, law, q, scale):
         if part * free == 0.0:
             total += f * part
         else:
-            done = stroke(stack, memory, z, f, part, part * free, inverse, law, q)
-            total += done.mean * part
-            z, f, branch = done.z, done.f, done.branch
+            stroked = stroke(stack, memory, z, f, part, part * free, inverse, law, q)
+            total += stroked.mean * part
+            z, f, branch = stroked.z, stroked.f, stroked.branch
         left -= part
         longest *= GROWTH
         if left == 0.0:

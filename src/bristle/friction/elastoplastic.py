@@ -76,10 +76,10 @@ def trial(state, memory, motion, dt, p):
     side = direction(v)
     G = stribeck_force(v, p)
     law = SlipLaw(p.sigma_0 * p.z_ba / G, 1.0, 1.0)
-    done = stretch(side * p.sigma_0 * state.z / G, p.sigma_0 * abs(v) * dt / G, law)
-    z_step = side * G * done.change / p.sigma_0
+    stretched = stretch(side * p.sigma_0 * state.z / G, p.sigma_0 * abs(v) * dt / G, law)
+    z_step = side * G * stretched.change / p.sigma_0
     z_dot = z_step / dt if dt > 0.0 else 0.0
-    bristles = p.sigma_0 * state.z + side * G * done.mean_change
+    bristles = p.sigma_0 * state.z + side * G * stretched.mean_change
     return bristles + p.sigma_1 * z_dot + p.sigma_2 * v, Move(state.z + z_step)
 
 

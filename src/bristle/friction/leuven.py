@@ -41,8 +41,8 @@ class Leuven(FrictionModel):
     @cached_property
     def variables(self) -> ReadOnly[str, Variable]:
         """Each parameter that a person sets."""
-        every = variables_of(self.Parameters)
-        return ReadOnly({name: variable for name, variable in every.items() if name not in HELD})
+        variables = variables_of(self.Parameters)
+        return ReadOnly({name: variable for name, variable in variables.items() if name not in HELD})
 
     @property
     def defaults(self) -> dict[str, Any]:

@@ -110,9 +110,9 @@ def trial(state, memory, motion, dt, p):
     """Return the mean force [N or N*m] over a step at constant velocity, and how the memory moves."""
     v = motion.v
     q = ClosedForm(p.kernel, p.s, p.f_p, p.exponent)
-    done = deflect(state, memory, v * dt, direction(v), stribeck_force(v, p), slip_law(p), q, p.f_p / p.s)
-    z_dot = done.change / dt if dt > 0.0 else 0.0
-    return done.mean + micro_damping(v, p) * z_dot + p.sigma_2 * v, done.move
+    deflected = deflect(state, memory, v * dt, direction(v), stribeck_force(v, p), slip_law(p), q, p.f_p / p.s)
+    z_dot = deflected.change / dt if dt > 0.0 else 0.0
+    return deflected.mean + micro_damping(v, p) * z_dot + p.sigma_2 * v, deflected.move
 
 
 @kernel

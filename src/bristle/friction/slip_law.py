@@ -125,9 +125,9 @@ def stretch_in_parts(r, kappa, law):
         part = left
         if left * free > longest and k < PARTS - 1:
             part = longest / free
-        done = stretch_once(at, part, law)
-        total += part * (at + done.mean_change)
-        at += done.change
+        stretched = stretch_once(at, part, law)
+        total += part * (at + stretched.mean_change)
+        at += stretched.change
         left -= part
         longest *= GROWTH
         if left <= 0.0:

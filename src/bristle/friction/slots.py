@@ -129,11 +129,11 @@ class SlottedModel(FrictionModel):
     @cached_property
     def variables(self) -> ReadOnly[str, Variable]:
         """Each parameter that a person sets: those of the model, by direction, and the offset."""
-        found: dict[str, Variable] = {}
+        variables: dict[str, Variable] = {}
         for name, variable in self.inner.variables.items():
             for key in self._keys(name):
-                found[key] = replace(variable, description=variable.description + _SIDES.get(key[len(name) :], ""))
-        return ReadOnly(found | {"offset": OFFSET})
+                variables[key] = replace(variable, description=variable.description + _SIDES.get(key[len(name) :], ""))
+        return ReadOnly(variables | {"offset": OFFSET})
 
     @property
     def defaults(self) -> dict[str, Any]:
@@ -158,13 +158,13 @@ class SlottedModel(FrictionModel):
     def values(self, parameters: Any) -> dict[str, Any]:
         """Return the values that a person sets from both sides and the offset."""
         forward, backward = self.inner.values(parameters.forward), self.inner.values(parameters.backward)
-        found = {}
+        values = {}
         for name in self.inner.variables:
             keys = self._keys(name)
-            found |= dict(
+            values |= dict(
                 zip(keys, (forward[name], backward[name]) if len(keys) == 2 else (forward[name],), strict=True)
             )
-        return found | {"offset": parameters.offset}
+        return values | {"offset": parameters.offset}
 
     def _keys(self, name: str) -> tuple[str, ...]:
         if self.asymmetry and self.inner.variables[name].directional:
@@ -175,10 +175,10 @@ class SlottedModel(FrictionModel):
 @guarded(component=component("friction"))
 def base_of(component: FrictionModel) -> FrictionModel:
     """Return the model inside all slots."""
-    found: Any = component
-    while hasattr(found, "inner"):
-        found = found.inner
-    return found
+    base: Any = component
+    while hasattr(base, "inner"):
+        base = base.inner
+    return base
 
 
 @guarded(component=component("friction"))

@@ -168,14 +168,14 @@ class VariedModel(FrictionModel):
     @cached_property
     def variables(self) -> ReadOnly[str, Variable]:
         """Each parameter that a person sets: those of the model, then those of its slots."""
-        known = variables_of(Place)
-        return ReadOnly(self.inner.variables | {name: known[name] for name in self.places})
+        variables = variables_of(Place)
+        return ReadOnly(self.inner.variables | {name: variables[name] for name in self.places})
 
     @property
     def defaults(self) -> dict[str, Any]:
         """The parameters that have a default value: a range and a pitch must be given."""
-        there = {name: 0.0 for name in self.places if name not in ("x_L", "pitch")}
-        return self.inner.defaults | there
+        constants = {name: 0.0 for name in self.places if name not in ("x_L", "pitch")}
+        return self.inner.defaults | constants
 
     def is_array(self, name: str) -> bool:
         """Return whether this parameter is a 1-D array."""

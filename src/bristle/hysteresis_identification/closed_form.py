@@ -60,8 +60,8 @@ def fit_closed_form(recorded: Curves, *, kernel: str | None = None, rows: Rows =
     extent, spread = max(abs(recorded.low), abs(recorded.high)), float(np.ptp(outputs_of(recorded)))
     if not (extent > 0.0 and spread > 0.0):
         raise InputError("does not move", path="input", value=f"{extent} in, {spread} out")
-    found = [_Search(recorded, name, extent, 0.5 * spread, rows).best() for name in ([kernel] if kernel else KERNELS)]
-    return min(found, key=lambda one: one.rms)
+    fits = [_Search(recorded, name, extent, 0.5 * spread, rows).best() for name in ([kernel] if kernel else KERNELS)]
+    return min(fits, key=lambda fit: fit.rms)
 
 
 def _some_curves(recorded: Curves, rows: Rows) -> tuple[Curves, Rows]:
@@ -87,10 +87,10 @@ class _Search:
 
     def output(self, x: np.ndarray) -> np.ndarray:
         operator = self.operator(x)
-        whole = [response(operator, one.u, history=self.recorded.history(one)) for one in self.recorded.curves]
+        outputs = [response(operator, curve.u, history=self.recorded.history(curve)) for curve in self.recorded.curves]
         if self.rows is not None:
-            whole = [one[some] for one, some in zip(whole, self.rows, strict=True)]
-        return np.concatenate(whole)
+            outputs = [output[rows] for output, rows in zip(outputs, self.rows, strict=True)]
+        return np.concatenate(outputs)
 
     def residual(self, x: np.ndarray) -> np.ndarray:
         error = self.output(x) - self.target
@@ -104,6 +104,6 @@ class _Search:
             low, high = [*low, EXPONENTS[0]], [*high, EXPONENTS[1]]
         starts = [np.array([0.3, math.log(k), 2.0][: len(low)]) for k in STARTS]
         start = min(starts, key=lambda x: float(np.sum(self.residual(x) ** 2)))
-        found = least_squares(self.residual, start, bounds=(low, high), max_nfev=EVALUATIONS, xtol=1e-9, ftol=1e-10)
-        offset = float(np.mean(self.target - self.output(found.x)))
-        return ClosedFormFit(self.operator(found.x), offset, self.level * float(np.sqrt(np.mean(found.fun**2))))
+        solution = least_squares(self.residual, start, bounds=(low, high), max_nfev=EVALUATIONS, xtol=1e-9, ftol=1e-10)
+        offset = float(np.mean(self.target - self.output(solution.x)))
+        return ClosedFormFit(self.operator(solution.x), offset, self.level * float(np.sqrt(np.mean(solution.fun**2))))

@@ -18,7 +18,7 @@ from bristle.logs.curves import Curves
 
 __all__ = ["Congruency", "congruency_of"]
 
-SAME = 0.02  # of the range of inputs: turning points between which branches change evenly
+NEARNESS = 0.02  # of the range of inputs: turning points between which branches change evenly
 SAMPLES_LEAST = 5  # of a branch
 POINTS = 20  # of a branch, at which it is compared
 
@@ -50,21 +50,21 @@ def congruency_of(recorded: Curves) -> Congruency:
     recorded : Curves
         Input and output.
     """
-    same, far = [], []
-    nearness = SAME * (recorded.high - recorded.low)
+    close, far = [], []
+    nearness = NEARNESS * (recorded.high - recorded.low)
     for side in (1.0, -1.0):
         branches = _branches(recorded, side)
         third = len(branches) // 3
         near = zip(branches, branches[1:], branches[2:], strict=False)
-        same += [_difference(*three) for three in near if three[2].turn - three[0].turn <= nearness]
+        close += [_difference(*three) for three in near if three[2].turn - three[0].turn <= nearness]
         apart = zip(branches, branches[third:], branches[2 * third :], strict=False)
-        far += [_difference(one, last, middle) for one, middle, last in apart if third]
-    return Congruency(_level(same), _level(far))
+        far += [_difference(first, last, middle) for first, middle, last in apart if third]
+    return Congruency(_level(close), _level(far))
 
 
 def _branches(recorded: Curves, side: float) -> list[Branch]:
     """Return the branches in one direction, in the order of where they turned."""
-    found = []
+    branches = []
     for curve in recorded.curves:
         trace = trace_of(curve.u, recorded.history(curve))
         base, rising = trace.base[trace.first :] - trace.first, trace.side[trace.first :] == side
@@ -72,18 +72,18 @@ def _branches(recorded: Curves, side: float) -> list[Branch]:
             part = np.flatnonzero((base == turned) & rising)
             if part.size >= SAMPLES_LEAST:
                 travel, change = side * (curve.u[part] - curve.u[turned]), side * (curve.f[part] - curve.f[turned])
-                found.append(Branch(float(curve.u[turned]), travel, change))
-    return sorted(found, key=lambda one: one.turn)
+                branches.append(Branch(float(curve.u[turned]), travel, change))
+    return sorted(branches, key=lambda branch: branch.turn)
 
 
 def _difference(before: Branch, branch: Branch, behind: Branch) -> np.ndarray:
     """Return by how much a branch differs from what two others say in between, over the part that all have."""
     three = (before, branch, behind)
-    travel = np.linspace(0.0, min(one.travel[-1] for one in three), POINTS + 1)[1:]
-    low, here, high = (np.interp(travel, [0.0, *one.travel], [0.0, *one.change]) for one in three)
+    travel = np.linspace(0.0, min(branch.travel[-1] for branch in three), POINTS + 1)[1:]
+    low, inner, high = (np.interp(travel, [0.0, *branch.travel], [0.0, *branch.change]) for branch in three)
     width = behind.turn - before.turn
     share = float(np.clip((branch.turn - before.turn) / width, 0.0, 1.0)) if width > 0.0 else 0.5
-    return (here - low - share * (high - low)) / np.sqrt(1.0 + share**2 + (1.0 - share) ** 2)
+    return (inner - low - share * (high - low)) / np.sqrt(1.0 + share**2 + (1.0 - share) ** 2)
 
 
 def _level(differences: list[np.ndarray]) -> float | None:

@@ -62,21 +62,21 @@ def fit_grid(recorded: Curves, *, cells: int = CELLS, sign: str | None = None, r
         raise InputError("no such sign", path="sign", value=sign, allowed=", ".join(SIGNS))
     low, high = _range_of(recorded)
     features = _Cells(low, high, int(cells), relays=sign == "textbook")
-    traces = [trace_of(one.u, recorded.history(one)) for one in recorded.curves]
-    some = _thinned([np.arange(one.u.size) for one in recorded.curves] if rows is None else rows)
-    equations = NormalEquations.of(stacked(traces, features, some), outputs_of(recorded, some))
+    traces = [trace_of(curve.u, recorded.history(curve)) for curve in recorded.curves]
+    thinned = _thinned([np.arange(curve.u.size) for curve in recorded.curves] if rows is None else rows)
+    equations = NormalEquations.of(stacked(traces, features, thinned), outputs_of(recorded, thinned))
     tried = {name: equations.solve(features.signs(name)) for name in ((sign,) if sign else ("magnet", "friction"))}
     chosen = min(tried, key=lambda name: tried[name].rms)
-    found = tried[chosen]
+    best = tried[chosen]
     operator = preisach_grid(
-        kind=recorded.kind, low=low, high=high, E=features.everett(found.weights), offset=found.offset
+        kind=recorded.kind, low=low, high=high, E=features.everett(best.weights), offset=best.offset
     )
-    return GridFit(operator, chosen, found.rms, float(np.mean(equations.scale == 0.0)))
+    return GridFit(operator, chosen, best.rms, float(np.mean(equations.scale == 0.0)))
 
 
 def _thinned(rows: Sequence[np.ndarray]) -> list[np.ndarray]:
-    step = max(sum(one.size for one in rows) // ROWS_MOST, 1)
-    return [one[::step] for one in rows]
+    step = max(sum(part.size for part in rows) // ROWS_MOST, 1)
+    return [part[::step] for part in rows]
 
 
 def _range_of(recorded: Curves) -> tuple[float, float]:
@@ -116,8 +116,8 @@ class _Cells:
 
     def everett(self, weights: np.ndarray) -> np.ndarray:
         """Return the Everett function at the levels, in the order of `preisach_grid`."""
-        whole = np.zeros((self.count, self.count))
-        whole[self.i, self.j] = weights
+        mass = np.zeros((self.count, self.count))
+        mass[self.i, self.j] = weights
         # The triangle of (i + 1, j) holds the cells of rows up to i and columns from j on.
-        summed = np.cumsum(np.cumsum(whole, axis=0)[:, ::-1], axis=1)[:, ::-1]
+        summed = np.cumsum(np.cumsum(mass, axis=0)[:, ::-1], axis=1)[:, ::-1]
         return summed[self.i, self.j]

@@ -49,21 +49,21 @@ class Size(NamedTuple):
 
 
 def _stops(recorded: Curves, rows: Rows, size: Size) -> Fitted:
-    found = fit_stops(recorded, count=size.stops, rows=rows)
-    return Fitted(found.operator, found.offset, (f"{len(found.operator.parameters.weights)} stops have a weight",))
+    fit = fit_stops(recorded, count=size.stops, rows=rows)
+    return Fitted(fit.operator, fit.offset, (f"{len(fit.operator.parameters.weights)} stops have a weight",))
 
 
 def _closed_form(recorded: Curves, rows: Rows, size: Size) -> Fitted:
-    found = fit_closed_form(recorded, rows=rows)
-    return Fitted(found.operator, found.offset)
+    fit = fit_closed_form(recorded, rows=rows)
+    return Fitted(fit.operator, fit.offset)
 
 
 def _grid(recorded: Curves, rows: Rows, size: Size) -> Fitted:
-    found = fit_grid(recorded, cells=size.cells, rows=rows)
-    notes = [f"off the diagonal the measure has the sign of a {found.sign}: that sign fits better"]
-    if found.unseen > 0.0:
-        notes.append(f"no curve crosses {100.0 * found.unseen:.3g} % of the cells, which are left empty")
-    return Fitted(found.operator, 0.0, tuple(notes))
+    fit = fit_grid(recorded, cells=size.cells, rows=rows)
+    notes = [f"off the diagonal the measure has the sign of a {fit.sign}: that sign fits better"]
+    if fit.unseen > 0.0:
+        notes.append(f"no curve crosses {100.0 * fit.unseen:.3g} % of the cells, which are left empty")
+    return Fitted(fit.operator, 0.0, tuple(notes))
 
 
 def _table(recorded: Curves, rows: Rows, size: Size) -> Fitted:
@@ -73,9 +73,9 @@ def _table(recorded: Curves, rows: Rows, size: Size) -> Fitted:
             mend='Write start = "saturated" if they do, or fit preisach_grid',
         )  # fmt: skip
     behind = smoothed(recorded)
-    table = table_of_curves([(one.u, one.f) for one in behind.recorded.curves], kind=recorded.kind)
-    told = f"each curve is smoothed over {behind.window} samples: so it says more of the curves beside it"
-    return Fitted(table, 0.0, (told,) if behind.window > 1 else ())
+    table = table_of_curves([(curve.u, curve.f) for curve in behind.recorded.curves], kind=recorded.kind)
+    remark = f"each curve is smoothed over {behind.window} samples: so it says more of the curves beside it"
+    return Fitted(table, 0.0, (remark,) if behind.window > 1 else ())
 
 
 FITTED: dict[str, Callable[[Curves, Rows, Size], Fitted]] = {
@@ -135,7 +135,7 @@ def identify_operator(
             obey(error, anything=bool(fits))
             break
     missing = names[len(fits) :]
-    fits.sort(key=lambda one: one.held_out.mean_percent if one.held_out else one.prediction.error_percent)
+    fits.sort(key=lambda fit: fit.held_out.mean_percent if fit.held_out else fit.prediction.error_percent)
     congruency = congruency_of(recorded)
     ranked = tuple(
         replace(fit, rank=rank, notes=(*fit.notes, *_adequacy(fit, congruency))) for rank, fit in enumerate(fits, 1)
@@ -146,22 +146,22 @@ def identify_operator(
 
 
 def _names(model: Sequence[str], recorded: Curves) -> list[str]:
-    asked = list(model)
-    for name in asked:
+    names = list(model)
+    for name in names:
         if name not in FITTED:
             raise InputError("is no operator that can be identified", path="model", value=name,
                              allowed=", ".join(FITTED), mend=did_you_mean(str(name), FITTED))  # fmt: skip
-    if tuple(asked) == tuple(FITTED) and recorded.start != "saturated":
-        asked.remove("reversal_table")
-    if not asked or len(set(asked)) < len(asked):
+    if tuple(names) == tuple(FITTED) and recorded.start != "saturated":
+        names.remove("reversal_table")
+    if not names or len(set(names)) < len(names):
         raise InputError("must name operators, each once", path="model", value=model, allowed=", ".join(FITTED))
-    return asked
+    return names
 
 
 def _fit(name: str, recorded: Curves, size: Size, folds: int) -> OperatorFit:
-    found = FITTED[name](recorded, None, size)
-    prediction = predict_operator(found.operator, recorded, found.offset)
-    fit = OperatorFit(found.operator, found.offset, prediction, notes=found.notes)
+    fitted = FITTED[name](recorded, None, size)
+    prediction = predict_operator(fitted.operator, recorded, fitted.offset)
+    fit = OperatorFit(fitted.operator, fitted.offset, prediction, notes=fitted.notes)
     if not folds:
         return fit
     by_curve = len(recorded.curves) >= 2 * folds
@@ -173,20 +173,20 @@ def _fit(name: str, recorded: Curves, size: Size, folds: int) -> OperatorFit:
 
 def _without_curves(name: str, recorded: Curves, size: Size, folds: int) -> list[float]:
     """Return the error over full scale [%] on every fifth curve, say, fitted to all others."""
-    order = sorted(recorded.curves, key=lambda one: float(one.u[0]))
+    order = sorted(recorded.curves, key=lambda curve: float(curve.u[0]))
     errors = []
     for fold in range(folds):
         out = [k for k in range(1, len(order) - 1) if k % folds == fold]
         held = replace(recorded, curves=tuple(order[k] for k in out))
-        fitted = replace(recorded, curves=tuple(one for k, one in enumerate(order) if k not in out))
-        found = FITTED[name](fitted, None, size)
-        errors.append(100.0 * predict_operator(found.operator, held, found.offset).rmse / recorded.full_scale)
+        fitted = replace(recorded, curves=tuple(curve for k, curve in enumerate(order) if k not in out))
+        fit = FITTED[name](fitted, None, size)
+        errors.append(100.0 * predict_operator(fit.operator, held, fit.offset).rmse / recorded.full_scale)
     return errors
 
 
 def _without_blocks(name: str, recorded: Curves, size: Size, folds: int) -> list[float]:
     """Return the error over full scale [%] on blocks of samples, fitted to all others; the memory runs through."""
-    sizes = [one.u.size for one in recorded.curves]
+    sizes = [curve.u.size for curve in recorded.curves]
     if sum(sizes) < SAMPLES_LEAST * folds:
         raise InputError("is too short for so many folds", path="folds", value=folds,
                          allowed=f"2 to {max(sum(sizes) // SAMPLES_LEAST, 2)}, or 0")  # fmt: skip
@@ -194,10 +194,10 @@ def _without_blocks(name: str, recorded: Curves, size: Size, folds: int) -> list
     parts = np.split(fold_of, np.cumsum(sizes)[:-1])
     errors = []
     for fold in range(folds):
-        found = FITTED[name](recorded, [np.flatnonzero(part != fold) for part in parts], size)
-        said = np.concatenate(predict_operator(found.operator, recorded, found.offset).outputs)
-        there = np.concatenate([one.f for one in recorded.curves])
-        error = (said - there)[fold_of == fold]
+        fit = FITTED[name](recorded, [np.flatnonzero(part != fold) for part in parts], size)
+        predicted = np.concatenate(predict_operator(fit.operator, recorded, fit.offset).outputs)
+        measured = np.concatenate([curve.f for curve in recorded.curves])
+        error = (predicted - measured)[fold_of == fold]
         errors.append(100.0 * float(np.sqrt(np.mean(error**2))) / recorded.full_scale)
     return errors
 
@@ -207,7 +207,9 @@ def _adequacy(fit: OperatorFit, congruency: Congruency) -> tuple[str, ...]:
     limit = congruency.anywhere if fit.name == "prandtl_ishlinskii" else congruency.alike
     if limit is None:
         return ()
-    told = with_unit(limit, unit_of("force", fit.operator.kind))
+    difference = with_unit(limit, unit_of("force", fit.operator.kind))
     share = 100.0 * limit / fit.prediction.full_scale
-    where = "wherever they turned" if fit.name == "prandtl_ishlinskii" else "that turned at the same input"
-    return (f"branches {where} differ by {told} ({share:.2g} % of full scale), which no such operator can follow",)
+    condition = "wherever they turned" if fit.name == "prandtl_ishlinskii" else "that turned at the same input"
+    return (
+        f"branches {condition} differ by {difference} ({share:.2g} % of full scale), which no such operator can follow",
+    )

@@ -74,11 +74,11 @@ class OperatorFit:
     @property
     def metrics(self) -> dict[str, float]:
         """Numbers that say how good the fit is."""
-        found = {"error_percent": self.prediction.error_percent, "rmse": self.prediction.rmse}
+        metrics = {"error_percent": self.prediction.error_percent, "rmse": self.prediction.rmse}
         if self.held_out is not None:
-            found["held_out_error_percent"] = self.held_out.mean_percent
-            found["held_out_error_std_percent"] = self.held_out.std_percent
-        return found
+            metrics["held_out_error_percent"] = self.held_out.mean_percent
+            metrics["held_out_error_std_percent"] = self.held_out.std_percent
+        return metrics
 
 
 @dataclass(frozen=True)
@@ -110,11 +110,11 @@ class OperatorIdentification:
     @property
     def notes(self) -> tuple[str, ...]:
         """What was found, each once, with the operators that it is said of."""
-        said: dict[str, list[str]] = {}
+        fits_by_note: dict[str, list[str]] = {}
         for fit in self.fits:
             for note in fit.notes:
-                said.setdefault(note, []).append(fit.name)
-        return tuple(f"{', '.join(names)}: {note}" for note, names in said.items())
+                fits_by_note.setdefault(note, []).append(fit.name)
+        return tuple(f"{', '.join(names)}: {note}" for note, names in fits_by_note.items())
 
 
 def predict_operator(operator: Model, recorded: Curves, offset: float = 0.0) -> OperatorPrediction:
@@ -129,6 +129,6 @@ def predict_operator(operator: Model, recorded: Curves, offset: float = 0.0) -> 
     offset : float
         Constant output beside the operator.
     """
-    outputs = tuple(response(operator, one.u, history=recorded.history(one)) + offset for one in recorded.curves)
-    error = np.concatenate([said - one.f for said, one in zip(outputs, recorded.curves, strict=True)])
+    outputs = tuple(response(operator, curve.u, history=recorded.history(curve)) + offset for curve in recorded.curves)
+    error = np.concatenate([output - curve.f for output, curve in zip(outputs, recorded.curves, strict=True)])
     return OperatorPrediction(outputs, float(np.sqrt(np.mean(error**2))), recorded.full_scale)

@@ -37,14 +37,14 @@ def smoothed(recorded: Curves) -> Smoothed:
     recorded : Curves
         Curves from saturation, in any order.
     """
-    order = sorted(recorded.curves, key=lambda one: float(one.u[0]))
+    order = sorted(recorded.curves, key=lambda curve: float(curve.u[0]))
     if len(order) < 3:
         return Smoothed(recorded, 1)
     raw, best, window = _rows(order), np.inf, 1
-    for one in WINDOWS:
-        error = _error_between(_rows([_behind(curve, one) for curve in order]), raw, order)
+    for width in WINDOWS:
+        error = _error_between(_rows([_behind(curve, width) for curve in order]), raw, order)
         if error < GAIN * best:
-            best, window = error, one
+            best, window = error, width
     return Smoothed(replace(recorded, curves=tuple(_behind(curve, window) for curve in recorded.curves)), window)
 
 
@@ -60,15 +60,15 @@ def _behind(curve: Curve, window: int) -> Curve:
 def _rows(curves: list[Curve]) -> np.ndarray:
     """Return the outputs at equal shares of each curve, shape (curve, share)."""
     rows = []
-    for one in curves:
-        side = 1.0 if one.u[-1] >= one.u[0] else -1.0
-        rows.append(np.interp(side * (one.u[0] + SHARES * (one.u[-1] - one.u[0])), side * one.u, one.f))
+    for curve in curves:
+        side = 1.0 if curve.u[-1] >= curve.u[0] else -1.0
+        rows.append(np.interp(side * (curve.u[0] + SHARES * (curve.u[-1] - curve.u[0])), side * curve.u, curve.f))
     return np.array(rows)
 
 
 def _error_between(rows: np.ndarray, raw: np.ndarray, curves: list[Curve]) -> float:
     """Return the root mean square by which recorded curves miss what their neighbours say."""
-    turn = np.array([float(one.u[0]) for one in curves])
+    turn = np.array([float(curve.u[0]) for curve in curves])
     width = turn[2:] - turn[:-2]
     share = np.divide(turn[1:-1] - turn[:-2], width, out=np.full(width.size, 0.5), where=width > 0.0)[:, None]
     return float(np.sqrt(np.mean((raw[1:-1] - (1.0 - share) * rows[:-2] - share * rows[2:]) ** 2)))

@@ -23,7 +23,7 @@ __all__ = ["StopsFit", "fit_stops", "thresholds_over", "virgin_curve_of"]
 
 COUNT = 30
 DECADES = 2.0  # from the smallest threshold to the largest
-NOTHING = 1e-5  # of the largest force of a stop: a weight that rounding left
+NEGLIGIBLE = 1e-5  # of the largest force of a stop: a weight that rounding left
 
 
 class StopsFit(NamedTuple):
@@ -68,8 +68,8 @@ def fit_stops(
     rows : sequence of ndarray, optional
         Which samples of each curve are fitted; all of them where not given.
     """
-    traces = [trace_of(one.u, recorded.history(one)) for one in recorded.curves]
-    reach = max(_reach(one) for one in traces)
+    traces = [trace_of(curve.u, recorded.history(curve)) for curve in recorded.curves]
+    reach = max(_reach(trace) for trace in traces)
     r = thresholds_over(reach, count) if thresholds is None else np.asarray(thresholds, dtype=float)
 
     def features(alpha: np.ndarray, beta: np.ndarray) -> np.ndarray:
@@ -78,12 +78,12 @@ def fit_stops(
 
     columns = stacked(traces, features, rows)
     target = outputs_of(recorded, rows)
-    found = NormalEquations.of(columns, target).solve()
-    weights, spring = found.weights[:-1], float(found.weights[-1])
-    kept = weights * r > NOTHING * float(np.max(weights * r))
-    kept[-1] |= not kept.any()
-    operator = prandtl_ishlinskii(kind=recorded.kind, thresholds=r[kept], weights=weights[kept], spring=spring)
-    return StopsFit(operator, found.offset, found.rms)
+    solution = NormalEquations.of(columns, target).solve()
+    weights, spring = solution.weights[:-1], float(solution.weights[-1])
+    used = weights * r > NEGLIGIBLE * float(np.max(weights * r))
+    used[-1] |= not used.any()
+    operator = prandtl_ishlinskii(kind=recorded.kind, thresholds=r[used], weights=weights[used], spring=spring)
+    return StopsFit(operator, solution.offset, solution.rms)
 
 
 def _reach(trace: Trace) -> float:

@@ -56,9 +56,9 @@ def trace_of(u: np.ndarray, history: np.ndarray | Sequence[float] = ()) -> Trace
         last_side = side
         _follow(path, first, last, side, turned, base)
     from_turn = base >= 0
-    other = np.where(from_turn, path[base], -path)
-    alpha, beta = np.maximum(path, other), np.minimum(path, other)
-    return Trace(base, np.where(path >= other, 1.0, -1.0), alpha, beta, path.size - np.size(u))
+    turn = np.where(from_turn, path[base], -path)
+    alpha, beta = np.maximum(path, turn), np.minimum(path, turn)
+    return Trace(base, np.where(path >= turn, 1.0, -1.0), alpha, beta, path.size - np.size(u))
 
 
 def _runs(path: np.ndarray) -> list[tuple[int, int, float]]:
@@ -76,13 +76,13 @@ def _runs(path: np.ndarray) -> list[tuple[int, int, float]]:
 
 def _follow(path: np.ndarray, first: int, last: int, side: float, turned: list[int], base: np.ndarray) -> None:
     """Say of the samples of one run what they hang on, and forget the turning points that they pass."""
-    there = side * path[first:last]
+    ahead = side * path[first:last]
     begin = first
     while turned:
         depth = len(turned)
         # With one point left the branch merges with the virgin curve at its mirror image.
         limit = side * path[turned[-2]] if depth >= 2 else -side * path[turned[-1]]
-        end = first + int(np.searchsorted(there, limit, side="left"))
+        end = first + int(np.searchsorted(ahead, limit, side="left"))
         base[begin:end] = turned[-1]
         if end == last:
             return
@@ -103,12 +103,12 @@ def design(trace: Trace, features: Features, rows: np.ndarray | None = None) -> 
     rows : ndarray of int, optional
         Which samples after the history are wanted; all of them where not given.
     """
-    wanted = np.arange(trace.base.size - trace.first) if rows is None else rows
+    samples = np.arange(trace.base.size - trace.first) if rows is None else rows
     needed = np.zeros(trace.base.size, dtype=bool)
-    needed[wanted + trace.first] = True
-    for one in np.unique(trace.base)[::-1]:
-        if one != VIRGIN and needed[trace.base == one].any():
-            needed[one] = True
+    needed[samples + trace.first] = True
+    for turn in np.unique(trace.base)[::-1]:
+        if turn != VIRGIN and needed[trace.base == turn].any():
+            needed[turn] = True
     index = np.flatnonzero(needed)
     place = np.full(trace.base.size, -1)
     place[index] = np.arange(index.size)
@@ -120,17 +120,17 @@ def design(trace: Trace, features: Features, rows: np.ndarray | None = None) -> 
         base = bases[group[0]]
         if base != VIRGIN:
             values[group] = values[place[base]] + 2.0 * values[group]
-    return values[place[wanted + trace.first]]
+    return values[place[samples + trace.first]]
 
 
 def stacked(traces: Sequence[Trace], features: Features, rows: Rows = None) -> np.ndarray:
     """Return the regressors of several paths, one below the other."""
-    wanted = [None] * len(traces) if rows is None else rows
-    return np.concatenate([design(one, features, some) for one, some in zip(traces, wanted, strict=True)])
+    rows_of_traces = [None] * len(traces) if rows is None else rows
+    return np.concatenate([design(trace, features, part) for trace, part in zip(traces, rows_of_traces, strict=True)])
 
 
 def outputs_of(recorded: Curves, rows: Rows = None) -> np.ndarray:
     """Return the recorded outputs of the same rows, shape (row,)."""
     if rows is None:
-        return np.concatenate([one.f for one in recorded.curves])
-    return np.concatenate([one.f[some] for one, some in zip(recorded.curves, rows, strict=True)])
+        return np.concatenate([curve.f for curve in recorded.curves])
+    return np.concatenate([curve.f[part] for curve, part in zip(recorded.curves, rows, strict=True)])

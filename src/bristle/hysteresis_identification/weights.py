@@ -74,16 +74,16 @@ class NormalEquations:
             Sign of each weight; all positive where not given.
         """
         signs = np.ones(self.scale.size) if signs is None else signs
-        seen = np.flatnonzero(self.scale)
+        active = np.flatnonzero(self.scale)
         # A weight of any sign is the difference of two.
-        free = seen[signs[seen] == 0.0]
-        side = np.concatenate([np.where(signs[seen] == 0.0, 1.0, signs[seen]), -np.ones(free.size)])
-        seen = np.concatenate([seen, free])
-        gram = self.gram[np.ix_(seen, seen)] * np.outer(side, side)
-        root = np.linalg.cholesky(gram + RIDGE * max(seen.size, 1) * np.eye(seen.size))
-        target = np.linalg.solve(root, side * self.right[seen])
-        unit = non_negative(root.T, target, rounds=30 * max(seen.size, 1))
-        weights = np.bincount(seen, side * unit / self.scale[seen], minlength=self.scale.size)
-        left = self.square - 2.0 * float(unit @ (side * self.right[seen])) + float(unit @ gram @ unit)
+        free = active[signs[active] == 0.0]
+        side = np.concatenate([np.where(signs[active] == 0.0, 1.0, signs[active]), -np.ones(free.size)])
+        active = np.concatenate([active, free])
+        gram = self.gram[np.ix_(active, active)] * np.outer(side, side)
+        root = np.linalg.cholesky(gram + RIDGE * max(active.size, 1) * np.eye(active.size))
+        target = np.linalg.solve(root, side * self.right[active])
+        unit = non_negative(root.T, target, rounds=30 * max(active.size, 1))
+        weights = np.bincount(active, side * unit / self.scale[active], minlength=self.scale.size)
+        left = self.square - 2.0 * float(unit @ (side * self.right[active])) + float(unit @ gram @ unit)
         rms = float(np.sqrt(max(left, 0.0) / self.rows))
         return Weighted(weights, self.level - float(self.middle @ weights), rms)

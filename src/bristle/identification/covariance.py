@@ -53,20 +53,20 @@ def covariance_of(solution: Solution, residual: np.ndarray) -> Covariance:
     inner = np.array([name not in solution.at_edge for name in names], dtype=bool)
     jacobian = solution.jacobian[:, inner]
     scale = np.linalg.norm(jacobian, axis=0)
-    seen = scale > 0.0
-    columns = jacobian[:, seen] / scale[seen]
+    sensitive = scale > 0.0
+    columns = jacobian[:, sensitive] / scale[sensitive]
     _, singular, directions = np.linalg.svd(columns, full_matrices=False)
     inverse = _inverse(singular, directions)
     variance = float(residual @ residual) / max(residual.size - len(names), 1)
     plain = variance * inverse
     robust = inverse @ _scatter(columns * residual[:, None], len(names)) @ inverse
     blind = _undetermined(singular, directions)
-    index = np.flatnonzero(inner)[seen]
-    back = solution.derivative[:, index] / scale[seen]
+    index = np.flatnonzero(inner)[sensitive]
+    back = solution.derivative[:, index] / scale[sensitive]
     covariance = back @ plain @ back.T
-    lost = (np.abs(back[:, blind]) > 0.0).any(axis=1) | (solution.derivative[:, np.flatnonzero(inner)[~seen]] != 0).any(
-        1
-    )
+    lost = (np.abs(back[:, blind]) > 0.0).any(axis=1) | (
+        solution.derivative[:, np.flatnonzero(inner)[~sensitive]] != 0
+    ).any(1)
     std = np.where(lost, np.inf, np.sqrt(np.diag(covariance)))
     robust_std = np.where(lost, np.inf, np.sqrt(np.diag(back @ robust @ back.T)))
     std[~inner], robust_std[~inner] = np.nan, np.nan
@@ -78,8 +78,8 @@ def covariance_of(solution: Solution, residual: np.ndarray) -> Covariance:
 
 
 def _inverse(singular: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    kept = singular > SINGULAR * np.max(singular, initial=0.0)
-    return (directions[kept].T / singular[kept] ** 2) @ directions[kept]
+    regular = singular > SINGULAR * np.max(singular, initial=0.0)
+    return (directions[regular].T / singular[regular] ** 2) @ directions[regular]
 
 
 def _undetermined(singular: np.ndarray, directions: np.ndarray) -> np.ndarray:

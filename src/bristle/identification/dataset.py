@@ -79,20 +79,20 @@ class Segment:
     @property
     def surroundings(self) -> dict[str, np.ndarray]:
         """Load over its nominal value and temperature [K], as far as they were recorded."""
-        found = {"load": self.load, "temperature": self.temperature}
-        return {name: values for name, values in found.items() if values is not None}
+        surroundings = {"load": self.load, "temperature": self.temperature}
+        return {name: values for name, values in surroundings.items() if values is not None}
 
     def signals(self, dt: float) -> dict[str, np.ndarray]:
         """Return what friction depends on along the segment, with its first cycle before it where that is known."""
         # The velocity at a sample is the mean over the step around it, which ends half a step later.
-        found = {"v": self.velocity, "x": self.position + 0.5 * dt * self.velocity} | self.surroundings
-        return {name: np.concatenate([values[: self.first_cycle], values]) for name, values in found.items()}
+        signals = {"v": self.velocity, "x": self.position + 0.5 * dt * self.velocity} | self.surroundings
+        return {name: np.concatenate([values[: self.first_cycle], values]) for name, values in signals.items()}
 
     def contact(self, friction: Model, dt: float, plant: Model) -> float:
         """Return where the contact stood before the segment, from -1 to 1, that fits the effort best beside `plant`."""
-        wanted = self.effort - mechanical(plant, self.position, self.velocity, self.acceleration)
+        friction_force = self.effort - mechanical(plant, self.position, self.velocity, self.acceleration)
         ahead = {name: values[self.first_cycle :] for name, values in self.signals(dt).items()}
-        return place_of(friction, ahead, dt, wanted)
+        return place_of(friction, ahead, dt, friction_force)
 
     def answer(self, friction: Model, dt: float, place: float | None = None) -> np.ndarray:
         """Return the force of a friction model along the segment, after its first cycle where that is known.
@@ -178,7 +178,7 @@ class Dataset:
         """
         if plant is None or friction.component.start is None:
             return (None,) * len(self.segments)
-        return tuple(one.contact(friction, self.sample_time, plant) for one in self.segments)
+        return tuple(segment.contact(friction, self.sample_time, plant) for segment in self.segments)
 
     def friction_along(
         self, friction: Model, plant: Model | None = None, contacts: Sequence[float | None] | None = None
@@ -188,8 +188,10 @@ class Dataset:
         Where the state of the contact before the log matters, it is that of `contacts`, or else the one that fits the
         effort best beside `plant`.
         """
-        dt, there = self.sample_time, self.contacts(friction, plant) if contacts is None else contacts
-        return [self.filtered(one.answer(friction, dt, at)) for one, at in zip(self.segments, there, strict=True)]
+        dt, places = self.sample_time, self.contacts(friction, plant) if contacts is None else contacts
+        return [
+            self.filtered(segment.answer(friction, dt, at)) for segment, at in zip(self.segments, places, strict=True)
+        ]
 
     def break_aways(self, plant: Model, offset: float) -> tuple[BreakAway, ...]:
         """Return the break-aways of the log: of the effort, `plant` and a constant force [N or N*m] are taken off."""
@@ -209,8 +211,8 @@ class Dataset:
         """Return a signal along a segment without the transients of the filter at its edges."""
         return part[self.dropped : part.size - self.dropped]
 
-    def _thinned(self, whole: Sequence[np.ndarray]) -> np.ndarray:
-        parts = [self.without_edges(part) for part in whole]
+    def _thinned(self, signals: Sequence[np.ndarray]) -> np.ndarray:
+        parts = [self.without_edges(part) for part in signals]
         if self.decimation == 1:
             return np.concatenate(parts)
         from scipy.signal import resample_poly
@@ -228,7 +230,7 @@ class Dataset:
         if self.kept is not None:
             return self.kept
         if self.keeps_rests:
-            return np.ones(self._thinned([one.time for one in self.segments]).size, dtype=bool)
+            return np.ones(self._thinned([segment.time for segment in self.segments]).size, dtype=bool)
         rests = [self.filtered((segment.velocity == 0.0).astype(float)) for segment in self.segments]
         return np.abs(self._thinned(rests)) < REST_IN_ROW
 
@@ -250,13 +252,13 @@ class Dataset:
     @cached_property
     def samples_from_reversal(self) -> np.ndarray:
         """Samples between each row and the nearest reversal of its segment; infinite where there is none."""
-        found = []
+        distances = []
         for number, segment in enumerate(self.segments):
-            turns = np.array([-math.inf, *(k for one, k in self.reversals if one == number), math.inf])
+            turns = np.array([-math.inf, *(k for place, k in self.reversals if place == number), math.inf])
             sample = np.arange(segment.velocity.size)
             after = np.searchsorted(turns, sample)
-            found.append(np.minimum(sample - turns[after - 1], turns[after] - sample))
-        return self.sampled(found)
+            distances.append(np.minimum(sample - turns[after - 1], turns[after] - sample))
+        return self.sampled(distances)
 
     @cached_property
     def log_of_row(self) -> np.ndarray:
@@ -266,7 +268,7 @@ class Dataset:
     @cached_property
     def segment_of_row(self) -> np.ndarray:
         """Which segment each row is from."""
-        return self.sampled([np.full(one.time.size, number) for number, one in enumerate(self.segments)])
+        return self.sampled([np.full(segment.time.size, number) for number, segment in enumerate(self.segments)])
 
     @cached_property
     def position(self) -> np.ndarray:
@@ -296,8 +298,8 @@ class Dataset:
         :math:`\tfrac{2}{5} \Delta t \sigma^2 (2\pi)^4 f^5`.
         """
         square = 0.4 * self.sample_time * self.noise**2 * (2.0 * np.pi) ** 4 * self.bandwidth**5
-        whole = float(np.mean(self.acceleration**2))
-        return min(square / whole, 1.0) if whole > 0.0 else 1.0
+        total = float(np.mean(self.acceleration**2))
+        return min(square / total, 1.0) if total > 0.0 else 1.0
 
     @cached_property
     def effort(self) -> np.ndarray:
@@ -317,9 +319,9 @@ class Dataset:
     @cached_property
     def reversals(self) -> tuple[tuple[int, int], ...]:
         """Where the direction changes: number of the segment, and of the first sample after it."""
-        found = []
+        turns_by_segment = []
         for number, segment in enumerate(self.segments):
             turns = reversals(segment.velocity, sided=True)
             inside = (turns > self.dropped) & (turns < segment.velocity.size - self.dropped)
-            found += [(number, int(k)) for k in turns[inside]]
-        return tuple(found)
+            turns_by_segment += [(number, int(k)) for k in turns[inside]]
+        return tuple(turns_by_segment)

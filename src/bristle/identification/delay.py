@@ -53,21 +53,21 @@ def delay_in(dataset: Dataset) -> tuple[float, float]:
         return float(np.sum((effort - basis @ (basis.T @ effort)) ** 2))
 
     tried = np.linspace(-FARTHEST, FARTHEST, SCAN)
-    best = float(tried[int(np.argmin([left(one) for one in tried.tolist()]))])
+    best = float(tried[int(np.argmin([left(shift) for shift in tried.tolist()]))])
     step = 2.0 * FARTHEST / (SCAN - 1)
     ends = max(best - step, -FARTHEST), min(best + step, FARTHEST)
     least_at: Any = minimize_scalar(left, bounds=ends, method="bounded", options={"xatol": 1e-3})
-    found = float(least_at.x)
-    if abs(found) > FARTHEST - EDGE:
+    least_shift = float(least_at.x)
+    if abs(least_shift) > FARTHEST - EDGE:
         raise InputError(
             f"cannot be found in this log: it would exceed {FARTHEST:.0f} samples, as where friction before sliding "
             "turns after the motion", path="timing.delay", value="identify",
             mend="Write the delay into the axis file, or record slides to and fro at several speeds as well",
         )  # fmt: skip
-    least, bend = left(found), 0.1
-    curvature = (left(found + bend) - 2.0 * least + left(found - bend)) / bend**2
+    least, bend = left(least_shift), 0.1
+    curvature = (left(least_shift + bend) - 2.0 * least + left(least_shift - bend)) / bend**2
     variance = 2.0 * least / max(basis.shape[0] - basis.shape[1] - 1, 1) / max(curvature, np.finfo(float).tiny)
-    return found * dt, variance**0.5 * dt
+    return least_shift * dt, variance**0.5 * dt
 
 
 def shifted(dataset: Dataset, delay: float) -> Dataset:
@@ -75,9 +75,9 @@ def shifted(dataset: Dataset, delay: float) -> Dataset:
     from scipy.interpolate import CubicSpline
 
     moved = []
-    for one in dataset.segments:
-        at = np.clip(one.time + delay, one.time[0], one.time[-1])
-        moved.append(replace(one, effort=np.asarray(CubicSpline(one.time, one.effort)(at))))
+    for segment in dataset.segments:
+        at = np.clip(segment.time + delay, segment.time[0], segment.time[-1])
+        moved.append(replace(segment, effort=np.asarray(CubicSpline(segment.time, segment.effort)(at))))
     return replace(dataset, segments=tuple(moved), delay=delay)
 
 
@@ -85,18 +85,18 @@ def _columns(dataset: Dataset) -> np.ndarray:
     """Return what a simple friction model is linear in, filtered as the effort is, shape (row, column)."""
 
     def rows(signals: list[np.ndarray]) -> np.ndarray:
-        return dataset.rows_of([dataset.filtered(one) for one in signals])
+        return dataset.rows_of([dataset.filtered(signal) for signal in signals])
 
-    velocities = [one.velocity for one in dataset.segments]
+    velocities = [segment.velocity for segment in dataset.segments]
     top = max(float(np.max(np.abs(v))) for v in velocities)
     sides = [np.where(np.signbit(v), -1.0, 1.0) for v in velocities]
-    found = [dataset.acceleration, dataset.position - float(np.mean(dataset.position))]
+    columns = [dataset.acceleration, dataset.position - float(np.mean(dataset.position))]
     for side in (1.0, -1.0):
-        on = [(one == side).astype(float) for one in sides]
-        found.append(rows([v * here for v, here in zip(velocities, on, strict=True)]))
-        found.append(rows([one * here for one, here in zip(sides, on, strict=True)]))
+        on = [(signs == side).astype(float) for signs in sides]
+        columns.append(rows([v * mask for v, mask in zip(velocities, on, strict=True)]))
+        columns.append(rows([signs * mask for signs, mask in zip(sides, on, strict=True)]))
         for speed in (top * LEVELS).tolist():
             # Friction that bends with speed would else be taken for a delay.
-            found.append(rows([here * np.exp(-np.abs(v) / speed) for v, here in zip(velocities, on, strict=True)]))
+            columns.append(rows([mask * np.exp(-np.abs(v) / speed) for v, mask in zip(velocities, on, strict=True)]))
     # A log in one direction has nothing on the other side.
-    return np.stack([one for one in found if np.any(one)], axis=1)
+    return np.stack([column for column in columns if np.any(column)], axis=1)

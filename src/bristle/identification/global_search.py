@@ -43,8 +43,8 @@ class Side(NamedTuple):
 
     def at(self, coordinate: float) -> float:
         """Return the point of the box for a coordinate, put inside."""
-        wanted = math.log(max(coordinate, 1e-300)) if self.logarithmic else coordinate
-        return min(max(wanted, self.low), self.high)
+        position = math.log(max(coordinate, 1e-300)) if self.logarithmic else coordinate
+        return min(max(position, self.low), self.high)
 
 
 def box_of(coordinates: Sequence[Transform], theta: np.ndarray) -> tuple[Side, ...]:
@@ -54,19 +54,19 @@ def box_of(coordinates: Sequence[Transform], theta: np.ndarray) -> tuple[Side, .
     ----------
     coordinates : sequence of Coordinate
         What is sought.
-    phi : ndarray, shape (coordinate,)
+    theta : ndarray, shape (coordinate,)
         Where another search ended; the box holds it.
     """
     sides = []
-    for one, at in zip(coordinates, theta.tolist(), strict=True):
-        most = min(one.high, FAR * max(1.0, abs(at)))
-        if one.form == "log":
-            sides.append(Side(one.low, one.high, False))
-        elif one.low >= 0.0:
-            least = max(one.low, min(1.0, at if at > 0.0 else 1.0) / FAR)
+    for limits, at in zip(coordinates, theta.tolist(), strict=True):
+        most = min(limits.high, FAR * max(1.0, abs(at)))
+        if limits.form == "log":
+            sides.append(Side(limits.low, limits.high, False))
+        elif limits.low >= 0.0:
+            least = max(limits.low, min(1.0, at if at > 0.0 else 1.0) / FAR)
             sides.append(Side(math.log(least), math.log(max(most, 2.0 * least)), True))
         else:
-            sides.append(Side(max(one.low, -FAR * max(1.0, abs(at))), most, False))
+            sides.append(Side(max(limits.low, -FAR * max(1.0, abs(at))), most, False))
     return tuple(sides)
 
 
@@ -94,7 +94,7 @@ def evolved(
     from scipy.optimize import differential_evolution
 
     def coordinates(at: np.ndarray) -> np.ndarray:
-        return np.array([side.coordinate(one) for side, one in zip(box, at.tolist(), strict=True)])
+        return np.array([side.coordinate(side_position) for side, side_position in zip(box, at.tolist(), strict=True)])
 
     generation = 0
 
@@ -106,21 +106,21 @@ def evolved(
     pool = Abreast()
 
     def everywhere(_: object, members: Iterable[np.ndarray]) -> list[float]:
-        points = [coordinates(one) for one in members]
+        points = [coordinates(member) for member in members]
         costs = list(pool.map(cost, points))
-        for point, found in zip(points, costs, strict=True):
-            best.see(point, found)
+        for point, cost_of_point in zip(points, costs, strict=True):
+            best.see(point, cost_of_point)
         return costs
 
     try:
         # Newer versions of scipy call the seed by another name, too.
         options: dict[str, Any] = {"seed": seed, "workers": everywhere}
-        found = differential_evolution(
+        solution = differential_evolution(
             lambda at: cost(coordinates(at)), [(side.low, side.high) for side in box], maxiter=GENERATIONS, tol=ALIKE,
             polish=False, popsize=max(MEMBERS, math.ceil(FEWEST_MEMBERS / len(box))),
             init="latinhypercube", updating="deferred", callback=after,
-            x0=np.array([side.at(one) for side, one in zip(box, start.tolist(), strict=True)]), **options,
+            x0=np.array([side.at(side_value) for side, side_value in zip(box, start.tolist(), strict=True)]), **options,
         )  # fmt: skip
     finally:
         pool.shutdown(cancel_futures=True)
-    return coordinates(found.x)
+    return coordinates(solution.x)

@@ -124,7 +124,7 @@ class _Followed:
         held_out = np.zeros(len(self._changes))
         for quarter, before in zip(_quarters(count), self._before, strict=True):
             held_out += self._rises(name, ~quarter, quarter, before)[0]
-        names = tuple(one for one in self.solution.space.names if one in instead)
+        names = tuple(name for name in self.solution.space.names if name in instead)
         variance = self._variance
         flat = bool(np.max(fitted) < self.settings.flat_rise * variance)
         return Unidentifiable(name, float(np.max(held_out)) / variance, flat, names, 100.0 * self.settings.moved)
@@ -153,8 +153,8 @@ class _Followed:
     def _linear_rise(self, name: str, change: float) -> float:
         """Return the rise of the error, over its variance, of a linear fit in which a parameter is another one."""
         index = self.solution.space.names.index(name)
-        own, others = self._triangle[:, index], np.delete(self._triangle, index, axis=1)
-        alone = own - others @ unbounded(others, own)
+        own, rest = self._triangle[:, index], np.delete(self._triangle, index, axis=1)
+        alone = own - rest @ unbounded(rest, own)
         way = self._moved(name, change)[index] - self.solution.theta[index]
         return float(alone @ alone) * way**2 / self._variance if self._variance > 0.0 else np.inf
 
@@ -194,9 +194,11 @@ class _Followed:
     def _made_up(self, name: str, theta: np.ndarray) -> set[str]:
         now, then = self.solution.space.values(theta), self.solution.values
         return {
-            one
-            for one in self.solution.space.names
-            if one in now and one != name and abs(now[one] - then[one]) > self.settings.follows * abs(then[one]) > 0.0
+            parameter
+            for parameter in self.solution.space.names
+            if parameter in now
+            and parameter != name
+            and abs(now[parameter] - then[parameter]) > self.settings.follows * abs(then[parameter]) > 0.0
         }
 
 
@@ -204,4 +206,4 @@ def _quarters(count: int) -> list[np.ndarray]:
     """Return four sets of rows, each of short segments from all over the log, as arrays of bool."""
     chunk = np.arange(count) * CHUNKS // count
     quarter = np.random.default_rng(CHUNKS).permutation(CHUNKS) % 4
-    return [quarter[chunk] == one for one in range(4)]
+    return [quarter[chunk] == number for number in range(4)]

@@ -41,11 +41,11 @@ def with_information(fits: Sequence[Fit]) -> list[Fit]:
     count = max(rows * (1.0 - along) / (1.0 + along), FEWEST)
     sizes = [len(fit.correlation_names) + fit.further for fit in fits]
     plain = [count * float(np.log(square / rows)) for square in squares]
-    aic = [one + 2.0 * size for one, size in zip(plain, sizes, strict=True)]
-    bic = [one + size * float(np.log(count)) for one, size in zip(plain, sizes, strict=True)]
+    aic = [term + 2.0 * size for term, size in zip(plain, sizes, strict=True)]
+    bic = [term + size * float(np.log(count)) for term, size in zip(plain, sizes, strict=True)]
     return [
-        replace(fit, information=Information(one - min(aic), other - min(bic), count))
-        for fit, one, other in zip(fits, aic, bic, strict=True)
+        replace(fit, information=Information(fit_aic - min(aic), fit_bic - min(bic), count))
+        for fit, fit_aic, fit_bic in zip(fits, aic, bic, strict=True)
     ]
 
 

@@ -43,8 +43,8 @@ def log_and_axis(log: Any, axis: Any) -> tuple[Log, Axis | None]:
     axis = looked_at(optional(AXIS), axis, "axis", None)
     if is_table(log):
         return Log.from_columns(log, axis=axis), axis
-    what = instance(Log, "a log or its file", 'Write read_log("axis.csv", axis)', partial(read_log, axis=axis))
-    return looked_at(what, log, "log", None), axis
+    converter = instance(Log, "a log or its file", 'Write read_log("axis.csv", axis)', partial(read_log, axis=axis))
+    return looked_at(converter, log, "log", None), axis
 
 
 def axes_for(axes: Sequence[Any], count: int) -> list[Any]:
@@ -55,13 +55,13 @@ def axes_for(axes: Sequence[Any], count: int) -> list[Any]:
     InputError
         If there is another number of them.
     """
-    found = list(axes) or [None]
-    if len(found) == 1:
-        return found * count
-    if len(found) != count:
-        raise InputError(f"{len(found)} for {count} logs", path="axis", allowed=f"1, or {count}",
+    described = list(axes) or [None]
+    if len(described) == 1:
+        return described * count
+    if len(described) != count:
+        raise InputError(f"{len(described)} for {count} logs", path="axis", allowed=f"1, or {count}",
                          mend="Give one axis file for all logs, or one for each, in their order")  # fmt: skip
-    return found
+    return described
 
 
 def logs_and_axes(log: Any, axis: Any) -> list[tuple[Log, Axis | None]]:
@@ -76,7 +76,7 @@ def logs_and_axes(log: Any, axis: Any) -> list[tuple[Log, Axis | None]]:
     if not logs:
         raise InputError("names no log", path="log", mend="Give at least one")
     axes = axes_for(axis if isinstance(axis, (list, tuple)) else [axis], len(logs))
-    return [log_and_axis(one, its) for one, its in zip(logs, axes, strict=True)]
+    return [log_and_axis(log, axis) for log, axis in zip(logs, axes, strict=True)]
 
 
 def number_or_text(value: Any, variable: Variable, kind: Kind, path: str) -> float | None:
@@ -112,10 +112,10 @@ def checked_model(model: Any, family: str, path: str) -> Model:
     """
     if not isinstance(model, Model):
         raise InputError(f"must be a {family} model with parameters", path=path, value=model)
-    found = model.component.family
-    if found != family:
+    model_family = model.component.family
+    if model_family != family:
         raise InputError(
-            f"must be a {family} model, and is a {found} model", path=path, value=model,
+            f"must be a {family} model, and is a {model_family} model", path=path, value=model,
             mend="The order is plant, friction, log",
         )  # fmt: skip
     return model

@@ -44,36 +44,38 @@ def treat_all(
     """
     parts = [treat(log, axis, cutoff, decimation) for log, axis in zip(logs, axes, strict=True)]
     first = parts[0]
-    for log, one in zip(logs, parts, strict=True):
-        _refuse_unlike(log, one, first)
+    for log, part in zip(logs, parts, strict=True):
+        _refuse_unlike(log, part, first)
     segments, end = [], first.segments[0].time[0]
-    for number, one in enumerate(parts):
+    for number, part in enumerate(parts):
         # Rows are told apart by their time: a log begins where the one before it ends.
-        later = end - one.segments[0].time[0]
-        segments += [replace(segment, log=number, time=segment.time + later) for segment in one.segments]
+        later = end - part.segments[0].time[0]
+        segments += [replace(segment, log=number, time=segment.time + later) for segment in part.segments]
         end = segments[-1].time[-1] + first.sample_time
-    whole = replace(
+    merged = replace(
         first,
         segments=tuple(segments),
-        resolution=max(one.resolution for one in parts),
-        noise=float(np.sqrt(np.mean([one.noise**2 for one in parts]))),
-        effort_noise=float(np.sqrt(np.mean([one.effort_noise**2 for one in parts]))),
+        resolution=max(part.resolution for part in parts),
+        noise=float(np.sqrt(np.mean([part.noise**2 for part in parts]))),
+        effort_noise=float(np.sqrt(np.mean([part.effort_noise**2 for part in parts]))),
     )
     if delay is None and any(axis is not None and axis.seeks_delay for axis in axes):
-        delay, _ = delay_in(whole)
-    return shifted(whole, delay) if delay else whole
+        delay, _ = delay_in(merged)
+    return shifted(merged, delay) if delay else merged
 
 
-def _refuse_unlike(log: Log, one: Dataset, first: Dataset) -> None:
+def _refuse_unlike(log: Log, part: Dataset, first: Dataset) -> None:
     path = f"log {log.source.name}"
-    if one.kind != first.kind:
-        raise InputError("is of another kind of axis than the first log", path=path, value=one.kind, allowed=first.kind)
-    if abs(one.sample_time / first.sample_time - 1.0) > ALIKE:
-        times = (with_unit(time, "s") for time in (one.sample_time, first.sample_time))
-        found, wanted = times
-        raise InputError(f"was sampled every {found}, the first log every {wanted}", path=path,
+    if part.kind != first.kind:
+        raise InputError(
+            "is of another kind of axis than the first log", path=path, value=part.kind, allowed=first.kind
+        )
+    if abs(part.sample_time / first.sample_time - 1.0) > ALIKE:
+        times = (with_unit(time, "s") for time in (part.sample_time, first.sample_time))
+        period, first_period = times
+        raise InputError(f"was sampled every {period}, the first log every {first_period}", path=path,
                          mend="Resample one of them, or identify them one by one")  # fmt: skip
     for name in ("cutoff", "decimation", "held"):
-        if getattr(one, name) != getattr(first, name):
+        if getattr(part, name) != getattr(first, name):
             raise InputError(f"is to be treated with another {name} than the first log", path=path,
-                             value=getattr(one, name), mend="Write the same into both axis files")  # fmt: skip
+                             value=getattr(part, name), mend="Write the same into both axis files")  # fmt: skip

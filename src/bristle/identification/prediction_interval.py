@@ -64,7 +64,7 @@ class Bands:
     @property
     def count(self) -> int:
         """Number of sets of parameters."""
-        return min((len(one) for one in self.draws.values()), default=0)
+        return min((len(draws) for draws in self.draws.values()), default=0)
 
 
 def half_width(bands: Bands, plant: Model, friction: Model, dataset: Dataset) -> np.ndarray:
@@ -101,7 +101,7 @@ def numbers_of(model: Model) -> dict[str, float]:
 
 def with_parameters(bands: Bands, index: int, model: Model) -> Model:
     """Return a model with one of the sets of parameters, as far as they are its own."""
-    own = {name: np.asarray(one[index])[()] for name, one in bands.draws.items() if name in model.values}
+    own = {name: np.asarray(draws[index])[()] for name, draws in bands.draws.items() if name in model.values}
     return Model(model.component, model.component.assemble(numbers_of(model) | own), model.kind)
 
 
@@ -111,7 +111,7 @@ def _member(
 ) -> np.ndarray:  # fmt: skip
     """Return the effort of each row with one set of parameters [N or N*m]."""
     dataset = cycles.dataset
-    mine = dict(values) | {name: np.asarray(one[index])[()] for name, one in bands.draws.items()}
+    mine = dict(values) | {name: np.asarray(draws[index])[()] for name, draws in bands.draws.items()}
     levels = FrictionScale(component, mine, dataset.kind)
     body = with_parameters(bands, index, plant)
     parts = []

@@ -72,27 +72,27 @@ def treat(
     decimation = _decimation(decimation if decimation is not None else axis and axis.decimation)
     position = np.asarray(log.position.values, dtype=float)
     _refuse_non_finite(log)
-    given = axis.resolution if axis is not None else None
+    measured = axis.resolution if axis is not None else None
     held = axis.held if axis is not None else None
-    resolution = _smallest_step(position) if given is None else given
+    resolution = _smallest_step(position) if measured is None else measured
     dropped = max(round(EDGE_PERIODS / (cutoff * dt)), 1)
     shortest = 2 * dropped + ROWS_MIN * decimation
     segments = log.segments or (slice(0, position.size),)
     lengths = [len(range(*part.indices(position.size))) for part in segments]
-    kept = [part for part, length in zip(segments, lengths, strict=True) if length >= shortest]
-    if not kept:
+    long_enough = [part for part, length in zip(segments, lengths, strict=True) if length >= shortest]
+    if not long_enough:
         raise InputError(
             "is too short for this filter and decimation", path="log", value=f"{max(lengths)} samples without a gap",
             allowed=f"at least {shortest}",
             mend="Record a longer motion, raise the cut-off or lower the decimation",
         )  # fmt: skip
-    known = None if like is None else (like.noise, like.effort_noise)
-    treated = [segment_of(log, part, cutoff, resolution, known, held=bool(held)) for part in kept]
+    noise_of_like = None if like is None else (like.noise, like.effort_noise)
+    treated = [segment_of(log, part, cutoff, resolution, noise_of_like, held=bool(held)) for part in long_enough]
     moving = tuple(segment for segment, *_ in treated if np.any(segment.velocity != 0.0))
     if axis is not None and axis.in_cycle:
-        moving = tuple(replace(one, first_cycle=_first_cycle(one, log.kind)) for one in moving)
+        moving = tuple(replace(segment, first_cycle=_first_cycle(segment, log.kind)) for segment in moving)
     noise, effort_noise = (
-        float(np.mean(one)) for one in ([two for _, two, _ in treated], [two for *_, two in treated])
+        float(np.mean(noise)) for noise in ([two for _, two, _ in treated], [two for *_, two in treated])
     )
     keeps = axis is not None and axis.keeps_rests
     dataset = Dataset(moving, log.kind, dt, resolution, noise, cutoff, decimation, dropped, held, keeps,
@@ -117,21 +117,21 @@ def _refuse_non_finite(log: Any) -> None:
             )  # fmt: skip
 
 
-def _cutoff(given: float | None, dt: float) -> float:
-    if given is None:
+def _cutoff(requested: float | None, dt: float) -> float:
+    if requested is None:
         return CUTOFF_SHARE / dt
-    if not (np.isfinite(given) and 0.0 < given < 0.5 / dt):
-        raise InputError("out of range", path="cutoff", value=given, allowed=f"between 0 and {0.5 / dt:g} Hz, half "
+    if not (np.isfinite(requested) and 0.0 < requested < 0.5 / dt):
+        raise InputError("out of range", path="cutoff", value=requested, allowed=f"between 0 and {0.5 / dt:g} Hz, half "
                          "the sampling frequency")  # fmt: skip
-    return float(given)
+    return float(requested)
 
 
-def _decimation(given: int | None) -> int:
-    if given is None:
+def _decimation(requested: int | None) -> int:
+    if requested is None:
         return DECIMATION
-    if isinstance(given, bool) or given != int(given) or not 1 <= given <= 10_000:
-        raise InputError("must be a whole number", path="decimation", value=given, allowed="1 to 10000")
-    return int(given)
+    if isinstance(requested, bool) or requested != int(requested) or not 1 <= requested <= 10_000:
+        raise InputError("must be a whole number", path="decimation", value=requested, allowed="1 to 10000")
+    return int(requested)
 
 
 def _smallest_step(position: np.ndarray) -> float:
@@ -141,7 +141,7 @@ def _smallest_step(position: np.ndarray) -> float:
 
 
 def segment_of(
-    log: Any, part: slice, cutoff: float, resolution: float, known: tuple[float, float] | None = None, *,
+    log: Any, part: slice, cutoff: float, resolution: float, noises: tuple[float, float] | None = None, *,
     held: bool = False,
 ) -> tuple[Segment, float, float]:  # fmt: skip
     """Return a segment of a log, and the standard deviations of the noise of its position and of its effort.
@@ -156,7 +156,7 @@ def segment_of(
         Of the zero-phase filter [Hz].
     resolution : float
         Step of the position encoder [m or rad].
-    known : tuple of float, optional
+    noises : tuple of float, optional
         Those standard deviations, where they need not be found.
     held : bool
         Whether the recorded effort acts until the next sample.
@@ -168,7 +168,7 @@ def segment_of(
     effort = np.asarray(log.effort.values[part], dtype=float)
     effort = _at_samples(effort) if held else effort
     smooth, smooth_effort = low_passed(np.stack([raw - origin, effort]), cutoff, dt)
-    noise, effort_noise = known or _noises(raw - origin - smooth, effort - smooth_effort, cutoff * dt)
+    noise, effort_noise = noises or _noises(raw - origin - smooth, effort - smooth_effort, cutoff * dt)
     velocity = np.gradient(smooth, dt)
     acceleration = np.gradient(velocity, dt)
     window = max(round(REST_PERIODS / (cutoff * dt)), 1)
@@ -189,11 +189,13 @@ def _noises(position: np.ndarray, effort: np.ndarray, cutoff: float) -> tuple[fl
     """Return the standard deviations of the noise, of what a filter takes away; its cut-off over the sampling rate."""
     # White noise above the cut-off tells how much there is in all.
     above = max(1.0 - 2.0 * cutoff, 0.1)
-    found, its = (DEVIATION_OVER_MEDIAN * float(np.median(np.abs(one))) for one in (position, effort))
-    return found, its / above**0.5
+    position_noise, effort_noise = (
+        DEVIATION_OVER_MEDIAN * float(np.median(np.abs(signal))) for signal in (position, effort)
+    )
+    return position_noise, effort_noise / above**0.5
 
 
-def _first_cycle(one: Segment, kind: Kind) -> int:
+def _first_cycle(segment: Segment, kind: Kind) -> int:
     """Return after how many samples a motion that repeats is where it began, and moves on alike.
 
     Raises
@@ -201,14 +203,14 @@ def _first_cycle(one: Segment, kind: Kind) -> int:
     InputError
         If it never is.
     """
-    covered = np.maximum.accumulate(one.position) - np.minimum.accumulate(one.position)
-    away = np.abs(one.position - one.position[0])
+    covered = np.maximum.accumulate(segment.position) - np.minimum.accumulate(segment.position)
+    away = np.abs(segment.position - segment.position[0])
     back = (covered > COVERED * covered[-1]) & (away < RETURNED * covered[-1])
-    back &= np.signbit(one.velocity) == np.signbit(one.velocity[0])
+    back &= np.signbit(segment.velocity) == np.signbit(segment.velocity[0])
     if not back.any():
         raise InputError(
             "does not come back to where it began, so that its first cycle is not known", path="log.start",
-            value=f"cycle, from {with_unit(float(one.position[0]), unit_of('length', kind))}",
+            value=f"cycle, from {with_unit(float(segment.position[0]), unit_of('length', kind))}",
             mend='Write start = "moving" under [log] of the axis file, or begin with a whole cycle',
         )  # fmt: skip
     first = int(np.argmax(back))

@@ -19,9 +19,9 @@ def in_order(fits: Sequence[Fit], settings: Settings = DEFAULT) -> list[Fit]:
     the others: then that one is what a person who could wait no longer came for.
     """
     rest = [fit for fit in fits if fit.unfinished]
-    whole = ranked([fit for fit in fits if not fit.unfinished], settings)
-    ahead = [fit for fit in rest if whole and fit.error_percent < settings.unfinished_error * _error(whole[0])]
-    return [*ahead, *whole, *(fit for fit in rest if fit not in ahead)]
+    finished = ranked([fit for fit in fits if not fit.unfinished], settings)
+    ahead = [fit for fit in rest if finished and fit.error_percent < settings.unfinished_error * _error(finished[0])]
+    return [*ahead, *finished, *(fit for fit in rest if fit not in ahead)]
 
 
 def ranked(fits: Sequence[Fit], settings: Settings = DEFAULT) -> list[Fit]:
@@ -39,11 +39,11 @@ def ranked(fits: Sequence[Fit], settings: Settings = DEFAULT) -> list[Fit]:
     settings : Settings
         The thresholds.
     """
-    left, found = list(fits), []
+    left, in_rank = list(fits), []
     while left:
-        found.append(_first(left, settings))
-        left.remove(found[-1])
-    return found
+        in_rank.append(_first(left, settings))
+        left.remove(in_rank[-1])
+    return in_rank
 
 
 def _first(fits: list[Fit], settings: Settings) -> Fit:
@@ -79,5 +79,7 @@ def _size(fit: Fit) -> int:
 
 
 def _doubtful(fit: Fit, settings: Settings) -> bool:
-    asked = [one for one in fit.estimates if one.status != "held"]
-    return bool(asked) and sum(one.status != "identified" for one in asked) >= settings.doubtful_share * len(asked)
+    searched = [estimate for estimate in fit.estimates if estimate.status != "held"]
+    return bool(searched) and sum(
+        estimate.status != "identified" for estimate in searched
+    ) >= settings.doubtful_share * len(searched)

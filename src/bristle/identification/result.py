@@ -67,7 +67,7 @@ class Estimate:
     @property
     def larger_std(self) -> float | None:
         """The larger of both standard errors in `unit`; None where there is none."""
-        return max((one for one in (self.std, self.robust_std) if one is not None), default=None)
+        return max((std for std in (self.std, self.robust_std) if std is not None), default=None)
 
     @property
     def interval_percent(self) -> float | None:
@@ -237,26 +237,26 @@ class Fit:
     def error_percent(self) -> float:
         """What was made small: the error of a simulation where there is one, else of the effort of each row [%]."""
         simulated = (self.position_error_percent, self.loop_error_percent)
-        return next((one for one in simulated if one is not None), self.force_error_percent)
+        return next((percent for percent in simulated if percent is not None), self.force_error_percent)
 
     @property
     def metrics(self) -> dict[str, float]:
         """Numbers that say how good the fit is."""
-        found = {
+        metrics = {
             "force_error_percent": self.force_error_percent,
             "friction_error_percent": self.friction_error_percent,
             "condition_number": self.condition_number,
         }
         if self.position_error_percent is not None and self.position_rmse is not None:
-            found |= {"position_error_percent": self.position_error_percent, "position_rmse": self.position_rmse}
+            metrics |= {"position_error_percent": self.position_error_percent, "position_rmse": self.position_rmse}
         if self.loop_error_percent is not None and self.loop_rmse is not None:
-            found |= {"loop_error_percent": self.loop_error_percent, "loop_rmse": self.loop_rmse}
+            metrics |= {"loop_error_percent": self.loop_error_percent, "loop_rmse": self.loop_rmse}
         if self.held_out is not None:
-            found["held_out_error_percent"] = self.held_out.mean_percent
-            found["held_out_error_std_percent"] = self.held_out.std_percent
+            metrics["held_out_error_percent"] = self.held_out.mean_percent
+            metrics["held_out_error_std_percent"] = self.held_out.std_percent
         if self.information is not None:
-            found |= {"aic": self.information.aic, "bic": self.information.bic}
-        return found
+            metrics |= {"aic": self.information.aic, "bic": self.information.bic}
+        return metrics
 
 
 @dataclass(frozen=True)
@@ -300,12 +300,12 @@ class Identification:
 
         After that the models that were left out.
         """
-        logs, said = (self.log, *self.further_logs), dict[str, list[str]]()
-        for one in logs:
-            for note in one.notes:
-                said.setdefault(note, []).append(one.source.name)
-        found = [note if len(of) == len(logs) else f"{', '.join(of)}: {note}" for note, of in said.items()]
-        return (*found, *(f"{name} is left out: {why}" for name, why in self.left_out.items()))
+        logs, logs_by_note = (self.log, *self.further_logs), dict[str, list[str]]()
+        for log in logs:
+            for note in log.notes:
+                logs_by_note.setdefault(note, []).append(log.source.name)
+        remarks = [note if len(of) == len(logs) else f"{', '.join(of)}: {note}" for note, of in logs_by_note.items()]
+        return (*remarks, *(f"{name} is left out: {reason}" for name, reason in self.left_out.items()))
 
     @property
     def best(self) -> Fit:

@@ -124,12 +124,12 @@ class Settings:
     )
 
     @classmethod
-    def of(cls, given: Mapping[str, Any], path: str = "settings") -> Settings:
+    def of(cls, values: Mapping[str, Any], path: str = "settings") -> Settings:
         """Return the thresholds that are given, all others at their defaults.
 
         Parameters
         ----------
-        given : mapping of str to float
+        values : mapping of str to float
             Names of thresholds with their values.
         path : str
             What an error names.
@@ -139,36 +139,42 @@ class Settings:
         InputError
             If there is no such threshold, or its value is out of range.
         """
-        known = {one.name: one for one in thresholds()}
-        found: dict[str, float] = {}
-        for name, value in given.items():
-            if name not in known:
+        by_name = {threshold.name: threshold for threshold in thresholds()}
+        numbers: dict[str, float] = {}
+        for name, value in values.items():
+            if name not in by_name:
                 raise InputError("is no threshold of an identification", path=f"{path}.{name}", value=value,
-                                 allowed=", ".join(known))  # fmt: skip
-            found[name] = _checked(known[name], value, f"{path}.{name}")
-        return cls(**found)
+                                 allowed=", ".join(by_name))  # fmt: skip
+            numbers[name] = _checked(by_name[name], value, f"{path}.{name}")
+        return cls(**numbers)
 
     @property
     def changed(self) -> dict[str, float]:
         """Those that differ from the default, by name."""
-        return {one.name: value for one in thresholds() if (value := getattr(self, one.name)) != one.default}
+        return {
+            threshold.name: value
+            for threshold in thresholds()
+            if (value := getattr(self, threshold.name)) != threshold.default
+        }
 
     def as_data(self) -> dict[str, float]:
         """Return all of them, by name."""
-        return {one.name: getattr(self, one.name) for one in thresholds()}
+        return {threshold.name: getattr(self, threshold.name) for threshold in thresholds()}
 
 
-def _checked(one: Threshold, value: Any, path: str) -> float:
+def _checked(threshold: Threshold, value: Any, path: str) -> float:
     number = value if isinstance(value, (int, float)) and not isinstance(value, bool) else math.nan
-    if not (one.least <= number <= one.most and math.isfinite(number)):
-        allowed = f"{one.least:g} to {one.most:g}" if math.isfinite(one.most) else f">= {one.least:g}"
+    if not (threshold.least <= number <= threshold.most and math.isfinite(number)):
+        allowed = (
+            f"{threshold.least:g} to {threshold.most:g}" if math.isfinite(threshold.most) else f">= {threshold.least:g}"
+        )
         raise InputError("is out of range", path=path, value=value, allowed=allowed)
     return float(number)
 
 
 def thresholds() -> tuple[Threshold, ...]:
     """Return what each of the settings is, in order."""
-    return tuple(Threshold(one.name, getattr(DEFAULT, one.name), **one.metadata) for one in fields(Settings))
+    return tuple(Threshold(field.name, getattr(DEFAULT, field.name), **field.metadata) for field in fields(Settings))
 
 
 DEFAULT = Settings()

@@ -28,8 +28,8 @@ def blocks_for(dataset: Dataset, requested: int | None, settings: Settings) -> i
     """Return how many blocks are held out: as requested, else five, fewer of a short log, 0 where none has room."""
     if requested is not None or dataset.log_of_row[0] != dataset.log_of_row[-1]:
         return BLOCKS if requested is None else requested
-    room = room_for_blocks(dataset, settings)
-    return min(room, BLOCKS) if room > 1 else 0
+    most = room_for_blocks(dataset, settings)
+    return min(most, BLOCKS) if most > 1 else 0
 
 
 def room_for_blocks(dataset: Dataset, settings: Settings) -> int:
@@ -69,7 +69,7 @@ def _has_experiments_of_its_own(speed: np.ndarray, part: np.ndarray, count: int)
     moving = speed > 0.0
     place = np.floor(BINS * np.log10(speed[moving])).astype(int)
     place -= place.min(initial=0)
-    seen = np.zeros((count, place.max(initial=0) + 1))
-    np.add.at(seen, (part[moving], place), 1.0)
-    alone = np.where(seen.sum(axis=0) - seen < FEW * seen, seen, 0.0).sum(axis=1)
+    counts = np.zeros((count, place.max(initial=0) + 1))
+    np.add.at(counts, (part[moving], place), 1.0)
+    alone = np.where(counts.sum(axis=0) - counts < FEW * counts, counts, 0.0).sum(axis=1)
     return bool(np.any(alone > ALONE * np.bincount(part, minlength=count)))

@@ -71,7 +71,7 @@ def read_apart(data: bytes, request: Request) -> Table:
     )  # fmt: skip
     with process:
         try:
-            out, said = process.communicate(json.dumps(head).encode() + b"\n" + data, PATIENCE * head["seconds"])
+            out, stderr = process.communicate(json.dumps(head).encode() + b"\n" + data, PATIENCE * head["seconds"])
         except subprocess.TimeoutExpired:
             process.kill()
             raise _no_answer("takes too long", request) from None
@@ -79,20 +79,20 @@ def read_apart(data: bytes, request: Request) -> Table:
             process.kill()
             raise
     if process.returncode != 0:
-        raise _no_answer(_how_it_ended(process.returncode, said), request)
+        raise _no_answer(_how_it_ended(process.returncode, stderr), request)
     return _table_in(out)
 
 
-def _how_it_ended(code: int, said: bytes) -> str:
+def _how_it_ended(code: int, stderr: bytes) -> str:
     if code == -getattr(signal, "SIGXCPU", 0):
         return "takes too long"
-    last = said.decode("utf-8", "replace").strip().rpartition("\n")[2]
+    last = stderr.decode("utf-8", "replace").strip().rpartition("\n")[2]
     return f"the library that reads it ended with signal {-code}" if code < 0 else shortened(last, 120)
 
 
-def _no_answer(said: str, request: Request) -> InputError:
+def _no_answer(ending: str, request: Request) -> InputError:
     return InputError(
-        f"is damaged, or of a kind that is not read ({said})", path=str(request.source), mend="Copy or save it again"
+        f"is damaged, or of a kind that is not read ({ending})", path=str(request.source), mend="Copy or save it again"
     )
 
 
@@ -108,14 +108,14 @@ def serve() -> None:
     read: Callable[..., Table] = import_module(f"bristle.logs.{head['reader']}").read
     choice = Choice(None if head["names"] is None else frozenset(head["names"]), head["usual"])
     try:
-        found = read(data, Path(head["source"]), head["table"], choice, head["limit"])
+        table = read(data, Path(head["source"]), head["table"], choice, head["limit"])
     except InputError as error:
         parts = {name: getattr(error, name) for name in ("message", "path", "allowed", "mend")}
         value = error.value if isinstance(error.value, (str, int, float)) else None
         out.write(json.dumps({"refused": parts | {"value": value}}).encode() + b"\n")
     else:
-        out.write(json.dumps(_told(found)).encode() + b"\n")
-        for values in found.columns.values():
+        out.write(json.dumps(_record_of(table)).encode() + b"\n")
+        for values in table.columns.values():
             out.write(np.ascontiguousarray(values, float).data)
     out.close()
 
@@ -127,25 +127,25 @@ def _limit_to(seconds: int, limit: int) -> None:
     except ImportError:  # not on this system: whoever waits ends it
         return
     most = SPARE_BYTES + 4 * limit
-    for what, soft, hard in (("CPU", seconds, seconds + 1), ("AS", most, most), ("CORE", 0, 0)):
+    for resource_name, soft, hard in (("CPU", seconds, seconds + 1), ("AS", most, most), ("CORE", 0, 0)):
         # Some systems know a limit and do not take it, or have a smaller one already.
         with suppress(AttributeError, ValueError, OSError):
-            resource.setrlimit(getattr(resource, f"RLIMIT_{what}"), (soft, hard))
+            resource.setrlimit(getattr(resource, f"RLIMIT_{resource_name}"), (soft, hard))
 
 
-def _told(table: Table) -> dict[str, Any]:
-    kept = ("units", "constants", "sample_time", "notes", "format", "tables", "names")
+def _record_of(table: Table) -> dict[str, Any]:
+    names = ("units", "constants", "sample_time", "notes", "format", "tables", "names")
     sizes = {name: int(values.size) for name, values in table.columns.items()}
-    return {"sizes": sizes} | {name: getattr(table, name) for name in kept}
+    return {"sizes": sizes} | {name: getattr(table, name) for name in names}
 
 
 def _table_in(out: bytes) -> Table:
     line, _, rest = out.partition(b"\n")
-    told = json.loads(line)
-    if "refused" in told:
-        raise InputError(**told["refused"])
+    record = json.loads(line)
+    if "refused" in record:
+        raise InputError(**record["refused"])
     numbers, at, columns = np.frombuffer(rest, float), 0, {}
-    for name, size in told.pop("sizes").items():
+    for name, size in record.pop("sizes").items():
         columns[name] = numbers[at : at + size].copy()
         at += size
-    return Table(columns, **told | {name: tuple(told[name]) for name in ("notes", "tables", "names")})
+    return Table(columns, **record | {name: tuple(record[name]) for name in ("notes", "tables", "names")})

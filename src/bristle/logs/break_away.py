@@ -91,18 +91,18 @@ def break_aways(
         Step of the position encoder, and standard deviation of the noise of the position [m or rad].
     """
     grain = max(COUNTS * resolution, NOISE * noise)
-    seen: list[_Leg] = []
+    measured_legs: list[_Leg] = []
     for recording in recordings:
         stretch = Stretch(*recording, grain, None, 0)
         for leg in stretch.of_kind("break_away"):
             rest = max((rest for rest in stretch.rests if rest.start <= leg.first), key=lambda rest: rest.start)
             measured = _measured(leg, rest, recording, PERIODS / (sample_time * cutoff))
-            seen += [measured] if measured is not None else []
-    groups = _groups(seen)
-    forces = _estimates(seen, groups, [one.force for one in seen], 0.0)
-    distances = _estimates(seen, groups, [one.distance for one in seen], resolution / math.sqrt(6.0))
+            measured_legs += [measured] if measured is not None else []
+    groups = _groups(measured_legs)
+    forces = _estimates(measured_legs, groups, [leg.force for leg in measured_legs], 0.0)
+    distances = _estimates(measured_legs, groups, [leg.distance for leg in measured_legs], resolution / math.sqrt(6.0))
     return tuple(
-        BreakAway(_mean([seen[k].speed for k in group]), len(group), *force, *distance)
+        BreakAway(_mean([measured_legs[k].speed for k in group]), len(group), *force, *distance)
         for group, force, distance in zip(groups, forces, distances, strict=True)
     )
 
@@ -131,15 +131,15 @@ def _measured(leg: Leg, rest: slice, recording: Recording, shortest: float) -> _
     return _Leg(leg.speed, side, most, float(moved[turned]))
 
 
-def _groups(seen: Sequence[_Leg]) -> list[list[int]]:
+def _groups(legs: Sequence[_Leg]) -> list[list[int]]:
     """Return the legs of each rate, the slowest first."""
-    found: list[list[int]] = []
-    for k in sorted(range(len(seen)), key=lambda one: seen[one].speed):
-        if found and seen[k].speed <= ALIKE * seen[found[-1][0]].speed:
-            found[-1].append(k)
+    groups: list[list[int]] = []
+    for k in sorted(range(len(legs)), key=lambda place: legs[place].speed):
+        if groups and legs[k].speed <= ALIKE * legs[groups[-1][0]].speed:
+            groups[-1].append(k)
         else:
-            found.append([k])
-    return found
+            groups.append([k])
+    return groups
 
 
 def _mean(values: Sequence[float]) -> float:
@@ -147,25 +147,25 @@ def _mean(values: Sequence[float]) -> float:
 
 
 def _estimates(
-    seen: Sequence[_Leg], groups: Sequence[Sequence[int]], values: Sequence[float], common: float
+    legs: Sequence[_Leg], groups: Sequence[Sequence[int]], values: Sequence[float], common: float
 ) -> list[tuple[float, tuple[float, float] | None]]:
     """Return the mean of both directions at each rate with its interval; `common` is an error that all legs share."""
     if not groups:
         return []
-    columns = [np.ones(len(seen))]
+    columns = [np.ones(len(legs))]
     if len(groups) > 1:
-        columns.append(np.log([one.speed for one in seen]))
-    if len({one.side for one in seen}) > 1:
-        columns.append(np.array([one.side for one in seen]))
+        columns.append(np.log([leg.speed for leg in legs]))
+    if len({leg.side for leg in legs}) > 1:
+        columns.append(np.array([leg.side for leg in legs]))
     regressor, target = np.stack(columns, axis=1), np.log(values)
     weights = unbounded(regressor, target)
-    spare = len(seen) - len(columns)
-    found: list[tuple[float, tuple[float, float] | None]] = []
+    spare = len(legs) - len(columns)
+    estimates: list[tuple[float, tuple[float, float] | None]] = []
     for group in groups:
         row = np.zeros(len(columns))
         row[0] = 1.0
         if len(groups) > 1:
-            row[1] = math.log(_mean([seen[k].speed for k in group]))
+            row[1] = math.log(_mean([legs[k].speed for k in group]))
         middle = float(row @ weights)
         interval = None
         if spare > 0:
@@ -173,8 +173,8 @@ def _estimates(
             half = _student(spare) * math.sqrt(variance * float(row @ np.linalg.pinv(regressor.T @ regressor) @ row))
             half = math.hypot(half, NORMAL_95 * common / math.exp(middle))
             interval = math.exp(middle - half), math.exp(middle + half)
-        found.append((math.exp(middle), interval))
-    return found
+        estimates.append((math.exp(middle), interval))
+    return estimates
 
 
 def _student(freedom: int) -> float:

@@ -29,9 +29,9 @@ ENTRY_SPEED = 0.05  # of the largest speed: nothing stops from it within one sam
 ENTRY_STEPS = 5  # quantisation steps
 
 
-def problems_of(found: Gathered, axis: Axis, source: str) -> Iterator[InputError]:
+def problems_of(gathered: Gathered, axis: Axis, source: str) -> Iterator[InputError]:
     """Yield what makes the channels of a log unfit for use, the gravest first."""
-    channels = list(found.named())
+    channels = list(gathered.named())
     for name, channel in channels:
         place = f"{source}: column {channel.column!r}"
         if channel.values.size < FEWEST_SAMPLES:
@@ -43,12 +43,12 @@ def problems_of(found: Gathered, axis: Axis, source: str) -> Iterator[InputError
     usable = True
     for _, channel in channels:
         place = f"{source}: column {channel.column!r}"
-        for problem in (*_not_finite(found, channel.values, place), *_no_measurement(found, channel, place)):
+        for problem in (*_not_finite(gathered, channel.values, place), *_no_measurement(gathered, channel, place)):
             usable = False
             yield problem
     if not usable:
         return
-    for name, channel in found.channels.items():
+    for name, channel in gathered.channels.items():
         if name not in ("time", "load", "temperature") and np.ptp(channel.values) < SMALLEST:
             yield InputError(
                 f"is constant ({channel.values[0]:.6g} {channel.unit}), which tells nothing as the {name}",
@@ -56,11 +56,11 @@ def problems_of(found: Gathered, axis: Axis, source: str) -> Iterator[InputError
                 mend="Is it the right column, did the axis move? Leave out of [columns] what is not needed",
             )
         elif name == "effort":
-            yield from _saturated_effort(found, axis, f"{source}: column {channel.column!r}")
+            yield from _saturated_effort(gathered, axis, f"{source}: column {channel.column!r}")
         elif name == "position":
-            yield from _beyond_stroke(found, axis, f"{source}: column {channel.column!r}")
-            yield from _saturated_position(found, f"{source}: column {channel.column!r}")
-            yield from _lost_readings(found, f"{source}: column {channel.column!r}")
+            yield from _beyond_stroke(gathered, axis, f"{source}: column {channel.column!r}")
+            yield from _saturated_position(gathered, f"{source}: column {channel.column!r}")
+            yield from _lost_readings(gathered, f"{source}: column {channel.column!r}")
 
 
 def quantisation(values: np.ndarray) -> float:
@@ -80,85 +80,87 @@ def longest_run(chosen: np.ndarray) -> tuple[int, int]:
     return int(starts[longest]), int(lengths[longest])
 
 
-def _not_finite(found: Gathered, values: np.ndarray, place: str) -> Iterator[InputError]:
+def _not_finite(gathered: Gathered, values: np.ndarray, place: str) -> Iterator[InputError]:
     bad = np.flatnonzero(~np.isfinite(values))
     if bad.size:
         at = int(bad[0])
-        what = "NaN (not a number)" if np.isnan(values[at]) else "an infinite value"
+        reading = "NaN (not a number)" if np.isnan(values[at]) else "an infinite value"
         yield InputError(
-            f"has {what} at {_moment(found, at)}, {bad.size} such samples in all",
+            f"has {reading} at {_moment(gathered, at)}, {bad.size} such samples in all",
             path=place,
             mend="Repair these samples or delete their rows: a gap in time is understood",
         )
 
 
-def _no_measurement(found: Gathered, channel: Channel, place: str) -> Iterator[InputError]:
+def _no_measurement(gathered: Gathered, channel: Channel, place: str) -> Iterator[InputError]:
     if not np.all(np.isfinite(channel.values)):
         return
     far = far_outside(channel.values)
     if far.size:
         at = int(far[np.argmax(np.abs(channel.values[far]))])
         yield InputError(
-            f"has {channel.values[at]:.6g} {channel.unit} at {_moment(found, at)}, which is no measurement; "
+            f"has {channel.values[at]:.6g} {channel.unit} at {_moment(gathered, at)}, which is no measurement; "
             f"{far.size} such in all",
             path=place, mend="Repair these samples or delete their rows: a gap in time is understood",
         )  # fmt: skip
 
 
-def _lost_readings(found: Gathered, place: str) -> Iterator[InputError]:
-    channel = found.channels["position"]
+def _lost_readings(gathered: Gathered, place: str) -> Iterator[InputError]:
+    channel = gathered.channels["position"]
     lost = spikes(channel.values, quantisation(channel.values))
     if lost:
-        worst = max(lost, key=lambda one: abs(one.size))
+        worst = max(lost, key=lambda spike: abs(spike.size))
         yield InputError(
             f"jumps by {worst.size:.6g} {channel.unit} and returns after {worst.length} "
-            f"{'sample' if worst.length == 1 else 'samples'} at {_moment(found, worst.start)}, "
+            f"{'sample' if worst.length == 1 else 'samples'} at {_moment(gathered, worst.start)}, "
             f"{len(lost)} such {'place' if len(lost) == 1 else 'places'} in all: readings were lost",
             path=place, mend="Repair these samples or delete their rows: a gap in time is understood",
         )  # fmt: skip
 
 
-def _moment(found: Gathered, at: int) -> str:
-    time = found.channels.get("time")
-    known = time is not None and at < time.values.size and np.isfinite(time.values[at])
-    return f"sample {at}" + (f" (t = {time.values[at]:.6g} s)" if time is not None and known else "")
+def _moment(gathered: Gathered, at: int) -> str:
+    time = gathered.channels.get("time")
+    has_time = time is not None and at < time.values.size and np.isfinite(time.values[at])
+    return f"sample {at}" + (f" (t = {time.values[at]:.6g} s)" if time is not None and has_time else "")
 
 
-def _saturated_effort(found: Gathered, axis: Axis, place: str) -> Iterator[InputError]:
+def _saturated_effort(gathered: Gathered, axis: Axis, place: str) -> Iterator[InputError]:
     """Refuse an effort beyond a limit, or clipped at one.
 
     The drive bounds the whole effort, the controller its own part of it: known inputs are added behind its limit.
     """
-    channel = found.channels["effort"]
+    channel = gathered.channels["effort"]
     own = channel.values
-    if all(known.values.size == own.size for known in found.injected):
-        own = own - sum((known.values for known in found.injected), np.zeros(own.size))
+    if all(injected.values.size == own.size for injected in gathered.injected):
+        own = own - sum((injected.values for injected in gathered.injected), np.zeros(own.size))
     law = axis.controller.values if isinstance(axis.controller, Model) else {}
     by_controller = "" if own is channel.values else ", without the known inputs,"
-    for values, limit, what, key in (
+    for values, limit, subject, key in (
         (own, law.get("limit"), f"exceeds{by_controller} the limit of the controller", "limit under [controller]"),
         (channel.values, axis.effort_limit, "exceeds the limit of the drive", "limit under [effort]"),
     ):
-        problem = _beyond_limit(found, values, limit, place, what, key) or _at_limit(found, values, limit, place)
+        problem = _beyond_limit(gathered, values, limit, place, subject, key) or _at_limit(
+            gathered, values, limit, place
+        )
         if problem is not None:
             yield problem
             return
 
 
 def _beyond_limit(
-    found: Gathered, values: np.ndarray, limit: float | None, place: str, what: str, key: str
+    gathered: Gathered, values: np.ndarray, limit: float | None, place: str, subject: str, key: str
 ) -> InputError | None:
     if limit is None or np.max(np.abs(values)) <= (1 + LIMIT_TOLERANCE) * limit:
         return None
     at = int(np.argmax(np.abs(values)))
     return InputError(
-        f"{what} at {_moment(found, at)}", path=place, value=float(f"{values[at]:.6g}"),
-        allowed=f"up to {limit:.6g} {found.channels['effort'].unit}",
+        f"{subject} at {_moment(gathered, at)}", path=place, value=float(f"{values[at]:.6g}"),
+        allowed=f"up to {limit:.6g} {gathered.channels['effort'].unit}",
         mend=f"Mend the unit or the constant of the effort, the gain of known inputs, or {key}, in the axis file",
     )  # fmt: skip
 
 
-def _at_limit(found: Gathered, values: np.ndarray, limit: float | None, place: str) -> InputError | None:
+def _at_limit(gathered: Gathered, values: np.ndarray, limit: float | None, place: str) -> InputError | None:
     rounding = ROUNDING * float(np.ptp(values))
     for extreme in (values.max(), values.min()):
         at_extreme = np.abs(values - extreme) <= rounding
@@ -167,8 +169,8 @@ def _at_limit(found: Gathered, values: np.ndarray, limit: float | None, place: s
         start, length = longest_run(at_extreme)
         if length >= LONG_RUN and extreme != 0 and _clipped(values, at_extreme, length, rounding):
             return InputError(
-                f"is saturated: {length} samples in a row at {extreme:.6g} {found.channels['effort'].unit} from "
-                f"{_moment(found, start)}, {at_extreme.sum()} in all", path=place,
+                f"is saturated: {length} samples in a row at {extreme:.6g} {gathered.channels['effort'].unit} from "
+                f"{_moment(gathered, start)}, {at_extreme.sum()} in all", path=place,
                 mend="Lower the acceleration or the amplitude of the motion, or widen the range of the channel",
             )  # fmt: skip
     return None
@@ -190,8 +192,8 @@ def _clipped(values: np.ndarray, at_extreme: np.ndarray, length: int, rounding: 
     return bool(at_extreme.sum() >= PILE_UP * next_level) and longest_run(still)[1] < length / 2
 
 
-def _beyond_stroke(found: Gathered, axis: Axis, place: str) -> Iterator[InputError]:
-    channel = found.channels["position"]
+def _beyond_stroke(gathered: Gathered, axis: Axis, place: str) -> Iterator[InputError]:
+    channel = gathered.channels["position"]
     if axis.stroke is None:
         return
     travelled, allowed = float(np.ptp(channel.values)), axis.stroke[1] - axis.stroke[0]
@@ -203,16 +205,16 @@ def _beyond_stroke(found: Gathered, axis: Axis, place: str) -> Iterator[InputErr
         )  # fmt: skip
 
 
-def _saturated_position(found: Gathered, place: str) -> Iterator[InputError]:
+def _saturated_position(gathered: Gathered, place: str) -> Iterator[InputError]:
     """Refuse a position that stops at its extreme within one sample out of full motion.
 
     An axis that rests there arrives slowly; a reading that is cut off does not, while the reference goes on.
     """
-    channel = found.channels["position"]
+    channel = gathered.channels["position"]
     values = channel.values
     speeds = np.abs(np.diff(values))
     abrupt = max(ENTRY_SPEED * float(speeds.max()), ENTRY_STEPS * quantisation(values))
-    reference = found.channels.get("reference")
+    reference = gathered.channels.get("reference")
     for extreme in (values.max(), values.min()):
         start, length = longest_run(values == extreme)
         if length < LONG_RUN or start < 2 or not _full_motion(speeds, start, abrupt):
@@ -222,7 +224,7 @@ def _saturated_position(found: Gathered, place: str) -> Iterator[InputError]:
             if beyond.max() <= abrupt:
                 continue
         yield InputError(
-            f"is saturated: it stops dead at {extreme:.6g} {channel.unit} at {_moment(found, start)}, "
+            f"is saturated: it stops dead at {extreme:.6g} {channel.unit} at {_moment(gathered, start)}, "
             f"for {length} samples", path=place, mend="Widen the range of the sensor or of the recording",
         )  # fmt: skip
         return

@@ -44,4 +44,6 @@ def columns_of(axis: Axis | None) -> Choice:
     """Return the choice of the columns that an axis names; without one, of those that are called as usual."""
     if axis is None:
         return Choice(frozenset(name for names in USUAL_NAMES.values() for name in names), usual=True)
-    return columns_named([*(one.name for one in axis.columns.values()), *(one.column for one in axis.injected)])
+    return columns_named(
+        [*(column.name for column in axis.columns.values()), *(channel.column for channel in axis.injected)]
+    )

@@ -125,14 +125,14 @@ def clock_of(stamps: np.ndarray, place: str, *, delay: float = 0.0, sample_time:
         )
     bounds = [0, *(np.flatnonzero(gaps) + 1).tolist(), stamps.size]
     raws = [slice(a, b) for a, b in pairwise(bounds)]
-    kept = [raw for raw in raws if raw.stop - raw.start >= SHORTEST_SEGMENT]
-    notes = _gap_notes(stamps, raws, kept)
-    uniform, jitter = _jitter(stamps, kept, period, place)
+    usable = [raw for raw in raws if raw.stop - raw.start >= SHORTEST_SEGMENT]
+    notes = _gap_notes(stamps, raws, usable)
+    uniform, jitter = _jitter(stamps, usable, period, place)
     if not uniform:
         notes.append(
             f"time stamps jitter by {jitter} of the sample time: resampled onto a uniform grid of {period:.6g} s"
         )
-    pieces = [(raw, _grid(stamps[raw], period, delay)) for raw in kept]
+    pieces = [(raw, _grid(stamps[raw], period, delay)) for raw in usable]
     pieces = [(raw, grid) for raw, grid in pieces if grid.size >= SHORTEST_SEGMENT]
     if not pieces:
         raise InputError(
@@ -159,12 +159,12 @@ def _refuse_backward(stamps: np.ndarray, steps: np.ndarray, place: str) -> None:
     )
 
 
-def _gap_notes(stamps: np.ndarray, raws: list[slice], kept: list[slice]) -> list[str]:
+def _gap_notes(stamps: np.ndarray, raws: list[slice], usable: list[slice]) -> list[str]:
     if len(raws) == 1:
         return []
-    where = ", ".join(f"{stamps[raw.start - 1]:.6g} s" for raw in raws[1:6])
-    notes = [f"{len(raws) - 1} gaps (the first after {where}): split into {len(kept)} segments"]
-    lost = sum(raw.stop - raw.start for raw in raws) - sum(raw.stop - raw.start for raw in kept)
+    ends = ", ".join(f"{stamps[raw.start - 1]:.6g} s" for raw in raws[1:6])
+    notes = [f"{len(raws) - 1} gaps (the first after {ends}): split into {len(usable)} segments"]
+    lost = sum(raw.stop - raw.start for raw in raws) - sum(raw.stop - raw.start for raw in usable)
     if lost:
         notes.append(f"{lost} samples in segments shorter than {SHORTEST_SEGMENT} samples were left out")
     return notes

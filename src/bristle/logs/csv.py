@@ -83,15 +83,15 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
 
 def _texts(row: str, layout: Layout, source: Path) -> dict[str, InputError]:
     """Return why columns were left out, for those who ask for them."""
-    found = {}
+    problems = {}
     for name, numeric, cell in zip(
         layout.names, layout.numeric, cells_of(without_comments(row), layout.delimiter), strict=True
     ):
         if not numeric:
-            said, mend = why_no_number(cell)
+            message, mend = why_no_number(cell)
             place = f"{source}: line {layout.first + 1}, column {name!r}"
-            found[name] = InputError(said, path=place, value=cell, mend=mend)
-    return found
+            problems[name] = InputError(message, path=place, value=cell, mend=mend)
+    return problems
 
 
 def _decodable(data: bytes, source: Path) -> tuple[bytes, str]:
@@ -143,7 +143,7 @@ def _without_open_end(body: bytes, layout: Layout, source: Path, encoding: str) 
     end = body.rfind(b"\n") + 1
     last = body[end:][:LONGEST_LINE].decode(encoding, "replace")
     cells = cells_of(last, layout.delimiter)
-    tail = (one.decode(encoding) for one in _last_lines(body[:end], TAIL_ROWS))
+    tail = (line.decode(encoding) for line in _last_lines(body[:end], TAIL_ROWS))
     before = [cells_of(line, layout.delimiter)[-1] for line in tail if line.strip()]
     cut = len(cells) != len(layout.numeric) or len(cells[-1]) < min(map(len, before), default=0)
     if layout.numeric[-1]:
@@ -173,7 +173,7 @@ def _numbers(
 ) -> list[np.ndarray]:
     """Return the chosen columns."""
     # A run of blanks does not tell which cell is missing: all are read, so that rows are of one length.
-    numeric = [index for index, it in enumerate(layout.numeric) if it]
+    numeric = [index for index, is_numeric in enumerate(layout.numeric) if is_numeric]
     read = numeric if layout.delimiter is None else chosen
     refuse_larger(body.count(b"\n") * len(read) * NUMBER_BYTES, limit, source)
     if not chosen:
@@ -205,7 +205,7 @@ def _numbers(
 def _plain(body: bytes, layout: Layout) -> bytes:
     """Return rows without comments, with numbers spelt as everywhere."""
     if b".#" in body:
-        body = re.sub(_NOT_FINITE, lambda it: b"inf" if it[1].upper() == b"INF" else b"nan", body)
+        body = re.sub(_NOT_FINITE, lambda match: b"inf" if match[1].upper() == b"INF" else b"nan", body)
     if b"#" in body:
         body = re.sub(COMMENTS.encode(), b"", body)
     if b"D" in body or b"d" in body:
@@ -232,9 +232,9 @@ def _bad_row(body: bytes, layout: Layout, source: Path, encoding: str) -> InputE
             )
         for column, cell in enumerate(cells):
             if layout.numeric[column] and not is_number(cell, layout.decimal_comma):
-                said, mend = why_no_number(cell)
+                message, mend = why_no_number(cell)
                 return InputError(
-                    said,
+                    message,
                     path=f"{place}, column {layout.names[column]!r}",
                     value=cell,
                     mend=mend or "Repair the sample or delete its row: a gap in time is understood",

@@ -32,8 +32,8 @@ class Curve(NamedTuple):
     f: np.ndarray
 
 
-def _curve(given: Any, path: str, kind: Kind | None) -> Curve:
-    return Curve(*CURVE(given, path, kind))
+def _curve(pair: Any, path: str, kind: Kind | None) -> Curve:
+    return Curve(*CURVE(pair, path, kind))
 
 
 @guarded(
@@ -71,17 +71,17 @@ class Curves:
     @cached_property
     def full_scale(self) -> float:
         """Largest output of all."""
-        return max(float(np.max(np.abs(one.f))) for one in self.curves)
+        return max(float(np.max(np.abs(curve.f))) for curve in self.curves)
 
     @cached_property
     def low(self) -> float:
         """Smallest input of all."""
-        return min(float(np.min(one.u)) for one in self.curves)
+        return min(float(np.min(curve.u)) for curve in self.curves)
 
     @cached_property
     def high(self) -> float:
         """Largest input of all."""
-        return max(float(np.max(one.u)) for one in self.curves)
+        return max(float(np.max(curve.u)) for curve in self.curves)
 
     def history(self, curve: Curve) -> np.ndarray:
         """Return the inputs that the operator went through before a curve, from its virgin state."""

@@ -35,21 +35,21 @@ class Gathered:
 
 def gather(table: Table, axis: Axis) -> Gathered:
     """Return the channels that `axis` names, in SI of its kind, sign and transmission applied."""
-    found = Gathered(notes=list(table.notes))
+    gathered = Gathered(notes=list(table.notes))
     for name, column in axis.columns.items():
-        if (channel := _channel(table, column, name, axis.kind, found)) is not None:
-            found.channels[name] = channel
-    for index, known in enumerate(axis.injected):
-        column = Column(known.column, "", "", known.gain, known.optional)
-        if (channel := _channel(table, column, f"injected[{index}]", axis.kind, found)) is not None:
-            found.injected.append(channel)
+        if (channel := _channel(table, column, name, axis.kind, gathered)) is not None:
+            gathered.channels[name] = channel
+    for index, injected in enumerate(axis.injected):
+        column = Column(injected.column, "", "", injected.gain, injected.optional)
+        if (channel := _channel(table, column, f"injected[{index}]", axis.kind, gathered)) is not None:
+            gathered.injected.append(channel)
     if "position" not in axis.columns:
-        found.problems.append(
+        gathered.problems.append(
             InputError("no column is named as the position", path=f"axis {axis.name}", mend="Name it in [columns]")
         )
-    _tell_of_shared_columns(found)
-    _refuse_unequal_lengths(table, found)
-    return found
+    _tell_of_shared_columns(gathered)
+    _refuse_unequal_lengths(table, gathered)
+    return gathered
 
 
 def axis_of(table: Table) -> Axis:
@@ -80,20 +80,20 @@ def axis_of(table: Table) -> Axis:
     return Axis(name=table.source.stem, kind=kind, columns=columns)
 
 
-def _channel(table: Table, column: Column, key: str, kind: Kind, found: Gathered) -> Channel | None:
+def _channel(table: Table, column: Column, key: str, kind: Kind, gathered: Gathered) -> Channel | None:
     name = table.name_of(column.name)
     if name is None:
         if column.optional:
             close = close_names(column.name, table.names)
-            meant = f"; is it {close[0]!r}? Then name it so in the axis file" if close else ""
-            found.notes.append(f"optional column {column.name} is not in this log{meant}")
+            hint = f"; is it {close[0]!r}? Then name it so in the axis file" if close else ""
+            gathered.notes.append(f"optional column {column.name} is not in this log{hint}")
         else:
-            found.problems.append(table.missing(column.name, key))
+            gathered.problems.append(table.missing(column.name, key))
         return None
     try:
-        scale = column.scale * _factor(table, name, column, found)
+        scale = column.scale * _factor(table, name, column, gathered)
     except InputError as error:
-        found.problems.append(error)
+        gathered.problems.append(error)
         return None
     quantity = CHANNELS.get(key, CHANNELS["effort"])
     with np.errstate(over="ignore"):  # what is too large is refused with its sample
@@ -101,41 +101,41 @@ def _channel(table: Table, column: Column, key: str, kind: Kind, found: Gathered
     return Channel(values, unit_of(quantity, kind), name)
 
 
-def _factor(table: Table, name: str, column: Column, found: Gathered) -> float:
+def _factor(table: Table, name: str, column: Column, gathered: Gathered) -> float:
     """Return the factor from the numbers in the log to the base unit of the column."""
-    said, place = table.units.get(name, ""), f"{table.source}: column {name!r}"
+    unit, place = table.units.get(name, ""), f"{table.source}: column {name!r}"
     if not column.base:
         return 1.0
-    if not said and not column.unit:
-        found.notes.append(f"column {name} has no unit: taken as {column.base}")
+    if not unit and not column.unit:
+        gathered.notes.append(f"column {name} has no unit: taken as {column.base}")
         return 1.0
-    if not said or not units.is_unit(said):
-        return units.factor(column.unit or said, column.base, path=place)
-    there = units.factor(said, column.base, path=place)
-    if column.unit and not np.isclose(there, units.factor(column.unit, column.base), rtol=1e-9):
+    if not unit or not units.is_unit(unit):
+        return units.factor(column.unit or unit, column.base, path=place)
+    factor = units.factor(unit, column.base, path=place)
+    if column.unit and not np.isclose(factor, units.factor(column.unit, column.base), rtol=1e-9):
         raise InputError(
-            "has another unit in the log than in the axis file", path=place, value=said, allowed=column.unit,
-            mend=f"If the log is right, write unit = {said!r} in the axis file, or leave the unit out there",
+            "has another unit in the log than in the axis file", path=place, value=unit, allowed=column.unit,
+            mend=f"If the log is right, write unit = {unit!r} in the axis file, or leave the unit out there",
         )  # fmt: skip
-    return there
+    return factor
 
 
-def _tell_of_shared_columns(found: Gathered) -> None:
+def _tell_of_shared_columns(gathered: Gathered) -> None:
     used: dict[str, list[str]] = {}
-    for name, channel in found.named():
+    for name, channel in gathered.named():
         used.setdefault(channel.column, []).append(name.partition(".")[0])
     for column, names in used.items():
         if len(names) > 1:
-            found.notes.append(f"column {column} is used twice, as {' and as '.join(names)}: is that meant?")
+            gathered.notes.append(f"column {column} is used twice, as {' and as '.join(names)}: is that meant?")
 
 
-def _refuse_unequal_lengths(table: Table, found: Gathered) -> None:
-    sizes = {channel.column: channel.values.size for _, channel in found.named()}
+def _refuse_unequal_lengths(table: Table, gathered: Gathered) -> None:
+    sizes = {channel.column: channel.values.size for _, channel in gathered.named()}
     if len(set(sizes.values())) > 1:
-        said = ", ".join(f"{column}: {size}" for column, size in sizes.items())
-        found.problems.append(
+        lengths = ", ".join(f"{column}: {size}" for column, size in sizes.items())
+        gathered.problems.append(
             InputError(
-                f"has columns of different lengths ({said})",
+                f"has columns of different lengths ({lengths})",
                 path=str(table.source),
                 mend="Export all channels at one rate and of one length; a shorter one may be truncated",
             )

@@ -57,16 +57,16 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
     units: dict[str, str] = {}
     notes: list[str] = []
     with content:
-        for path, one in _data_sets(content, source):
+        for path, node in _data_sets(content, source):
             name = path.replace("/", separator)
-            found = Stored((0,) if one.shape is None else one.shape, one.dtype, lambda one=one: one[()])
-            if not found.holds_columns or _is_text(one):
+            stored = Stored((0,) if node.shape is None else node.shape, node.dtype, lambda node=node: node[()])
+            if not stored.holds_columns or _is_text(node):
                 notes.append(f"{name} holds no column of numbers and was left out")
                 continue
-            values[name] = found
-            if unit := next((text for key in UNIT_ATTRIBUTES if (text := _text(one, key))), ""):
+            values[name] = stored
+            if unit := next((text for key in UNIT_ATTRIBUTES if (text := _text(node, key))), ""):
                 units[name] = unit
-            elif any(key in one.attrs for key in UNIT_ATTRIBUTES):
+            elif any(key in node.attrs for key in UNIT_ATTRIBUTES):
                 notes.append(f"the unit of {name} is no text and was left out")
         arrays = Arrays(values, units, separator, tuple(notes))
         return table_from(arrays, table, source, "HDF5", choice=choice, limit=limit)
@@ -77,7 +77,7 @@ def _data_sets(content: Any, source: Path) -> Iterator[tuple[str, Any]]:
     import h5py
     from h5py import h5o  # pyright: ignore[reportAttributeAccessIssue]
 
-    waiting, seen, count = [("", content)], set(), 0
+    waiting, visited, count = [("", content)], set(), 0
     while waiting:
         before, group = waiting.pop(0)
         for name in group:
@@ -88,30 +88,30 @@ def _data_sets(content: Any, source: Path) -> Iterator[tuple[str, Any]]:
                 raise _elsewhere(f"{path} is a link into another file", source)
             if name.startswith("#") or not isinstance(link, h5py.HardLink):
                 continue
-            one = group[name]
-            where = h5o.get_info(one.id).addr
-            if where in seen or count > MOST_OBJECTS:
+            node = group[name]
+            address = h5o.get_info(node.id).addr
+            if address in visited or count > MOST_OBJECTS:
                 continue
-            seen.add(where)
-            if isinstance(one, h5py.Group):
-                waiting.append((f"{path}/", one))
-            elif isinstance(one, h5py.Dataset):
-                if one.is_virtual or one.external:
+            visited.add(address)
+            if isinstance(node, h5py.Group):
+                waiting.append((f"{path}/", node))
+            elif isinstance(node, h5py.Dataset):
+                if node.is_virtual or node.external:
                     raise _elsewhere(f"{path} takes its numbers from other files", source)
-                yield path, one
+                yield path, node
 
 
-def _elsewhere(said: str, source: Path) -> InputError:
-    return InputError(f"{said}, which are not read", path=str(source), mend="Save the log in one file (h5repack)")
+def _elsewhere(reason: str, source: Path) -> InputError:
+    return InputError(f"{reason}, which are not read", path=str(source), mend="Save the log in one file (h5repack)")
 
 
-def _is_text(one: Any) -> bool:
-    return _text(one, "MATLAB_class") in ("char", "cell", "function_handle")
+def _is_text(node: Any) -> bool:
+    return _text(node, "MATLAB_class") in ("char", "cell", "function_handle")
 
 
-def _text(one: Any, key: str) -> str:
-    if key not in one.attrs or one.attrs.get_id(key).get_storage_size() > LONGEST_ATTRIBUTE:
+def _text(node: Any, key: str) -> str:
+    if key not in node.attrs or node.attrs.get_id(key).get_storage_size() > LONGEST_ATTRIBUTE:
         return ""
-    value = one.attrs[key]
+    value = node.attrs[key]
     value = value[0] if isinstance(value, np.ndarray) and value.shape == (1,) else value
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else value if isinstance(value, str) else ""

@@ -27,17 +27,17 @@ def doubts_about_jumps(log: Log) -> Iterator[str]:
     log : Log
         Its position is looked at, segment by segment.
     """
-    starts = np.concatenate([np.arange(one.start, one.stop - 1) for one in log.segments])
+    starts = np.concatenate([np.arange(segment.start, segment.stop - 1) for segment in log.segments])
     steps = np.abs(log.position.values[starts + 1] - log.position.values[starts])
     count = _jumps_in(steps)
     if not count:
         return
     first = starts[np.min(np.argpartition(steps, -count)[-count:])]
     jump, usual = float(np.max(steps)), float(np.partition(steps, -count - 1)[-count - 1])
-    others = f", and {count - 1} times more" if count > 1 else ""
+    repeats = f", and {count - 1} times more" if count > 1 else ""
     yield (
         f"the position jumps by {with_unit(jump, log.position.unit)} within a sample, first after "
-        f"t = {log.time.values[first]:.6g} s{others}; elsewhere its largest step is "
+        f"t = {log.time.values[first]:.6g} s{repeats}; elsewhere its largest step is "
         f"{with_unit(usual, log.position.unit)}: did a counter wrap, a unit change, or a part get lost?"
     )
 

@@ -126,14 +126,14 @@ def layout_of(lines: Sequence[str], source: Path) -> Layout:
     for delimiter in DELIMITERS:
         rows = _rows(bare, delimiter, source)
         for decimal_comma in (False, True) if delimiter != "," else (False,):
-            found = _rows_of_numbers(rows, delimiter, decimal_comma)
-            if found is None:
+            layout = _rows_of_numbers(rows, delimiter, decimal_comma)
+            if layout is None:
                 continue
-            first_row = cells_of(bare[found.first], delimiter)
-            filled = sum(bool(cell) or it for cell, it in zip(first_row, found.numeric, strict=True))
-            score = (sum(found.numeric) / filled, sum(found.numeric))
+            first_row = cells_of(bare[layout.first], delimiter)
+            filled = sum(bool(cell) or is_numeric for cell, is_numeric in zip(first_row, layout.numeric, strict=True))
+            score = (sum(layout.numeric) / filled, sum(layout.numeric))
             if score > best_score:
-                best, best_score = found, score
+                best, best_score = layout, score
     if best is None:
         raise InputError(
             "holds no rows of numbers, or is truncated before them",
@@ -170,23 +170,26 @@ def _rows(lines: Sequence[str], delimiter: str | None, source: Path) -> list[tup
 def _rows_of_numbers(rows: list[tuple[int, list[str]]], delimiter: str | None, decimal_comma: bool) -> Layout | None:
     """Return the layout with the first line from which on rows have numbers in the same columns."""
     # The last line there is may be cut short: the rows themselves are examined when they are read.
-    whole = rows[:-1] if len(rows) > 2 else rows
-    known: dict[int, tuple[np.ndarray, np.ndarray]] = {}
+    complete = rows[:-1] if len(rows) > 2 else rows
+    known_kinds: dict[int, tuple[np.ndarray, np.ndarray]] = {}
 
     def kinds(row: int) -> tuple[np.ndarray, np.ndarray]:
-        if row not in known:
-            cells = whole[row][1]
-            known[row] = np.array([is_number(cell, decimal_comma) for cell in cells]), np.array([not c for c in cells])
-        return known[row]
+        if row not in known_kinds:
+            cells = complete[row][1]
+            known_kinds[row] = (
+                np.array([is_number(cell, decimal_comma) for cell in cells]),
+                np.array([not c for c in cells]),
+            )
+        return known_kinds[row]
 
-    for start in range(len(whole) - 1 + (len(rows) > 2)):
-        end = min(start + SAMPLE_ROWS, len(whole))
-        if len({len(whole[row][1]) for row in range(start, end)}) != 1:
+    for start in range(len(complete) - 1 + (len(rows) > 2)):
+        end = min(start + SAMPLE_ROWS, len(complete))
+        if len({len(complete[row][1]) for row in range(start, end)}) != 1:
             continue
-        numbers, blanks = (np.array(several) for several in zip(*map(kinds, range(start, end)), strict=True))
+        numbers, blanks = (np.array(flags) for flags in zip(*map(kinds, range(start, end)), strict=True))
         numeric: np.ndarray = np.any(numbers, axis=0)
         if numeric.any() and np.all(numbers | blanks | ~numeric):
-            return Layout(delimiter, decimal_comma, rows[start][0], tuple(bool(it) for it in numeric))
+            return Layout(delimiter, decimal_comma, rows[start][0], tuple(bool(is_numeric) for is_numeric in numeric))
     return None
 
 
@@ -201,7 +204,7 @@ def _refuse_bad_first_rows(lines: Sequence[str], layout: Layout, source: Path) -
         return
     index, cells = above.pop()
     count, place = len(layout.numeric), f"{source}: line {index + 1}"
-    under_a_row = any(len(other) == count for _, other in above)
+    under_a_row = any(len(cells_above) == count for _, cells_above in above)
     if len(cells) != count:
         numbers = all(is_number(cell, layout.decimal_comma) for cell in cells if cell)
         if numbers and (under_a_row or len(cells) > count):
@@ -209,32 +212,32 @@ def _refuse_bad_first_rows(lines: Sequence[str], layout: Layout, source: Path) -
         return
     kinds = [is_number(cell, layout.decimal_comma) for cell in cells]
     if under_a_row and any(kinds):
-        odd = [column for column, it in enumerate(layout.numeric) if it != kinds[column]]
-        said = "is a number, and below it stands text"
+        odd = [column for column, is_numeric in enumerate(layout.numeric) if is_numeric != kinds[column]]
+        message = "is a number, and below it stands text"
         mend = ""
         if not kinds[odd[0]]:
-            said, mend = why_no_number(cells[odd[0]])
-        heads = next((other for _, other in above if len(other) == count), cells)
+            message, mend = why_no_number(cells[odd[0]])
+        heads = next((cells_above for _, cells_above in above if len(cells_above) == count), cells)
         named = not any(is_number(cell, layout.decimal_comma) for cell in heads) and heads[odd[0]]
         column = repr(split_unit(heads[odd[0]])[0]) if named else odd[0] + 1
-        raise InputError(said, path=f"{place}, column {column}", value=cells[odd[0]], mend=mend)
+        raise InputError(message, path=f"{place}, column {column}", value=cells[odd[0]], mend=mend)
 
 
 def _header(lines: Sequence[str], layout: Layout) -> tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]:
     """Return names and units from the one or two lines of text right before the numbers."""
     count = len(layout.numeric)
     unnamed = [f"column_{index + 1}" for index in range(count)]
-    above = [_header_cells(line, layout) for line in [one for one in lines[: layout.first] if one.strip()][-2:]]
+    above = [_header_cells(line, layout) for line in [line for line in lines[: layout.first] if line.strip()][-2:]]
     headers = [cells for cells in above if len(cells) == count and any(cells)]
     headers = [cells for cells in headers if not any(is_number(cell, layout.decimal_comma) for cell in cells)]
     if not headers:
         return tuple(unnamed), ("",) * count, ()
     if len(headers) == 2 and _are_units(headers[1]):
-        names, found = headers[0], [cell.strip("[]()") for cell in headers[1]]
+        names, units = headers[0], [cell.strip("[]()") for cell in headers[1]]
     else:
-        names, found = map(list, zip(*(split_unit(cell) for cell in headers[-1]), strict=True))
-    names, notes = distinct(name or other for name, other in zip(names, unnamed, strict=True))
-    return tuple(names), tuple("" if unit in ("-", "1") else unit for unit in found), tuple(notes)
+        names, units = map(list, zip(*(split_unit(cell) for cell in headers[-1]), strict=True))
+    names, notes = distinct(name or placeholder for name, placeholder in zip(names, unnamed, strict=True))
+    return tuple(names), tuple("" if unit in ("-", "1") else unit for unit in units), tuple(notes)
 
 
 def _header_cells(line: str, layout: Layout) -> list[str]:

@@ -110,18 +110,18 @@ def _without_jitter(position: np.ndarray, marks: list[int]) -> list[int]:
 
     Around a turning point, where the motion is slow, noise turns it more than once.
     """
-    kept = np.array(marks)
-    while kept.size > 3:
-        lengths, times = np.abs(np.diff(position[kept])), np.diff(kept)
+    remaining = np.array(marks)
+    while remaining.size > 3:
+        lengths, times = np.abs(np.diff(position[remaining])), np.diff(remaining)
         beside = np.where(lengths[:-2] > lengths[2:], np.arange(lengths.size - 2), np.arange(2, lengths.size))
         inner = slice(1, -1)
-        nothing = (lengths[inner] < SETTLING * lengths[beside]) & (times[inner] < SETTLING * times[beside])
-        if not nothing.any():
+        negligible = (lengths[inner] < SETTLING * lengths[beside]) & (times[inner] < SETTLING * times[beside])
+        if not negligible.any():
             break
-        shortest = 1 + int(np.argmin(np.where(nothing, lengths[inner], np.inf)))
+        shortest = 1 + int(np.argmin(np.where(negligible, lengths[inner], np.inf)))
         # Without the two ends of the leg, those before and after it are one.
-        kept = np.delete(kept, (shortest, shortest + 1))
-    return [int(k) for k in kept]
+        remaining = np.delete(remaining, (shortest, shortest + 1))
+    return [int(k) for k in remaining]
 
 
 def _without_settling(position: np.ndarray, marks: list[int]) -> list[int]:
@@ -141,6 +141,6 @@ def _leg(position: np.ndarray, first: int, last: int, grain: float, dt: float, *
     steady = np.abs(speeds - top) <= CRUISING * top + 2.0 * grain / times
     longest = max(_runs(steady), key=lambda run: run.stop - run.start, default=slice(0, 0))
     cruise = slice(int(marks[longest.start]), int(marks[longest.stop]))
-    taken = dt * (cruise.stop - cruise.start)
-    speed = abs(float(position[cruise.stop] - position[cruise.start])) / taken if taken > 0.0 else top
-    return Leg(first, last, distance, dt * (last - first), cruise, taken / (dt * (last - first)), speed, from_rest)
+    duration = dt * (cruise.stop - cruise.start)
+    speed = abs(float(position[cruise.stop] - position[cruise.start])) / duration if duration > 0.0 else top
+    return Leg(first, last, distance, dt * (last - first), cruise, duration / (dt * (last - first)), speed, from_rest)

@@ -81,13 +81,13 @@ class Channel(NDArrayOperatorsMixin):
 def channel(name: str) -> Converter:
     """Return what takes a `Channel`, or the numbers of one in SI of the kind of axis."""
 
-    def taken(given: Any, path: str, kind: Kind | None) -> Channel:
+    def convert(value: Any, path: str, kind: Kind | None) -> Channel:
         unit = unit_of(CHANNELS[name], kind or KINDS[0])
-        found = given if isinstance(given, Channel) else Channel(COLUMN(given, path, kind), unit, name)
-        array()(found.values, path, kind)
-        return found
+        candidate = value if isinstance(value, Channel) else Channel(COLUMN(value, path, kind), unit, name)
+        array()(candidate.values, path, kind)
+        return candidate
 
-    return taken
+    return convert
 
 
 @guarded(
@@ -151,9 +151,9 @@ class Log(Tabular):
     kind: Kind = "translational"
 
     def __post_init__(self) -> None:
-        for name, one in self.channels():
-            if one.values.size != len(self):
-                raise InputError("has another length than time", path=name, value=one.values.size,
+        for name, signal in self.channels():
+            if signal.values.size != len(self):
+                raise InputError("has another length than time", path=name, value=signal.values.size,
                                  allowed=f"{len(self)} samples")  # fmt: skip
         if len(self) == 0:
             raise InputError("has no samples", path="time")

@@ -65,9 +65,9 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
             elif values.ndim > 2 and 1 not in values.shape:
                 notes.append(f"{full} has {values.ndim} dimensions and was left out")
             else:
-                found = _columns_of(full, values)
-                names += found
-                columns |= {one: found[one].astype(float) for one in found if choice(one)}
+                arrays = _columns_of(full, values)
+                names += arrays
+                columns |= {name: arrays[name].astype(float) for name in arrays if choice(name)}
     if not names:
         raise InputError("holds no column of numbers", path=str(source), mend="Save the signals as vectors")
     return Table(columns, constants=constants, notes=tuple(notes), format="MAT", names=tuple(names))
@@ -103,11 +103,11 @@ def _tag(data: bytes, at: int, order: Literal["little", "big"]) -> tuple[int, in
     return (kind & 0xFFFF, 0) if kind >> 16 else (kind, length)
 
 
-def _unpacked(packed: bytes, room: int) -> bytes:
+def _unpacked(packed: bytes, most: int) -> bytes:
     """Return what a compressed element unpacks to, and not much more of it than there is room for."""
     unpack = zlib.decompressobj()
     try:
-        return unpack.decompress(packed, room + 1)
+        return unpack.decompress(packed, most + 1)
     except zlib.error:
         return b""  # the reader will tell what is wrong with it
 

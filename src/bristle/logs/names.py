@@ -24,19 +24,19 @@ def distinct(names: Iterable[str]) -> tuple[list[str], list[str]]:
     >>> distinct(["t", "q", "q"])
     (['t', 'q', 'q_2'], ["column 3 is called 'q', as one before it: it is taken as 'q_2'"])
     """
-    given = [normalize("NFC", name) for name in names]
-    taken, notes = set(given), []
-    seen: dict[str, int] = {}
-    for index, name in enumerate(given):
-        seen[name] = seen.get(name, 0) + 1
-        if seen[name] == 1:
+    unique = [normalize("NFC", name) for name in names]
+    used, notes = set(unique), []
+    counts: dict[str, int] = {}
+    for index, name in enumerate(unique):
+        counts[name] = counts.get(name, 0) + 1
+        if counts[name] == 1:
             continue
-        while (other := f"{name}_{seen[name]}") in taken:
-            seen[name] += 1
-        taken.add(other)
-        given[index] = other
-        notes.append(f"column {index + 1} is called {name[:60]!r}, as one before it: it is taken as {other[:64]!r}")
-    return given, notes
+        while (candidate := f"{name}_{counts[name]}") in used:
+            counts[name] += 1
+        used.add(candidate)
+        unique[index] = candidate
+        notes.append(f"column {index + 1} is called {name[:60]!r}, as one before it: it is taken as {candidate[:64]!r}")
+    return unique, notes
 
 
 def with_plain_names(table: Table) -> Table:
@@ -53,9 +53,9 @@ def with_plain_names(table: Table) -> Table:
               for name in table.units if name not in units]  # fmt: skip
     return replace(
         table, columns=_called(table.columns, called), units=_called(units, called), names=tuple(plain),
-        texts={printable(name): why for name, why in table.texts.items()}, notes=(*table.notes, *notes),
+        texts={printable(name): reason for name, reason in table.texts.items()}, notes=(*table.notes, *notes),
     )  # fmt: skip
 
 
 def _called(values: Mapping[str, T], called: Mapping[str, str]) -> dict[str, T]:
-    return {called[name]: one for name, one in values.items()}
+    return {called[name]: value for name, value in values.items()}

@@ -48,11 +48,11 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
     """
     try:
         if data.startswith(ARRAY):
-            found = {source.stem: _stored(lambda: io.BytesIO(data), len(data), source)}
-            return table_from(_columns_in(found, []), table, source, "NPZ", choice=choice, limit=limit)
+            arrays = {source.stem: _stored(lambda: io.BytesIO(data), len(data), source)}
+            return table_from(_columns_in(arrays, []), table, source, "NPZ", choice=choice, limit=limit)
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            found, notes = _members(archive, source, limit)
-            return table_from(_columns_in(found, notes), table, source, "NPZ", choice=choice, limit=limit)
+            arrays, notes = _members(archive, source, limit)
+            return table_from(_columns_in(arrays, notes), table, source, "NPZ", choice=choice, limit=limit)
     except (ValueError, EOFError, zipfile.BadZipFile) as error:
         if isinstance(error, InputError):
             raise
@@ -64,21 +64,21 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
 
 
 def _members(archive: zipfile.ZipFile, source: Path, limit: int) -> tuple[dict[str, Stored], list[str]]:
-    members = [one for one in archive.infolist() if one.filename.endswith(".npy")]
+    members = [member for member in archive.infolist() if member.filename.endswith(".npy")]
     if len(members) > MOST_ARRAYS:
         raise InputError("holds too many arrays", path=str(source), value=len(members), allowed=f"up to {MOST_ARRAYS}")
-    names, notes = distinct(one.filename.removesuffix(".npy") for one in members)
-    found = {}
+    names, notes = distinct(member.filename.removesuffix(".npy") for member in members)
+    arrays = {}
     for name, member in zip(names, members, strict=True):
         refuse_larger(member.file_size, limit, f"{source}: {name}")
-        found[name] = _stored(lambda member=member: archive.open(member), member.file_size, source)
-    return found, notes
+        arrays[name] = _stored(lambda member=member: archive.open(member), member.file_size, source)
+    return arrays, notes
 
 
-def _columns_in(found: dict[str, Stored], notes: list[str]) -> Arrays:
-    left_out = [name for name, one in found.items() if not one.holds_columns]
-    said = [*notes, *(f"{name} holds no column of numbers and was left out" for name in left_out)]
-    return Arrays({name: one for name, one in found.items() if one.holds_columns}, notes=tuple(said))
+def _columns_in(arrays: dict[str, Stored], notes: list[str]) -> Arrays:
+    left_out = [name for name, array in arrays.items() if not array.holds_columns]
+    remarks = [*notes, *(f"{name} holds no column of numbers and was left out" for name in left_out)]
+    return Arrays({name: array for name, array in arrays.items() if array.holds_columns}, notes=tuple(remarks))
 
 
 def _stored(opened: Callable[[], IO[bytes]], size: int, source: Path) -> Stored:
@@ -90,10 +90,10 @@ def _stored(opened: Callable[[], IO[bytes]], size: int, source: Path) -> Stored:
     if dtype.hasobject:
         raise InputError("holds objects of Python, which are not read", path=str(source),
                          mend="Save arrays of numbers")  # fmt: skip
-    found = Stored(tuple(shape), dtype, lambda: _array(opened))
-    if found.size * dtype.itemsize > size:
-        raise ValueError(f"an array announces {found.size} numbers and is shorter")
-    return found
+    stored = Stored(tuple(shape), dtype, lambda: _array(opened))
+    if stored.size * dtype.itemsize > size:
+        raise ValueError(f"an array announces {stored.size} numbers and is shorter")
+    return stored
 
 
 def _array(opened: Callable[[], IO[bytes]]) -> np.ndarray:

@@ -50,16 +50,16 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
         names, notes = distinct(file.schema_arrow.names)
         chosen = [name for name in names if choice(name)]
         # Columns of one name can only be read together.
-        wanted = None if notes else chosen
-        count = len(names if wanted is None else wanted)
+        selection = None if notes else chosen
+        count = len(names if selection is None else selection)
         refuse_larger(file.metadata.num_rows * NUMBER_BYTES * count, limit, source)
-        content = file.read(columns=wanted, use_threads=False)
+        content = file.read(columns=selection, use_threads=False)
     except (pyarrow.ArrowException, OSError) as error:
         raise InputError(
             f"is truncated or damaged ({error})", path=str(source), mend="Copy or export it again"
         ) from None
     columns, units = {}, {}
-    read = names if wanted is None else content.schema.names
+    read = names if selection is None else content.schema.names
     for name, part, values in zip(read, content.schema, content.columns, strict=True):
         numbers = _numbers(values) if choice(name) else None
         if numbers is None:
@@ -70,8 +70,8 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
             units[name] = unit
     if not columns and choice.names is None:
         raise InputError("holds no column of numbers", path=str(source))
-    there = [name for name, part in zip(names, file.schema_arrow, strict=True) if _may_be_numbers(part.type)]
-    return Table(columns, units, notes=tuple(notes), format="Parquet", names=tuple(there))
+    numeric = [name for name, part in zip(names, file.schema_arrow, strict=True) if _may_be_numbers(part.type)]
+    return Table(columns, units, notes=tuple(notes), format="Parquet", names=tuple(numeric))
 
 
 def _may_be_numbers(kind: Any) -> bool:
@@ -84,8 +84,8 @@ def _unit_of(part: Any) -> str:
     import pyarrow
 
     metadata = part.metadata or {}
-    said = next((metadata[key].decode("utf-8", "replace") for key in UNIT_KEYS if key in metadata), "")
-    return said or ("s" if pyarrow.types.is_timestamp(part.type) or pyarrow.types.is_time(part.type) else "")
+    unit = next((metadata[key].decode("utf-8", "replace") for key in UNIT_KEYS if key in metadata), "")
+    return unit or ("s" if pyarrow.types.is_timestamp(part.type) or pyarrow.types.is_time(part.type) else "")
 
 
 def _numbers(column: Any) -> np.ndarray | None:
@@ -106,5 +106,5 @@ def _numbers(column: Any) -> np.ndarray | None:
         # Whole numbers and truth values with gaps arrive as objects.
         if not (pyarrow.types.is_integer(column.type) or pyarrow.types.is_boolean(column.type)):
             return None
-        return np.array([np.nan if one is None else one for one in values], dtype=float)
+        return np.array([np.nan if value is None else value for value in values], dtype=float)
     return values.astype(float) if values.dtype.kind in "fiub" else None

@@ -58,8 +58,8 @@ class Passage:
 
     def as_data(self) -> dict[str, Any]:
         """Return it in numbers, in SI of the axis."""
-        told = {name: value for name, value in vars(self).items() if name != "samples"}
-        return {name: list(value) if isinstance(value, tuple) else value for name, value in told.items()}
+        record = {name: value for name, value in vars(self).items() if name != "samples"}
+        return {name: list(value) if isinstance(value, tuple) else value for name, value in record.items()}
 
 
 def nesting(turning: Iterable[float]) -> int:
@@ -70,12 +70,12 @@ def nesting(turning: Iterable[float]) -> int:
     >>> nesting([0, 7, -7, 7, -7]), nesting([0, 7, 1, 5, 3, 4])
     (2, 6)
     """
-    kept: list[float] = []
+    points: list[float] = []
     most = 0
     for point in turning:
         # A turning point as far out as an earlier one wipes out what lies between them.
-        while len(kept) > 1 and abs(point - kept[-1]) >= abs(kept[-1] - kept[-2]):
-            kept = kept[:-2] if len(kept) > 2 else kept[1:]
-        kept.append(point)
-        most = max(most, len(kept))
+        while len(points) > 1 and abs(point - points[-1]) >= abs(points[-1] - points[-2]):
+            points = points[:-2] if len(points) > 2 else points[1:]
+        points.append(point)
+        most = max(most, len(points))
     return most

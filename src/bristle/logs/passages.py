@@ -27,13 +27,13 @@ def passages(log: Log, axis: Axis | None = None) -> tuple[Passage, ...]:
     """
     position, effort = log.position.values, None if log.effort is None else log.effort.values
     grain = graininess(position, axis.resolution if axis is not None else None)
-    found: list[Passage] = []
+    ordered: list[Passage] = []
     for part in log.segments or (slice(0, position.size),):
-        found += passages_along(
+        ordered += passages_along(
             log.time.values[part], position[part], None if effort is None else effort[part], grain,
             presliding=axis.presliding if axis is not None else None, start=part.start or 0,
         )  # fmt: skip
-    return tuple(found)
+    return tuple(ordered)
 
 
 def passages_along(

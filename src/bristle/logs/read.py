@@ -55,14 +55,14 @@ def log_of(table: Table, axis: Axis) -> Log:
     InputError
         As `read_log`.
     """
-    found = gather(table, axis)
-    for problem in (*found.problems, *problems_of(found, axis, str(table.source))):
+    gathered = gather(table, axis)
+    for problem in (*gathered.problems, *problems_of(gathered, axis, str(table.source))):
         raise problem
-    log = assembled(table, axis, found, clock_for(table, axis, found))
+    log = assembled(table, axis, gathered, clock_for(table, axis, gathered))
     return within(log, axis.span) if axis.span else log
 
 
-def clock_for(table: Table, axis: Axis, found: Gathered) -> Clock:
+def clock_for(table: Table, axis: Axis, gathered: Gathered) -> Clock:
     """Return the time base of a log: from its column of time, else from the sample time that is known.
 
     Raises
@@ -70,7 +70,7 @@ def clock_for(table: Table, axis: Axis, found: Gathered) -> Clock:
     InputError
         If there is neither, both sample times differ, or time is not even.
     """
-    time = found.channels.get("time")
+    time = gathered.channels.get("time")
     if time is not None:
         place = f"{table.source}: column {time.column!r}"
         return clock_of(time.values, place, delay=axis.delay, sample_time=axis.sample_time)
@@ -85,22 +85,22 @@ def clock_for(table: Table, axis: Axis, found: Gathered) -> Clock:
             f"was sampled every {table.sample_time:g} s and the axis file says otherwise",
             path=str(table.source), value=period, mend="Leave sample_time out of the axis file",
         )  # fmt: skip
-    stamps = period * np.arange(found.channels["position"].values.size)
+    stamps = period * np.arange(gathered.channels["position"].values.size)
     return clock_of(stamps, str(table.source), delay=axis.delay)
 
 
-def assembled(table: Table, axis: Axis, found: Gathered, clock: Clock) -> Log:
+def assembled(table: Table, axis: Axis, gathered: Gathered, clock: Clock) -> Log:
     """Return the log of channels that were examined, on the grid of `clock`."""
 
     def on_grid(name: str, lag: float = 0.0) -> Channel | None:
-        channel = found.channels.get(name)
+        channel = gathered.channels.get(name)
         return None if channel is None else replace(channel, values=clock.sampled(channel.values, lag))
 
     position = on_grid("position")
     if position is None:
         raise InputError("has no position", path=str(table.source))
-    time = found.channels.get("time")
-    notes = [*found.notes, *clock.notes]
+    time = gathered.channels.get("time")
+    notes = [*gathered.notes, *clock.notes]
     if axis.delay:
         notes.append(f"effort was moved by its delay of {axis.delay:g} s")
     log = Log(
@@ -112,8 +112,8 @@ def assembled(table: Table, axis: Axis, found: Gathered, clock: Clock) -> Log:
         load=on_grid("load"),
         temperature=on_grid("temperature"),
         injected=tuple(
-            Channel(clock.sampled(known.values, axis.delay, smooth=False), known.unit, known.column)
-            for known in found.injected
+            Channel(clock.sampled(injected.values, axis.delay, smooth=False), injected.unit, injected.column)
+            for injected in gathered.injected
         ),
         sample_time=clock.sample_time,
         segments=clock.segments,

@@ -79,16 +79,16 @@ def read_curves(given: Readable, columns: CurveColumns, *, size_limit: int = SIZ
     """
     table = read_table(given, size_limit=size_limit)
     notes = list(table.notes)
-    found = [one for part in _parts(table, columns) for one in _curves(table, part, columns)]
-    kept = [one for one in found if one.u.size >= columns.shortest]
-    if not kept:
+    candidates = [curve for part in _parts(table, columns) for curve in _curves(table, part, columns)]
+    chosen = [curve for curve in candidates if curve.u.size >= columns.shortest]
+    if not chosen:
         raise InputError("holds no curve that is long enough", path=str(table.source),
-                         value=f"{len(found)} curves", allowed=f"at least {columns.shortest} samples")  # fmt: skip
-    if len(kept) < len(found):
-        notes.append(f"{len(found) - len(kept)} curves of less than {columns.shortest} samples were left out")
-    if np.ptp(np.concatenate([one.u for one in kept])) < SMALLEST:
+                         value=f"{len(candidates)} curves", allowed=f"at least {columns.shortest} samples")  # fmt: skip
+    if len(chosen) < len(candidates):
+        notes.append(f"{len(candidates) - len(chosen)} curves of less than {columns.shortest} samples were left out")
+    if np.ptp(np.concatenate([curve.u for curve in chosen])) < SMALLEST:
         raise InputError("is constant", path=f"{table.source}: {columns.input.name}", mend="Which column is the input?")
-    return Curves(tuple(kept), columns.start, columns.kind, table.source, table.origin, tuple(notes))
+    return Curves(tuple(chosen), columns.start, columns.kind, table.source, table.origin, tuple(notes))
 
 
 def _parts(table: Table, columns: CurveColumns) -> list[str]:
@@ -97,9 +97,9 @@ def _parts(table: Table, columns: CurveColumns) -> list[str]:
         return [""]
     names = [name for name in table.tables if fnmatch.fnmatchcase(name, columns.tables)]
     if not names:
-        there = ", ".join(table.tables[:5]) or "one table only"
+        allowed = ", ".join(table.tables[:5]) or "one table only"
         raise InputError("fits the name of no table of the log", path="log.tables", value=columns.tables,
-                         allowed=there + (" and more" if len(table.tables) > 5 else ""))  # fmt: skip
+                         allowed=allowed + (" and more" if len(table.tables) > 5 else ""))  # fmt: skip
     return [f"{name}/" for name in names]
 
 
@@ -114,7 +114,7 @@ def _curves(table: Table, part: str, columns: CurveColumns) -> list[Curve]:
     if number.size != u.size:
         raise InputError(f"has {number.size} samples, and the input has {u.size}", path=f"{table.source}: curve")
     starts = np.flatnonzero(np.diff(number)) + 1
-    return [Curve(one, other) for one, other in zip(np.split(u, starts), np.split(f, starts), strict=True)]
+    return [Curve(inputs, outputs) for inputs, outputs in zip(np.split(u, starts), np.split(f, starts), strict=True)]
 
 
 def _signal(table: Table, part: str, column: SignalColumn, key: str, quantity: str, kind: Kind) -> np.ndarray:
@@ -132,7 +132,7 @@ def _signal(table: Table, part: str, column: SignalColumn, key: str, quantity: s
 
 
 def _column(table: Table, part: str, name: str, key: str) -> np.ndarray:
-    there = table.name_of(part + name)
-    if there is None:
+    stored_name = table.name_of(part + name)
+    if stored_name is None:
         raise table.missing(part + name, key)
-    return np.asarray(table.columns[there], dtype=float)
+    return np.asarray(table.columns[stored_name], dtype=float)

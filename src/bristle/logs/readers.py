@@ -62,10 +62,10 @@ def read_table(
     if content.part is not None and kind not in HOLD_TABLES:
         raise InputError("is no file with several tables", path=str(content.source), value=content.part,
                          mend="Leave out what follows the name of the file")  # fmt: skip
-    found = _read(kind, content, content.part or table, choice, size_limit)
+    read = _read(kind, content, content.part or table, choice, size_limit)
     if table is not None and kind not in HOLD_TABLES:
-        found = dataclasses.replace(found, notes=(*found.notes, f"the file is one table: {table!r} is not looked for"))
-    return with_plain_names(dataclasses.replace(found, source=content.source, origin=content.origin))
+        read = dataclasses.replace(read, notes=(*read.notes, f"the file is one table: {table!r} is not looked for"))
+    return with_plain_names(dataclasses.replace(read, source=content.source, origin=content.origin))
 
 
 def _read(kind: str, content: Content, table: str | None, choice: Choice, limit: int) -> Table:
@@ -91,9 +91,9 @@ def _read(kind: str, content: Content, table: str | None, choice: Choice, limit:
 
 
 def _refuse_without(kind: str, source: Path) -> None:
-    said, package = APART[kind]
+    subject, package = APART[kind]
     if find_spec(package) is None:
-        raise MissingExtraError.of(f"{source}: reading {said}", "io")
+        raise MissingExtraError.of(f"{source}: reading {subject}", "io")
 
 
 def _kind_of(content: Content) -> str:

@@ -46,7 +46,7 @@ def turns_apart(position: np.ndarray, candidates: Sequence[int], least: float) -
     least : float
         The smallest way that counts [m or rad].
     """
-    kept: list[int] = []
+    turns: list[int] = []
     before, candidate = 0, None
     for point in [*candidates, position.size - 1]:
         if candidate is None:
@@ -56,9 +56,9 @@ def turns_apart(position: np.ndarray, candidates: Sequence[int], least: float) -
         if way * back > 0.0:
             candidate = point
         elif abs(back) >= least:
-            kept.append(candidate)
+            turns.append(candidate)
             before, candidate = candidate, point
-    return kept
+    return turns
 
 
 def turning_points(position: np.ndarray, grain: float) -> list[int]:
@@ -71,7 +71,7 @@ def turning_points(position: np.ndarray, grain: float) -> list[int]:
     >>> turning_points(np.array([0.0, 1.0, 2.0, 1.9, 2.1, 0.0, 1.0]), 0.2)
     [4, 5]
     """
-    found: list[int] = []
+    turns: list[int] = []
     side, extreme = 0.0, 0
     for k in [*reversals(np.diff(position)).tolist(), position.size - 1]:
         change = position[k] - position[extreme]
@@ -79,9 +79,9 @@ def turning_points(position: np.ndarray, grain: float) -> list[int]:
             extreme = k if side * change > 0.0 else extreme
         elif abs(change) > grain:
             if side != 0.0:
-                found.append(extreme)
+                turns.append(extreme)
             side, extreme = float(np.sign(change)), k
-    return found
+    return turns
 
 
 def alternating(places: Sequence[float], least: float) -> list[float]:
@@ -94,15 +94,15 @@ def alternating(places: Sequence[float], least: float) -> list[float]:
     >>> alternating([0.0, 1.0, 0.95, 2.0, 0.5], 0.1)
     [0.0, 2.0, 0.5]
     """
-    kept: list[float] = []
+    points: list[float] = []
     for x in places:
-        if kept and abs(x - kept[-1]) <= least:
+        if points and abs(x - points[-1]) <= least:
             continue
-        if len(kept) >= 2 and (x - kept[-1]) * (kept[-1] - kept[-2]) > 0.0:
-            kept[-1] = x
+        if len(points) >= 2 and (x - points[-1]) * (points[-1] - points[-2]) > 0.0:
+            points[-1] = x
         else:
-            kept.append(x)
-    return kept
+            points.append(x)
+    return points
 
 
 def numbered(turns: Sequence[int] | np.ndarray, count: int) -> np.ndarray:
@@ -126,5 +126,5 @@ def half_cycle_numbers(turns: Sequence[Sequence[int]], counts: Sequence[int]) ->
     counts : sequence of int
         Samples of each segment.
     """
-    first = np.cumsum([0, *(len(one) + 1 for one in turns)]).tolist()
-    return [start + numbered(one, count) for start, one, count in zip(first[:-1], turns, counts, strict=True)]
+    first = np.cumsum([0, *(len(places) + 1 for places in turns)]).tolist()
+    return [start + numbered(places, count) for start, places, count in zip(first[:-1], turns, counts, strict=True)]

@@ -59,5 +59,5 @@ def dissipated_share(log: Log) -> float:
     v, a, u = map(np.concatenate, (velocity, acceleration, effort))
     regressors = np.column_stack([a, np.ones_like(a)])
     rest = u - regressors @ unbounded(regressors, u)
-    whole = float(np.abs(rest) @ np.abs(v))
-    return float(rest @ v) / whole if whole > 0 else 0.0
+    total = float(np.abs(rest) @ np.abs(v))
+    return float(rest @ v) / total if total > 0 else 0.0

@@ -23,7 +23,7 @@ def within(log: Log, span: tuple[float, float]) -> Log:
         If next to nothing of the log lies there.
     """
     time = log.time.values
-    first, last = (int(one) for one in np.searchsorted(time, span))
+    first, last = (int(index) for index in np.searchsorted(time, span))
     if last - first < FEWEST:
         raise InputError(
             "holds next to nothing of the log", path="log.span", value=f"{span[0]:g} to {span[1]:g} s",
@@ -33,11 +33,11 @@ def within(log: Log, span: tuple[float, float]) -> Log:
     def part(channel: Channel | None) -> Channel | None:
         return None if channel is None else replace(channel, values=channel.values[first:last])
 
-    segments = [(max(one.start, first) - first, min(one.stop, last) - first) for one in log.segments]
+    segments = [(max(segment.start, first) - first, min(segment.stop, last) - first) for segment in log.segments]
     return replace(
         log,
         **{name: part(getattr(log, name)) for name in CHANNELS},
-        injected=tuple(replace(one, values=one.values[first:last]) for one in log.injected),
+        injected=tuple(replace(channel, values=channel.values[first:last]) for channel in log.injected),
         segments=tuple(slice(start, stop) for start, stop in segments if stop > start),
         notes=(*log.notes, f"only what lies between {span[0]:g} and {span[1]:g} s was used"),
     )

@@ -46,16 +46,16 @@ def spikes(values: np.ndarray, resolution: float) -> list[Spike]:
     if bends.size < 2 * AROUND:
         return []
     least = max(USUAL_BEND_FACTOR * float(np.quantile(bends, 0.95)), QUANTA * resolution)
-    found: list[Spike] = []
-    taken = np.zeros(values.size, dtype=bool)
+    chosen: list[Spike] = []
+    covered = np.zeros(values.size, dtype=bool)
     for length in range(1, LONGEST + 1):
-        there, back = steps[:-length], steps[length:]
-        suspect = (there * back < 0.0) & (np.minimum(np.abs(there), np.abs(back)) > least)
+        ahead, back = steps[:-length], steps[length:]
+        suspect = (ahead * back < 0.0) & (np.minimum(np.abs(ahead), np.abs(back)) > least)
         for start in (np.flatnonzero(suspect) + 1).tolist():
-            if not taken[start - 1 : start + length + 1].any() and _stands_out(values, start, length):
-                taken[start : start + length] = True
-                found.append(Spike(start, length, float(_deviation(values, start, length)[0])))
-    return sorted(found)
+            if not covered[start - 1 : start + length + 1].any() and _stands_out(values, start, length):
+                covered[start : start + length] = True
+                chosen.append(Spike(start, length, float(_deviation(values, start, length)[0])))
+    return sorted(chosen)
 
 
 def _deviation(values: np.ndarray, start: int, length: int) -> np.ndarray:

@@ -53,11 +53,11 @@ class Stretch:
         _mark_oscillations(self.legs, kinds)
         runs = self._joined(kinds)
         busy = [slice(legs[0].first, legs[-1].last + 1) for _, legs in runs]
-        found = [self._of_legs(kind, legs) for kind, legs in runs]
+        passages = [self._of_legs(kind, legs) for kind, legs in runs]
         for rest in self.rests:
-            if not any(one.start < rest.stop - 1 and rest.start + 1 < one.stop for one in busy):
-                found.append(self._passage("rest", rest.start, rest.stop - 1))
-        return sorted(found, key=lambda one: one.samples.start)
+            if not any(leg.start < rest.stop - 1 and rest.start + 1 < leg.stop for leg in busy):
+                passages.append(self._passage("rest", rest.start, rest.stop - 1))
+        return sorted(passages, key=lambda passage: passage.samples.start)
 
     def of_kind(self, kind: str) -> list[Leg]:
         """Return the legs that are of one kind by themselves, whatever lies beside them."""
@@ -121,43 +121,43 @@ class Stretch:
 
     def _joined(self, kinds: Sequence[str]) -> list[tuple[str, list[Leg]]]:
         """Return runs of legs of one kind, not parted by a long rest."""
-        found: list[tuple[str, list[Leg]]] = []
+        runs: list[tuple[str, list[Leg]]] = []
         for kind, leg in zip(kinds, self.legs, strict=True):
-            if found and found[-1][0] == kind:
-                gap = self.dt * (leg.first - found[-1][1][-1].last)
+            if runs and runs[-1][0] == kind:
+                gap = self.dt * (leg.first - runs[-1][1][-1].last)
                 if gap <= SHORT_REST:
-                    found[-1][1].append(leg)
+                    runs[-1][1].append(leg)
                     continue
-            found.append((kind, [leg]))
-        return found
+            runs.append((kind, [leg]))
+        return runs
 
     def _of_legs(self, kind: str, legs: Sequence[Leg]) -> Passage:
-        inner = [one for one in legs if not one.from_rest] or list(legs)
-        amplitudes = np.array([0.5 * abs(one.distance) for one in inner])
-        speeds = [one.speed for one in legs]
+        inner = [leg for leg in legs if not leg.from_rest] or list(legs)
+        amplitudes = np.array([0.5 * abs(leg.distance) for leg in inner])
+        speeds = [leg.speed for leg in legs]
         frequencies = (0.0, 0.0)
         if kind in ("chirp", "oscillation"):
             # The first and the last leg are no whole half periods; of the shortest a sample is a good part.
-            rates = [0.5 / one.duration for one in legs[1:-1]]
+            rates = [0.5 / leg.duration for leg in legs[1:-1]]
             frequencies = (min(rates), float(np.quantile(rates, 0.98)))
-        turning = [self.position[legs[0].first], *(self.position[one.last] for one in legs)]
+        turning = [self.position[legs[0].first], *(self.position[leg.last] for leg in legs)]
         return self._passage(
             kind, legs[0].first, legs[-1].last, legs=len(legs), speeds=(min(speeds), max(speeds)),
             amplitudes=(float(amplitudes.min()), float(amplitudes.max())), levels=_levels(amplitudes, self.grain),
             depth=nesting(turning) if kind == "loops" else 0, frequencies=frequencies,
         )  # fmt: skip
 
-    def _passage(self, kind: str, first: int, last: int, **told: Any) -> Passage:
+    def _passage(self, kind: str, first: int, last: int, **facts: Any) -> Passage:
         samples = slice(self.start + first, self.start + last + 1)
-        return Passage(kind, samples, float(self.time[first]), float(self.time[last]), **told)
+        return Passage(kind, samples, float(self.time[first]), float(self.time[last]), **facts)
 
 
 def _levels(amplitudes: np.ndarray, grain: float) -> int:
     """Return how many different amplitudes there are."""
     levels: list[float] = []
-    for one in np.sort(amplitudes):
-        if not levels or one - levels[-1] > max(SAME_AMPLITUDE * one, grain):
-            levels.append(float(one))
+    for amplitude in np.sort(amplitudes):
+        if not levels or amplitude - levels[-1] > max(SAME_AMPLITUDE * amplitude, grain):
+            levels.append(float(amplitude))
     return len(levels)
 
 
@@ -181,8 +181,8 @@ def _leave_none_alone(legs: Sequence[Leg], kinds: list[str]) -> None:
                 kinds[k] = "loops"
 
 
-def _join(one: Leg, other: Leg) -> bool:
-    return one.last == other.first
+def _join(first: Leg, second: Leg) -> bool:
+    return first.last == second.first
 
 
 def _mark_oscillations(legs: Sequence[Leg], kinds: list[str]) -> None:
@@ -206,8 +206,8 @@ def _marked(legs: Sequence[Leg], kinds: list[str], begin: int, end: int) -> bool
 
 
 def _oscillation(legs: Sequence[Leg], kinds: Sequence[str]) -> str:
-    durations = np.log([one.duration for one in legs])
-    distances = np.log([abs(one.distance) for one in legs])
+    durations = np.log([leg.duration for leg in legs])
+    distances = np.log([abs(leg.distance) for leg in legs])
     steps = np.arange(len(legs))
     slope, level = np.polyfit(steps, durations, 1)
     swept = abs(slope) * len(legs)

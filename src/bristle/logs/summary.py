@@ -69,38 +69,40 @@ def summarize(given: Readable, axis: Axis | None = None, *, size_limit: int = SI
     try:
         summary |= _as_log(table, axis or axis_of(table))
     except InputError as problem:
-        summary["problems"] = [_told(problem, table)]
+        summary["problems"] = [_sentence_of(problem, table)]
     if summary["sample_time"]:
         summary["rate"] = 1 / summary["sample_time"]
     return summary
 
 
 def _as_log(table: Table, axis: Axis) -> dict[str, Any]:
-    found = gather(table, axis)
-    problems = [*found.problems, *problems_of(found, axis, str(table.source))]
-    part: dict[str, Any] = {"kind": axis.kind, "notes": found.notes}
+    gathered = gather(table, axis)
+    problems = [*gathered.problems, *problems_of(gathered, axis, str(table.source))]
+    part: dict[str, Any] = {"kind": axis.kind, "notes": gathered.notes}
     part["channels"] = [
         {"name": name, "column": channel.column, "unit": channel.unit, **_range(channel.values)}
-        for name, channel in found.named()
+        for name, channel in gathered.named()
     ]
-    channels = [found.channels.get("time"), found.channels.get("position")]
-    fit = all(one is None or (one.values.size > 1 and np.all(np.isfinite(one.values))) for one in channels)
+    channels = [gathered.channels.get("time"), gathered.channels.get("position")]
+    fit = all(
+        channel is None or (channel.values.size > 1 and np.all(np.isfinite(channel.values))) for channel in channels
+    )
     try:
-        clock = clock_for(table, axis, found) if fit and channels[1] else None
+        clock = clock_for(table, axis, gathered) if fit and channels[1] else None
     except InputError as problem:
         problems.append(problem)
         clock = None
     if clock is not None:
         part |= {"sample_time": clock.sample_time, "segments": len(clock.pieces)}
-        part |= {"duration": clock.time.size * clock.sample_time, "notes": [*found.notes, *clock.notes]}
+        part |= {"duration": clock.time.size * clock.sample_time, "notes": [*gathered.notes, *clock.notes]}
     if clock is not None and not problems:
-        log = assembled(table, axis, found, clock)
+        log = assembled(table, axis, gathered, clock)
         part["notes"] = list(log.notes)
-        part["passages"] = [one.as_data() for one in passages(log, axis)]
-    return part | {"problems": [_told(problem, table) for problem in problems]}
+        part["passages"] = [passage.as_data() for passage in passages(log, axis)]
+    return part | {"problems": [_sentence_of(problem, table) for problem in problems]}
 
 
-def _told(problem: InputError, table: Table) -> str:
+def _sentence_of(problem: InputError, table: Table) -> str:
     """Return what a problem says, with the name of the file: in which folder it lay is nobody's business."""
     path = problem.path.replace(str(table.source), table.origin.name, 1)
     return str(InputError(problem.message, path=path, value=problem.value, allowed=problem.allowed, mend=problem.mend))
@@ -114,5 +116,5 @@ def _range(values: np.ndarray) -> dict[str, Any]:
     statistics |= {"min": float(finite.min()), "max": float(finite.max())}
     with np.errstate(over="ignore", invalid="ignore"):
         mean, std = float(finite.mean()), float(finite.std())
-    known = {"mean": mean, "std": std, "step": quantisation(finite) or None}
-    return statistics | {name: value if value is None or np.isfinite(value) else None for name, value in known.items()}
+    extras = {"mean": mean, "std": std, "step": quantisation(finite) or None}
+    return statistics | {name: value if value is None or np.isfinite(value) else None for name, value in extras.items()}

@@ -61,20 +61,22 @@ class Table:
 
     def name_of(self, name: str) -> str | None:
         """Return the column called `name`, with or without a unit in brackets; None if there is none."""
-        return next((wanted for wanted in spellings(name) if wanted in self.columns), None)
+        return next((spelling for spelling in spellings(name) if spelling in self.columns), None)
 
     def has(self, name: str) -> bool:
         """Return whether there is a column called `name`, with or without a unit in brackets, read or not."""
-        return any(wanted in self.names for wanted in spellings(name))
+        return any(spelling in self.names for spelling in spellings(name))
 
     def missing(self, name: str, key: str) -> InputError:
         """Return the error that says which columns there are instead of `name`, asked for under `key`."""
-        text = next((one for one in self.texts if name in (one, split_unit(one)[0])), None)
+        text = next(
+            (name_of_text for name_of_text in self.texts if name in (name_of_text, split_unit(name_of_text)[0])), None
+        )
         if text is not None:
-            why = self.texts[text]
-            mend = why.mend or f"Name a column of numbers as the {key} in the axis file"
-            said = f"{why.message}, and the column is to be the {key}"
-            return InputError(said, path=why.path, value=why.value, mend=mend)
+            reason = self.texts[text]
+            mend = reason.mend or f"Name a column of numbers as the {key} in the axis file"
+            message = f"{reason.message}, and the column is to be the {key}"
+            return InputError(message, path=reason.path, value=reason.value, mend=mend)
         close = close_names(name, self.names)
         if self.tables:
             return InputError(
@@ -102,7 +104,9 @@ def some_of(names: Iterable[str], most: int = 8) -> str:
     """
     listed = list(names)
     left = len(listed) - most
-    return ", ".join(shortened(one, LONGEST_SHOWN) for one in listed[:most]) + (f" and {left} more" if left > 0 else "")
+    return ", ".join(shortened(text, LONGEST_SHOWN) for text in listed[:most]) + (
+        f" and {left} more" if left > 0 else ""
+    )
 
 
 def spellings(name: str) -> tuple[str, ...]:

@@ -100,7 +100,7 @@ class _Column(NamedTuple):
 
 
 def table_from(
-    arrays: Arrays, wanted: str | None, source: Path, kind: str, *, choice: Choice = ALL, limit: int = SIZE_LIMIT
+    arrays: Arrays, table_name: str | None, source: Path, kind: str, *, choice: Choice = ALL, limit: int = SIZE_LIMIT
 ) -> Table:
     """Return the columns of one table of a file, or of all of them, each under its full name.
 
@@ -112,7 +112,7 @@ def table_from(
     ----------
     arrays : Arrays
         What the file holds.
-    wanted : str or None
+    table_name : str or None
         Name of the table.
     source : Path
         The file.
@@ -133,22 +133,22 @@ def table_from(
     notes = list(arrays.notes)
     if not names:
         raise InputError("holds no column of numbers", path=str(source), mend="Save the signals as vectors")
-    if wanted is not None and wanted not in tables:
+    if table_name is not None and table_name not in tables:
         if len(names) > 1:
-            raise _no_such_table(wanted, names, source)
+            raise _no_such_table(table_name, names, source)
         if names[0]:
-            notes.append(f"there is no table {wanted!r} in this log: {names[0]!r}, its only one, was taken")
-    chosen = wanted if wanted in tables else names[0] if len(names) == 1 else None
+            notes.append(f"there is no table {table_name!r} in this log: {names[0]!r}, its only one, was taken")
+    chosen = table_name if table_name in tables else names[0] if len(names) == 1 else None
     if chosen is None:
-        there = {_full(table, name, arrays): one for table in names for name, one in tables[table].items()}
+        available = {_full(table, name, arrays): column for table in names for name, column in tables[table].items()}
     else:
-        there = tables[chosen]
-        constants = {name.removeprefix(f"{chosen}{arrays.separator}"): one for name, one in constants.items()}
-    columns = _read({name: one for name, one in there.items() if choice(name)}, arrays, source, limit)
-    units = {name: arrays.units[full] for name in there if (full := _origin(chosen, name, arrays)) in arrays.units}
+        available = tables[chosen]
+        constants = {name.removeprefix(f"{chosen}{arrays.separator}"): array for name, array in constants.items()}
+    columns = _read({name: column for name, column in available.items() if choice(name)}, arrays, source, limit)
+    units = {name: arrays.units[full] for name in available if (full := _origin(chosen, name, arrays)) in arrays.units}
     return Table(
-        columns, units, {name: float(np.asarray(one.read()).reshape(())) for name, one in constants.items()},
-        notes=tuple(notes), format=kind, tables=() if chosen is not None else tuple(names), names=tuple(there),
+        columns, units, {name: float(np.asarray(constant.read()).reshape(())) for name, constant in constants.items()},
+        notes=tuple(notes), format=kind, tables=() if chosen is not None else tuple(names), names=tuple(available),
     )  # fmt: skip
 
 
@@ -156,25 +156,25 @@ def _tables_of(arrays: Arrays) -> tuple[dict[str, dict[str, _Column]], dict[str,
     """Return the columns of each table, and the single numbers of the file."""
     tables: dict[str, dict[str, _Column]] = {}
     constants: dict[str, Stored] = {}
-    for full, one in arrays.values.items():
+    for full, stored in arrays.values.items():
         group, _, name = full.rpartition(arrays.separator)
-        if one.dtype.names:
-            tables[full] = {field: _Column(full, field) for field in _numeric_fields(one.dtype)}
-        elif one.size == 1:
-            constants[full] = one
-        elif len(one.shape) == 1 or 1 in one.shape:
+        if stored.dtype.names:
+            tables[full] = {field: _Column(full, field) for field in _numeric_fields(stored.dtype)}
+        elif stored.size == 1:
+            constants[full] = stored
+        elif len(stored.shape) == 1 or 1 in stored.shape:
             tables.setdefault(group, {})[name] = _Column(full)
         else:
-            tables[full] = {f"column_{k + 1}": _Column(full, k) for k in range(min(one.shape))}
+            tables[full] = {f"column_{k + 1}": _Column(full, k) for k in range(min(stored.shape))}
     return {name: columns for name, columns in tables.items() if columns}, constants
 
 
 def _read(columns: Mapping[str, _Column], arrays: Arrays, source: Path, limit: int) -> dict[str, np.ndarray]:
-    needed = {one.array: arrays.values[one.array] for one in columns.values()}
-    announced = sum(one.size * max(one.dtype.itemsize, NUMBER_BYTES) for one in needed.values())
+    needed = {column.array: arrays.values[column.array] for column in columns.values()}
+    announced = sum(stored.size * max(stored.dtype.itemsize, NUMBER_BYTES) for stored in needed.values())
     refuse_larger(announced, limit, source)
-    read = {name: np.asarray(one.read()) for name, one in needed.items()}
-    return {name: _numbers_of(read[one.array], one.part) for name, one in columns.items()}
+    read = {name: np.asarray(stored.read()) for name, stored in needed.items()}
+    return {name: _numbers_of(read[column.array], column.part) for name, column in columns.items()}
 
 
 def _numbers_of(values: np.ndarray, part: int | str | None) -> np.ndarray:
@@ -194,11 +194,11 @@ def _origin(chosen: str | None, column: str, arrays: Arrays) -> str:
     return column if chosen is None else _full(chosen, column, arrays)
 
 
-def _no_such_table(wanted: str, names: list[str], source: Path) -> InputError:
-    close = close_names(wanted, names)
+def _no_such_table(table: str, names: list[str], source: Path) -> InputError:
+    close = close_names(table, names)
     elsewhere = "Mend the name behind ::, or `table` under [log] of the axis file"
     return InputError(
-        f"holds no table {wanted!r}",
+        f"holds no table {table!r}",
         path=str(source),
         allowed=some_of(names),
         mend=f"Did you mean {close[0]!r}?" if close else elsewhere,

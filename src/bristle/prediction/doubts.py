@@ -52,5 +52,5 @@ def _about_speed(log: Log, velocity_max: float | None) -> tuple[Diagnostic, ...]
 def _largest_speed(log: Log) -> float:
     position = log.position.values
     parts = [position[part] for part in log.segments or (slice(None),)]
-    travels = [np.max(np.abs(one[SPAN:] - one[:-SPAN])) for one in parts if one.size > SPAN]
+    travels = [np.max(np.abs(positions[SPAN:] - positions[:-SPAN])) for positions in parts if positions.size > SPAN]
     return float(max(travels, default=0.0)) / (SPAN * log.sample_time)

@@ -64,12 +64,12 @@ def largest_deviation(fit: Fit, table: Sequence[tuple[float, float]]) -> float:
         Ascending, with -0.0 before +0.0 where it has both.
     """
     entries = np.array(list(table), dtype=float)
-    found = [0.0]
+    deviations = [0.0]
     for side in _sides(fit):
         own = entries[np.signbit(entries[:, 0]) == np.signbit(side[0, 0])]
         if own.size:
-            found.append(float(np.max(np.abs(np.interp(side[:, 0], own[:, 0], own[:, 1]) - side[:, 1]))))
-    return max(found)
+            deviations.append(float(np.max(np.abs(np.interp(side[:, 0], own[:, 0], own[:, 1]) - side[:, 1]))))
+    return max(deviations)
 
 
 def _sides(fit: Fit) -> list[np.ndarray]:
@@ -78,15 +78,15 @@ def _sides(fit: Fit) -> list[np.ndarray]:
         return []
     lowest, highest = float(np.min(fit.traces.velocity)), float(np.max(fit.traces.velocity))
     sides = [(-1.0, -lowest)] * (lowest < 0.0) + [(1.0, highest)] * (highest > 0.0)
-    found = []
+    branches = []
     for side, top in sides:
         speeds = np.union1d(top * np.geomspace(NEAREST, 1.0, FINE // 2), np.linspace(0.0, top, FINE // 2))
         curve = [
             (math.copysign(speed, side), steady_force(fit.friction, math.copysign(max(speed, 1e-9 * top), side)))
             for speed in speeds.tolist()
         ]
-        found.append(np.array(curve if side > 0.0 else curve[::-1]))
-    return found
+        branches.append(np.array(curve if side > 0.0 else curve[::-1]))
+    return branches
 
 
 def _placed(curve: np.ndarray, count: int) -> list[int]:
@@ -101,22 +101,22 @@ def _placed(curve: np.ndarray, count: int) -> list[int]:
     best = [0, len(curve) - 1]
     for _ in range(HALVINGS):
         allowed = 0.5 * (low + high)
-        found = _reached(curve, allowed, count)
-        if found is None:
+        corners = _reached(curve, allowed, count)
+        if corners is None:
             low = allowed
         else:
-            best, high = found, allowed
+            best, high = corners, allowed
     return best
 
 
 def _reached(curve: np.ndarray, allowed: float, count: int) -> list[int] | None:
     """Return the points, each the last that a straight line reaches within a deviation; None if it takes more."""
-    found = [0]
-    while found[-1] < len(curve) - 1:
-        if len(found) == count:
+    corners = [0]
+    while corners[-1] < len(curve) - 1:
+        if len(corners) == count:
             return None
-        found.append(_furthest(curve, found[-1], allowed))
-    return found
+        corners.append(_furthest(curve, corners[-1], allowed))
+    return corners
 
 
 def _furthest(curve: np.ndarray, first: int, allowed: float) -> int:

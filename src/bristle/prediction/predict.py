@@ -103,11 +103,11 @@ def predict(
     if log.effort is None:
         raise InputError("has no effort to compare with or to apply", path="log", mend="Name its column in the axis")
     if mode == "inverse":
-        given, told = _within_reach(log, *treatment_of(cutoff, decimation, log.kind), axis)
-        dataset = treat_all([log], [axis], *given, delay)
+        filtering, remarks = _within_reach(log, *treatment_of(cutoff, decimation, log.kind), axis)
+        dataset = treat_all([log], [axis], *filtering, delay)
         width = None if bands is None else half_width(bands, plant, friction, dataset)
-        found = replace(_inverse(plant, friction, log, dataset), half_width=width)
-        return with_doubts(replace(found, diagnostics=(*told, *found.diagnostics)), log, velocity_max)
+        prediction = replace(_inverse(plant, friction, log, dataset), half_width=width)
+        return with_doubts(replace(prediction, diagnostics=(*remarks, *prediction.diagnostics)), log, velocity_max)
     axis = axis or Axis(kind=log.kind)
     axis = axis if lag is None else replace(axis, lag=lag)
     return with_doubts(_simulated(plant, friction, log, axis, mode, bands), log, velocity_max)
@@ -129,29 +129,29 @@ def _simulated(
         if last - first <= START_SAMPLES:
             about.append(Diagnostic("short-stretch", severity="note", numbers={"samples": last - first}))
             continue
-        here = slice(first, last)
-        simulate = partial(run, log, axis, here)
+        samples = slice(first, last)
+        simulate = partial(run, log, axis, samples)
         runs.append(simulate(plant, friction, np.zeros(last - first)))
         used.append(slice(first, first + runs[-1].position.size))
         about += runs[-1].diagnostics
         if bands is not None:
             step = axis.resolution or 0.0
-            widths.append(simulated_widths(bands, plant, friction, runs[-1], log, here, step, simulate))
+            widths.append(simulated_widths(bands, plant, friction, runs[-1], log, samples, step, simulate))
     if not runs:
         raise InputError("no stretch of the log is long enough", path="log", allowed=f"> {2 * START_SAMPLES} samples")
     return _with_widths(_compare(mode, log, runs, used, _each_once(about)), widths)
 
 
-def _each_once(several: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
-    found: list[Diagnostic] = []
-    for one in several:
-        found += [one] if one not in found else []
-    return tuple(found)
+def _each_once(diagnostics: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
+    unique: list[Diagnostic] = []
+    for diagnostic in diagnostics:
+        unique += [diagnostic] if diagnostic not in unique else []
+    return tuple(unique)
 
 
 def _about_start(places: Sequence[float | None]) -> tuple[Diagnostic, ...]:
     """Return where the contact stood before each stretch; nothing where that does not matter."""
-    percents = tuple(100.0 * one for one in places if one is not None)
+    percents = tuple(100.0 * place for place in places if place is not None)
     return (Diagnostic("start-of-contact", severity="note", numbers={"percents": percents}),) if percents else ()
 
 
@@ -159,11 +159,11 @@ def _within_reach(
     log: Log, cutoff: float | None, decimation: int | None, axis: Axis | None
 ) -> tuple[tuple[float | None, int | None], tuple[Diagnostic, ...]]:
     """Return cut-off [Hz] and decimation for a log that may be sampled too slowly for those of the identification."""
-    wanted = cutoff if cutoff is not None else axis.cutoff if axis is not None else None
-    if wanted is None or wanted * log.sample_time < 0.5:
+    limit = cutoff if cutoff is not None else axis.cutoff if axis is not None else None
+    if limit is None or limit * log.sample_time < 0.5:
         return (cutoff, decimation), ()
     most = MOST / log.sample_time
-    return (most, 1), (Diagnostic("slow-sampling", severity="note", numbers={"wanted": wanted, "cutoff": most}),)
+    return (most, 1), (Diagnostic("slow-sampling", severity="note", numbers={"wanted": limit, "cutoff": most}),)
 
 
 def _inverse(plant: Model, friction: Model, log: Log, dataset: Dataset) -> Prediction:
@@ -173,7 +173,7 @@ def _inverse(plant: Model, friction: Model, log: Log, dataset: Dataset) -> Predi
         time=dataset.time,
         effort=dataset.effort,
         effort_predicted=predicted,
-        position=dataset.rows_of([one.position for one in dataset.segments]),
+        position=dataset.rows_of([segment.position for segment in dataset.segments]),
         position_predicted=None,
         metrics=_metrics(log, dataset.effort, predicted, None, None),
         diagnostics=(
@@ -249,7 +249,7 @@ def _compare(mode: str, log: Log, runs: list[_Run], used: list[slice], about: tu
 def _with_widths(prediction: Prediction, widths: list[Widths]) -> Prediction:
     if not widths:
         return prediction
-    position, effort = (np.concatenate([one[side] for one in widths]) for side in range(2))
+    position, effort = (np.concatenate([pair[side] for pair in widths]) for side in range(2))
     return replace(
         prediction, position_half_width=position, half_width=None if prediction.effort_predicted is None else effort
     )  # fmt: skip
@@ -308,9 +308,9 @@ def unexplained_force(
     """
     dataset = treat_all([log], [axis], cutoff)
     force = np.zeros(len(log))
-    for one, explained in zip(dataset.segments, dataset.explained(plant, friction), strict=True):
-        residual = np.where(one.velocity == 0.0, 0.0, one.effort - explained)
+    for segment, explained in zip(dataset.segments, dataset.explained(plant, friction), strict=True):
+        residual = np.where(segment.velocity == 0.0, 0.0, segment.effort - explained)
         residual[: dataset.dropped] = residual[residual.size - dataset.dropped :] = 0.0
-        first = int(np.searchsorted(log.time.values, one.time[0]))
+        first = int(np.searchsorted(log.time.values, segment.time[0]))
         force[first : first + residual.size] = residual
     return finite(force, friction, "friction")

@@ -85,15 +85,15 @@ def simulated_widths(
 
     def member(index: int, level: np.ndarray, left: np.ndarray) -> np.ndarray:
         mine = with_parameters(bands, index, plant), with_parameters(bands, index, friction)
-        found = simulate(*mine, bands.scatter * level[cycle] * force + bands.unexplained * left[block])
+        trial = simulate(*mine, bands.scatter * level[cycle] * force + bands.unexplained * left[block])
         off = np.full((2, count), np.nan)
-        reached = min(found.position.size, count)
-        off[0, :reached] = (found.position - predicted.position)[:reached]
-        off[1, :reached] = (found.command - predicted.command)[:reached]
+        reached = min(trial.position.size, count)
+        off[0, :reached] = (trial.position - predicted.position)[:reached]
+        off[1, :reached] = (trial.command - predicted.command)[:reached]
         return off * off
 
     members = range(min(bands.count, MEMBERS))
-    levels, left = (rng.standard_normal((len(members), int(one[-1]) + 1)) for one in (cycle, block))
+    levels, left = (rng.standard_normal((len(members), int(numbers[-1]) + 1)) for numbers in (cycle, block))
     with Abreast() as pool:
         square = _mean(np.array(list(pool.map(member, members, levels, left))))
     noise = np.array([[ROUNDING * resolution], [bands.noise]])
@@ -102,9 +102,9 @@ def simulated_widths(
 
 def _mean(squares: np.ndarray) -> np.ndarray:
     """Return the mean over those simulations that came so far."""
-    there = np.isfinite(squares)
-    whole, count = np.sum(squares, axis=0, where=there), there.sum(axis=0)
-    return np.divide(whole, count, out=np.full(whole.shape, np.inf), where=count > 0)
+    finite = np.isfinite(squares)
+    total, count = np.sum(squares, axis=0, where=finite), finite.sum(axis=0)
+    return np.divide(total, count, out=np.full(total.shape, np.inf), where=count > 0)
 
 
 def _along(friction: Model, log: Log, part: slice, resolution: float) -> tuple[np.ndarray, np.ndarray]:

@@ -213,7 +213,7 @@ def _loop(assessment: Any) -> dict[str, Any]:
     return {
         "verdict": assessment.verdict.value,
         "sentence": message(verdict),
-        "remarks": [message(one) for one in doubts],
+        "remarks": [message(doubt) for doubt in doubts],
         "diagnostics": as_data((verdict, *doubts)),
         "points": [
             {

@@ -102,5 +102,5 @@ def identification_report(
 
 
 def _assumed(fit: Fit, prediction: Prediction | None) -> list[str]:
-    told = [] if prediction is None else [f"{prediction.mode} prediction: {one}" for one in notes_of(prediction)]
-    return [*assumptions_of(fit), *told]
+    notes = [] if prediction is None else [f"{prediction.mode} prediction: {note}" for note in notes_of(prediction)]
+    return [*assumptions_of(fit), *notes]

@@ -26,28 +26,33 @@ def about_loops(judged: Mapping[str, Assessment], further: Mapping[str, Diagnost
     further : mapping of str to Diagnostic
         What else is to be said of a variant.
     """
-    found: list[tuple[Diagnostic, list[str]]] = []
-    for name, one in judged.items():
-        for told in doubts_of(one) if one.verdict is Verdict.STABLE else (verdict_of(one),):
+    by_doubt: list[tuple[Diagnostic, list[str]]] = []
+    for name, assessment in judged.items():
+        for doubt in doubts_of(assessment) if assessment.verdict is Verdict.STABLE else (verdict_of(assessment),):
             # Two that read alike are told as one.
-            names = next((names for other, names in found if message(other) == message(told)), None)
+            names = next((names for earlier, names in by_doubt if message(earlier) == message(doubt)), None)
             if names is None:
-                found.append((told, [name]))
+                by_doubt.append((doubt, [name]))
             else:
                 names.append(name)
-    every = [*found, *((one, [name]) for name, one in further.items())]
-    return [replace(one, numbers={**one.numbers, "variants": tuple(names)}) for one, names in every]
+    complete = [*by_doubt, *((diagnostic, [name]) for name, diagnostic in further.items())]
+    return [
+        replace(diagnostic, numbers={**diagnostic.numbers, "variants": tuple(names)}) for diagnostic, names in complete
+    ]
 
 
 def loop_warnings(diagnostics: Sequence[Diagnostic]) -> list[str]:
     """Return the same in sentences, the names of the variants before each."""
-    return [f"{', '.join(map(str, _names(one)))}: {_prefix(one)}{message(one)}" for one in diagnostics]
+    return [
+        f"{', '.join(map(str, _names(diagnostic)))}: {_prefix(diagnostic)}{message(diagnostic)}"
+        for diagnostic in diagnostics
+    ]
 
 
-def _names(one: Diagnostic) -> Sequence[object]:
-    names = one.numbers["variants"]
+def _names(diagnostic: Diagnostic) -> Sequence[object]:
+    names = diagnostic.numbers["variants"]
     return names if isinstance(names, tuple) else (names,)
 
 
-def _prefix(one: Diagnostic) -> str:
-    return "warning: " if one.severity == "warning" else ""
+def _prefix(diagnostic: Diagnostic) -> str:
+    return "warning: " if diagnostic.severity == "warning" else ""

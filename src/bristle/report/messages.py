@@ -80,41 +80,42 @@ def note_of(estimate: Estimate) -> str:
 
 def warnings_of(fit: Fit) -> tuple[str, ...]:
     """Return what may mislead in a fit, in sentences."""
-    return tuple(message(one) for one in fit.diagnostics if one.severity != "note")
+    return tuple(message(diagnostic) for diagnostic in fit.diagnostics if diagnostic.severity != "note")
 
 
 def assumptions_of(fit: Fit) -> tuple[str, ...]:
     """Return what a fit rests on, in sentences."""
-    return tuple(message(one) for one in fit.diagnostics if one.severity == "note")
+    return tuple(message(diagnostic) for diagnostic in fit.diagnostics if diagnostic.severity == "note")
 
 
 def notes_of(prediction: Prediction) -> tuple[str, ...]:
     """Return what is to be known of a prediction, in sentences; one that may mislead begins with ``warning:``."""
     return tuple(
-        message(one) if one.severity == "note" else f"{one.severity}: {message(one)}" for one in prediction.diagnostics
+        message(diagnostic) if diagnostic.severity == "note" else f"{diagnostic.severity}: {message(diagnostic)}"
+        for diagnostic in prediction.diagnostics
     )
 
 
 def as_data(diagnostics: Iterable[Diagnostic]) -> list[dict[str, Any]]:
     """Return diagnostics as they stand in JSON: ``code``, ``parameter``, ``severity``, ``numbers``, ``message``."""
-    return [one.as_data() | {"message": message(one)} for one in diagnostics]
+    return [diagnostic.as_data() | {"message": message(diagnostic)} for diagnostic in diagnostics]
 
 
 def fields_of(code: str) -> dict[str, str]:
     """Return the numbers that the sentence of a code needs, each with its format: a quantity, or one of `format`."""
-    found: dict[str, str] = {}
+    fields: dict[str, str] = {}
     for text in SENTENCES[code].texts:
-        found |= {name.split("[")[0]: spec or "" for _, name, spec, _ in Formatter().parse(text) if name}
-    found |= dict.fromkeys(SENTENCES[code].also, "")
-    return {name: spec for name, spec in found.items() if name != "parameter"}
+        fields |= {name.split("[")[0]: spec or "" for _, name, spec, _ in Formatter().parse(text) if name}
+    fields |= dict.fromkeys(SENTENCES[code].also, "")
+    return {name: spec for name, spec in fields.items() if name != "parameter"}
 
 
 def _formatted(template: str, diagnostic: Diagnostic) -> str:
-    given: dict[str, Any] = {"parameter": diagnostic.parameter, **diagnostic.numbers}
-    if "cause" in given:
-        cause = Diagnostic(given.pop("cause"), diagnostic.parameter, "warning", given, diagnostic.kind)
-        given = given | {"cause": clause(cause)}
-    return _Words(diagnostic.kind, str(given.get("unit", "1"))).vformat(template, (), given)
+    values: dict[str, Any] = {"parameter": diagnostic.parameter, **diagnostic.numbers}
+    if "cause" in values:
+        cause = Diagnostic(values.pop("cause"), diagnostic.parameter, "warning", values, diagnostic.kind)
+        values = values | {"cause": clause(cause)}
+    return _Words(diagnostic.kind, str(values.get("unit", "1"))).vformat(template, (), values)
 
 
 class _Words(Formatter):
@@ -135,7 +136,7 @@ class _Words(Formatter):
         if format_spec == "unit":
             return value if isinstance(value, str) else with_unit(value, self.unit)
         if format_spec == "percents":
-            return ", ".join(f"{number(one, 10.0)} %" for one in value)
+            return ", ".join(f"{number(share, 10.0)} %" for share in value)
         if format_spec == "samples":
             return counted(value)
         if format_spec == "stiffness of an axis":
@@ -144,5 +145,5 @@ class _Words(Formatter):
             return number(value, digits=int(format_spec.split()[0]))
         if re.split(r"[*/]", format_spec)[0] in NAMES:
             values = value if isinstance(value, tuple) else (value,)
-            return ", ".join(with_unit(each, unit_of(format_spec, self.kind)) for each in values)
+            return ", ".join(with_unit(number_in_unit, unit_of(format_spec, self.kind)) for number_in_unit in values)
         return super().format_field(value, format_spec)

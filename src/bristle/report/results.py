@@ -45,7 +45,7 @@ def write_identification(
     write_model(
         folder / "model.toml", best.plant, best.friction, estimates=best.estimates, provenance=provenance,
         treatment=identification.treatment, bands=best.resampling.bands if best.resampling else None,
-        notes={one.name: note_of(one) for one in best.estimates},
+        notes={estimate.name: note_of(estimate) for estimate in best.estimates},
     )  # fmt: skip
     if table:
         folder.write("drive_table.csv", as_csv(table, best.friction.kind) + "\n")

@@ -15,7 +15,7 @@ __all__ = ["changed_settings", "settings_table"]
 
 def settings_table(settings: Settings) -> Table:
     """Return every threshold with its value, default and meaning."""
-    return _table("Thresholds of what is said and doubted", settings, [one.name for one in thresholds()])
+    return _table("Thresholds of what is said and doubted", settings, [threshold.name for threshold in thresholds()])
 
 
 def changed_settings(settings: Settings) -> Table | None:
@@ -26,10 +26,11 @@ def changed_settings(settings: Settings) -> Table | None:
 def _table(caption: str, settings: Settings, names: list[str]) -> Table:
     rows = [
         (
-            one.name, f"{getattr(settings, one.name):g}", f"{one.default:g}", one.unit if one.unit != "1" else "–",
-            f"{one.meaning} ({one.source})" if one.source else one.meaning,
+            threshold.name, f"{getattr(settings, threshold.name):g}", f"{threshold.default:g}",
+            threshold.unit if threshold.unit != "1" else "–",
+            f"{threshold.meaning} ({threshold.source})" if threshold.source else threshold.meaning,
         )
-        for one in thresholds()
-        if one.name in names
+        for threshold in thresholds()
+        if threshold.name in names
     ]  # fmt: skip
     return Table(caption, ("Name", "Value", "Default", "Unit", "Meaning"), rows)

@@ -41,7 +41,7 @@ def identification_summary(
         "combinations": _described(best.combinations),
         "metrics": NOT_SIMULATED | best.metrics,
         "resampling": _resampling(best),
-        "certificates": {name: vars(one) for name, one in (certificates or {}).items()},
+        "certificates": {name: vars(certificate) for name, certificate in (certificates or {}).items()},
         "warnings": warnings_of(best),
         "assumptions": assumptions_of(best),
         "diagnostics": as_data(best.diagnostics),
@@ -64,7 +64,7 @@ def identification_summary(
         "further_logs": [log.origin.name for log in identification.further_logs],
         "treatment": identification.treatment,
         "settings": identification.settings.as_data(),
-        "break_aways": [one._asdict() for one in identification.break_aways],
+        "break_aways": [break_away._asdict() for break_away in identification.break_aways],
         "provenance": provenance,
     }  # fmt: skip
 

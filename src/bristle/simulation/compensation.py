@@ -100,7 +100,7 @@ def on_another_rig(experiment: Experiment) -> dict[str, Diagnostic]:
         Its variants feed friction forward; one that does not tell what it was identified on is not spoken of.
     """
     return {
-        one.name: Diagnostic("another-rig", severity="note", kind=one.plant.kind)
-        for one in experiment.variants
-        if one.feedforward.fitted_to and one.feedforward.fitted_to != digest(one.friction)
+        variant.name: Diagnostic("another-rig", severity="note", kind=variant.plant.kind)
+        for variant in experiment.variants
+        if variant.feedforward.fitted_to and variant.feedforward.fitted_to != digest(variant.friction)
     }

@@ -68,8 +68,8 @@ def statistics_of(signal: Any) -> Statistics:
 
 def relative_error_percent(signal: np.ndarray, predicted: np.ndarray) -> float:
     """Return 100 ||signal - predicted|| / ||signal|| [%]; NaN for a signal of zeros."""
-    whole = float(np.linalg.norm(signal))
-    return 100.0 * float(np.linalg.norm(signal - predicted)) / whole if whole > 0.0 else float("nan")
+    total = float(np.linalg.norm(signal))
+    return 100.0 * float(np.linalg.norm(signal - predicted)) / total if total > 0.0 else float("nan")
 
 
 @dataclass(frozen=True)
@@ -126,8 +126,8 @@ class VariantResult(Tabular):
 
     def as_dict(self) -> dict[str, Any]:
         """Return the numbers, without the arrays; beside each mean over several runs its ``..._spread``."""
-        told = _with_spread(self._numbers(), self.spread) | {"status": self.status.sentence, "runs": self.runs}
-        return told | ({"trials": list(self.trials)} if self.trials else {})
+        record = _with_spread(self._numbers(), self.spread) | {"status": self.status.sentence, "runs": self.runs}
+        return record | ({"trials": list(self.trials)} if self.trials else {})
 
     def _facts(self) -> dict[str, Any]:
         return {"name": self.name, "kind": self.kind} | plain(self.as_dict())
@@ -150,27 +150,27 @@ class VariantResult(Tabular):
         return {
             "following_error": asdict(self.following_error),
             "true_error": asdict(self.true_error),
-            "by_direction": {name: asdict(one) for name, one in self.by_direction.items()},
+            "by_direction": {name: asdict(statistics) for name, statistics in self.by_direction.items()},
             "effort": {"rms": self.effort_rms, "peak": self.effort_peak},
         }
 
 
 def _with_spread(numbers: Mapping[str, Any], spread: Mapping[str, Any]) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+    merged: dict[str, Any] = {}
     for name, value in numbers.items():
         if isinstance(value, Mapping):
-            found[name] = _with_spread(value, spread.get(name, {}))
+            merged[name] = _with_spread(value, spread.get(name, {}))
         else:
-            found[name] = value
+            merged[name] = value
             if name in spread:
-                found[f"{name}_spread"] = spread[name]
-    return found
+                merged[f"{name}_spread"] = spread[name]
+    return merged
 
 
 def _spread(numbers: Sequence[Any]) -> Any:
     """Return the standard deviation of each number over the runs, in the shape of one run."""
     if isinstance(numbers[0], Mapping):
-        return {name: _spread([one[name] for one in numbers]) for name in numbers[0]}
+        return {name: _spread([part[name] for part in numbers]) for name in numbers[0]}
     return float(np.std(numbers, ddof=1))
 
 
@@ -179,26 +179,26 @@ def mean_result(runs: Sequence[VariantResult]) -> VariantResult:
 
     If one of them diverged, so did the variant, and that run is the one returned.
     """
-    diverged = next((one for one in runs if one.status is Status.NOT_FINITE), None)
+    diverged = next((run for run in runs if run.status is Status.NOT_FINITE), None)
     if diverged is not None or len(runs) == 1:
         return replace(diverged or runs[0], runs=len(runs))
     return replace(
         runs[0],
-        following_error=_mean([one.following_error for one in runs]),
-        true_error=_mean([one.true_error for one in runs]),
-        by_direction={name: _mean([one.by_direction[name] for one in runs]) for name in runs[0].by_direction},
-        effort_rms=float(np.mean([one.effort_rms for one in runs])),
-        effort_peak=float(np.mean([one.effort_peak for one in runs])),
-        status=next((one.status for one in runs if one.status is not Status.OK), Status.OK),
+        following_error=_mean([run.following_error for run in runs]),
+        true_error=_mean([run.true_error for run in runs]),
+        by_direction={name: _mean([run.by_direction[name] for run in runs]) for name in runs[0].by_direction},
+        effort_rms=float(np.mean([run.effort_rms for run in runs])),
+        effort_peak=float(np.mean([run.effort_peak for run in runs])),
+        status=next((run.status for run in runs if run.status is not Status.OK), Status.OK),
         runs=len(runs),
-        trials=tuple(np.mean([one.trials for one in runs], axis=0).tolist()),
-        spread=_spread([one._numbers() for one in runs]),
+        trials=tuple(np.mean([run.trials for run in runs], axis=0).tolist()),
+        spread=_spread([run._numbers() for run in runs]),
     )
 
 
-def _mean(several: Sequence[Statistics]) -> Statistics:
-    names = [one.name for one in fields(Statistics)]
-    return Statistics(*(float(np.mean([getattr(one, name) for one in several])) for name in names))
+def _mean(statistics: Sequence[Statistics]) -> Statistics:
+    names = [field.name for field in fields(Statistics)]
+    return Statistics(*(float(np.mean([getattr(part, name) for part in statistics])) for name in names))
 
 
 @dataclass(frozen=True)

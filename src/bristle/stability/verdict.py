@@ -14,7 +14,7 @@ PHASE_ENOUGH, GAIN_ENOUGH = 30.0, 2.0  # [deg], and a factor: what is usual as t
 MOSTLY = 0.5  # share of the stiffness below which what is left is little
 FINER = 0.98  # from one gain that is tried to the next
 GAINS = 400
-WHERE = {Motions.ALL: "all", Motions.SMALL: "small", Motions.LARGE: "large"}
+MOTIONS_IN_WORDS = {Motions.ALL: "all", Motions.SMALL: "small", Motions.LARGE: "large"}
 
 
 def runnable(experiment: Experiment) -> tuple[Experiment, dict[str, Assessment]]:
@@ -31,7 +31,7 @@ def verdict_of(assessment: Assessment) -> Diagnostic:
     if assessment.verdict is Verdict.STABLE:
         return Diagnostic("loop-stable", severity="note", numbers=numbers, kind=assessment.kind)
     diverges = assessment.verdict is Verdict.DIVERGES
-    numbers |= {"motions": WHERE[worst.motions], "delay": worst.loop.delay, **_why(assessment)}
+    numbers |= {"motions": MOTIONS_IN_WORDS[worst.motions], "delay": worst.loop.delay, **_cause_of(assessment)}
     if diverges:
         return Diagnostic("loop-diverges", severity="error", numbers=numbers, kind=assessment.kind)
     return Diagnostic("loop-oscillates", severity="error", numbers=numbers, kind=assessment.kind)
@@ -39,37 +39,43 @@ def verdict_of(assessment: Assessment) -> Diagnostic:
 
 def doubts_of(assessment: Assessment) -> tuple[Diagnostic, ...]:
     """Return what to know of a loop that is stable: margins that are small, a law that switches."""
-    found = [Diagnostic("switching-law")] if assessment.switches else []
+    diagnostics = [Diagnostic("switching-law")] if assessment.switches else []
     held = assessment.stiffness
     if held is not None and held.left < MOSTLY * (held.law + held.friction):
         numbers = {"taken": held.compensation, "whole": held.law + held.friction, "law": held.law}
-        found.append(Diagnostic("stiffness-taken", numbers=numbers, kind=assessment.kind))
-    bare = [one for one in assessment.bare if not one.loop.is_unstable and one.margins.phase is not None]
-    least = min(bare, key=lambda one: one.margins.phase or 0.0, default=None)
+        diagnostics.append(Diagnostic("stiffness-taken", numbers=numbers, kind=assessment.kind))
+    bare = [
+        assessed for assessed in assessment.bare if not assessed.loop.is_unstable and assessed.margins.phase is not None
+    ]
+    least = min(bare, key=lambda assessed: assessed.margins.phase or 0.0, default=None)
     if least is None or least.margins.phase is None:
-        return tuple(found)
+        return tuple(diagnostics)
     phase, gain = least.margins.phase, least.margins.gain
     if phase < PHASE_ENOUGH or (gain is not None and gain < GAIN_ENOUGH):
-        margins: dict[str, Number] = {"motions": WHERE[least.motions], "phase": phase, "enough": PHASE_ENOUGH}
-        found.append(Diagnostic("small-margin", numbers=margins if gain is None else {**margins, "gain": gain}))
-    return tuple(found)
+        margins: dict[str, Number] = {
+            "motions": MOTIONS_IN_WORDS[least.motions],
+            "phase": phase,
+            "enough": PHASE_ENOUGH,
+        }
+        diagnostics.append(Diagnostic("small-margin", numbers=margins if gain is None else {**margins, "gain": gain}))
+    return tuple(diagnostics)
 
 
-def _why(assessment: Assessment) -> dict[str, Number]:
+def _cause_of(assessment: Assessment) -> dict[str, Number]:
     """Return what puts the largest pole where it is, and up to which delay and gain the loop would be stable."""
     worst, held = assessment.worst, assessment.stiffness
     if worst.friction is Friction.SLIDING:
         return {"why": "falling-friction", "mend": "raise-gains"}
-    taken = held is not None and held.left <= 0.0
-    if taken and worst.friction is Friction.STUCK:
+    no_time_left = held is not None and held.left <= 0.0
+    if no_time_left and worst.friction is Friction.STUCK:
         return {"why": "stiffness-taken", "mend": "feed-desired"}
-    found: dict[str, Number] = {"mend": "feed-desired"} if taken else {}
+    numbers: dict[str, Number] = {"mend": "feed-desired"} if no_time_left else {}
     delay, gain = _longest_delay(assessment), _largest_gain(assessment)
-    found |= {"longest_delay": delay} if delay is not None else {}
-    found |= {"largest_gain_percent": 100.0 * gain} if gain is not None else {}
+    numbers |= {"longest_delay": delay} if delay is not None else {}
+    numbers |= {"largest_gain_percent": 100.0 * gain} if gain is not None else {}
     if worst.friction is Friction.STUCK:
-        return {"why": "stuck", **found}
-    return {"why": "delay" if delay is not None else "gains" if gain is not None else "none", **found}
+        return {"why": "stuck", **numbers}
+    return {"why": "delay" if delay is not None else "gains" if gain is not None else "none", **numbers}
 
 
 def _loops(assessment: Assessment) -> list[WorkingPoint]:

@@ -53,8 +53,8 @@ class Judgement:
     @cached_property
     def _std(self) -> dict[str, tuple[float, float]]:
         """Both standard errors of each free parameter [SI]."""
-        both = zip(self.uncertainty.std.tolist(), self.uncertainty.robust_std.tolist(), strict=True)
-        return dict(zip(self.solution.values, both, strict=True))
+        deviations = zip(self.uncertainty.std.tolist(), self.uncertainty.robust_std.tolist(), strict=True)
+        return dict(zip(self.solution.values, deviations, strict=True))
 
     @cached_property
     def _rms_effort(self) -> float:
@@ -66,19 +66,21 @@ class Judgement:
 
     def _estimate(self, name: str) -> Estimate:
         variable, held = self.excitation.variables[name], self.problem.parameters.fixed.get(name)
-        whole = Estimate(name, variable.unit(self._kind), variable.description, self.excitation.values[name], None)
+        estimate = Estimate(name, variable.unit(self._kind), variable.description, self.excitation.values[name], None)
         if held is not None:
-            why = held_because(name, held, variable, self._kind)
+            reason = held_because(name, held, variable, self._kind)
             if not held.redundant:
-                return replace(whole, value=held.value, status="held", reason=why)
-            return replace(whole, value=held.value, status="unidentifiable", reason=replace(why, severity="warning"))
+                return replace(estimate, value=held.value, status="held", reason=reason)
+            return replace(
+                estimate, value=held.value, status="unidentifiable", reason=replace(reason, severity="warning")
+            )
         unsure = self._unsure(name)
         if unsure is None and name in self.solution.at_edge:
-            return replace(whole, status="at_edge", reason=self._at_edge(name))
-        most = self.excitation.settings.hopeless_std * abs(whole.value)
-        std, robust = (one if unsure is None or one <= most else None for one in self._std[name])
+            return replace(estimate, status="at_edge", reason=self._at_edge(name))
+        most = self.excitation.settings.hopeless_std * abs(estimate.value)
+        std, robust = (deviation if unsure is None or deviation <= most else None for deviation in self._std[name])
         status = "identified" if unsure is None else "unidentifiable"
-        return replace(whole, std=std, robust_std=robust, status=status, reason=unsure)
+        return replace(estimate, std=std, robust_std=robust, status=status, reason=unsure)
 
     def _unsure(self, name: str) -> Diagnostic | None:
         """Return why a parameter cannot be identified; None where it can."""
@@ -103,8 +105,10 @@ class Judgement:
         """Return whether a velocity tells how a force falls, and no such force is known."""
         if not self._is_stribeck("length/time", name):
             return False
-        forces = [one for one in self.solution.values if self._is_stribeck("force", one)]
-        return bool(forces) and all(one in self.solution.at_edge or self._unsure(one) is not None for one in forces)
+        forces = [name for name in self.solution.values if self._is_stribeck("force", name)]
+        return bool(forces) and all(
+            force_name in self.solution.at_edge or self._unsure(force_name) is not None for force_name in forces
+        )
 
     def _is_stribeck(self, quantity: str, name: str) -> bool:
         """Return whether a parameter of the Stribeck curve is of this quantity."""
@@ -120,15 +124,15 @@ class Judgement:
         edge, variable, value = (
             self.solution.at_edge[name], self.excitation.variables[name], self.excitation.values[name],
         )  # fmt: skip
-        found: dict[str, Number] = {"value": value, "unit": variable.unit(self._kind)}
+        numbers: dict[str, Number] = {"value": value, "unit": variable.unit(self._kind)}
         if edge == "smallest" and self._is_stribeck("force", name):
-            return Diagnostic("edge-no-fall", name, "warning", found, self._kind)
+            return Diagnostic("edge-no-fall", name, "warning", numbers, self._kind)
         cause = self.excitation.cause(name)
-        found |= {"edge": edge, "cause": cause.code, **cause.numbers}
+        numbers |= {"edge": edge, "cause": cause.code, **cause.numbers}
         bound, small = variable.min if edge == "smallest" else variable.max, self.excitation.scales.magnitude(variable)
         if math.isclose(value, bound, rel_tol=1e-2, abs_tol=1e-9 * abs(small)):
-            return Diagnostic("edge-of-model", name, "warning", found, self._kind)
-        return Diagnostic("edge-of-search", name, "warning", found, self._kind)
+            return Diagnostic("edge-of-model", name, "warning", numbers, self._kind)
+        return Diagnostic("edge-of-search", name, "warning", numbers, self._kind)
 
 
 def held_because(name: str, held: Fixed, variable: Variable, kind: Kind) -> Diagnostic:
@@ -158,29 +162,36 @@ def about_estimates(
     inseparable : float
         Correlation above which two go together.
     """
-    found = [one.reason for one in estimates if one.status != "held" and one.reason is not None]
-    sure = {one.name for one in estimates if one.status == "identified"}
-    for row, one in enumerate(names):
-        for column, other in enumerate(names[:row]):
-            both = float(correlation[row, column])
-            if {one, other} <= sure and abs(both) > inseparable:
-                found.append(Diagnostic("correlated", one, "warning", {"other": other, "correlation": both}))
-    return tuple(found)
+    diagnostics = [
+        estimate.reason for estimate in estimates if estimate.status != "held" and estimate.reason is not None
+    ]
+    sure = {estimate.name for estimate in estimates if estimate.status == "identified"}
+    for row, name in enumerate(names):
+        for column, second in enumerate(names[:row]):
+            coefficient = float(correlation[row, column])
+            if {name, second} <= sure and abs(coefficient) > inseparable:
+                diagnostics.append(
+                    Diagnostic("correlated", name, "warning", {"other": second, "correlation": coefficient})
+                )
+    return tuple(diagnostics)
 
 
 def combinations_of(
-    component: FrictionModel, known: Mapping[str, Estimate], kind: Kind
+    component: FrictionModel, by_name: Mapping[str, Estimate], kind: Kind
 ) -> tuple[Estimate, ...]:  # fmt: skip
     """Return the products of a redundant parameter with each one that it is a factor of."""
-    found = []
+    combinations = []
     for redundancy in component.redundancies:
-        factor = known[redundancy.name]
+        factor = by_name[redundancy.name]
         for name in redundancy.factor_of:
-            other = known[name]
-            unit = unit_of("*".join(component.variables[each].quantity for each in (factor.name, name)), kind)
-            std, robust = (None if one is None else abs(factor.value) * one for one in (other.std, other.robust_std))
-            found.append(Estimate(
-                f"{factor.name}*{name}", unit, f"product of {factor.name} and {name}", factor.value * other.value, std,
-                other.status, other.reason, robust,
+            member = by_name[name]
+            unit = unit_of("*".join(component.variables[part].quantity for part in (factor.name, name)), kind)
+            std, robust = (
+                None if deviation is None else abs(factor.value) * deviation
+                for deviation in (member.std, member.robust_std)
+            )
+            combinations.append(Estimate(
+                f"{factor.name}*{name}", unit, f"product of {factor.name} and {name}", factor.value * member.value, std,
+                member.status, member.reason, robust,
             ))  # fmt: skip
-    return tuple(found)
+    return tuple(combinations)

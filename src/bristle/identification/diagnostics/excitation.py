@@ -91,24 +91,24 @@ class Excitation:
 
     def _about_fall(self, name: str) -> Diagnostic:
         speeds = self.dataset.all_velocities
-        known = name_of(Role.FALL, self.variables)
-        slow = self.scales.slowest if known is None else self.values[known]
-        found = {"slow_samples": int(np.sum(np.abs(speeds) < slow)), "samples": speeds.size, "speed": slow}
+        fall = name_of(Role.FALL, self.variables)
+        slow = self.scales.slowest if fall is None else self.values[fall]
+        numbers = {"slow_samples": int(np.sum(np.abs(speeds) < slow)), "samples": speeds.size, "speed": slow}
         steady = self._steady_speeds()
         if not steady:
-            return self._said("no-steady-slide", name, **found)
-        return self._said("no-fall", name, **found, slowest=min(steady), fastest=max(steady))
+            return self._said("no-steady-slide", name, **numbers)
+        return self._said("no-fall", name, **numbers, slowest=min(steady), fastest=max(steady))
 
     def _steady_speeds(self) -> list[float]:
         """Return the speeds at which the log slides steadily [m/s or rad/s], both ends of each passage."""
-        one = self.dataset
-        grain = max(self.settings.zone_counts * one.resolution, self.settings.zone_noise * one.noise)
+        dataset = self.dataset
+        grain = max(self.settings.zone_counts * dataset.resolution, self.settings.zone_noise * dataset.noise)
         return [
             end
-            for part in one.segments
-            for found in passages_along(part.time, part.position, part.effort, grain)
-            if found.kind == "constant_velocity"
-            for end in found.speeds
+            for part in dataset.segments
+            for passage in passages_along(part.time, part.position, part.effort, grain)
+            if passage.kind == "constant_velocity"
+            for end in passage.speeds
         ]
 
     def _about_presliding(self, name: str) -> Diagnostic:
@@ -136,11 +136,13 @@ class Excitation:
 
     def _below_the_noise(self, name: str, zone: float) -> Diagnostic | None:
         """Return why a displacement [m or rad] is too short for the position that was recorded, if it is."""
-        one, least = self.dataset, self.settings
-        if zone < least.zone_counts * one.resolution:
-            return self._said("coarse-position", name, zone=zone, counts=least.zone_counts, resolution=one.resolution)
-        if zone < least.zone_noise * one.noise:
-            return self._said("noisy-position", name, zone=zone, deviations=least.zone_noise, noise=one.noise)
+        dataset, least = self.dataset, self.settings
+        if zone < least.zone_counts * dataset.resolution:
+            return self._said(
+                "coarse-position", name, zone=zone, counts=least.zone_counts, resolution=dataset.resolution
+            )
+        if zone < least.zone_noise * dataset.noise:
+            return self._said("noisy-position", name, zone=zone, deviations=least.zone_noise, noise=dataset.noise)
         return None
 
     def _samples_within(self, zone: float) -> float:

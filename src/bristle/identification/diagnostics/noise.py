@@ -21,13 +21,20 @@ def about_held_effort(
 ) -> tuple[Diagnostic, ...]:  # fmt: skip
     """Return a warning where half a sample between effort and position decides on the damping of the bristles."""
     dataset, variables = problem.dataset, problem.parameters.variables
-    shown = [one for one in estimates if one.status == "identified" and variables[one.name].excitation == "presliding"]
-    stiffness = max((one.value for one in shown if variables[one.name].quantity == "force/length"), default=0.0)
+    identified = [
+        estimate
+        for estimate in estimates
+        if estimate.status == "identified" and variables[estimate.name].excitation == "presliding"
+    ]
+    stiffness = max(
+        (estimate.value for estimate in identified if variables[estimate.name].quantity == "force/length"), default=0.0
+    )
     shift = 0.5 * dataset.sample_time * stiffness
     touched = tuple(
-        one.name
-        for one in shown
-        if variables[one.name].quantity == "force*time/length" and shift > settings.half_sample_damping * abs(one.value)
+        estimate.name
+        for estimate in identified
+        if variables[estimate.name].quantity == "force*time/length"
+        and shift > settings.half_sample_damping * abs(estimate.value)
     )
     if dataset.held is not None or not touched:
         return ()

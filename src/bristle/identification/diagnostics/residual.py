@@ -40,33 +40,33 @@ def about_rise(problem: InverseDynamics, values: Mapping[str, float]) -> tuple[D
     speed = name_of(Role.FALL, variables)
     if speed is None or len(firsts) != len(levels):
         return ()
-    found = []
+    diagnostics = []
     for first, level, direction in zip(firsts, levels, DIRECTIONS.get(len(firsts), ()), strict=False):
         if values[first] < values[level]:
             numbers = {
                 "first": values[first], "level": values[level], "speed": values[speed], "direction": direction,
             }  # fmt: skip
-            found.append(Diagnostic("rising-friction", first, "warning", numbers, kind))
-    return tuple(found)
+            diagnostics.append(Diagnostic("rising-friction", first, "warning", numbers, kind))
+    return tuple(diagnostics)
 
 
 def _from_row_to_row(residual: np.ndarray) -> float:
-    whole = float(residual @ residual)
-    return float(residual[1:] @ residual[:-1]) / whole if whole > 0.0 else 0.0
+    total = float(residual @ residual)
+    return float(residual[1:] @ residual[:-1]) / total if total > 0.0 else 0.0
 
 
 def _lacks_presliding(
     problem: InverseDynamics, values: Mapping[str, float], residual: np.ndarray, settings: Settings
 ) -> bool:  # fmt: skip
     """Return whether a static model errs mostly around reversals, and there by friction that lags behind it."""
-    whole = float(residual @ residual)
-    if not is_static(problem.model(values)) or not problem.dataset.reversals or whole == 0.0:
+    total = float(residual @ residual)
+    if not is_static(problem.model(values)) or not problem.dataset.reversals or total == 0.0:
         return False
     dataset = problem.dataset
     near = dataset.samples_from_reversal < settings.reversal_periods / (dataset.cutoff * dataset.sample_time)
     if not near.any():
         return False
-    share = float(residual[near] @ residual[near]) / whole
+    share = float(residual[near] @ residual[near]) / total
     friction = np.abs(problem.friction(values))
     if not friction.any():
         return False

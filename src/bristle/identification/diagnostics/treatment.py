@@ -10,14 +10,14 @@ __all__ = ["about_treatment"]
 
 def about_treatment(dataset: Dataset) -> tuple[Diagnostic, ...]:
     """Return what was done to a log before a model was fitted to it."""
-    found = [
+    remarks = [
         Diagnostic("filtered", severity="note", numbers={
             "cutoff": dataset.cutoff, "dropped": dataset.dropped, "decimation": dataset.decimation,
         })
     ]  # fmt: skip
     if dataset.delay:
         samples = dataset.delay / dataset.sample_time
-        found.append(Diagnostic("delay-found", severity="note", numbers={"delay": dataset.delay, "samples": samples}))
+        remarks.append(Diagnostic("delay-found", severity="note", numbers={"delay": dataset.delay, "samples": samples}))
     if dataset.rest_share > 0.0 and not dataset.keeps_rests:
-        found.append(Diagnostic("rests-left-out", severity="note", numbers={"percent": 100.0 * dataset.rest_share}))
-    return (*found, Diagnostic("standard-errors", severity="note"))
+        remarks.append(Diagnostic("rests-left-out", severity="note", numbers={"percent": 100.0 * dataset.rest_share}))
+    return (*remarks, Diagnostic("standard-errors", severity="note"))

@@ -56,13 +56,13 @@ def _diverges(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
 
 
 def _oscillates(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
-    where, end = WHERE[numbers["motions"]], ENDS.get(numbers["motions"], SETTLES_NOT)
-    return f"oscillates: {where}{texts[0]}: {CAUSES[numbers['why']]}. {end}. {_mend(numbers)}"
+    motions, end = WHERE[numbers["motions"]], ENDS.get(numbers["motions"], SETTLES_NOT)
+    return f"oscillates: {motions}{texts[0]}: {CAUSES[numbers['why']]}. {end}. {_mend(numbers)}"
 
 
 def _margin(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
-    room = texts[1] if "gain" in numbers else ""
-    return f"{WHERE[numbers['motions']]}{texts[0]}{room}: what excites the loop near its crossover rings"
+    remark = texts[1] if "gain" in numbers else ""
+    return f"{WHERE[numbers['motions']]}{texts[0]}{remark}: what excites the loop near its crossover rings"
 
 
 LOOPS: dict[str, Sentence] = {

@@ -13,7 +13,7 @@ _REVERSE = "reverse gently and often, at amplitudes of the break-away distance a
 _FINER = "record the position more finely, or leave the stiffness of the contact out of the model"
 
 
-def _told(speed: float) -> str:
+def _in_words(speed: float) -> str:
     """Return a speed as it is told, but for the kind of axis."""
     return with_unit(speed, "m/s")
 
@@ -34,7 +34,7 @@ PARAMETERS: dict[str, Sentence] = {
         "{speed:length/time}, and it slides steadily at {slowest:length/time} to {fastest:length/time})",
         "the log does not show the force fall with speed ({slow_samples} of {samples} samples are slower than "
         "{speed:length/time}, and it slides steadily at {slowest:length/time})",
-        choose=lambda texts, numbers: texts[_told(numbers["slowest"]) == _told(numbers["fastest"])],
+        choose=lambda texts, numbers: texts[_in_words(numbers["slowest"]) == _in_words(numbers["fastest"])],
     ),
     "no-steady-slide": cause(
         "the fall of friction with speed does not show, and nothing slides steadily",

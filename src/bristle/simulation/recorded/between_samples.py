@@ -47,8 +47,8 @@ def finer(effort: np.ndarray, steps: int, *, periodic: bool) -> np.ndarray:
     before = 2.0 * effort[0] - effort[beyond:0:-1]
     after = 2.0 * effort[-1] - effort[-2 : -2 - beyond : -1]
     fade = 0.5 * (1.0 - np.cos(np.pi * np.arange(1, beyond + 1) / (beyond + 1)))
-    whole = np.concatenate([fade * before, effort, fade[::-1] * after])
-    fine = np.asarray(resample(whole, whole.size * steps))
+    faded = np.concatenate([fade * before, effort, fade[::-1] * after])
+    fine = np.asarray(resample(faded, faded.size * steps))
     return fine[beyond * steps : (beyond + effort.size) * steps]
 
 
@@ -58,8 +58,8 @@ def period_of(effort: np.ndarray) -> int | None:
     if size < 4 or not np.any(effort != effort[0]):
         return None
     tolerance = EQUAL * float(np.max(np.abs(effort)))
-    whole = effort - effort.mean()
-    spectrum = np.fft.rfft(whole, 2 * size)
+    swing = effort - effort.mean()
+    spectrum = np.fft.rfft(swing, 2 * size)
     overlap = np.arange(size, 0, -1)
     alike = np.fft.irfft(np.abs(spectrum) ** 2)[:size] / overlap
     # Shifted by a period, a record is as much like itself as unshifted.
@@ -82,5 +82,7 @@ def closes(signal: np.ndarray) -> bool:
     weights = unbounded(learnt[:, :-1], learnt[:, -1], rcond=1e-12)
     seam = np.concatenate([signal[-ORDER:], signal[:ORDER]]) - signal.mean()
     across = np.lib.stride_tricks.sliding_window_view(seam, ORDER + 1)
-    inside, there = (float(np.max(np.abs(one[:, -1] - one[:, :-1] @ weights))) for one in (rows, across))
-    return there <= SEAM * inside
+    inside, across_seam = (
+        float(np.max(np.abs(windows[:, -1] - windows[:, :-1] @ weights))) for windows in (rows, across)
+    )
+    return across_seam <= SEAM * inside

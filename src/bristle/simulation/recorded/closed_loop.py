@@ -51,7 +51,7 @@ def beginning_of(log: Log, first: int, resolution: float | None) -> Beginning:
     if np.ptp(position) <= 1.5 * (resolution or 0.0):
         return Beginning(x)
     t = dt * (np.arange(position.size) + low - first)
-    *_, half_acceleration, velocity, _ = (float(one) for one in np.polyfit(t, position - x, 3))
+    *_, half_acceleration, velocity, _ = (float(coefficient) for coefficient in np.polyfit(t, position - x, 3))
     return Beginning(x, velocity, 2.0 * half_acceleration, moves=True)
 
 
@@ -131,19 +131,19 @@ class ClosedLoop:
 
 
 def closed_loop_of(
-    log: Log, axis: Axis, part: slice, why: str = "to predict the closed loop", instead: str = "use --mode inverse"
+    log: Log, axis: Axis, part: slice, purpose: str = "to predict the closed loop", instead: str = "use --mode inverse"
 ) -> ClosedLoop:
     """Return the closed loop of a stretch of a log.
 
     Raises
     ------
     InputError
-        If the axis lacks the controller or the log the reference; it tells `why` they are needed, and what to do
-        `instead`.
+        If the axis lacks the controller or the log the reference; it tells the `purpose` they are needed for,
+        and what to do `instead`.
     """
     if not isinstance(axis.controller, Model):
         raise InputError(
-            f"is needed {why}", path="axis.controller",
+            f"is needed {purpose}", path="axis.controller",
             mend=f"Describe the controller that was running in [controller] of the axis file, or {instead}",
         )  # fmt: skip
     if log.reference is None:

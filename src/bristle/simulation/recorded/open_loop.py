@@ -82,11 +82,11 @@ class OpenLoop:
         for lead in self.leads:
             # One step beyond, for the position that the period comes back to.
             trace = self._run(plant, friction, np.concatenate([np.tile(effort, lead + 1), effort[:1]]))
-            status, found = trace.status, trace.position[lead * size :]
-            if found.size <= size:
+            status, position = trace.status, trace.position[lead * size :]
+            if position.size <= size:
                 break
-            reached = found[:size]
-            if abs(found[size] - found[0]) <= SETTLED * np.ptp(reached):
+            reached = position[:size]
+            if abs(position[size] - position[0]) <= SETTLED * np.ptp(reached):
                 break
         samples = reached[:: self.steps]
         return np.tile(samples, -(-self.count // samples.size))[: self.count], status
@@ -126,14 +126,14 @@ def open_loop_of(log: Log, axis: Axis, part: slice, steps: int = FINE) -> OpenLo
     period = None if axis.periodic is False else period_of(effort)
     if period is None and (axis.periodic or (axis.periodic is None and closes(effort) and closes(position))):
         period = effort.size
-    one = effort if period is None else effort[:period]
+    period_of_effort = effort if period is None else effort[:period]
     if axis.hold == "band_limited":
-        fine = finer(one, steps, periodic=period is not None)
+        fine = finer(period_of_effort, steps, periodic=period is not None)
     elif axis.hold == "linear":
-        after = effort[0] if period is not None else one[-1]
-        at = np.arange(one.size * steps) / steps
-        fine = np.interp(at, np.arange(one.size + 1), np.append(one, after))
+        after = effort[0] if period is not None else period_of_effort[-1]
+        at = np.arange(period_of_effort.size * steps) / steps
+        fine = np.interp(at, np.arange(period_of_effort.size + 1), np.append(period_of_effort, after))
     else:
-        fine = np.repeat(one, steps)
+        fine = np.repeat(period_of_effort, steps)
     hold = "linear" if axis.hold in ("band_limited", "linear") else "zero"
     return OpenLoop(fine, steps, log.sample_time, effort.size, period is not None, hold)
