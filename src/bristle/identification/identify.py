@@ -121,10 +121,6 @@ def identify(
     InputError
         If the log or the axis does not serve, or there is no such model.
 
-    References
-    ----------
-    .. [1] A. Janot, P.-O. Vandanjon, M. Gautier, "A generic instrumental variable approach for industrial robot
-       identification", IEEE Transactions on Control Systems Technology 22(1), 2014. doi:10.1109/TCST.2013.2246163
     """
     given = with_method(logs_and_axes(log, axis), method, global_search)
     chosen = settings_of(given[0][1], settings)

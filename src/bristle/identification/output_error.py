@@ -10,6 +10,7 @@ the parameters as it does in inverse dynamics.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar, Self
@@ -46,7 +47,7 @@ LAG_MOST = 20.0  # samples
 
 
 @dataclass(frozen=True)
-class OutputError:
+class OutputError(ABC):
     """The error of a simulation as a least-squares problem.
 
     Parameters
@@ -67,9 +68,10 @@ class OutputError:
     away_evaluations: ClassVar[int]
 
     @classmethod
+    @abstractmethod
     def of(cls, inverse: InverseDynamics, logs: Sequence[Log], axes: Sequence[Axis | None]) -> Self:
         """Return the problem of several logs, simulated as quickly as a search on the way to its end may."""
-        raise NotImplementedError
+        ...
 
     @staticmethod
     def seen(log: Log, axis: Axis | None) -> Log:
