@@ -86,6 +86,13 @@ def emps_varying() -> Found:
     return fitted(log, "coulomb_viscous+periodic,coulomb_viscous+position+asymmetry", axis, blocks=4)
 
 
+@golden(fast=True, measured=True)
+def emps_pitch() -> Found:
+    """Friction that varies with the turn of a screw whose lead nobody wrote down."""
+    log, axis = logs.emps()
+    return fitted(within(log, (0.0, 13.0)), "coulomb_viscous+periodic", axis, blocks=0)
+
+
 @golden(measured=True)
 def emps_closed_loop() -> Found:
     """The first half in closed loop, and the second as predicted."""
