@@ -98,7 +98,6 @@ def run(
     if out:
         complain(f"wrote {out}; open {out / 'report.html'} in a browser")
     failed = [name for name, outcome in summary["variants"].items() if not outcome["completed"]]
-    for name in failed:
-        if name not in refused:
-            complain(f"{name}: {summary['variants'][name]['status']}")
+    for name in (name for name in failed if name not in refused):
+        complain(f"{name}: {summary['variants'][name]['status']}")
     return NO if failed else 0

@@ -61,9 +61,12 @@ def is_table(source: Any) -> bool:
     >>> is_table({"time": [0.0, 1.0]}), is_table("log.csv"), is_table([0.0, 1.0])
     (True, False, False)
     """
-    named = getattr(getattr(source, "dtype", None), "names", None)
-    frame = any(hasattr(source, name) for name in ("columns", "column_names", "variables", "collect_schema"))
-    return isinstance(source, Mapping) or bool(named) or (frame and hasattr(source, "__getitem__"))
+    try:
+        named = getattr(getattr(source, "dtype", None), "names", None)
+        frame = any(hasattr(source, name) for name in ("columns", "column_names", "variables", "collect_schema"))
+        return isinstance(source, Mapping) or bool(named) or (frame and hasattr(source, "__getitem__"))
+    except Exception:  # noqa: BLE001  (an object that stops when it is asked what it has is no table)
+        return False
 
 
 def table_of(source: Any) -> Table:
