@@ -61,7 +61,8 @@ def fit(
         except KeyboardInterrupt as error:
             obey(error)
             unfinished = True
-    report(1.0)
+    if not unfinished:
+        report(1.0)
     diagnostics = (*((UNFINISHED,) if unfinished else ()), *fit.diagnostics, *_about_held_out(fit, held_out, context))
     return replace(fit, held_out=held_out, unfinished=unfinished, diagnostics=diagnostics), estimation
 
