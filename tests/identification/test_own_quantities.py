@@ -67,7 +67,10 @@ def test_what_a_search_takes_for_typical_has_the_dimension_of_the_parameter(quan
         assert [one / before for one, before in ends] == [expected, expected]
         starts = []
         for scales in (other, SCALES):
-            guess = {"F_C": scales.force, "F_v": scales.force / scales.speed}
-            search, coordinate = SimpleNamespace(guess=guess, scales=scales), Transform("p", "plain", 1.0, *4 * (0.0,))
+            sliding = Sliding({}, scales.force, scales.force / scales.speed)
+            search, coordinate = (
+                SimpleNamespace(sliding=sliding, scales=scales),
+                Transform("p", "plain", 1.0, *4 * (0.0,)),
+            )
             starts.append(Search._draw(search, coordinate, variable, np.random.default_rng(1)))
         assert starts[0] / starts[1] == expected
