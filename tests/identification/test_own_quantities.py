@@ -11,7 +11,7 @@ from bristle.core import Variable
 from bristle.core.dimensions import exponents_of
 from bristle.files import load_model_file
 from bristle.identification import identify
-from bristle.identification.least_squares import Search
+from bristle.identification.least_squares import Search, Sliding
 from bristle.identification.parameter_space import Transform
 from bristle.identification.scales import Scales
 
