@@ -35,7 +35,7 @@ def problem():
 def test_the_derivative_is_that_of_the_fit_with_its_start_found_anew(problem):
     values = {name: (TRUTH | {"M": 2.0, "offset": 0.0})[name] for name in problem.parameters.free}
     near = problem.near(values)
-    assert near.places == pytest.approx((0.6, -0.3), abs=0.02)
+    assert near.contacts == pytest.approx((0.6, -0.3), abs=0.02)
     for name in ("F_C", "give", "share"):
         step = 0.02 * values[name]
         up, down = values | {name: values[name] + step}, values | {name: values[name] - step}

@@ -212,15 +212,13 @@ def identify(
     decimation : int, optional
         Of how many samples one row is kept; 10 by default.
     blocks : int, optional
-        Time blocks, each held out in turn, by whose error models are ranked; 0 for none. Five, or as many as a short
-        log has room for, where not given.
+        Time blocks, each held out in turn, by whose error models are ranked; 0 for none. At most five by default.
     offset : float, str or "identify", optional
-        Constant part of the force [N or N*m] if known, or text with a unit; the axis decides where it is not given.
+        Constant part of the force [N or N*m] if known, or text with a unit; as the axis says by default.
     mass : float or str, optional
         Moving mass [kg] or inertia [kg*m^2] if known, or text with a unit; the axis decides where it is not given.
     free : str or sequence of str
-        Shapes that are identified too, instead of being kept at their default: ``"exponent"`` of the Dahl model;
-        several separated by commas.
+        Shapes to identify too instead of keeping their default: ``"exponent"`` of Dahl; several separated by commas.
     draws : int
         Logs that are simulated with the best model and fitted again, for its 95 % intervals; 0 for none.
     method : {"inverse_dynamics", "output_error"}, optional
