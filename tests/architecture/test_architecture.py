@@ -20,6 +20,7 @@ from bristle.testing import violations_of
 ROOT = Path(bristle.__file__).parent
 MODULES = sorted(name for _, name, _ in pkgutil.walk_packages([str(ROOT)], "bristle.") if not name.endswith("__main__"))
 HEAVY = ("numba", "scipy", "pint", "pydantic", "rich", "matplotlib")
+MOST_ARGUMENTS = 12
 FAMILIES = ("hysteresis", "friction", "plants", "controllers", "sensors", "references")
 
 
@@ -141,6 +142,13 @@ def test_modules_and_functions_are_short():
             assert length <= 80, f"{path.relative_to(ROOT)}:{function.lineno} {function.name} has {length} lines"
     assert max(lengths.values()) <= 400, max(lengths, key=lengths.get)
     assert sorted(lengths.values())[len(lengths) // 2] <= 120
+
+
+def test_no_function_takes_more_than_a_few_arguments_by_their_place():
+    for path in ROOT.rglob("*.py"):
+        for function in functions(ast.parse(path.read_text())):
+            taken = len(function.args.posonlyargs) + len(function.args.args)
+            assert taken <= MOST_ARGUMENTS, f"{path.relative_to(ROOT)}:{function.lineno} {function.name} takes {taken}"
 
 
 def test_no_exception_is_swallowed_and_nothing_is_left_for_later():

@@ -12,6 +12,7 @@ import pytest
 
 import bristle
 from bristle.core.fingerprint import fingerprint
+from bristle.engine.signature import compiled_signature, handed_over
 
 PACKAGE = Path(bristle.__file__).parent
 
@@ -207,6 +208,39 @@ def test_the_same_code_has_the_same_fingerprint():
 def test_whatever_the_compiler_freezes_changes_the_fingerprint(old, new):
     assert old in BASE
     assert fingerprint_of(BASE) != fingerprint_of(BASE.replace(old, new))
+
+
+SIGNATURES = """
+from collections.abc import Callable
+from typing import NamedTuple
+import numpy as np
+
+class Pair(NamedTuple):
+    first: np.ndarray
+    second: np.ndarray
+
+class Run(NamedTuple):
+    entry: Callable[[Pair, float], float]
+    pair: Pair
+
+def driver(run: Run, gain: float) -> float:
+    return run.entry(run.pair, gain)
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [("first: np.ndarray\n    second", "second: np.ndarray\n    first"), ("gain: float", "gain: int"),
+     ("entry: Callable[[Pair, float]", "entry: Callable[[Pair, int]")],
+)  # fmt: skip
+def test_what_a_driver_takes_is_part_of_its_key(old, new):
+    keys = []
+    for text in (SIGNATURES, SIGNATURES.replace(old, new)):
+        scope = {"__name__": "probe"}
+        exec(text, scope)
+        driver = scope["driver"]
+        keys.append((fingerprint(handed_over(driver, driver)), str(compiled_signature(driver))))
+    assert keys[0] != keys[1]
 
 
 NUMBERS = """

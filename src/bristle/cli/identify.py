@@ -27,6 +27,7 @@ EXAMPLE = """Example:
 
 
 def identify(
+    *,
     context: typer.Context,
     log: Annotated[
         list[Path],

@@ -19,8 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.borrowed import borrowed
 from bristle.core.kernel import kernel
+from bristle.core.unowned import unowned
 
 __all__ = [
     "LANES",
@@ -113,7 +113,7 @@ def lane_unpacker(structure: Structure, infinite: frozenset[int] = frozenset()) 
 def _unpacker(
     structure: Structure, head: str, first: str, number: str, array: str, infinite: frozenset[int] = frozenset()
 ) -> Callable[..., Any]:
-    names: dict[str, Any] = {"INFINITY": float("inf"), "borrowed": borrowed}
+    names: dict[str, Any] = {"INFINITY": float("inf"), "unowned": unowned}
     lines = [f"at = {first}"]
     expression = _unpack_expression(structure, names, lines, number, array, infinite)
     return _define(head, [*lines, f"return {expression}"], names)
@@ -133,7 +133,7 @@ def _unpack_expression(
         name = f"field_{len(lines)}"
         if part == "array":
             size = f"size_{name}"
-            lines += [f"{size} = int({number})", f"{name} = borrowed({array.format(size=size)})", f"at += 1 + {size}"]
+            lines += [f"{size} = int({number})", f"{name} = unowned({array.format(size=size)})", f"at += 1 + {size}"]
         elif lines.count("at += 1") in infinite:
             lines += [f"{name} = INFINITY", "at += 1"]
         else:

@@ -15,16 +15,26 @@ from bristle.core.packing import pack, structure_of, unpacker
 from bristle.core.status import Status
 from bristle.core.variable import Variable
 from bristle.engine import rodas5p
-from bristle.engine.compilation import SIGNATURES, compiled
-from bristle.engine.entries import OUT_SIZE
-from bristle.engine.loop import DRIVEN, MECHANISM, Trace, burst_entry, held
+from bristle.engine.compilation import compiled, driver
+from bristle.engine.entry_points import OUT_SIZE, Substeps
+from bristle.engine.instance import Instance, memory_of
+from bristle.engine.loop import DRIVEN, MECHANISM, Trace, held, substeps_entry, vectors_of
 from bristle.engine.motion import presliding_distance
-from bristle.engine.part import Part, memory_of
-from bristle.engine.pieces import Layout, make_rates, make_turn, never_turn
-from bristle.engine.rosenbrock import STAGES, make_search, make_step, rosenbrock
+from bristle.engine.pieces import Layout, PieceVectors, Rates, Turn, make_rates, make_turn, never_turn
+from bristle.engine.rosenbrock import (
+    STAGES,
+    RosenbrockEntries,
+    Search,
+    Step,
+    Tableau,
+    Work,
+    make_search,
+    make_step,
+    rosenbrock,
+)
 from bristle.engine.screwed import refuse_screw
-from bristle.engine.step_doubling import doubling, make_rest_time
-from bristle.engine.step_length import GIVE_UP, ROUNDING
+from bristle.engine.step_doubling import DoublingEntries, doubling, make_rest_time
+from bristle.engine.step_length import GIVE_UP, ROUNDING, Course, Limits, Samples
 
 __all__ = ["METHODS", "AdaptiveTrace", "run_adaptive"]
 
@@ -130,30 +140,23 @@ def _run(
     """Return one run, its local errors bounded for this tolerance."""
     refuse_screw(plant, "run_adaptive")
     u = effort
-    body, contact = Part(plant), Part(friction)
+    body, contact = Instance(plant), Instance(friction)
     body.state[0], body.state[1] = x, v
     contact.begin(state)
     times = dt * np.arange(u.size + 1)
     duration = float(times[-1])
     chosen = _method(plant, friction, method)
     distance = presliding_distance(friction)
-    settings = np.array(
-        [
-            SHARE_OF_TOLERANCE[chosen] * tolerance / duration, SHARE_OF_PRESLIDING * distance,
-            min(max_step, duration), SHORTEST_STEP * duration, FIRST_STEP * duration,
-            FAR * distance if np.isfinite(distance) else 0.0,
-        ]
+    limits = Limits(
+        SHARE_OF_TOLERANCE[chosen] * tolerance / duration, SHARE_OF_PRESLIDING * distance, min(max_step, duration),
+        SHORTEST_STEP * duration, FIRST_STEP * duration, FAR * distance if np.isfinite(distance) else 0.0,
     )  # fmt: skip
-    knots, starts, ends = _stretches(u, held(u, hold), dt)
+    course = _stretches(u, held(u, hold), dt)
     # The last sample must not be missed by rounding.
-    knots[-1] = duration * (1.0 + 1e-12)
+    course.knots[-1] = duration * (1.0 + 1e-12)
     record = _Record(times)
-    inputs = (knots, starts, ends, settings)
-    used = memory_of(friction, memory)
-    if chosen == "rosenbrock":
-        reached = _by_rosenbrock(body, contact, used, inputs, record)
-    else:
-        reached = _by_doubling(body, contact, used, inputs, record)
+    by = _by_rosenbrock if chosen == "rosenbrock" else _by_doubling
+    reached = by(body, contact, memory_of(friction, memory), course, limits, record)
     return record.trace(u, dt, tolerance, reached, contact)
 
 
@@ -166,10 +169,10 @@ class _Record:
         self.report = np.zeros(4)
 
     @property
-    def samples(self) -> tuple[np.ndarray, ...]:
-        return self.times, self.position, self.velocity, self.impulse
+    def samples(self) -> Samples:
+        return Samples(self.times, self.position, self.velocity, self.impulse)
 
-    def trace(self, u: np.ndarray, dt: float, tolerance: float, reached: int, contact: Part) -> AdaptiveTrace:
+    def trace(self, u: np.ndarray, dt: float, tolerance: float, reached: int, contact: Instance) -> AdaptiveTrace:
         cut = slice(0, min(reached, u.size))
         accepted, rejected, missed, failed = self.report
         status = Status.OK
@@ -203,47 +206,51 @@ def _method(plant: Model, friction: Model, method: str) -> str:
     return "efim" if method == "efim" or lacking else "rosenbrock"
 
 
-def _by_doubling(body: Part, contact: Part, memory: np.ndarray, inputs: tuple[Any, ...], record: _Record) -> int:
+def _by_doubling(
+    body: Instance, contact: Instance, memory: np.ndarray, course: Course, limits: Limits, record: _Record
+) -> int:
     rest_time = compiled(
         f"rest_time-{body.key}-{contact.key}",
         lambda: make_rest_time(*body.structures, *contact.structures),
-        SIGNATURES["B"],
+        Substeps,
         body.functions + contact.functions,
     )
-    driver = compiled("doubling", lambda: doubling, "BB" + "a" * 21)
-    mechanism = (body.parameters, body.state, contact.parameters, contact.state, memory)
-    spare = (body.state, contact.state, memory, body.state, contact.state, np.zeros(OUT_SIZE), np.zeros(OUT_SIZE))
-    return int(
-        driver(
-            burst_entry(body, contact, "efim"), rest_time, *mechanism, *(one.copy() for one in spare), *inputs,
-            *record.samples, record.report,
-        )
-    )  # fmt: skip
+    vectors = vectors_of(body, contact, memory, np.zeros(OUT_SIZE))
+    before, whole = (
+        vectors._replace(plant_state=body.state.copy(), friction_state=contact.state.copy(), out=np.zeros(OUT_SIZE))
+        for _ in range(2)
+    )
+    before = before._replace(memory=memory.copy())
+    run = DoublingEntries(substeps_entry(body, contact, "efim"), rest_time)
+    return int(driver(doubling)(run, vectors, before, whole, course, limits, record.samples, record.report))
 
 
-def _by_rosenbrock(body: Part, contact: Part, memory: np.ndarray, inputs: tuple[Any, ...], record: _Record) -> int:
+def _by_rosenbrock(
+    body: Instance, contact: Instance, memory: np.ndarray, course: Course, limits: Limits, record: _Record
+) -> int:
     layout, varying, piece = _first_piece(body, contact, memory)
     key, functions = f"{body.key}-{contact.key}", body.functions + contact.functions
-    step = compiled(f"step-{key}", lambda: make_step(layout), SIGNATURES["K"], functions)
-    rates = compiled(f"rates-{key}", lambda: make_rates(layout), SIGNATURES["R"], functions)
-    search = compiled(f"search-{key}", lambda: make_search(layout), SIGNATURES["E"], functions)
     if layout.piece is None:
-        turn = compiled("never_turn", lambda: never_turn, SIGNATURES["T"])
+        turn = compiled("never_turn", lambda: never_turn, Turn)
     else:
-        turn = compiled(f"turn-{key}", lambda: make_turn(layout), SIGNATURES["T"], functions)
-    driver = compiled("rosenbrock", lambda: rosenbrock, "KRETaaaaaai" + "a" * 22)
+        turn = compiled(f"turn-{key}", lambda: make_turn(layout), Turn, functions)
+    run = RosenbrockEntries(
+        compiled(f"step-{key}", lambda: make_step(layout), Step, functions),
+        compiled(f"rates-{key}", lambda: make_rates(layout), Rates, functions),
+        compiled(f"search-{key}", lambda: make_search(layout), Search, functions),
+        turn,
+    )
     n = layout.size
     y = np.concatenate((body.state, varying, np.zeros(1)))
-    work = [np.zeros(size) for size in (n * n, n * n, STAGES * n, n, n + 1, n, n, 9, n)]
+    work = Work(y, *(np.zeros(size) for size in (n, n, n, n * n, n * n, STAGES * n, n + 1, 9, n)))
+    vectors = PieceVectors(body.parameters, contact.parameters, piece, contact.state, memory)
+    tableau = Tableau(rodas5p.TABLEAU, rodas5p.ADVANCES, rodas5p.COUPLINGS, rodas5p.DENSE)
     return int(
-        driver(
-            step, rates, search, turn, body.parameters, contact.parameters, piece, contact.state, memory, y, n, *inputs,
-            rodas5p.TABLEAU, rodas5p.ADVANCES, rodas5p.COUPLINGS, rodas5p.DENSE, *record.samples, *work, record.report,
-        )
+        driver(rosenbrock)(run, vectors, work, course, limits, tableau, record.samples, record.report)
     )  # fmt: skip
 
 
-def _first_piece(body: Part, contact: Part, memory: np.ndarray) -> tuple[Layout, np.ndarray, np.ndarray]:
+def _first_piece(body: Instance, contact: Instance, memory: np.ndarray) -> tuple[Layout, np.ndarray, np.ndarray]:
     """Return the layout of a continuous run, the numbers of the contact that vary, and those that hold at first."""
     component, (p, s) = contact.component, contact.structures
     if component.flow is None:
@@ -254,10 +261,10 @@ def _first_piece(body: Part, contact: Part, memory: np.ndarray) -> tuple[Layout,
     return layout, pack(varies), pack(holds)
 
 
-def _stretches(start: np.ndarray, end: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _stretches(start: np.ndarray, end: np.ndarray, dt: float) -> Course:
     """Return knots [s], and efforts at the beginning and the end of each stretch: samples on one line make one."""
     slope = end - start
     bends = np.flatnonzero((start[1:] != end[:-1]) | (slope[1:] != slope[:-1])) + 1
     first = np.concatenate(([0], bends))
     last = np.append(bends, start.size) - 1
-    return dt * np.append(first, start.size).astype(float), start[first], end[last]
+    return Course(dt * np.append(first, start.size).astype(float), start[first], end[last])

@@ -15,10 +15,11 @@ from bristle.core.errors import InputError
 from bristle.core.packing import LANES, is_scalar, pack, structure_of
 from bristle.core.status import Status
 from bristle.engine import lanes
-from bristle.engine.compilation import compiled, is_interpreted
-from bristle.engine.entries import OUT_SIZE
-from bristle.engine.loop import HOLDS, INTEGRATOR, SAMPLE_TIME, burst_entry, held
-from bristle.engine.part import FRICTION, STEPS, Part
+from bristle.engine.compilation import compiled, driver, is_interpreted
+from bristle.engine.entry_points import OUT_SIZE, MechanismVectors
+from bristle.engine.instance import Instance
+from bristle.engine.loop import HOLDS, INTEGRATOR, SAMPLE_TIME, held, substeps_entry
+from bristle.engine.part import FRICTION, STEPS
 from bristle.engine.screwed import refuse_screw
 
 __all__ = ["BatchTrace", "run_batch"]
@@ -132,18 +133,23 @@ class _Batch:
 
     def one_by_one(self, dt: float, steps: int, hold: str) -> Callable[[int], Any]:
         """Return what runs one block by EFIM, trajectory by trajectory."""
-        burst = burst_entry(self.plant, self.friction, "efim")
-        driver = compiled("open_loops", lambda: lanes.open_loops, "Baaaaaiiaaifiaaaa")
-        end = held(self.effort, hold)
-        vectors = [one.ravel() for one in (self.plants, self.body, self.frictions, self.state, self.memory)]
-        effort, end, columns = self.effort.ravel(), end.ravel(), self.effort.shape[1]
-        records = [one.ravel() for one in (self.position, self.velocity, self.force, self.out)]
+        vectors = (self.plants, self.body, self.frictions, self.state, self.memory, self.out)
+        several = lanes.Several(
+            substeps_entry(self.plant, self.friction, "efim"), MechanismVectors(*(one.ravel() for one in vectors))
+        )
+        run, efforts, records = driver(lanes.open_loops), self._efforts(hold), self._records()
 
         def work(first: int) -> None:
             last = min(first + LANES, self.count)
-            driver(burst, *vectors, first, last, effort, end, columns, float(dt), int(steps), *records)
+            run(several, first, last, efforts, float(dt), int(steps), records)
 
         return work
+
+    def _efforts(self, hold: str) -> lanes.Efforts:
+        return lanes.Efforts(self.effort.ravel(), held(self.effort, hold).ravel(), self.effort.shape[1])
+
+    def _records(self) -> lanes.Records:
+        return lanes.Records(self.position.ravel(), self.velocity.ravel(), self.force.ravel(), self.count)
 
     def in_lanes(self, dt: float, steps: int, hold: str) -> Callable[[int], Any]:
         """Return what runs one block by the semi-implicit step, all its trajectories together."""
@@ -153,15 +159,14 @@ class _Batch:
         structures = (*self.plant.structures, *self.friction.structures)
         everywhere = np.all(np.isposinf(self.frictions), axis=0) & is_scalar(structures[2])
         infinite = frozenset(np.flatnonzero(everywhere).tolist())
-        driver = compiled(
+        run = compiled(
             f"lanes-{self.plant.key}-{self.friction.key}-{'-'.join(map(str, (*widths, size > 0, *sorted(infinite))))}",
             lambda: lanes.make_lanes(*structures, rows, size > 0, infinite),
-            "aaiiiaaifiaaai",
+            lanes.InLanes,
             self.plant.functions + self.friction.functions,
             INTERLEAVED,
         )
-        effort, end, columns = self.effort.ravel(), held(self.effort, hold).ravel(), self.effort.shape[1]
-        records = [one.ravel() for one in (self.position, self.velocity, self.force)]
+        efforts, records = self._efforts(hold), self._records()
         mechanisms = np.hstack((self.plants, self.body, self.frictions, self.state))
 
         def work(first: int) -> None:
@@ -169,9 +174,8 @@ class _Batch:
             chosen = np.minimum(np.arange(first, first + LANES), self.count - 1)
             block = np.zeros((rows.count, LANES))
             block[: rows.effort] = mechanisms[chosen].T
-            driver(
-                block.ravel(), self.memory[chosen].ravel(), size, first, used, effort, end, columns, float(dt),
-                int(steps), *records, self.count,
+            run(
+                block.ravel(), self.memory[chosen].ravel(), size, first, used, efforts, float(dt), int(steps), records
             )  # fmt: skip
 
         return work
@@ -189,9 +193,9 @@ class _Batch:
         )  # fmt: skip
 
 
-def _parameters(models: Sequence[Model], count: int, path: str) -> tuple[Part, np.ndarray]:
+def _parameters(models: Sequence[Model], count: int, path: str) -> tuple[Instance, np.ndarray]:
     """Return the part that stands for all models, and their parameters, shape (trajectory, number)."""
-    first = Part(models[0])
+    first = Instance(models[0])
     kind = type(models[0].parameters)
     flat = all(part in ("number", "integer") for part in first.structures[0][1])
     if flat and all(type(model.parameters) is kind for model in models):
@@ -202,7 +206,7 @@ def _parameters(models: Sequence[Model], count: int, path: str) -> tuple[Part, n
     return first, np.array(np.broadcast_to(rows, (count, rows.shape[1])))
 
 
-def _row(first: Part, model: Model, path: str) -> np.ndarray:
+def _row(first: Instance, model: Model, path: str) -> np.ndarray:
     """Return the parameters of a model as numbers; refuse one that does not fit the first."""
     row = pack(model.parameters)
     if structure_of(model.parameters) != first.structures[0] or row.size != first.parameters.size:

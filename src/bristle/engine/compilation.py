@@ -3,7 +3,7 @@
 The compiler's own cache serves stale results when a called function in another file changes, and one user's model
 file can break every later process. This one cannot: a product is stored under a fingerprint of the code that was
 compiled and of everything that it refers to, beside the versions of Python and the compiler and the processor.
-Products hold flat vectors only, no class of anybody's.
+Products hold vectors and tuples of them, no class of a component.
 """
 
 from __future__ import annotations
@@ -25,14 +25,15 @@ from pathlib import Path
 from typing import Any
 
 from bristle.core import dispatch
-from bristle.core.borrowed import without_holder
 from bristle.core.errors import InputError
 from bristle.core.exponent import exponent_in_bits, mantissa_in_bits, power_in_bits
 from bristle.core.fingerprint import fingerprint
 from bristle.core.kernel import activate, compiler, kernel_options
 from bristle.core.locks import COMPILING
+from bristle.core.unowned import without_holder
+from bristle.engine.signature import compiled_signature, flat, handed_over, signature_of, type_of
 
-__all__ = ["cache_folder", "compiled", "compiled_count", "interpreted", "is_interpreted"]
+__all__ = ["cache_folder", "compiled", "compiled_count", "driver", "interpreted", "is_interpreted"]
 
 _interpreted = ContextVar("interpreted", default=False)
 _entries: dict[tuple[str, tuple[Any, ...]], Callable[..., Any]] = {}
@@ -110,7 +111,7 @@ def _forget_old(folder: Path) -> None:
 
 
 def compiled(
-    name: str, make: Callable[[], Callable[..., Any]], signature: str, parts: tuple[Any, ...] = (), interleaved: int = 1
+    name: str, make: Callable[[], Callable[..., Any]], kind: Any, parts: tuple[Any, ...] = (), interleaved: int = 1
 ) -> Any:
     """Return an entry, ready to be called: compiled, loaded from the cache, or plain where Python interprets.
 
@@ -120,10 +121,8 @@ def compiled(
         Name of the entry, with those of the components in it.
     make : callable
         Returns the plain function.
-    signature : str
-        Types of the arguments, one letter each: ``a`` a vector, ``f`` a number, ``i`` an integer; ``C``, ``S``, ``F``,
-        ``B``, ``K``, ``R`` and ``T`` the entries that the factories for control, sensing, compensation, bursts, steps,
-        rates and turns return.
+    kind : type or callable
+        The kind of entry, or the driver, whose annotations tell the types of the arguments.
     parts : tuple of callable
         The functions of the components in it, which the dispatch finds by type.
     interleaved : int
@@ -137,40 +136,33 @@ def compiled(
         with COMPILING:
             if key not in _entries:
                 function = make()
-                code = fingerprint(function, *parts, *_MACHINERY)
-                _entries[key] = _compile(name, function, signature, code, parts, interleaved)
+                code = fingerprint(handed_over(function, kind), *parts, *_MACHINERY)
+                _entries[key] = _compile(name, function, kind, code, parts, interleaved)
     return _entries[key]
 
 
-SIGNATURES = {
-    "C": "aaffffffff", "S": "aaff", "F": "aaaaff", "B": "aaaaafffia",
-    "K": "aaaafffiaaaaaaaaaa", "R": "aaaafa", "E": "aaaaaffffaaaaa", "T": "aaaaa",
-}  # fmt: skip
-
-
-def _types(signature: str) -> tuple[Any, ...]:
-    from numba import types
-
-    vector = types.Array(types.float64, 1, "C")
-    plain = {"a": vector, "f": types.float64, "i": types.int64}
-    return tuple(
-        types.FunctionType(types.float64(*_types(SIGNATURES[one]))) if one in SIGNATURES else plain[one]
-        for one in signature
-    )
+def driver(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a driver, ready to be called: what runs entries, and is the same for all components."""
+    if is_interpreted():
+        return function
+    entry = compiled(function.__name__, lambda: function, function)
+    return lambda *arguments: entry(*flat(arguments))
 
 
 def _compile(
-    name: str, function: Callable[..., Any], signature: str, code: str, parts: tuple[Any, ...], interleaved: int
+    name: str, function: Callable[..., Any], kind: Any, code: str, parts: tuple[Any, ...], interleaved: int
 ) -> Callable[..., Any]:
     numba = compiler()
     activate()
-    returns = numba.types.int64 if "B" in signature else numba.types.float64
-    dispatcher: Any = numba.njit(**kernel_options(inline=False))(function)
-    dispatcher._cache = _EntryCache(name, signature, f"{code} {interleaved}")
+    signature = compiled_signature(kind)
+    # It has one caller, and is put into that before anything is compiled.
+    body: Any = numba.njit(inline="always", error_model="numpy")(function)
+    dispatcher: Any = numba.njit(**kernel_options(inline=False))(handed_over(function, kind, body))
+    dispatcher._cache = _EntryCache(name, str(signature), f"{code} {interleaved}")
     with _numbered_from(code), _faults_of(parts), _interleaving(interleaved):
-        dispatcher.compile(returns(*_types(signature)))
+        dispatcher.compile(signature)
     dispatcher.disable_compile()
-    product = _Product(dispatcher.get_compile_result(returns(*_types(signature))))
+    product = _Product(dispatcher.get_compile_result(signature))
     dispatcher.get_compile_result = lambda _: product
     return dispatcher
 
@@ -254,8 +246,8 @@ def _numbered_from(code: str) -> Iterator[None]:
 
 # What turns kernels into machine code; a change here changes products too.
 _MACHINERY = (
-    _types, kernel_options, dispatch.overload_all, power_in_bits, mantissa_in_bits, exponent_in_bits, without_holder,
-    _interleaving,
+    type_of, signature_of, handed_over, kernel_options, dispatch.overload_all, power_in_bits, mantissa_in_bits,
+    exponent_in_bits, without_holder, _interleaving,
 )  # fmt: skip
 
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Model
-from bristle.engine import entries
+from bristle.engine import entry_points
 from bristle.engine.compilation import compiled
-from bristle.engine.part import Part
+from bristle.engine.instance import Instance
 
 __all__ = ["Contact"]
 
@@ -27,15 +27,15 @@ class Contact:
     def __init__(self, model: Model) -> None:
         self.model = model
         self.x = 0.0
-        self._part = Part(model)
+        self._part = Instance(model)
         self._memory = model.component.new_memory(model.parameters)
         self._entry = self._ready()
 
     def _ready(self) -> Any:
         return compiled(
             f"force_along-{self._part.key}",
-            lambda: entries.make_force_along(*self._part.structures),
-            "aaaaaaafa",
+            lambda: entry_points.make_force_along(*self._part.structures),
+            entry_points.ForceAlong,
             self._part.functions,
         )
 

@@ -7,13 +7,45 @@ The arithmetic of a lane is that of a serial run, operation by operation, and so
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
+from bristle.core.kernel import kernel
 from bristle.core.packing import LANES, Structure, lane_packer, lane_unpacker
-from bristle.engine.entries import BOUND, FAILED, FAILED_SO_FAR, FORCE, OUT_SIZE
+from bristle.engine.drivers import BOUND
+from bristle.engine.entry_points import FAILED, FAILED_SO_FAR, FORCE, MechanismVectors, Substeps
 from bristle.engine.semi_implicit import advance
+from bristle.engine.signature import Vector
 
-__all__ = ["Rows", "make_lanes", "open_loops"]
+__all__ = ["Efforts", "InLanes", "Records", "Rows", "Several", "make_lanes", "open_loops"]
+
+
+class Efforts(NamedTuple):
+    """Efforts at each sample, and those that they run to: all mechanisms of one sample in a row, or one for all."""
+
+    start: Vector
+    end: Vector
+    columns: int
+
+
+class Records(NamedTuple):
+    """Position, velocity and friction at each sample: all `mechanisms` of one sample in a row."""
+
+    x: Vector
+    v: Vector
+    force: Vector
+    mechanisms: int
+
+
+class Several(NamedTuple):
+    """Several mechanisms of one kind: their vectors, those of all mechanisms in a row."""
+
+    substeps: Substeps
+    vectors: MechanismVectors
+
+
+# One block by the semi-implicit step: (block, memories, size of each, first mechanism, number of them, efforts, dt,
+# steps, records).
+InLanes = Callable[[Vector, Vector, int, int, int, Efforts, float, int, Records], float]
 
 
 class Rows:
@@ -31,7 +63,7 @@ def make_lanes(
     plant: Structure, plant_state: Structure, friction: Structure, friction_state: Structure, rows: Rows, memory: bool,
     infinite: frozenset[int],
 ) -> Callable[..., Any]:  # fmt: skip
-    """Return the entry that drives one block by the semi-implicit step.
+    """Return the entry that drives one block by the semi-implicit step: the `used` mechanisms from `first` on.
 
     `memory` tells whether the friction model has one, `infinite` which of its parameters are so in every lane.
     """
@@ -41,15 +73,16 @@ def make_lanes(
     row_body, row_p, row_state = rows.plant_state, rows.friction, rows.friction_state
     row_effort, row_end, row_total = rows.effort, rows.effort + 1, rows.effort + 2
 
-    def lanes(block, memories, size, first, used, effort, effort_end, columns, dt, steps, x, v, force, count):
+    def lanes(block, memories, size, first, used, efforts, dt, steps, records):
         h = dt / steps
+        x, v, force, count, columns = records.x, records.v, records.force, records.mechanisms, efforts.columns
         for k in range(x.size // count):
             for j in range(LANES):
                 # Lanes beyond the last trajectory repeat it.
                 m = first + min(j, used - 1)
                 at = k * columns + (m if columns > 1 else 0)
-                block[row_effort * LANES + j] = effort[at]
-                block[row_end * LANES + j] = effort_end[at]
+                block[row_effort * LANES + j] = efforts.start[at]
+                block[row_end * LANES + j] = efforts.end[at]
                 block[row_total * LANES + j] = 0.0
                 x[k * count + m] = block[row_body * LANES + j]
                 v[k * count + m] = block[(row_body + 1) * LANES + j]
@@ -74,25 +107,38 @@ def make_lanes(
 
 
 def open_loops(
-    burst, q, plant, p, state, memory, first, last, effort, effort_end, columns, dt, steps, x, v, force, outs
-):  # fmt: skip
+    several: Several, first: int, last: int, efforts: Efforts, dt: float, steps: int, records: Records
+) -> int:  # fmt: skip
     """Drive the mechanisms `first` to `last` one after the other; return 0.
 
-    The vectors hold those of all mechanisms in a row, the records and efforts all mechanisms of one sample in a row.
     What follows a sample at which a mechanism left the finite numbers is left as it was.
     """
-    count = outs.size // OUT_SIZE
-    sizes = (q.size // count, plant.size // count, p.size // count, state.size // count, memory.size // count)
+    x, v, force, count, columns = records.x, records.v, records.force, records.mechanisms, efforts.columns
     for m in range(first, last):
-        q_m, body = q[m * sizes[0] : (m + 1) * sizes[0]], plant[m * sizes[1] : (m + 1) * sizes[1]]
-        p_m, state_m = p[m * sizes[2] : (m + 1) * sizes[2]], state[m * sizes[3] : (m + 1) * sizes[3]]
-        memory_m, out = memory[m * sizes[4] : (m + 1) * sizes[4]], outs[OUT_SIZE * m : OUT_SIZE * m + OUT_SIZE]
+        vectors = of_one(several.vectors, m, count)
+        body, out = vectors.plant_state, vectors.out
         for k in range(x.size // count):
             x[k * count + m], v[k * count + m] = body[0], body[1]
             at = k * columns + (m if columns > 1 else 0)
-            burst(q_m, body, p_m, state_m, memory_m, effort[at], effort_end[at], dt, steps, out)
+            several.substeps(vectors, efforts.start[at], efforts.end[at], dt, steps)
             force[k * count + m] = out[FORCE]
             out[FAILED_SO_FAR] += out[FAILED]
             if not abs(body[0]) + abs(body[1]) < BOUND:
                 break
     return 0
+
+
+@kernel
+def of_one(vectors, m, count):
+    """Return the vectors of mechanism `m` among those of `count` mechanisms in a row."""
+    return MechanismVectors(
+        share(vectors.plant, m, count), share(vectors.plant_state, m, count), share(vectors.friction, m, count),
+        share(vectors.friction_state, m, count), share(vectors.memory, m, count), share(vectors.out, m, count),
+    )  # fmt: skip
+
+
+@kernel
+def share(vector, m, count):
+    """Return part `m` of a vector in `count` equal parts."""
+    size = vector.size // count
+    return vector[m * size : (m + 1) * size]

@@ -15,9 +15,12 @@ from bristle.core.packing import pack
 from bristle.core.status import Status
 from bristle.core.tabular import Tabular
 from bristle.core.variable import Kind, Variable
-from bristle.engine import entries
-from bristle.engine.compilation import SIGNATURES, compiled
-from bristle.engine.part import FRICTION, PLACE, SPEED, STATE, STEPS, Part, check_run, memory_of
+from bristle.engine import drivers, entry_points
+from bristle.engine.compilation import compiled, driver
+from bristle.engine.drivers import Compensation, Controller, Driven, Sampling, Sensor, Signals
+from bristle.engine.entry_points import Compensate, Control, MechanismVectors, Sense, Substeps
+from bristle.engine.instance import Instance, memory_of
+from bristle.engine.part import FRICTION, PLACE, SPEED, STATE, STEPS, check_run
 from bristle.engine.screwed import TABLE, through_screw
 
 __all__ = ["Compensator", "LoopTrace", "Trace", "run_closed_loop", "run_open_loop"]
@@ -101,7 +104,7 @@ class Compensator(NamedTuple):
 
 
 class _Mechanism:
-    """Plant and friction as one burst entry with its vectors."""
+    """Plant and friction as one entry with its vectors."""
 
     def __init__(
         self, plant: Model, friction: Model, table: Model | None, x: float, v: float, state: Any, memory: Any,
@@ -109,7 +112,7 @@ class _Mechanism:
     ) -> None:  # fmt: skip
         has_screw = table is not None or plant.component.screw is not None
         friction = through_screw(plant, friction, table) if has_screw else friction
-        self.plant, self.friction = Part(plant), Part(friction)
+        self.plant, self.friction = Instance(plant), Instance(friction)
         if plant.component.State._fields[:2] != ("x", "v"):
             raise TypeError(f"the state of plant {plant.name} must begin with x and v")
         self.plant.state[0], self.plant.state[1] = x, v
@@ -118,15 +121,12 @@ class _Mechanism:
             self.friction.state[TABLE] = x, v
         self.load = self.friction.state[TABLE] if has_screw else self.plant.state
         self.memory = memory_of(friction, memory)
-        self.out = np.zeros(entries.OUT_SIZE)
-        self.entry = burst_entry(self.plant, self.friction, integrator)
+        self.out = np.zeros(entry_points.OUT_SIZE)
+        self.entry = substeps_entry(self.plant, self.friction, integrator)
 
     @property
-    def vectors(self) -> tuple[np.ndarray, ...]:
-        return (
-            self.plant.parameters, self.plant.state, self.friction.parameters, self.friction.state, self.memory,
-            self.load,
-        )  # fmt: skip
+    def driven(self) -> Driven:
+        return Driven(self.entry, vectors_of(self.plant, self.friction, self.memory, self.out), self.load)
 
     def signals(self, rows: np.ndarray, done: int, dt: float) -> dict[str, Any]:
         """Return what a `Trace` holds, from the history of a run that lasted `done` samples."""
@@ -143,21 +143,26 @@ class _Mechanism:
             return Status.NOT_FINITE
         if self.friction.lost:
             return Status.MEMORY_OVERFLOW
-        return Status.SOLVE_INACCURATE if self.out[entries.FAILED_SO_FAR] > 0.0 else Status.OK
+        return Status.SOLVE_INACCURATE if self.out[entry_points.FAILED_SO_FAR] > 0.0 else Status.OK
 
 
-BURSTS = {"efim": entries.make_burst, "semi_implicit": entries.make_semi_implicit_burst}
-INTEGRATOR = among(*BURSTS)
+INTEGRATORS = {"efim": entry_points.make_substeps, "semi_implicit": entry_points.make_semi_implicit_substeps}
+INTEGRATOR = among(*INTEGRATORS)
 
 
-def burst_entry(plant: Part, friction: Part, integrator: str) -> Any:
+def substeps_entry(plant: Instance, friction: Instance, integrator: str) -> Substeps:
     """Return the entry that advances this mechanism by this integrator."""
     return compiled(
-        f"burst-{integrator}-{plant.key}-{friction.key}",
-        lambda: BURSTS[integrator](*plant.structures, *friction.structures),
-        SIGNATURES["B"],
+        f"substeps-{integrator}-{plant.key}-{friction.key}",
+        lambda: INTEGRATORS[integrator](*plant.structures, *friction.structures),
+        Substeps,
         plant.functions + friction.functions,
     )
+
+
+def vectors_of(plant: Instance, friction: Instance, memory: np.ndarray, out: np.ndarray) -> MechanismVectors:
+    """Return the vectors of a plant with friction, which a run changes."""
+    return MechanismVectors(plant.parameters, plant.state, friction.parameters, friction.state, memory, out)
 
 
 def held(effort: np.ndarray, hold: str) -> np.ndarray:
@@ -201,11 +206,10 @@ def run_open_loop(
     """
     u, u_end = effort, held(effort, hold)
     mechanism = _Mechanism(plant, friction, table, x, v, state, memory, integrator)
-    history = np.zeros(entries.ROWS * u.size)
-    driver = compiled("open_loop", lambda: entries.open_loop, "Baaaaaaaafiaa")
-    done = int(driver(mechanism.entry, *mechanism.vectors, u, u_end, float(dt), int(steps), history, mechanism.out))
-    rows = history.reshape(entries.ROWS, u.size)
-    rows[entries.MEASURED], rows[entries.COMMAND] = rows[entries.POSITION], u
+    history = np.zeros(drivers.ROWS * u.size)
+    done = int(driver(drivers.open_loop)(mechanism.driven, u, u_end, float(dt), int(steps), history))
+    rows = history.reshape(drivers.ROWS, u.size)
+    rows[drivers.MEASURED], rows[drivers.COMMAND] = rows[drivers.POSITION], u
     return Trace(**mechanism.signals(rows, done, dt))
 
 
@@ -273,44 +277,48 @@ def run_closed_loop(
         )  # fmt: skip
     count = reference.shape[1]
     mechanism = _Mechanism(plant, friction, table, x, v, state, memory)
-    control, sense = Part(controller), Part(sensor)
+    control, sense = Instance(controller), Instance(sensor)
     started, _ = _sensed(sensor, x, dt)
     control.state = pack(controller.component.start(started, v, acceleration, dt, controller.parameters))
     extra = np.zeros(count) if injected is None else injected
     unseen = np.zeros(count) if disturbance is None else disturbance
     check_run(count, injected=extra, disturbance=unseen)
-    mechanism.out[entries.DRIVE_LAG], mechanism.out[entries.DRIVE_EFFORT] = lag, effort_before
-    history = np.zeros(entries.ROWS * count)
-    driver = compiled("closed_loop", lambda: entries.closed_loop, "CaaFaaaaSaaBaaaaaaaaaafiffiaa")
+    mechanism.out[entry_points.DRIVE_LAG], mechanism.out[entry_points.DRIVE_EFFORT] = lag, effort_before
+    history = np.zeros(drivers.ROWS * count)
+    seen = mechanism.load if sensor_at == "load" else mechanism.plant.state
     done = int(
-        driver(
-            _entry("control", control, "C", entries.make_control), control.parameters, control.state,
-            *_compensation(compensator, started),
-            _entry("sense", sense, "S", entries.make_sense), sense.parameters, sense.state,
-            mechanism.entry, *mechanism.vectors, mechanism.load if sensor_at == "load" else mechanism.plant.state,
-            reference.ravel(), extra, unseen,
-            float(limit), int(delay), float(effort_before), float(dt), int(steps), history, mechanism.out,
+        driver(drivers.closed_loop)(
+            Controller(
+                _entry("control", control, Control, entry_points.make_control), control.parameters, control.state
+            ),
+            _compensation(compensator, started),
+            Sensor(_entry("sense", sense, Sense, entry_points.make_sense), sense.parameters, sense.state, seen),
+            mechanism.driven,
+            Signals(reference.ravel(), extra, unseen),
+            Sampling(float(dt), int(steps), int(delay), float(limit), float(effort_before)),
+            history,
         )
-    )  # fmt: skip
-    rows = history.reshape(entries.ROWS, count)
-    return LoopTrace(**mechanism.signals(rows, done, dt), compensation=rows[entries.FED, :done])
+    )
+    rows = history.reshape(drivers.ROWS, count)
+    return LoopTrace(**mechanism.signals(rows, done, dt), compensation=rows[drivers.FED, :done])
 
 
-def _compensation(compensator: Compensator | None, measured: float) -> tuple[Any, ...]:
-    """Return the entry of the compensator and its vectors; `measured` is the position at the first sample."""
+def _compensation(compensator: Compensator | None, measured: float) -> Compensation:
+    """Return the compensator of a loop; `measured` is the position at the first sample."""
     if compensator is None:
         nothing = np.zeros(0)
-        entry = compiled("compensate_nothing", lambda: entries.compensate_nothing, SIGNATURES["F"])
-        return entry, nothing, nothing, nothing, nothing
-    part = Part(compensator.friction)
+        entry = compiled("compensate_nothing", lambda: entry_points.compensate_nothing, Compensate)
+        return Compensation(entry, nothing, nothing, nothing, nothing)
+    part = Instance(compensator.friction)
     part.begin(compensator.state)
-    entry = _entry("compensate", part, "F", entries.make_compensate)
+    entry = _entry("compensate", part, Compensate, entry_points.make_compensate)
     memory = memory_of(compensator.friction, compensator.memory)
-    return entry, part.parameters, part.state, memory, np.array((*compensator.shape, measured, 0.0))
+    shape = np.array((*compensator.shape, measured, 0.0))
+    return Compensation(entry, part.parameters, part.state, memory, shape)
 
 
-def _entry(name: str, part: Part, shape: str, make: Any) -> Any:
-    return compiled(f"{name}-{part.key}", lambda: make(*part.structures), SIGNATURES[shape], part.functions)
+def _entry(name: str, part: Instance, kind: Any, make: Any) -> Any:
+    return compiled(f"{name}-{part.key}", lambda: make(*part.structures), kind, part.functions)
 
 
 def _sensed(sensor: Model, x: float, dt: float) -> tuple[float, Any]:

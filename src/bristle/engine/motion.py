@@ -15,9 +15,10 @@ from bristle.core.edge import Amount, amount, array, guarded, many, model, optio
 from bristle.core.errors import InputError
 from bristle.core.packing import unpacker
 from bristle.core.variable import Variable
-from bristle.engine import entries
+from bristle.engine import entry_points
 from bristle.engine.compilation import compiled
-from bristle.engine.part import FRICTION, PERIOD, SPEED, STATE, Part, check_run, finite, memory_of, warn_of_lost
+from bristle.engine.instance import Instance, memory_of, warn_of_lost
+from bristle.engine.part import FRICTION, PERIOD, SPEED, STATE, check_run, finite
 from bristle.engine.path import after, output_along
 
 __all__ = [
@@ -83,7 +84,7 @@ def along(
     temperature: Any = NOMINAL_TEMPERATURE, state: Any = None, memory: np.ndarray | None = None,
 ) -> np.ndarray:  # fmt: skip
     """Return what `force_along` does, finite or not: a search tries parameters for which a law overflows."""
-    part, v, around = Part(model), vector(v, "v"), _around(v.size, load, temperature)
+    part, v, around = Instance(model), vector(v, "v"), _around(v.size, load, temperature)
     x = np.cumsum(v) * dt if x is None else vector(x, "x")
     part.begin(state)
     check_run(v.size, x=x, load=around[0], temperature=around[1])
@@ -118,7 +119,7 @@ def each_from(
     temperature: Any = NOMINAL_TEMPERATURE,
 ) -> np.ndarray:  # fmt: skip
     """Return what `force_from` does, finite or not."""
-    part, v, x, around = Part(model), vector(v, "v"), vector(x, "x"), _around(v.size, load, temperature)
+    part, v, x, around = Instance(model), vector(v, "v"), vector(x, "x"), _around(v.size, load, temperature)
     check_run(v.size, x=x, load=around[0], temperature=around[1])
     force, entry, virgin = np.empty((len(states), v.size)), _entry(part), memory_of(model, None)
     for row, state in zip(force, states, strict=True):
@@ -174,7 +175,7 @@ def in_turns(
     load: Any = NOMINAL_LOAD, temperature: Any = NOMINAL_TEMPERATURE,
 ) -> np.ndarray:  # fmt: skip
     """Return what `force_in_turns` does, finite or not."""
-    part, memory, v, x = Part(model), memory_of(model, None), vector(v, "v"), vector(x, "x")
+    part, memory, v, x = Instance(model), memory_of(model, None), vector(v, "v"), vector(x, "x")
     if parameters.shape[1] != part.parameters.size:
         raise InputError("has the wrong shape", path="parameters", value=parameters.shape,
                          allowed=f"{part.parameters.size} numbers in a row")  # fmt: skip
@@ -209,13 +210,13 @@ def compensation_along(
     state, memory
         Of the model before the first step; virgin where not given.
     """
-    part = Part(model)
+    part = Instance(model)
     part.begin(state)
     check_run(v.size, x=x)
     effort = np.empty(v.size)
     entry = compiled(
-        f"compensate_along-{part.key}", lambda: entries.make_compensate_along(*part.structures), "aaaaaafa",
-        part.functions,
+        f"compensate_along-{part.key}", lambda: entry_points.make_compensate_along(*part.structures),
+        entry_points.CompensateAlong, part.functions,
     )  # fmt: skip
     entry(part.parameters, part.state, memory_of(model, memory), np.array(shape), v, x, float(dt), effort)
     warn_of_lost(part)
@@ -245,7 +246,7 @@ def settled(model: Model, v: Amount) -> tuple[Any, np.ndarray]:
     memory : ndarray
         Memory of the model.
     """
-    part = Part(model)
+    part = Instance(model)
     memory = part.component.new_memory(model.parameters)
     if v != 0.0:
         # Growing steps, from a picometre to a metre, settle a contact of any stiffness.
@@ -261,7 +262,7 @@ def conditioned(model: Model, amplitude: Amount) -> tuple[Any, np.ndarray]:
     A contact whose history is not known is brought to a state that is: one whose memory of turning points holds the
     sweep, whatever was before it inside this amplitude. The sweep ends where it began, and is slow.
     """
-    part = Part(model)
+    part = Instance(model)
     memory = part.component.new_memory(model.parameters)
     if amplitude > 0.0:
         turn = np.arange(SWEEP_CYCLES * SWEEP_STEPS + 1) / SWEEP_STEPS
@@ -276,7 +277,7 @@ def presliding_distance(model: Model) -> float:
 
     It is infinite for a static map, which has no contact to deflect, and for one that gives no force.
     """
-    part = Part(model)
+    part = Instance(model)
     memory = part.component.new_memory(model.parameters)
     if part.state.size + memory.size == 0:
         return float("inf")
@@ -286,7 +287,7 @@ def presliding_distance(model: Model) -> float:
 
 
 def _follow(
-    part: Part, memory: np.ndarray, velocity: np.ndarray, position: np.ndarray, dt: float,
+    part: Instance, memory: np.ndarray, velocity: np.ndarray, position: np.ndarray, dt: float,
     load: np.ndarray | None = None, temperature: np.ndarray | None = None,
 ) -> np.ndarray:  # fmt: skip
     force = np.empty(velocity.size)
@@ -297,9 +298,12 @@ def _follow(
     return force
 
 
-def _entry(part: Part) -> Callable[..., Any]:
+def _entry(part: Instance) -> Callable[..., Any]:
     return compiled(
-        f"force_along-{part.key}", lambda: entries.make_force_along(*part.structures), "aaaaaaafa", part.functions
+        f"force_along-{part.key}",
+        lambda: entry_points.make_force_along(*part.structures),
+        entry_points.ForceAlong,
+        part.functions,
     )
 
 

@@ -9,9 +9,10 @@ import numpy as np
 from bristle.core.contracts import Model
 from bristle.core.edge import array, guarded
 from bristle.core.packing import unpacker
-from bristle.engine import entries
+from bristle.engine import entry_points
 from bristle.engine.compilation import compiled
-from bristle.engine.part import OPERATOR, Part, warn_of_lost
+from bristle.engine.instance import Instance, warn_of_lost
+from bristle.engine.part import OPERATOR
 
 __all__ = ["after", "output_along"]
 
@@ -64,16 +65,19 @@ def after(operator: Model, history: Any) -> tuple[Any, np.ndarray]:
     return unpacker(part.structures[1])(part.state), memory
 
 
-def _part(operator: Model, state: Any = None) -> Part:
-    part = Part(operator)
+def _part(operator: Model, state: Any = None) -> Instance:
+    part = Instance(operator)
     part.begin(state)
     return part
 
 
-def _follow(part: Part, memory: np.ndarray, u: np.ndarray) -> np.ndarray:
+def _follow(part: Instance, memory: np.ndarray, u: np.ndarray) -> np.ndarray:
     output = np.empty(u.size)
     entry = compiled(
-        f"output_along-{part.key}", lambda: entries.make_output_along(*part.structures), "aaaaa", part.functions
+        f"output_along-{part.key}",
+        lambda: entry_points.make_output_along(*part.structures),
+        entry_points.OutputAlong,
+        part.functions,
     )
     entry(part.parameters, part.state, memory, u, output)
     warn_of_lost(part)

@@ -21,8 +21,28 @@ from bristle.core.dispatch import (
 from bristle.core.kernel import kernel
 from bristle.core.packing import Structure, packer, unpacker
 from bristle.engine.efim import INFINITY
+from bristle.engine.signature import Vector
 
-__all__ = ["Layout", "Mechanism", "make_rates", "make_turn", "never_turn", "rates_of"]
+__all__ = ["Layout", "Mechanism", "PieceVectors", "Rates", "Turn", "make_rates", "make_turn", "never_turn", "rates_of"]
+
+
+class PieceVectors(NamedTuple):
+    """A plant with friction on a smooth piece.
+
+    Parameters of both, what holds on the piece, and state and memory of the contact at its beginning.
+    """
+
+    plant: Vector
+    friction: Vector
+    piece: Vector
+    state: Vector
+    memory: Vector
+
+
+# The time derivative of y, and the margin to the next event: (vectors, y, effort, slope).
+Rates = Callable[[PieceVectors, Vector, float, Vector], float]
+# The memory is committed at an event, and the next piece begins: (vectors, y).
+Turn = Callable[[PieceVectors, Vector], float]
 
 
 class Layout(NamedTuple):
@@ -82,15 +102,15 @@ def _loader(layout: Layout) -> Callable[..., Any]:
     if layout.piece is None:
 
         @kernel
-        def load_smooth(q_vector, p_vector, piece_vector):
-            return Mechanism(unpack_plant(q_vector), unpack_friction(p_vector), 0.0)
+        def load_smooth(vectors):
+            return Mechanism(unpack_plant(vectors.plant), unpack_friction(vectors.friction), 0.0)
 
         return load_smooth
     unpack_piece = unpacker(layout.piece)
 
     @kernel
-    def load(q_vector, p_vector, piece_vector):
-        return Mechanism(unpack_plant(q_vector), unpack_friction(p_vector), unpack_piece(piece_vector))
+    def load(vectors):
+        return Mechanism(unpack_plant(vectors.plant), unpack_friction(vectors.friction), unpack_piece(vectors.piece))
 
     return load
 
@@ -99,8 +119,8 @@ def make_rates(layout: Layout) -> Callable[..., Any]:
     """Return the entry that writes the time derivative of `y` into `slope` and returns the margin to the next event."""
     load, rates = rates_of(layout)
 
-    def rates_at(q_vector, p_vector, piece_vector, y, effort, slope):
-        return rates(load(q_vector, p_vector, piece_vector), y, effort, slope)
+    def rates_at(vectors, y, effort, slope):
+        return rates(load(vectors), y, effort, slope)
 
     return rates_at
 
@@ -112,17 +132,18 @@ def make_turn(layout: Layout) -> Callable[..., Any]:
     load_friction, store_friction = unpacker(layout.friction_state), packer(layout.friction_state)
     store_piece = packer(layout.piece or layout.contact)
 
-    def turn(p_vector, state_vector, memory, piece_vector, y):
-        body, p, s = load_plant(y), unpack_friction(p_vector), load_friction(state_vector)
+    def turn(vectors, y):
+        body, p, s = load_plant(y), unpack_friction(vectors.friction), load_friction(vectors.state)
+        memory = vectors.memory
         s = friction_commit(s, memory, friction_arrival(s, memory, load_contact(y), p), p)
-        store_friction(s, state_vector)
+        store_friction(s, vectors.state)
         motion = Motion(body.v, body.x, NOMINAL_LOAD, NOMINAL_TEMPERATURE)
-        store_piece(friction_piece(s, memory, motion, p)[1], piece_vector)
+        store_piece(friction_piece(s, memory, motion, p)[1], vectors.piece)
         return 0.0
 
     return turn
 
 
-def never_turn(p_vector, state_vector, memory, piece_vector, y):
+def never_turn(vectors, y):
     """Do nothing: a smooth model is one piece."""
     return 0.0

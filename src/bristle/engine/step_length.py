@@ -9,8 +9,13 @@ References
    Transactions on Mathematical Software 20(4), 1994. doi:10.1145/198429.198437
 """
 
+from typing import NamedTuple
+
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import power
+from bristle.engine.signature import Vector
+
+__all__ = ["GIVE_UP", "ROUNDING", "Course", "Limits", "Samples", "length_factor", "next_length", "own_factor"]
 
 SAFETY = 0.9
 SMALLEST_FACTOR, LARGEST_FACTOR = 0.2, 4.0
@@ -18,6 +23,37 @@ PROPORTIONAL, INTEGRAL = 0.7, 0.4
 SMALLEST_ERROR = 1e-4
 ROUNDING = 1e-15  # share of the position below which its error means nothing
 GIVE_UP = 1000.0  # steps of the shortest length, and still not exact enough
+
+
+class Course(NamedTuple):
+    """An effort that is straight between `knots` [s]: at the beginning and at the end of each stretch."""
+
+    knots: Vector
+    starts: Vector
+    ends: Vector
+
+
+class Limits(NamedTuple):
+    """The error allowed per time [m/s or rad/s] and per step [m or rad]; longest, shortest and first step [s].
+
+    After the way `far` [m or rad] in one step a contact only follows.
+    """
+
+    per_time: float
+    per_step: float
+    longest: float
+    shortest: float
+    first: float
+    far: float
+
+
+class Samples(NamedTuple):
+    """When [s] something is recorded, and what: position, velocity, and impulse of the friction until then."""
+
+    times: Vector
+    x: Vector
+    v: Vector
+    impulse: Vector
 
 
 @kernel

@@ -1,8 +1,8 @@
-"""Arrays that are lent to kernels: the same numbers, without the count of who holds them.
+"""Unowned views of arrays: the same numbers, without the count of who holds them.
 
 Compiled code counts the holders of an array whenever it is handed on, by an instruction that all processors must agree
 on. An entry outlives everything that it calls and its caller keeps the arrays alive, so inside of it nothing needs to
-be counted. A borrowed array must not be returned to Python.
+be counted. An unowned view must not be returned to Python.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ from typing import Any
 
 from bristle.core.kernel import kernel
 
-__all__ = ["borrowed"]
+__all__ = ["unowned"]
 
 
 def without_holder() -> Any:
-    """Return `borrowed` for the compiler."""
+    """Return `unowned` for the compiler."""
     from numba.core import cgutils
     from numba.extending import intrinsic
 
@@ -35,6 +35,6 @@ def without_holder() -> Any:
 
 
 @kernel(compiled_as=without_holder)
-def borrowed(array):
+def unowned(array):
     """Return the array itself; compiled, without the count of its holders."""
     return array

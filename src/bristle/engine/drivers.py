@@ -1,0 +1,149 @@
+"""The drivers of one plant with friction: by a recorded effort, and in the loop of a controller.
+
+What a driver runs it is given as tuples of an entry and of the vectors that this entry changes.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from bristle.core.kernel import kernel
+from bristle.engine.entry_points import (
+    FAILED,
+    FAILED_SO_FAR,
+    FORCE,
+    Compensate,
+    Control,
+    MechanismVectors,
+    Sense,
+    Substeps,
+)
+from bristle.engine.signature import Vector
+
+# Rows of the flat history of a run.
+POSITION, VELOCITY, MEASURED, COMMAND, EFFORT, FRICTION = 0, 1, 2, 3, 4, 5
+MOTOR_POSITION, MOTOR_VELOCITY, FED, ROWS = 6, 7, 8, 9
+# Beyond this magnitude of position plus velocity a simulation has left the numbers worth following.
+BOUND = 1e100
+
+__all__ = ["Compensation", "Controller", "Driven", "Sampling", "Sensor", "Signals", "closed_loop", "open_loop"]
+
+
+class Driven(NamedTuple):
+    """A plant with friction. `load` begins with position and velocity of what the axis moves.
+
+    That is the state of the plant itself, where it is one mass.
+    """
+
+    substeps: Substeps
+    vectors: MechanismVectors
+    load: Vector
+
+
+class Controller(NamedTuple):
+    """A control law."""
+
+    control: Control
+    parameters: Vector
+    state: Vector
+
+
+class Compensation(NamedTuple):
+    """A friction model that is fed forward along the measured motion; `shape` is that of `Compensate`."""
+
+    compensate: Compensate
+    parameters: Vector
+    state: Vector
+    memory: Vector
+    shape: Vector
+
+
+class Sensor(NamedTuple):
+    """A sensor; `seen` begins with the position that it reads."""
+
+    sense: Sense
+    parameters: Vector
+    state: Vector
+    seen: Vector
+
+
+class Signals(NamedTuple):
+    """What a loop is given: `reference` is flat, [position | velocity | acceleration | effort] of all samples."""
+
+    reference: Vector
+    injected: Vector
+    disturbance: Vector
+
+
+class Sampling(NamedTuple):
+    """Sample time [s] and steps in it; the effort computed at sample k acts from sample ``k + delay`` on.
+
+    It is at most `limit` [N or N*m]; until the first one arrives `effort_before` acts.
+    """
+
+    dt: float
+    steps: int
+    delay: int
+    limit: float
+    effort_before: float
+
+
+@kernel
+def record(history, count, k, load, plant):
+    """Write where load and motor are at sample `k`."""
+    history[POSITION * count + k], history[VELOCITY * count + k] = load[0], load[1]
+    history[MOTOR_POSITION * count + k], history[MOTOR_VELOCITY * count + k] = plant[0], plant[1]
+
+
+def open_loop(
+    driven: Driven, effort: Vector, effort_end: Vector, dt: float, steps: int, history: Vector
+) -> int:  # fmt: skip
+    """Drive a plant by a recorded effort; return the number of samples that stayed finite.
+
+    `history` is as in `closed_loop`, without what a controller measures and commands.
+    """
+    count, vectors = effort.size, driven.vectors
+    plant, out = vectors.plant_state, vectors.out
+    for k in range(count):
+        record(history, count, k, driven.load, plant)
+        history[EFFORT * count + k] = effort[k]
+        driven.substeps(vectors, effort[k], effort_end[k], dt, steps)
+        history[FRICTION * count + k] = out[FORCE]
+        out[FAILED_SO_FAR] += out[FAILED]
+        if not abs(plant[0]) + abs(plant[1]) < BOUND:
+            return k + 1
+    return count
+
+
+def closed_loop(
+    controller: Controller, compensation: Compensation, sensor: Sensor, driven: Driven, signals: Signals,
+    sampling: Sampling, history: Vector,
+) -> int:  # fmt: skip
+    """Run a sampled loop; return the number of samples that stayed finite.
+
+    `history` is flat, and receives [x | v | measured | commanded effort | applied effort | mean friction force until
+    the next sample | x | v of the motor | effort fed forward along the measured motion].
+    """
+    reference, vectors, dt = signals.reference, driven.vectors, sampling.dt
+    plant, out, count = vectors.plant_state, vectors.out, signals.injected.size
+    for k in range(count):
+        measured = sensor.sense(sensor.parameters, sensor.state, sensor.seen[0], dt)
+        fed = compensation.compensate(
+            compensation.parameters, compensation.state, compensation.memory, compensation.shape, measured, dt
+        )
+        command = controller.control(
+            controller.parameters, controller.state, reference[k], reference[count + k], reference[2 * count + k],
+            reference[3 * count + k] + fed, measured, signals.injected[k], sampling.limit, dt,
+        )  # fmt: skip
+        record(history, count, k, driven.load, plant)
+        history[MEASURED * count + k], history[COMMAND * count + k] = measured, command
+        late = sampling.delay
+        applied = history[COMMAND * count + k - late] if k >= late else sampling.effort_before
+        history[EFFORT * count + k], history[FED * count + k] = applied, fed
+        pushed = applied - signals.disturbance[k]
+        driven.substeps(vectors, pushed, pushed, dt, sampling.steps)
+        history[FRICTION * count + k] = out[FORCE]
+        out[FAILED_SO_FAR] += out[FAILED]
+        if not abs(plant[0]) + abs(plant[1]) < BOUND:
+            return k + 1
+    return count

@@ -1,0 +1,138 @@
+"""One component of a run: its model as flat vectors, and how to name and compile what runs it."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from bristle.core.contracts import Model
+from bristle.core.dispatch import functions_of
+from bristle.core.errors import InputError, InputWarning
+from bristle.core.packing import pack, structure_of, unpacker
+
+__all__ = ["Instance", "memory_of", "warn_of_lost"]
+
+
+@dataclass
+class Instance:
+    """One component of a run: its vectors, of which the run changes `state`, and how to name and compile it."""
+
+    model: Model
+    parameters: np.ndarray = field(init=False)
+    state: np.ndarray = field(init=False)
+    structures: tuple[Any, Any] = field(init=False)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.model, Model):
+            raise InputError("must be a model with parameters", path="model", value=self.model,
+                             mend='Give them, as in friction.coulomb(F_C="20 N")')  # fmt: skip
+        p = self.model.parameters
+        state = self.model.component.initial_state(p)
+        self.parameters, self.state = pack(p), pack(state)
+        self.structures = (structure_of(p), structure_of(state))
+
+    def begin(self, state: Any) -> None:
+        """Begin in a state that was given, where one was.
+
+        Raises
+        ------
+        InputError
+            If it is that of another component.
+        """
+        if state is None:
+            return
+        if structure_of(state) != self.structures[1]:
+            raise InputError("is that of another model", path="state", value=state,
+                             allowed=f"{type(self.state_now).__name__} of {self.model.name}")  # fmt: skip
+        self.state = pack(state)
+
+    @property
+    def component(self) -> Any:
+        """The descriptor."""
+        return self.model.component
+
+    @property
+    def key(self) -> str:
+        """Name of the component with those that it holds."""
+        return f"{self.model.component.module}.{_name_of(self.structures[0])}"
+
+    @property
+    def lost(self) -> int:
+        """How many pairs of turning points its memory had no room for; 0 for one that forgets nothing."""
+        return int(sum(self.state[place] for place in _places_of("lost", self.structures[1])))
+
+    @property
+    def state_now(self) -> Any:
+        """The state, as the component has it."""
+        return unpacker(self.structures[1])(self.state)
+
+    @property
+    def functions(self) -> tuple[Any, ...]:
+        """Functions of the component and of those that it holds: what a user may have written."""
+        return _functions(self.structures[0])
+
+
+@cache
+def _places_of(field: str, structure: Any, first: int = 0) -> tuple[int, ...]:
+    """Return where fields of this name stand in the vector of a NamedTuple of scalars, nested ones included."""
+    found: list[int] = []
+    at = first
+    for name, part in zip(structure[0]._fields, structure[1], strict=True):
+        if isinstance(part, tuple):
+            found += _places_of(field, part, at)
+        elif name == field:
+            found.append(at)
+        at += _count(part)
+    return tuple(found)
+
+
+def _count(part: Any) -> int:
+    return sum(_count(one) for one in part[1]) if isinstance(part, tuple) else 1
+
+
+def warn_of_lost(part: Instance) -> None:
+    """Warn where the memory of a component had too little room."""
+    if part.lost:
+        warnings.warn(
+            f"{part.model.name}: the memory of turning points was full and forgot its innermost pair {part.lost} "
+            f"times, so loops do not close as they should. Raise capacity, now {part.model.values.get('capacity')}",
+            InputWarning,
+            stacklevel=4,
+        )
+
+
+@cache
+def _name_of(structure: Any) -> str:
+    cls, parts = structure
+    return cls.__qualname__ + "".join(_name_of(part) for part in parts if isinstance(part, tuple))
+
+
+@cache
+def _functions(structure: Any) -> tuple[Any, ...]:
+    cls, parts = structure
+    found = functions_of(cls)
+    for part in parts:
+        if isinstance(part, tuple):
+            found += _functions(part)
+    return found
+
+
+def memory_of(model: Model, given: Any) -> np.ndarray:
+    """Return the memory of a friction model: a copy of what is given, or that of a virgin model.
+
+    Raises
+    ------
+    InputError
+        If its size is not that which the model reads and writes.
+    """
+    fresh = model.component.new_memory(model.parameters)
+    if given is None:
+        return fresh
+    memory = np.array(given)  # a copy: a run writes into it
+    if memory.shape != fresh.shape:
+        raise InputError("has the wrong size", path="memory", value=memory.shape, allowed=f"shape {fresh.shape}")
+    return memory

@@ -1,0 +1,126 @@
+"""What compiled functions take and give, as their annotations tell, and how they are handed to the compiler.
+
+An entry takes numbers, vectors, and NamedTuples of those; a kind of entry is a type, ``Callable[[...], float]``. A
+driver is called from Python alone, and may have entries in its NamedTuples as well. The compiler takes such a mixture
+from its own code only, so a driver is compiled for all numbers, vectors and entries in a row, and gathers them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache
+from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from bristle.core.unowned import unowned
+
+__all__ = ["Signature", "Vector", "flat", "handed_over", "signature_of"]
+
+Vector = np.ndarray
+
+
+class Signature(NamedTuple):
+    """Types of what a compiled function takes and gives."""
+
+    takes: tuple[Any, ...]
+    gives: type
+
+
+@cache
+def signature_of(kind: Any) -> Signature:
+    """Return the signature of a kind of entry, or of a driver by its annotations."""
+    if is_entry(kind):
+        takes, gives = get_args(kind)
+        return Signature(tuple(takes), gives)
+    hints = get_type_hints(kind)
+    gives = hints.pop("return")
+    return Signature(tuple(hints.values()), gives)
+
+
+def is_entry(kind: Any) -> bool:
+    """Return whether a type is a kind of entry."""
+    return get_origin(kind) is Callable
+
+
+def type_of(one: Any) -> Any:
+    """Return a type as the compiler has it."""
+    from numba import types
+
+    if is_entry(one):
+        return types.FunctionType(compiled_signature(one))
+    if _is_tuple(one):
+        return types.BaseTuple.from_types([type_of(field) for field in _fields(one)], one)
+    plain: dict[Any, Any] = {Vector: types.Array(types.float64, 1, "C"), float: types.float64, int: types.int64}
+    return plain[one]
+
+
+def compiled_signature(kind: Any) -> Any:
+    """Return the signature of an entry as the compiler has it; that of a driver with all that it takes in a row."""
+    takes, gives = signature_of(kind)
+    if not is_entry(kind):
+        takes = tuple(leaf for one in takes for leaf in _leaves(one))
+    return type_of(gives)(*(type_of(one) for one in takes))
+
+
+def flat(arguments: Sequence[Any]) -> list[Any]:
+    """Return what tuples hold, and what those hold, in a row."""
+    row: list[Any] = []
+    for one in arguments:
+        if isinstance(one, tuple):
+            row += flat(one)
+        else:
+            row.append(one)
+    return row
+
+
+def handed_over(function: Callable[..., Any], kind: Any, body: Callable[..., Any] | None = None) -> Callable[..., Any]:
+    """Return the function that is compiled in place of another: it gathers what that takes, all vectors unowned.
+
+    Parameters
+    ----------
+    function : callable
+        The entry or driver.
+    kind : type or callable
+        What tells its signature.
+    body : callable, optional
+        What is called in the place of the function.
+    """
+    scope: dict[str, Any] = {"__name__": __name__, "body": body or function, "unowned": unowned}
+    arguments: list[str] = []
+    gathered = [
+        _gathered(one, scope, arguments, "" if not is_entry(kind) else None) for one in signature_of(kind).takes
+    ]
+    name = function.__name__
+    exec(f"def {name}({', '.join(arguments)}):\n    return body({', '.join(gathered)})", scope)
+    return scope[name]
+
+
+def _gathered(one: Any, scope: dict[str, Any], arguments: list[str], place: str | None) -> str:
+    """Return the expression of one argument: at this place of another, or, where it is empty, from some of its own."""
+    if place is None or not (place or _is_tuple(one)):
+        arguments.append(f"given_{len(arguments)}")
+        place = arguments[-1]
+    if _is_tuple(one):
+        scope[one.__name__] = one
+        fields = [
+            _gathered(field, scope, arguments, f"{place}[{i}]" if place else "") for i, field in enumerate(_fields(one))
+        ]
+        return f"{one.__name__}({', '.join(fields)})"
+    return f"unowned({place})" if one is Vector else place
+
+
+def _is_tuple(one: Any) -> bool:
+    return isinstance(one, type) and issubclass(one, tuple)
+
+
+def _fields(one: Any) -> tuple[Any, ...]:
+    return tuple(get_type_hints(one).values())
+
+
+def _leaves(one: Any) -> Iterator[Any]:
+    if _is_tuple(one):
+        for field in _fields(one):
+            yield from _leaves(field)
+    else:
+        yield one
