@@ -119,16 +119,16 @@ def run_adaptive(
     array([0.   , 0.   , 0.   , 0.   , 0.   , 0.   , 0.03 , 0.178])
     """
 
-    def run(wanted: float) -> AdaptiveTrace:
-        return _run(plant, friction, effort, dt, wanted, hold, method, max_step, x, v, state, memory)
+    def run(allowed: float) -> AdaptiveTrace:
+        return _run(plant, friction, effort, dt, allowed, hold, method, max_step, x, v, state, memory)
 
     trace = run(tolerance)
     if not verify:
         return trace
     for refinement in range(1, REFINEMENTS + 1):
         coarse, trace = trace, run(tolerance * 0.1**refinement)
-        same = trace.position.size == coarse.position.size
-        if same and np.max(np.abs(trace.position - coarse.position), initial=0.0) <= tolerance:
+        is_alike = trace.position.size == coarse.position.size
+        if is_alike and np.max(np.abs(trace.position - coarse.position), initial=0.0) <= tolerance:
             return trace
     return replace(trace, status=max(trace.status, Status.TOLERANCE_MISSED))
 
@@ -216,13 +216,13 @@ def _by_doubling(
         body.functions + contact.functions,
     )
     vectors = vectors_of(body, contact, memory, np.zeros(OUT_SIZE))
-    before, whole = (
+    before, full_step = (
         vectors._replace(plant_state=body.state.copy(), friction_state=contact.state.copy(), out=np.zeros(OUT_SIZE))
         for _ in range(2)
     )
     before = before._replace(memory=memory.copy())
     run = DoublingEntries(substeps_entry(body, contact, "efim"), rest_time)
-    return int(driver(doubling)(run, vectors, before, whole, course, limits, record.samples, record.report))
+    return int(driver(doubling)(run, vectors, before, full_step, course, limits, record.samples, record.report))
 
 
 def _by_rosenbrock(

@@ -15,11 +15,11 @@ from bristle.core.errors import InputError
 from bristle.core.packing import LANES, is_scalar, pack, structure_of
 from bristle.core.status import Status
 from bristle.engine import lanes
+from bristle.engine.checks import FRICTION, STEPS
 from bristle.engine.compilation import compiled, driver, is_interpreted
 from bristle.engine.entry_points import OUT_SIZE, MechanismVectors
 from bristle.engine.instance import Instance
 from bristle.engine.loop import HOLDS, INTEGRATOR, SAMPLE_TIME, held, substeps_entry
-from bristle.engine.part import FRICTION, STEPS
 from bristle.engine.screwed import refuse_screw
 
 __all__ = ["BatchTrace", "run_batch"]
@@ -134,14 +134,14 @@ class _Batch:
     def one_by_one(self, dt: float, steps: int, hold: str) -> Callable[[int], Any]:
         """Return what runs one block by EFIM, trajectory by trajectory."""
         vectors = (self.plants, self.body, self.frictions, self.state, self.memory, self.out)
-        several = lanes.Several(
-            substeps_entry(self.plant, self.friction, "efim"), MechanismVectors(*(one.ravel() for one in vectors))
+        mechanisms = lanes.Mechanisms(
+            substeps_entry(self.plant, self.friction, "efim"), MechanismVectors(*(matrix.ravel() for matrix in vectors))
         )
         run, efforts, records = driver(lanes.open_loops), self._efforts(hold), self._records()
 
         def work(first: int) -> None:
             last = min(first + LANES, self.count)
-            run(several, first, last, efforts, float(dt), int(steps), records)
+            run(mechanisms, first, last, efforts, float(dt), int(steps), records)
 
         return work
 
@@ -154,7 +154,7 @@ class _Batch:
     def in_lanes(self, dt: float, steps: int, hold: str) -> Callable[[int], Any]:
         """Return what runs one block by the semi-implicit step, all its trajectories together."""
         size = self.memory.shape[1]
-        widths = [one.shape[1] for one in (self.plants, self.body, self.frictions, self.state)]
+        widths = [matrix.shape[1] for matrix in (self.plants, self.body, self.frictions, self.state)]
         rows = lanes.Rows(*widths)
         structures = (*self.plant.structures, *self.friction.structures)
         everywhere = np.all(np.isposinf(self.frictions), axis=0) & is_scalar(structures[2])

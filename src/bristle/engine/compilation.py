@@ -73,10 +73,10 @@ def cache_folder() -> Path | None:
     """
     import platformdirs
 
-    given = os.environ.get("BRISTLE_CACHE_DIR")
-    if given == "":
+    folder_name = os.environ.get("BRISTLE_CACHE_DIR")
+    if folder_name == "":
         return None
-    root = Path(given) if given else Path(platformdirs.user_cache_dir("bristle", appauthor=False))
+    root = Path(folder_name) if folder_name else Path(platformdirs.user_cache_dir("bristle", appauthor=False))
     folder = root / f"{sys.implementation.cache_tag}-numba-{compiler().__version__}"
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -93,10 +93,10 @@ def _is_own(folder: Path) -> bool:
     """Return whether nobody else can write there: what lies in the cache is run."""
     if not hasattr(os, "getuid"):
         return True
-    found = folder.lstat()
-    if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid():
+    status = folder.lstat()
+    if not stat.S_ISDIR(status.st_mode) or status.st_uid != os.getuid():
         return False
-    if found.st_mode & 0o022:
+    if status.st_mode & 0o022:
         folder.chmod(0o700)
     return True
 

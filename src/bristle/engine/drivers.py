@@ -59,12 +59,12 @@ class Compensation(NamedTuple):
 
 
 class Sensor(NamedTuple):
-    """A sensor; `seen` begins with the position that it reads."""
+    """A sensor; `reading` begins with the position that it reads."""
 
     sense: Sense
     parameters: Vector
     state: Vector
-    seen: Vector
+    reading: Vector
 
 
 class Signals(NamedTuple):
@@ -127,7 +127,7 @@ def closed_loop(
     reference, vectors, dt = signals.reference, driven.vectors, sampling.dt
     plant, out, count = vectors.plant_state, vectors.out, signals.injected.size
     for k in range(count):
-        measured = sensor.sense(sensor.parameters, sensor.state, sensor.seen[0], dt)
+        measured = sensor.sense(sensor.parameters, sensor.state, sensor.reading[0], dt)
         fed = compensation.compensate(
             compensation.parameters, compensation.state, compensation.memory, compensation.shape, measured, dt
         )

@@ -179,12 +179,12 @@ def advance(plant_state, friction_state, memory, effort, dt, q, p, start):
     `q` are the parameters of the plant, `p` those of the friction model; `start` is where the solve begins.
     """
     a, b = plant_port(plant_state, effort, dt, q)
-    found = solve(friction_state, memory, plant_state.x, dt, p, a, b, start)
-    _, plant_next = plant_step(plant_state, effort, found.force, dt, q)
+    solution = solve(friction_state, memory, plant_state.x, dt, p, a, b, start)
+    _, plant_next = plant_step(plant_state, effort, solution.force, dt, q)
     if plant_state.v == 0.0:
-        if found.v == 0.0:
+        if solution.v == 0.0:
             plant_next = plant_rest(plant_state, effort, dt, q)
     elif plant_state.v * plant_next.v < 0.0 and is_set_valued(friction_state, memory, plant_state.x, dt, p):
-        return stop_and_go_on(plant_state, friction_state, memory, effort, dt, q, p, found.slope)
-    friction_state = friction_commit(friction_state, memory, found.move, p)
-    return Advance(plant_next, friction_state, found.force, found.v, found.slope, found.failures)
+        return stop_and_go_on(plant_state, friction_state, memory, effort, dt, q, p, solution.slope)
+    friction_state = friction_commit(friction_state, memory, solution.move, p)
+    return Advance(plant_next, friction_state, solution.force, solution.v, solution.slope, solution.failures)

@@ -155,18 +155,18 @@ def make_semi_implicit_substeps(
         p, s, out = unpack_friction(vectors.friction), load_friction(vectors.friction_state), vectors.out
         h = dt / steps
         drive = drive_over(h, out[DRIVE_EFFORT], out[DRIVE_LAG])
-        given = drive.effort
+        drive_effort = drive.effort
         total = 0.0
         for i in range(steps):
             command = effort + (effort_end - effort) * ((i + 0.5) / steps)
-            u = command + drive.in_mean * (given - command)
-            given = command + drive.at_end * (given - command)
-            done = semi_implicit.advance(body, s, vectors.memory, u, h, q, p)
-            body, s = done.plant_state, done.friction_state
-            total += done.force
+            u = command + drive.in_mean * (drive_effort - command)
+            drive_effort = command + drive.at_end * (drive_effort - command)
+            advanced = semi_implicit.advance(body, s, vectors.memory, u, h, q, p)
+            body, s = advanced.plant_state, advanced.friction_state
+            total += advanced.force
         store_plant(body, vectors.plant_state)
         store_friction(s, vectors.friction_state)
-        out[FORCE], out[FAILED], out[DRIVE_EFFORT] = total / steps, 0.0, given
+        out[FORCE], out[FAILED], out[DRIVE_EFFORT] = total / steps, 0.0, drive_effort
         return 0.0
 
     return substeps

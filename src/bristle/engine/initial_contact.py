@@ -50,11 +50,11 @@ def _closer(
     best = int(np.argmin(cost))
     low, high = max(best - 1, 0), min(best + 1, PLACES - 1)
     finer = np.linspace(places[low], places[high], PLACES)
-    known = np.linspace(0, PLACES - 1, high - low + 1).astype(int)
-    new = np.delete(np.arange(PLACES), known)
-    found = np.empty(PLACES)
-    found[known], found[new] = cost[low : high + 1], costs(finer[new])
-    return finer, found
+    computed = np.linspace(0, PLACES - 1, high - low + 1).astype(int)
+    new = np.delete(np.arange(PLACES), computed)
+    finer_cost = np.empty(PLACES)
+    finer_cost[computed], finer_cost[new] = cost[low : high + 1], costs(finer[new])
+    return finer, finer_cost
 
 
 def _lowest(places: np.ndarray, cost: np.ndarray) -> float:
@@ -70,8 +70,8 @@ def _lowest(places: np.ndarray, cost: np.ndarray) -> float:
 
 def _forgotten(friction: Model, motion: Signals, dt: float) -> int:
     """Return after how many samples no start shows any more: the two extremes have become the same."""
-    count, whole = 0, motion["v"].size
-    for size in (*(FIRST * 4**k for k in range(12) if FIRST * 4**k < whole), whole):
+    count, length = 0, motion["v"].size
+    for size in (*(FIRST * 4**k for k in range(12) if FIRST * 4**k < length), length):
         part = {name: values[:size] for name, values in motion.items()}
         low, high = each_from(friction, [state_at(friction, at) for at in (-1.0, 1.0)], dt=dt, **part)
         apart = np.flatnonzero(np.abs(high - low) > ALIKE * max(float(np.max(np.abs(high))), 1e-300))

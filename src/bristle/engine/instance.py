@@ -79,19 +79,19 @@ class Instance:
 @cache
 def _places_of(field: str, structure: Any, first: int = 0) -> tuple[int, ...]:
     """Return where fields of this name stand in the vector of a NamedTuple of scalars, nested ones included."""
-    found: list[int] = []
+    places: list[int] = []
     at = first
     for name, part in zip(structure[0]._fields, structure[1], strict=True):
         if isinstance(part, tuple):
-            found += _places_of(field, part, at)
+            places += _places_of(field, part, at)
         elif name == field:
-            found.append(at)
+            places.append(at)
         at += _count(part)
-    return tuple(found)
+    return tuple(places)
 
 
 def _count(part: Any) -> int:
-    return sum(_count(one) for one in part[1]) if isinstance(part, tuple) else 1
+    return sum(map(_count, part[1])) if isinstance(part, tuple) else 1
 
 
 def warn_of_lost(part: Instance) -> None:
@@ -114,14 +114,14 @@ def _name_of(structure: Any) -> str:
 @cache
 def _functions(structure: Any) -> tuple[Any, ...]:
     cls, parts = structure
-    found = functions_of(cls)
+    functions = functions_of(cls)
     for part in parts:
         if isinstance(part, tuple):
-            found += _functions(part)
-    return found
+            functions += _functions(part)
+    return functions
 
 
-def memory_of(model: Model, given: Any) -> np.ndarray:
+def memory_of(model: Model, memory: Any) -> np.ndarray:
     """Return the memory of a friction model: a copy of what is given, or that of a virgin model.
 
     Raises
@@ -130,9 +130,9 @@ def memory_of(model: Model, given: Any) -> np.ndarray:
         If its size is not that which the model reads and writes.
     """
     fresh = model.component.new_memory(model.parameters)
-    if given is None:
+    if memory is None:
         return fresh
-    memory = np.array(given)  # a copy: a run writes into it
+    memory = np.array(memory)  # a copy: a run writes into it
     if memory.shape != fresh.shape:
         raise InputError("has the wrong size", path="memory", value=memory.shape, allowed=f"shape {fresh.shape}")
     return memory

@@ -16,7 +16,7 @@ from bristle.engine.entry_points import FAILED, FAILED_SO_FAR, FORCE, MechanismV
 from bristle.engine.semi_implicit import advance
 from bristle.engine.signature import Vector
 
-__all__ = ["Efforts", "InLanes", "Records", "Rows", "Several", "make_lanes", "open_loops"]
+__all__ = ["Efforts", "InLanes", "Mechanisms", "Records", "Rows", "make_lanes", "open_loops"]
 
 
 class Efforts(NamedTuple):
@@ -36,7 +36,7 @@ class Records(NamedTuple):
     mechanisms: int
 
 
-class Several(NamedTuple):
+class Mechanisms(NamedTuple):
     """Several mechanisms of one kind: their vectors, those of all mechanisms in a row."""
 
     substeps: Substeps
@@ -92,13 +92,13 @@ def make_lanes(
                     s = load_friction(block, row_state, j)
                     start = block[row_effort * LANES + j]
                     u = start + (block[row_end * LANES + j] - start) * part
-                    done = advance(
+                    advanced = advance(
                         load_plant(block, row_body, j), s, memories[j * size : (j + 1) * size] if memory else memories,
                         u, h, unpack_plant(block, 0, j), unpack_friction(block, row_p, j),
                     )  # fmt: skip
-                    store_plant(done.plant_state, block, row_body, j)
-                    store_friction(done.friction_state, block, row_state, j)
-                    block[row_total * LANES + j] += done.force
+                    store_plant(advanced.plant_state, block, row_body, j)
+                    store_friction(advanced.friction_state, block, row_state, j)
+                    block[row_total * LANES + j] += advanced.force
             for j in range(used):
                 force[k * count + first + j] = block[row_total * LANES + j] / steps
         return 0.0
@@ -107,7 +107,7 @@ def make_lanes(
 
 
 def open_loops(
-    several: Several, first: int, last: int, efforts: Efforts, dt: float, steps: int, records: Records
+    mechanisms: Mechanisms, first: int, last: int, efforts: Efforts, dt: float, steps: int, records: Records
 ) -> int:  # fmt: skip
     """Drive the mechanisms `first` to `last` one after the other; return 0.
 
@@ -115,12 +115,12 @@ def open_loops(
     """
     x, v, force, count, columns = records.x, records.v, records.force, records.mechanisms, efforts.columns
     for m in range(first, last):
-        vectors = of_one(several.vectors, m, count)
+        vectors = of_one(mechanisms.vectors, m, count)
         body, out = vectors.plant_state, vectors.out
         for k in range(x.size // count):
             x[k * count + m], v[k * count + m] = body[0], body[1]
             at = k * columns + (m if columns > 1 else 0)
-            several.substeps(vectors, efforts.start[at], efforts.end[at], dt, steps)
+            mechanisms.substeps(vectors, efforts.start[at], efforts.end[at], dt, steps)
             force[k * count + m] = out[FORCE]
             out[FAILED_SO_FAR] += out[FAILED]
             if not abs(body[0]) + abs(body[1]) < BOUND:

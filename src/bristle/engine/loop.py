@@ -16,11 +16,11 @@ from bristle.core.status import Status
 from bristle.core.tabular import Tabular
 from bristle.core.variable import Kind, Variable
 from bristle.engine import drivers, entry_points
+from bristle.engine.checks import FRICTION, PLACE, SPEED, STATE, STEPS, check_run
 from bristle.engine.compilation import compiled, driver
 from bristle.engine.drivers import Compensation, Controller, Driven, Sampling, Sensor, Signals
 from bristle.engine.entry_points import Compensate, Control, MechanismVectors, Sense, Substeps
 from bristle.engine.instance import Instance, memory_of
-from bristle.engine.part import FRICTION, PLACE, SPEED, STATE, STEPS, check_run
 from bristle.engine.screwed import TABLE, through_screw
 
 __all__ = ["Compensator", "LoopTrace", "Trace", "run_closed_loop", "run_open_loop"]
@@ -128,18 +128,18 @@ class _Mechanism:
     def driven(self) -> Driven:
         return Driven(self.entry, vectors_of(self.plant, self.friction, self.memory, self.out), self.load)
 
-    def signals(self, rows: np.ndarray, done: int, dt: float) -> dict[str, Any]:
+    def signals(self, rows: np.ndarray, reached: int, dt: float) -> dict[str, Any]:
         """Return what a `Trace` holds, from the history of a run that lasted `done` samples."""
-        x, v, measured, command, effort, friction, motor_x, motor_v, _ = (row[:done] for row in rows)
+        x, v, measured, command, effort, friction, motor_x, motor_v, _ = (row[:reached] for row in rows)
         return {
-            "time": dt * np.arange(done), "position": x, "velocity": v, "effort": effort, "friction": friction,
+            "time": dt * np.arange(reached), "position": x, "velocity": v, "effort": effort, "friction": friction,
             "measured": measured, "command": command, "motor_position": motor_x, "motor_velocity": motor_v,
-            "status": self.status(done, rows.shape[1]), "state": self.friction.state_now, "memory": self.memory,
+            "status": self.status(reached, rows.shape[1]), "state": self.friction.state_now, "memory": self.memory,
             "kind": self.friction.model.kind,
         }  # fmt: skip
 
-    def status(self, done: int, count: int) -> Status:
-        if done < count or not np.all(np.isfinite(self.plant.state)):
+    def status(self, reached: int, count: int) -> Status:
+        if reached < count or not np.all(np.isfinite(self.plant.state)):
             return Status.NOT_FINITE
         if self.friction.lost:
             return Status.MEMORY_OVERFLOW
@@ -207,10 +207,10 @@ def run_open_loop(
     u, u_end = effort, held(effort, hold)
     mechanism = _Mechanism(plant, friction, table, x, v, state, memory, integrator)
     history = np.zeros(drivers.ROWS * u.size)
-    done = int(driver(drivers.open_loop)(mechanism.driven, u, u_end, float(dt), int(steps), history))
+    reached = int(driver(drivers.open_loop)(mechanism.driven, u, u_end, float(dt), int(steps), history))
     rows = history.reshape(drivers.ROWS, u.size)
     rows[drivers.MEASURED], rows[drivers.COMMAND] = rows[drivers.POSITION], u
-    return Trace(**mechanism.signals(rows, done, dt))
+    return Trace(**mechanism.signals(rows, reached, dt))
 
 
 @guarded(
@@ -285,14 +285,14 @@ def run_closed_loop(
     check_run(count, injected=extra, disturbance=unseen)
     mechanism.out[entry_points.DRIVE_LAG], mechanism.out[entry_points.DRIVE_EFFORT] = lag, effort_before
     history = np.zeros(drivers.ROWS * count)
-    seen = mechanism.load if sensor_at == "load" else mechanism.plant.state
-    done = int(
+    reading = mechanism.load if sensor_at == "load" else mechanism.plant.state
+    reached = int(
         driver(drivers.closed_loop)(
             Controller(
                 _entry("control", control, Control, entry_points.make_control), control.parameters, control.state
             ),
             _compensation(compensator, started),
-            Sensor(_entry("sense", sense, Sense, entry_points.make_sense), sense.parameters, sense.state, seen),
+            Sensor(_entry("sense", sense, Sense, entry_points.make_sense), sense.parameters, sense.state, reading),
             mechanism.driven,
             Signals(reference.ravel(), extra, unseen),
             Sampling(float(dt), int(steps), int(delay), float(limit), float(effort_before)),
@@ -300,15 +300,15 @@ def run_closed_loop(
         )
     )
     rows = history.reshape(drivers.ROWS, count)
-    return LoopTrace(**mechanism.signals(rows, done, dt), compensation=rows[drivers.FED, :done])
+    return LoopTrace(**mechanism.signals(rows, reached, dt), compensation=rows[drivers.FED, :reached])
 
 
 def _compensation(compensator: Compensator | None, measured: float) -> Compensation:
     """Return the compensator of a loop; `measured` is the position at the first sample."""
     if compensator is None:
-        nothing = np.zeros(0)
+        empty = np.zeros(0)
         entry = compiled("compensate_nothing", lambda: entry_points.compensate_nothing, Compensate)
-        return Compensation(entry, nothing, nothing, nothing, nothing)
+        return Compensation(entry, empty, empty, empty, empty)
     part = Instance(compensator.friction)
     part.begin(compensator.state)
     entry = _entry("compensate", part, Compensate, entry_points.make_compensate)

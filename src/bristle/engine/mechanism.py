@@ -55,17 +55,17 @@ def mechanism(before, memory, command, command_end, lag, slack, dt, steps, q, p)
     """
     h = dt / steps
     drive = drive_over(h, before.effort, lag)
-    body, s, given = before.plant, before.friction, before.effort
+    body, s, drive_effort = before.plant, before.friction, before.effort
     slope, acceleration = 1.0 + before.slope * h, before.acceleration
     total, failures = 0.0, 0.0
     for i in range(steps):
-        wanted = command + (command_end - command) * ((i + 0.5) / steps)
-        u = wanted + drive.in_mean * (given - wanted)
-        given = wanted + drive.at_end * (given - wanted)
+        commanded = command + (command_end - command) * ((i + 0.5) / steps)
+        u = commanded + drive.in_mean * (drive_effort - commanded)
+        drive_effort = commanded + drive.at_end * (drive_effort - commanded)
         guess = 0.0 if body.v == 0.0 else body.v + 0.5 * h * acceleration
-        done = advance(body, s, memory, u, h, q, p, Start(guess, slope, slack))
-        body, s, slope = done.plant_state, done.friction_state, done.slope
-        acceleration = 2.0 * (body.v - done.v_mean) / h
-        total += done.force
-        failures += done.failures
-    return Mechanism(body, s, given, (slope - 1.0) / h, acceleration, total / steps, failures)
+        advanced = advance(body, s, memory, u, h, q, p, Start(guess, slope, slack))
+        body, s, slope = advanced.plant_state, advanced.friction_state, advanced.slope
+        acceleration = 2.0 * (body.v - advanced.v_mean) / h
+        total += advanced.force
+        failures += advanced.failures
+    return Mechanism(body, s, drive_effort, (slope - 1.0) / h, acceleration, total / steps, failures)

@@ -16,9 +16,9 @@ from bristle.core.errors import InputError
 from bristle.core.packing import unpacker
 from bristle.core.variable import Variable
 from bristle.engine import entry_points
+from bristle.engine.checks import FRICTION, PERIOD, SPEED, STATE, check_run, finite
 from bristle.engine.compilation import compiled
 from bristle.engine.instance import Instance, memory_of, warn_of_lost
-from bristle.engine.part import FRICTION, PERIOD, SPEED, STATE, check_run, finite
 from bristle.engine.path import after, output_along
 
 __all__ = [
@@ -185,7 +185,7 @@ def in_turns(
     for row, (first, last) in zip(parameters, pairwise([*starts, v.size]), strict=True):
         part.parameters = np.ascontiguousarray(row)
         turn = slice(first, last)
-        force[turn] = _follow(part, memory, v[turn], x[turn], dt, *(one[turn] for one in around))
+        force[turn] = _follow(part, memory, v[turn], x[turn], dt, *(values[turn] for values in around))
     return force
 
 
@@ -225,7 +225,7 @@ def compensation_along(
 
 def _around(count: int, load: Any, temperature: Any) -> list[np.ndarray]:
     """Return load and temperature of each step."""
-    return [np.full(count, float(one)) if np.ndim(one) == 0 else vector(one) for one in (load, temperature)]
+    return [np.full(count, float(values)) if np.ndim(values) == 0 else vector(values) for values in (load, temperature)]
 
 
 @guarded(model=FRICTION, v=SPEED)

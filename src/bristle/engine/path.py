@@ -10,9 +10,9 @@ from bristle.core.contracts import Model
 from bristle.core.edge import array, guarded
 from bristle.core.packing import unpacker
 from bristle.engine import entry_points
+from bristle.engine.checks import OPERATOR
 from bristle.engine.compilation import compiled
 from bristle.engine.instance import Instance, warn_of_lost
-from bristle.engine.part import OPERATOR
 
 __all__ = ["after", "output_along"]
 

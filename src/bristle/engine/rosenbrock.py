@@ -51,7 +51,7 @@ class Work(NamedTuple):
 
     `stages` are the increments; `slope_0` are the rates at the beginning, and `drift` is how fast these change with
     time. `slope` has one more number: the lowest margin that a stage has seen. `bends` are coefficients of
-    interpolants, and `there` is the state just past an event.
+    interpolants, and `at_event` is the state just past one.
     """
 
     y: Vector
@@ -63,7 +63,7 @@ class Work(NamedTuple):
     stages: Vector
     slope: Vector
     bends: Vector
-    there: Vector
+    at_event: Vector
 
 
 class Reach(NamedTuple):
@@ -207,10 +207,10 @@ def sampled(k, reach, work, dense, samples):
 
 @kernel
 def state_at(part, work, dense):
-    """Write all variables at this part of a step into `there`."""
+    """Write all variables at this part of a step into `at_event`."""
     for j in range(work.y.size):
         bend(dense, work.stages, j, work.bends, 0)
-        work.there[j] = interpolated(work.bends, 0, part, work.y[j], work.y_next[j])
+        work.at_event[j] = interpolated(work.bends, 0, part, work.y[j], work.y_next[j])
 
 
 def make_search(layout: Layout) -> Callable[..., Any]:
@@ -228,7 +228,7 @@ def make_search(layout: Layout) -> Callable[..., Any]:
             low, above, high, below = high, below, look / LOOKS, margin_end
             if look < LOOKS:
                 state_at(high, work, dense)
-                below = rates(mechanism, work.there, u + high * (u_end - u), work.slope)
+                below = rates(mechanism, work.at_event, u + high * (u_end - u), work.slope)
             if below < 0.0:
                 break
         if not below < 0.0:
@@ -239,7 +239,9 @@ def make_search(layout: Layout) -> Callable[..., Any]:
                 break
             part = bracket_guess(bracket)
             state_at(part, work, dense)
-            bracket = bracket_update(bracket, part, -rates(mechanism, work.there, u + part * (u_end - u), work.slope))
+            bracket = bracket_update(
+                bracket, part, -rates(mechanism, work.at_event, u + part * (u_end - u), work.slope)
+            )
         state_at(bracket.high, work, dense)
         return bracket.high
 
@@ -287,7 +289,7 @@ def rosenbrock(
                 k = sampled(k, Reach(t, h, t_next), work, tableau.dense, samples)
             copy(y_next, y)
             if part < 1.0:
-                copy(work.there, y)
+                copy(work.at_event, y)
             t, u = t_next, u + part * h * rise
             margin = margin_end
             if margin < 0.0 or part < 1.0:

@@ -126,8 +126,8 @@ def trial(state, memory, motion, dt, p):
     pulled = Pulled(p.table, p.k, p.d, p.gap, p.arm, motion.v, state.twist)
     half = 0.5 * dt / p.M
     start = Start(state.v, 1.0 + half * (0.5 * p.k * dt + p.d), 0.0)
-    found = solve(state.table, behind, state.x, dt, pulled, state.v, -half, start)
-    v, v_next, table = found.v, 2.0 * found.v - state.v, found.move
+    solution = solve(state.table, behind, state.x, dt, pulled, state.v, -half, start)
+    v, v_next, table = solution.v, 2.0 * solution.v - state.v, solution.move
     if state.v == 0.0:
         if v == 0.0:
             v_next = 0.0
@@ -217,7 +217,7 @@ def through_screw(plant: Model, friction: Model, table: Model | None) -> Model:
     return Model(_screwed(friction.component, table.component), at_motor, "rotational")
 
 
-def refuse_screw(plant: Model, where: str) -> None:
+def refuse_screw(plant: Model, caller: str) -> None:
     """Refuse a plant with a screw where only one mass can be simulated.
 
     Raises
@@ -227,6 +227,6 @@ def refuse_screw(plant: Model, where: str) -> None:
     """
     if plant.component.screw is not None:
         raise InputError(
-            f"has a table behind a screw, and {where} knows one mass", path="plant", value=plant.name,
+            f"has a table behind a screw, and {caller} knows one mass", path="plant", value=plant.name,
             mend="Take run_open_loop or run_closed_loop, or plants.inertia with the sum of both",
         )  # fmt: skip

@@ -43,34 +43,34 @@ def is_entry(kind: Any) -> bool:
     return get_origin(kind) is Callable
 
 
-def type_of(one: Any) -> Any:
+def type_of(annotation: Any) -> Any:
     """Return a type as the compiler has it."""
     from numba import types
 
-    if is_entry(one):
-        return types.FunctionType(compiled_signature(one))
-    if _is_tuple(one):
-        return types.BaseTuple.from_types([type_of(field) for field in _fields(one)], one)
+    if is_entry(annotation):
+        return types.FunctionType(compiled_signature(annotation))
+    if _is_tuple(annotation):
+        return types.BaseTuple.from_types([type_of(field) for field in _fields(annotation)], annotation)
     plain: dict[Any, Any] = {Vector: types.Array(types.float64, 1, "C"), float: types.float64, int: types.int64}
-    return plain[one]
+    return plain[annotation]
 
 
 def compiled_signature(kind: Any) -> Any:
     """Return the signature of an entry as the compiler has it; that of a driver with all that it takes in a row."""
     takes, gives = signature_of(kind)
     if not is_entry(kind):
-        takes = tuple(leaf for one in takes for leaf in _leaves(one))
-    return type_of(gives)(*(type_of(one) for one in takes))
+        takes = tuple(leaf for annotation in takes for leaf in _leaves(annotation))
+    return type_of(gives)(*map(type_of, takes))
 
 
 def flat(arguments: Sequence[Any]) -> list[Any]:
     """Return what tuples hold, and what those hold, in a row."""
     row: list[Any] = []
-    for one in arguments:
-        if isinstance(one, tuple):
-            row += flat(one)
+    for argument in arguments:
+        if isinstance(argument, tuple):
+            row += flat(argument)
         else:
-            row.append(one)
+            row.append(argument)
     return row
 
 
@@ -88,39 +88,43 @@ def handed_over(function: Callable[..., Any], kind: Any, body: Callable[..., Any
     """
     scope: dict[str, Any] = {"__name__": __name__, "body": body or function, "unowned": unowned}
     arguments: list[str] = []
-    gathered = [
-        _gathered(one, scope, arguments, "" if not is_entry(kind) else None) for one in signature_of(kind).takes
-    ]
+    place = None if is_entry(kind) else ""
+    gathered = [_gathered(annotation, scope, arguments, place) for annotation in signature_of(kind).takes]
     name = function.__name__
     exec(f"def {name}({', '.join(arguments)}):\n    return body({', '.join(gathered)})", scope)
     return scope[name]
 
 
-def _gathered(one: Any, scope: dict[str, Any], arguments: list[str], place: str | None) -> str:
-    """Return the expression of one argument: at this place of another, or, where it is empty, from some of its own."""
-    if place is None or not (place or _is_tuple(one)):
-        arguments.append(f"given_{len(arguments)}")
+def _gathered(annotation: Any, scope: dict[str, Any], arguments: list[str], place: str | None) -> str:
+    """Return the expression of an argument.
+
+    It stands at a place in another one, is an argument of its own where that is None, or is gathered from several
+    where it is empty.
+    """
+    if place is None or not (place or _is_tuple(annotation)):
+        arguments.append(f"argument_{len(arguments)}")
         place = arguments[-1]
-    if _is_tuple(one):
-        scope[one.__name__] = one
+    if _is_tuple(annotation):
+        scope[annotation.__name__] = annotation
         fields = [
-            _gathered(field, scope, arguments, f"{place}[{i}]" if place else "") for i, field in enumerate(_fields(one))
+            _gathered(field, scope, arguments, f"{place}[{i}]" if place else "")
+            for i, field in enumerate(_fields(annotation))
         ]
-        return f"{one.__name__}({', '.join(fields)})"
-    return f"unowned({place})" if one is Vector else place
+        return f"{annotation.__name__}({', '.join(fields)})"
+    return f"unowned({place})" if annotation is Vector else place
 
 
-def _is_tuple(one: Any) -> bool:
-    return isinstance(one, type) and issubclass(one, tuple)
+def _is_tuple(annotation: Any) -> bool:
+    return isinstance(annotation, type) and issubclass(annotation, tuple)
 
 
-def _fields(one: Any) -> tuple[Any, ...]:
-    return tuple(get_type_hints(one).values())
+def _fields(annotation: Any) -> tuple[Any, ...]:
+    return tuple(get_type_hints(annotation).values())
 
 
-def _leaves(one: Any) -> Iterator[Any]:
-    if _is_tuple(one):
-        for field in _fields(one):
+def _leaves(annotation: Any) -> Iterator[Any]:
+    if _is_tuple(annotation):
+        for field in _fields(annotation):
             yield from _leaves(field)
     else:
-        yield one
+        yield annotation

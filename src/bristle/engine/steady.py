@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from bristle.core.contracts import Model, Motion
-from bristle.engine.part import finite
+from bristle.engine.checks import finite
 from bristle.friction import unvaried
 
 __all__ = ["steady_force"]

@@ -96,8 +96,8 @@ def make_rest_time(
         for count in range(BISECTIONS):
             if count > 1 and bracket.high - bracket.low <= 1e-12 * dt:
                 break
-            there = plant_rest(body, effort + 0.5 * guess * rise, guess, q)
-            left = reserve(there, s, memory, effort + guess * rise, INSTANT * dt, q, p)
+            body_then = plant_rest(body, effort + 0.5 * guess * rise, guess, q)
+            left = reserve(body_then, s, memory, effort + guess * rise, INSTANT * dt, q, p)
             if count == 0:
                 if left >= 0.0:
                     return dt
@@ -140,8 +140,8 @@ def sampled(k, half_step, samples):
         rest = 1.0 - part
         samples.x[k] = rest * x_0 + part * x_1 + half * part * rest * (rest * bend_0 - part * bend_1)
         samples.v[k] = slope + (rest * rest - 2.0 * part * rest) * bend_0 + (part * part - 2.0 * part * rest) * bend_1
-        whole = part_0 + 0.5 * part
-        samples.impulse[k] = total + h * whole * (force_1 + (force_2 - force_1) * (whole - 0.5))
+        share = part_0 + 0.5 * part
+        samples.impulse[k] = total + h * share * (force_1 + (force_2 - force_1) * (share - 0.5))
         k += 1
     return k
 
@@ -170,19 +170,19 @@ def remember(vectors, before):
 
 
 def doubling(
-    run: DoublingEntries, vectors: MechanismVectors, before: MechanismVectors, whole: MechanismVectors, course: Course,
-    limits: Limits, samples: Samples, report: Vector,
+    run: DoublingEntries, vectors: MechanismVectors, before: MechanismVectors, full_step: MechanismVectors,
+    course: Course, limits: Limits, samples: Samples, report: Vector,
 ) -> int:  # fmt: skip
     """Drive a plant with friction by an effort that is straight between knots.
 
-    `before` keeps the mechanism as it was before a step, `whole` is for the step as a whole; it shares the memory.
+    `before` keeps the mechanism as it was before a step, `full_step` is for the step as a whole; it shares the memory.
     `report` receives the numbers of steps accepted, of steps rejected, of steps that missed the tolerance, and of
     solves that did. Returns the number of samples reached: all, unless the motion left the finite numbers or too many
     steps missed the tolerance.
     """
     substeps, rest_time = run
-    body, body_0, body_1 = vectors.plant_state, before.plant_state, whole.plant_state
-    out, out_1, wish = vectors.out, whole.out, limits.first
+    body, body_0, body_1 = vectors.plant_state, before.plant_state, full_step.plant_state
+    out, out_1, wish = vectors.out, full_step.out, limits.first
     error_last, total, k, h_last, acceleration, bend = 1.0, 0.0, 0, 0.0, 0.0, 0.0
     for segment in range(course.starts.size):
         t, t_end, u = course.knots[segment], course.knots[segment + 1], course.starts[segment]
@@ -195,13 +195,13 @@ def doubling(
             is_cut, u_middle, u_end = h < wish, u + 0.5 * h * rise, u + h * rise
             remember(vectors, before)
             copy(body, body_1)
-            copy(vectors.friction_state, whole.friction_state)
+            copy(vectors.friction_state, full_step.friction_state)
             # Each solve begins where the last ones point to: the mean acceleration, straight on in time.
             allowed = max(min(limits.per_time * h, limits.per_step), ROUNDING * abs(body[0]))
             slack = SHARE_OF_SOLVES * allowed / h
             expected = acceleration + bend * (0.25 * h_last + 0.5 * h)
             out_1[SLOPE], out_1[ACCELERATION], out_1[SLACK] = out[SLOPE], expected, slack
-            substeps(whole, u, u_end, h, 1)
+            substeps(full_step, u, u_end, h, 1)
             copy(before.memory, vectors.memory)
             out[SLOPE], out[ACCELERATION], out[SLACK] = out_1[SLOPE], out_1[ACCELERATION] - 0.25 * h * bend, slack
             substeps(vectors, u, u_middle, 0.5 * h, 1)

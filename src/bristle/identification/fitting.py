@@ -12,7 +12,7 @@ from bristle.core.errors import InputError
 from bristle.core.held_out import HeldOut
 from bristle.core.interruption import UNFINISHED, obey
 from bristle.core.variable import Kind
-from bristle.engine.part import finite
+from bristle.engine.checks import finite
 from bristle.identification.covariance import covariance_of
 from bristle.identification.diagnostics.estimates import Judgement, about_estimates, about_held, combinations_of
 from bristle.identification.diagnostics.excitation import Excitation

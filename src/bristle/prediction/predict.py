@@ -19,7 +19,7 @@ from bristle.core.experiment import substeps_for
 from bristle.core.status import Status
 from bristle.core.variable import Variable, unit_of
 from bristle.engine import Trace, run_open_loop
-from bristle.engine.part import finite
+from bristle.engine.checks import finite
 from bristle.files.given import AXIS, LOG
 from bristle.friction import is_static, with_presliding
 from bristle.identification.dataset import Dataset

@@ -14,7 +14,7 @@ from bristle.core.digest import digest
 from bristle.core.edge import TEXT, Amount, amount, array, guarded, instance, model, optional
 from bristle.core.experiment import RUN, Experiment, Feedforward, Run, Variant
 from bristle.core.variable import Variable
-from bristle.engine.part import FRICTION
+from bristle.engine.checks import FRICTION
 from bristle.references import recorded
 from bristle.sensors import encoder
 

@@ -11,8 +11,8 @@ from bristle.core.contracts import Model
 from bristle.core.edge import Amount, amount, array, guarded, instance
 from bristle.core.experiment import FEEDFORWARD, Feedforward
 from bristle.engine import Compensator, conditioned
+from bristle.engine.checks import FRICTION, PERIOD, check_run
 from bristle.engine.motion import compensation_along
-from bristle.engine.part import FRICTION, PERIOD, check_run
 
 __all__ = ["compensator_of", "feedforward_effort", "friction_along"]
 

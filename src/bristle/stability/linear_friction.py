@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bristle.core.contracts import Model, Motion
-from bristle.engine.part import finite
+from bristle.engine.checks import finite
 from bristle.engine.steady import steady_force
 
 __all__ = ["NO_FRICTION", "LinearFriction", "slope_in_sliding", "stiffness_at_rest"]
