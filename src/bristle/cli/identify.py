@@ -94,22 +94,22 @@ def identify(
     from bristle.files.toml import TOML_LIMIT
 
     limit = bytes_asked(size_limit)
-    axes = [content_of(one, limit=TOML_LIMIT) for one in axis or ()]
+    axes = [content_of(file, limit=TOML_LIMIT) for file in axis or ()]
     if axes and describes_curves(axes[0]):
         from bristle.cli.operators import identify_operators
 
         named = None if model == DEFAULT else model
         return identify_operators(log, axes, named, out, force=force, as_json=as_json, command=context.obj, limit=limit,
                                   figures=(formats, data))  # fmt: skip
-    asked = {"model": _models(model), "cutoff": _hertz(cutoff), "decimation": decimation, "free": free,
+    options = {"model": _models(model), "cutoff": _hertz(cutoff), "decimation": decimation, "free": free,
              "draws": draws, "method": method, "global_search": everywhere,
              "settings": _thresholds(thresholds or [])}  # fmt: skip
-    return _identify_friction(log, axes, asked, out, force=force, as_json=as_json, command=context.obj, limit=limit,
+    return _identify_friction(log, axes, options, out, force=force, as_json=as_json, command=context.obj, limit=limit,
                               figures=(formats, data))  # fmt: skip
 
 
 def _identify_friction(
-    log: list[Path], axis: list[Content], asked: dict[str, Any], out: Path | None, *, force: bool, as_json: bool,
+    log: list[Path], axis: list[Content], options: dict[str, Any], out: Path | None, *, force: bool, as_json: bool,
     command: str, limit: int, figures: Figures,
 ) -> int:  # fmt: skip
     from bristle.files.axis import read_axis
@@ -125,10 +125,10 @@ def _identify_friction(
         progress("identifying") as report,
         figure_files(folder, *figures),
     ):
-        axes = axes_for([read_axis(one) for one in axis], len(log))
-        recorded = [read_log(one, its, size_limit=limit) for one, its in zip(log, axes, strict=True)]
-        found = identified(recorded, axis=axes, progress=report, **asked)
-        outcome = found.outcome_with(
+        axes = axes_for([read_axis(file) for file in axis], len(log))
+        recorded = [read_log(file, described, size_limit=limit) for file, described in zip(log, axes, strict=True)]
+        identification = identified(recorded, axis=axes, progress=report, **options)
+        outcome = identification.outcome_with(
             command=command, axis_name=axes[0].name if axes[0] else log[0].stem, progress=report, files={"axis": axis}
         )
         if outcome.uncertified:
@@ -138,12 +138,12 @@ def _identify_friction(
     if as_json:
         sys.stdout.write(json_text(outcome.summary))
     else:
-        show_identification(found, outcome.simulation)
+        show_identification(identification, outcome.simulation)
     if out:
         complain(f"wrote {out}; open {out / 'report.html'} in a browser")
-    if found.unfinished:
-        complain(found.unfinished)
-    return INTERRUPTED if found.unfinished else 0
+    if identification.unfinished:
+        complain(identification.unfinished)
+    return INTERRUPTED if identification.unfinished else 0
 
 
 def _models(text: str) -> list[Any]:
@@ -167,20 +167,20 @@ def _own_model(name: str) -> Any:
     return with_slots(own, slots, "--model")
 
 
-def _thresholds(given: list[str]) -> dict[str, float]:
+def _thresholds(texts: list[str]) -> dict[str, float]:
     """Return the thresholds of ``--set NAME=VALUE``."""
     from bristle.core import InputError
     from bristle.identification.settings import Settings
 
-    found: dict[str, float] = {}
-    for text in given:
+    thresholds: dict[str, float] = {}
+    for text in texts:
         name, _, value = text.partition("=")
         try:
-            found[name.strip()] = float(value)
+            thresholds[name.strip()] = float(value)
         except ValueError:
             raise InputError("must be a name and a number", path="--set", value=text, allowed="NAME=VALUE") from None
-    Settings.of(found, "--set")
-    return found
+    Settings.of(thresholds, "--set")
+    return thresholds
 
 
 def _hertz(text: str | None) -> float | None:

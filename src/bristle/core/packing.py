@@ -41,7 +41,7 @@ Structure = tuple[type, tuple[Any, ...]]
 
 def structure_of(value: Any) -> Structure:
     """Return the type of a NamedTuple and, field by field, what it holds: all that its layout depends on."""
-    parts = tuple(_part(one) for one in value)
+    parts = tuple(_part(field) for field in value)
     return type(value), parts
 
 
@@ -50,12 +50,12 @@ def is_scalar(structure: Structure) -> bool:
     return all(is_scalar(part) if isinstance(part, tuple) else part != "array" for part in structure[1])
 
 
-def _part(one: Any) -> Any:
-    if hasattr(one, "_fields"):
-        return structure_of(one)
-    if isinstance(one, np.ndarray):
+def _part(field: Any) -> Any:
+    if hasattr(field, "_fields"):
+        return structure_of(field)
+    if isinstance(field, np.ndarray):
         return "array"
-    return "integer" if isinstance(one, (int, np.integer)) and not isinstance(one, bool) else "number"
+    return "integer" if isinstance(field, (int, np.integer)) and not isinstance(field, bool) else "number"
 
 
 def pack(value: Any) -> np.ndarray:
@@ -78,14 +78,14 @@ def pack(value: Any) -> np.ndarray:
 def _extend(value: Any, numbers: list[float | np.ndarray]) -> bool:
     """Append what a NamedTuple holds, and return whether there are arrays among it."""
     arrays = False
-    for one in value:
-        if hasattr(one, "_fields"):
-            arrays |= _extend(one, numbers)
-        elif isinstance(one, np.ndarray):
-            numbers += [float(one.size), one]
+    for field in value:
+        if hasattr(field, "_fields"):
+            arrays |= _extend(field, numbers)
+        elif isinstance(field, np.ndarray):
+            numbers += [float(field.size), field]
             arrays = True
         else:
-            numbers.append(float(one))
+            numbers.append(float(field))
     return arrays
 
 
@@ -152,10 +152,10 @@ def packer(structure: Structure, first: int = 0) -> Callable[[Any, Any], None]:
 
 def _places(structure: Structure) -> list[str]:
     """Return how each number of a NamedTuple is reached, such as ``[1][0]``, in the order of the layout."""
-    found: list[str] = []
+    paths: list[str] = []
     for i, part in enumerate(structure[1]):
-        found += [f"[{i}]{inner}" for inner in _places(part)] if isinstance(part, tuple) else [f"[{i}]"]
-    return found
+        paths += [f"[{i}]{inner}" for inner in _places(part)] if isinstance(part, tuple) else [f"[{i}]"]
+    return paths
 
 
 @cache
