@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bristle.engine import run_open_loop
+from bristle import friction
+from bristle.engine import run_batch, run_open_loop
 from bristle.files.user_model import load_model_file
 from bristle.plants import inertia
 
@@ -23,3 +24,14 @@ def test_the_force_of_a_step_is_found_to_a_billionth(v):
         driven = inert * v + u - F_C
         w = 2.0 * driven / (inert + np.sqrt(inert**2 + 4.0 * drag * driven))
         assert friction == pytest.approx(driven + F_C - inert * w, rel=1e-9)
+
+
+def test_a_body_that_friction_brings_to_rest_does_not_turn_around():
+    # At rest after two to five whole steps, which rounding puts just before or just behind the end of one.
+    generator, M, dt = np.random.default_rng(0), 1.0, 0.1
+    F_C, steps = generator.uniform(0.5, 2.0, 400), generator.integers(2, 6, 400)
+    v = F_C * steps * dt / M
+    trace = run_batch(inertia(M=M), [friction.coulomb(F_C=one) for one in F_C], np.zeros(8), dt, v=v)
+    assert np.all(trace.velocity >= 0.0)
+    assert np.all(trace.velocity[:, 6:] == 0.0)
+    assert trace.position[:, -1] == pytest.approx(0.5 * M * v**2 / F_C, rel=1e-12)
