@@ -80,3 +80,25 @@ def test_a_path_by_position_ends_where_it_should():
         sum(min(k * at, nu * F_S) for k, nu in zip((20, 30, 30, 20), (0.1, 0.2, 0.3, 0.4), strict=True)) for at in x
     ]
     assert np.sort(np.abs(force - curve))[-6] < 1e-15
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e3])
+def test_a_path_shows_the_curve_that_it_went_along_whatever_the_size_of_the_force(scale):
+    # Two elements: 20 N/m and 80 N/m up to their limits, 0.5 N and 0.5 N, and then the same from there on back.
+    k, limit = np.array([20.0, 80.0]), np.array([0.5, 0.5])
+    model = friction.maxwell_slip(F_C=scale, k_i=(scale * k).tolist(), nu_i=limit.tolist())
+    path = Path(model, holding_of(model))
+    assert path.to_force(0.7 * scale)
+    assert path.x == pytest.approx(0.01, rel=1e-9)
+    assert path.to_force(-0.2 * scale)
+    assert path.x == pytest.approx(0.01 - 0.9 / 100.0, rel=1e-9)
+    path.to_position(0.02)
+    x, force = path.trace
+    assert x.shape == force.shape
+    assert (x[0], force[0], x[-1]) == (0.0, 0.0, 0.02)
+    out, back = int(np.argmax(x >= 0.0099999)), int(np.argmin(np.abs(force + 0.2 * scale)))
+    assert np.all(np.diff(x[: out + 1]) > 0.0)
+    # In the middle of steps that hold no knee.
+    curve = np.minimum(np.outer(x[:out], k), limit).sum(axis=1)
+    assert np.max(np.abs(force[:out] / scale - curve)) < 5e-3
+    assert np.max(np.abs(np.diff(force[out:back] / scale) - 100.0 * np.diff(x[out:back]))) < 1e-9

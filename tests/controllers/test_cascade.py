@@ -45,6 +45,22 @@ def test_starting_under_way_leaves_no_jolt():
     assert np.max(np.abs(trace.command)) < 1e-6
 
 
+@pytest.mark.parametrize("averaging", [1, 2])
+def test_a_cascade_that_takes_over_an_acceleration_goes_on_as_one_that_was_there_before(averaging):
+    c = controllers.cascade(k_p=20.0, k_v=300.0, averaging=averaging)
+
+    def position(k):
+        return 0.3 + 0.05 * k * DT + 0.5 * 3.0 * (k * DT) ** 2
+
+    state = c.component.start(position(-5), 0.0, 0.0, DT, c.parameters)
+    for k in range(-5, 0):
+        _, state = c.component.step(state, Reference(0.0, 0.0, 0.0), position(k), DT, c.parameters)
+    fresh = c.component.start(position(0), 0.05, 3.0, DT, c.parameters)
+    efforts = [c.component.step(one, Reference(0.31, 0.0, 0.0), position(0), DT, c.parameters)[0]
+               for one in (state, fresh)]  # fmt: skip
+    assert efforts[1] == pytest.approx(efforts[0], rel=1e-9)
+
+
 def test_the_integral_removes_the_error_that_friction_leaves():
     reference = np.concatenate((np.zeros(50), np.full(3000, 1e-3)))
     without = drive(controllers.cascade(k_p=60.0, k_v=400.0), reference, model=friction.viscous(F_v=20.0),

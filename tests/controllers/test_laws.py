@@ -174,6 +174,9 @@ def test_friction_along_the_measured_motion_is_that_of_the_model_there():
     from bristle import response
 
     assert trace.compensation == pytest.approx(0.8 * response(model, trace.measured, DT), abs=1e-9)
+    # One mass: its motor is where it is itself.
+    assert np.array_equal(trace.motor_position, trace.position)
+    assert np.array_equal(trace.motor_velocity, trace.velocity)
 
 
 @pytest.mark.parametrize("name", ["gms", "maxwell_stribeck"])

@@ -60,6 +60,7 @@ def test_what_is_one_for_all_is_shared():
     assert batch.position[:, 0].tolist() == [0.0, 1.0, 2.0]
     alone = run_open_loop(plants[2], models[0], effort[0], 1e-4, x=2.0, integrator="semi_implicit")
     assert np.array_equal(batch.position[2], alone.position)
+    assert np.array_equal(batch.time, alone.time)
 
 
 def test_the_semi_implicit_step_has_order_one():
