@@ -36,6 +36,15 @@ def test_a_force_that_grows_with_the_position_for_ever_is_never_passed_however_l
     assert (alone.backward, alone.forward) == pytest.approx((-1.0, 1.0), rel=1e-6)
 
 
+@pytest.mark.parametrize("spring", [0.0, 7e-7, 1.4e-6])
+def test_what_is_symmetric_holds_as_much_backward_as_forward_or_neither(spring):
+    # The springs lie on both sides of what counts as growing for ever.
+    operator = hysteresis.prandtl_ishlinskii(thresholds=[1e-6], weights=[1e6], spring=spring)
+    held = holding_of(as_friction(operator))
+    assert held.backward == pytest.approx(-held.forward, rel=1e-9)
+    assert math.isinf(held.forward) == (spring > 1e-6)
+
+
 def test_the_distance_is_where_half_of_the_force_is_there():
     # A bristle of LuGre charges as 1 - exp(-sigma_0 x / F_S).
     assert holding_of(lugre()).distance == pytest.approx(F_S / STIFFNESS * np.log(2.0), rel=0.12)
