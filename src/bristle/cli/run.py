@@ -39,6 +39,9 @@ def run(
     With [compare] in the file, several variants of the loop side by side. A loop that is unstable is named before it
     is simulated, and one that would diverge is not simulated at all. The exit code is 1 if a loop diverges.
 
+    With [effort] in place of [controller] and [reference] an open loop: the effort is given. There a tolerance in
+    [run] takes the place of substeps, and the steps are as long as it allows.
+
     Writes summary.json and report.html into DIR, and with --log log.csv: reference, encoder and commanded effort.
     """
     from bristle.core import InputError
@@ -48,7 +51,7 @@ def run(
     from bristle.files.summary import as_json as json_text
     from bristle.report.best import closing_sentences
     from bristle.report.figure_files import figure_files
-    from bristle.report.loop_tables import variant_table
+    from bristle.report.loop_tables import open_table, variant_table
     from bristle.report.loop_warnings import about_loops, loop_warnings
     from bristle.report.messages import message
     from bristle.report.results import write_logs, write_report
@@ -92,7 +95,8 @@ def run(
     if as_json:
         sys.stdout.write(json_text(summary))
     elif result.variants:
-        show_table(variant_table(result))
+        is_open = all(variant.is_open for variant in result.variants.values())
+        show_table(open_table(result) if is_open else variant_table(result))
         for sentence in closing_sentences(result):
             say(sentence)
     if out:

@@ -36,6 +36,7 @@ __all__ = [
     "RUN",
     "SAMPLES_MAX",
     "SIDES",
+    "Effort",
     "Experiment",
     "Feedforward",
     "Learning",
@@ -58,6 +59,7 @@ RUN = {
     "current_lag": Variable("time", "time constant of the current control of the drive", min=0.0),
     "seeds": Variable("1", "runs, each with other noise", min=1.0, max=1000.0),
     "delay": Variable("1", "samples from a measurement to the effort computed from it", min=0.0, max=LONGEST_DELAY),
+    "tolerance": Variable("length", "largest error of the position, of an open loop", min=0.0),
 }
 FEEDFORWARD = {
     "mass": Variable("mass", "mass or inertia times the desired acceleration", min=0.0),
@@ -109,7 +111,8 @@ class Run:
     sample_time : float
         Sample time of the controller [s].
     substeps : int
-        Integration steps in a sample; 0 stands for as many as `substeps_for` returns.
+        Integration steps in a sample; 0 stands for as many as `substeps_for` returns, or for those that the
+        `tolerance` asks for.
     delay : int
         Samples from a measurement to the effort computed from it. What is fed forward is known before, and is handed
         to the controller as many samples ahead.
@@ -121,6 +124,9 @@ class Run:
         Time constant of the current control of the drive [s]: the effort follows its command with it.
     seeds : int
         Runs, each with other noise: run `i` adds `i` to the seeds of sensor and friction.
+    tolerance : float
+        Largest error of the position over the whole run [m or rad]: the integration chooses its steps, as an open loop
+        may; 0 for `substeps` of equal length.
     """
 
     duration: float
@@ -131,9 +137,13 @@ class Run:
     settle: float = 0.0
     current_lag: float = 0.0
     seeds: int = 1
+    tolerance: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.substeps == 0:
+        if self.tolerance and self.substeps:
+            raise InputError("stands beside a tolerance, which chooses the steps itself", path="substeps",
+                             value=self.substeps, mend="Leave one of both out")  # fmt: skip
+        if self.substeps == 0 and not self.tolerance:
             object.__setattr__(self, "substeps", substeps_for(self.sample_time))
         if self.duration / self.sample_time > SAMPLES_MAX:
             raise InputError(f"asks for {self.duration / self.sample_time:.3g} samples", path="duration",
@@ -204,11 +214,29 @@ class Learning:
     cutoff: float
 
 
+@guarded(values=array(least=1), told=TEXT)
+@dataclass(frozen=True, eq=False)
+class Effort:
+    """What drives an open loop: the effort of each sample, held until the next one.
+
+    Parameters
+    ----------
+    values : ndarray, shape (sample,)
+        The effort [N or N*m].
+    told : str
+        What it is, in words for a report.
+    """
+
+    values: np.ndarray
+    told: str = "given sample by sample"
+
+
 @guarded(
     name=TEXT, plant=model("plant"), friction=model("friction"), controller=model("controller"), sensor=model("sensor"),
     reference=model("reference"), feedforward=instance(Feedforward, "a Feedforward"), run=instance(Run, "a Run"),
     disturbance=optional(array()), learning=optional(instance(Learning, "a Learning")),
     table=optional(model("friction")), sensor_at=among(*SIDES), axis=optional(instance(Axis, "an Axis")),
+    effort=optional(instance(Effort, "an Effort")),
 )  # fmt: skip
 @dataclass(frozen=True)
 class Variant:
@@ -234,6 +262,8 @@ class Variant:
         Which of both the sensor reads.
     axis : Axis or None
         How a log of it is written.
+    effort : Effort or None
+        What drives an open loop, in which nothing follows the reference; None in a loop with a controller.
     """
 
     name: str
@@ -249,6 +279,27 @@ class Variant:
     table: Model | None = None
     sensor_at: str = "load"
     axis: Axis | None = None
+    effort: Effort | None = None
+
+    def __post_init__(self) -> None:
+        if not self.run.tolerance:
+            return
+        if self.effort is None:
+            raise InputError(
+                "is for open loops: a controller acts at equal steps, and they end there", path="run.tolerance",
+                value=self.run.tolerance, mend="Write substeps, or drive the plant by [effort] without a [controller]",
+            )  # fmt: skip
+        if self.plant.component.screw is not None:
+            raise InputError(
+                f"needs a plant of one mass, and {self.plant.name} has a table behind a screw", path="run.tolerance",
+                value=self.run.tolerance, mend="Write substeps instead, or take an inertia with the sum of both",
+            )  # fmt: skip
+        for name in ("delay", "current_lag"):
+            if value := getattr(self.run, name):
+                raise InputError(
+                    "stands beside a tolerance, and no drive is part of what that integrates", path=f"run.{name}",
+                    value=value, mend="Write substeps instead of the tolerance",
+                )  # fmt: skip
 
 
 @guarded(

@@ -26,7 +26,17 @@ MOTOR_POSITION, MOTOR_VELOCITY, FED, ROWS = 6, 7, 8, 9
 # Beyond this magnitude of position plus velocity a simulation has left the numbers worth following.
 BOUND = 1e100
 
-__all__ = ["Compensation", "Controller", "Driven", "Sampling", "Sensor", "Signals", "closed_loop", "open_loop"]
+__all__ = [
+    "Compensation",
+    "Controller",
+    "Driven",
+    "Sampling",
+    "Sensor",
+    "Signals",
+    "closed_loop",
+    "open_loop",
+    "readings",
+]
 
 
 class Driven(NamedTuple):
@@ -113,6 +123,13 @@ def open_loop(
         if not abs(plant[0]) + abs(plant[1]) < BOUND:
             return k + 1
     return count
+
+
+def readings(sensor: Sensor, dt: float, measured: Vector) -> int:
+    """Write what a sensor reads at each sample, its `reading` being the position at all of them; return 0."""
+    for k in range(measured.size):
+        measured[k] = sensor.sense(sensor.parameters, sensor.state, sensor.reading[k], dt)
+    return 0
 
 
 def closed_loop(

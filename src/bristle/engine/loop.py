@@ -321,6 +321,14 @@ def _entry(name: str, part: Instance, kind: Any, make: Any) -> Any:
     return compiled(f"{name}-{part.key}", lambda: make(*part.structures), kind, part.functions)
 
 
+def sensed(sensor: Model, x: np.ndarray, dt: float) -> np.ndarray:
+    """Return what a sensor reads of a position at each sample [m or rad]."""
+    part, readings = Instance(sensor), np.empty(x.size)
+    entry = Sensor(_entry("sense", part, Sense, entry_points.make_sense), part.parameters, part.state, x)
+    driver(drivers.readings)(entry, float(dt), readings)
+    return readings
+
+
 def _sensed(sensor: Model, x: float, dt: float) -> tuple[float, Any]:
     component = sensor.component
     return component.step(component.initial_state(sensor.parameters), x, dt, sensor.parameters)

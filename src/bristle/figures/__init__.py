@@ -33,6 +33,7 @@ from bristle.figures.minor_loops import minor_loops
 from bristle.figures.model_comparison import model_comparison
 from bristle.figures.motion import expected, motion
 from bristle.figures.numbers import as_csv, numbers_of
+from bristle.figures.open_loop import open_loop
 from bristle.figures.parameters import parameters
 from bristle.figures.passages import passages
 from bristle.figures.prediction import prediction
@@ -78,6 +79,7 @@ __all__ = [
     "model_comparison",
     "motion",
     "numbers_of",
+    "open_loop",
     "parameters",
     "passages",
     "prediction",

@@ -97,9 +97,9 @@ def write_log(path: str | os.PathLike[str], axis: Axis, signals: Mapping[str, np
     axis : Axis
         Whose units and names of columns it has.
     signals : mapping of str to ndarray, shape (sample,)
-        ``time`` [s], ``position``, ``effort`` and ``reference`` in SI.
+        ``time`` [s], ``position``, ``effort`` and, of a loop, ``reference`` in SI.
     """
-    _write(path, log_columns(axis), signals)
+    _write(path, {name: column for name, column in log_columns(axis).items() if name in signals}, signals)
 
 
 def axis_of_motion(source: Readable, axis: Axis | None) -> Axis | None:

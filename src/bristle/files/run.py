@@ -55,6 +55,9 @@ def run_from(table: Mapping[str, Any], axis: Axis | None, reference: Model, kind
         quantity, place = RUN["effort_limit"].quantity, f"{path}.effort_limit"
         entries["effort_limit"] = in_effort(entries["effort_limit"], quantity, kind, columns, place)
     values: dict[str, Any] = {name: number_at(entries[name], RUN[name], kind, f"{path}.{name}") for name in entries}
+    if "substeps" in values and values.get("tolerance"):
+        raise InputError("stands beside a tolerance, which chooses the steps itself", path=f"{path}.substeps",
+                         value=table["substeps"], mend="Leave one of both out")  # fmt: skip
     for name in ("substeps", "delay", "seeds"):
         if name in values:
             values[name] = _integer(values[name], f"{path}.{name}")

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from bristle.controllers.open_loop import MODEL as open_loop
 from bristle.core import units
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
@@ -14,6 +15,7 @@ from bristle.core.experiment import ALONG, FEEDFORWARD, LEARNING, SIDES, Feedfor
 from bristle.core.variable import Kind
 from bristle.files.components import check_keys, key_of, model_from, number_at, table_at
 from bristle.files.controller import controller_from
+from bristle.files.effort import at_rest, effort_from, recorded_in
 from bristle.files.model import kind_at
 from bristle.files.run import run_from
 from bristle.files.sources import Sources
@@ -24,7 +26,7 @@ from bristle.sensors import SENSORS
 
 __all__ = ["SECTIONS", "Tables", "variant_from"]
 
-SECTIONS = ("axis", "plant", "friction", "table_friction", "controller", "sensor", "reference", "run")
+SECTIONS = ("axis", "plant", "friction", "table_friction", "controller", "effort", "sensor", "reference", "run")
 
 BESIDE = ("feedforward", "learning")  # of the parameters of a control law
 
@@ -76,22 +78,39 @@ def variant_from(name: str, tables: Tables, sources: Sources) -> Variant:
             "is missing", path="friction", mend='Write [friction] and, below it, model = "coulomb_viscous"'
         )
     identified, friction = sources.friction(tables.content["friction"], kind, tables.path("friction"))
-    reference = _reference(tables, axis, kind, sources)
     plant = _plant(tables, axis, identified, kind)
+    mechanism: dict[str, Any] = {
+        "name": name, "plant": plant, "friction": friction, "table": _table_friction(tables, plant, sources),
+        "sensor": _sensor(tables, axis, kind), "sensor_at": _side(tables, plant), "axis": axis,
+    }  # fmt: skip
+    if "effort" in tables.content:
+        return _open_loop(tables, mechanism, kind, sources)
+    reference = _reference(tables, axis, kind, sources)
     return Variant(
-        name=name,
-        plant=plant,
-        friction=friction,
-        table=_table_friction(tables, plant, sources),
+        **mechanism,
         controller=_controller(tables, axis, kind),
-        sensor=_sensor(tables, axis, kind),
-        sensor_at=_side(tables, plant),
         reference=reference,
         feedforward=_feedforward(tables, kind, sources),
         learning=_learning(tables, kind),
         run=run_from(tables.table("run"), axis, reference, kind, tables.path("run")),
-        axis=axis,
     )
+
+
+def _open_loop(tables: Tables, mechanism: dict[str, Any], kind: Kind, sources: Sources) -> Variant:
+    for section in ("controller", "reference"):
+        if section in tables.content:
+            raise InputError(
+                "belongs to a loop, and [effort] drives the plant without one", path=tables.path(section),
+                mend=f"Take [{section}] or [effort] out of the file",
+            )  # fmt: skip
+    path, entries = tables.path("effort"), tables.table("effort")
+    log = recorded_in(entries, mechanism["axis"], sources, path)
+    reference = at_rest(log)
+    run = run_from(tables.table("run"), mechanism["axis"], reference, kind, tables.path("run"))
+    return Variant(
+        **mechanism, controller=open_loop(kind=kind), reference=reference, feedforward=Feedforward(), run=run,
+        effort=effort_from(entries, log, run, kind, path),
+    )  # fmt: skip
 
 
 def _axis(tables: Tables, sources: Sources) -> Axis | None:

@@ -107,9 +107,12 @@ def design(
     Raises
     ------
     InputError
-        If there is no such variant, or the bandwidth is not positive.
+        If there is no such variant, one is an open loop, or the bandwidth is not positive.
     """
     chosen = _chosen(experiment.variants, variant)
+    if any(one.effort is not None for one in experiment.variants):
+        raise InputError("drives an open loop, which has no gains", path="effort",
+                         mend="Write [controller] and [reference] instead")  # fmt: skip
     assessments = tuple(assess(variant) for variant in experiment.variants)
     verdict = next(assessment.verdict for assessment in assessments if assessment.name == chosen.name)
     runs = verdict is not Verdict.DIVERGES

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from bristle.core.experiment import Variant
     from bristle.simulation.result import SimulationResult, VariantResult
 
-__all__ = ["component_table", "direction_table", "run_table", "variant_table"]
+__all__ = ["component_table", "direction_table", "open_table", "run_table", "variant_table"]
 
 
 def variant_table(result: SimulationResult) -> Table:
@@ -38,6 +38,28 @@ def variant_table(result: SimulationResult) -> Table:
             cells = ["–"] * len(cells)
         rows.append((variant.name, *cells, "" if variant.status is Status.OK else variant.status.sentence))
     return Table("The variants of the loop", heads, rows).without_empty_columns()
+
+
+def open_table(result: SimulationResult) -> Table:
+    """Return where the variants of an experiment without a loop went, and under what efforts."""
+    completed = [variant for variant in result.variants.values() if variant.status is not Status.NOT_FINITE]
+    kind = result.experiment.kind
+    length = Quantity.of(unit_of("length", kind), (variant.motion.peak_to_peak for variant in completed))
+    effort = Quantity.of(unit_of("force", kind), (variant.effort_peak for variant in completed))
+    word = "Torque" if kind == "rotational" else "Force"
+    heads = (
+        "Variant", length.head("Position, peak to peak"), length.head("lowest"), length.head("highest"),
+        effort.head(f"{word}, rms"), effort.head("peak"), "Remark",
+    )  # fmt: skip
+    rows = []
+    for variant in result.variants.values():
+        motion = variant.motion
+        cells = [length.cell(value) for value in (motion.peak_to_peak, motion.min, motion.max)]
+        cells += [effort.cell(variant.effort_rms), effort.cell(variant.effort_peak)]
+        if variant.status is Status.NOT_FINITE:
+            cells = ["–"] * len(cells)
+        rows.append((variant.name, *cells, "" if variant.status is Status.OK else variant.status.sentence))
+    return Table("The variants", heads, rows).without_empty_columns()
 
 
 def direction_table(result: SimulationResult) -> Table:
@@ -94,7 +116,7 @@ def run_table(variants: Sequence[Variant]) -> Table:
     rows = [
         (
             variant.name, with_unit(variant.run.duration, "s", 4), with_unit(variant.run.settle, "s", 4),
-            with_unit(variant.run.sample_time, "s", 4), str(variant.run.substeps), str(variant.run.delay),
+            with_unit(variant.run.sample_time, "s", 4), _steps(variant), str(variant.run.delay),
             with_unit(variant.run.effort_limit, unit_of("force", variant.plant.kind), 4),
             with_unit(variant.feedforward.mass, unit_of("mass", variant.plant.kind), 4),
             f"{variant.feedforward.gain:g}",
@@ -102,3 +124,9 @@ def run_table(variants: Sequence[Variant]) -> Table:
         for variant in variants
     ]  # fmt: skip
     return Table("How it was simulated", heads, rows)
+
+
+def _steps(variant: Variant) -> str:
+    if not variant.run.tolerance:
+        return str(variant.run.substeps)
+    return f"as {with_unit(variant.run.tolerance, unit_of('length', variant.plant.kind))} of position ask for"

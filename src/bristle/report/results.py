@@ -94,7 +94,6 @@ def write_logs(folder: Results, result: SimulationResult) -> dict[str, str]:
             "time": outcome.time,
             "position": outcome.measured,
             "effort": outcome.command,
-            "reference": outcome.reference,
-        }
+        } | ({} if outcome.is_open else {"reference": outcome.reference})
         write_log(folder / names[variant.name], variant.axis or Axis(kind=variant.plant.kind), signals)
     return names

@@ -10,7 +10,7 @@ from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
 from bristle.report.best import closing_sentences
 from bristle.report.compensation import pair_in
-from bristle.report.loop_tables import component_table, direction_table, run_table, variant_table
+from bristle.report.loop_tables import component_table, direction_table, open_table, run_table, variant_table
 from bristle.report.page import Picture, picture, render
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from bristle.core.experiment import Variant
     from bristle.simulation.result import SimulationResult
 
-__all__ = ["following_picture", "simulation_report"]
+__all__ = ["following_picture", "motion_picture", "simulation_report"]
 
 
 def simulation_report(
@@ -40,7 +40,7 @@ def simulation_report(
     warnings : sequence of str
         What is to be said of the loops: poles and margins.
     """
-    variants = result.experiment.variants
+    variants, is_open = result.experiment.variants, _is_open(result)
     return render(
         "simulation.html",
         provenance=provenance,
@@ -48,10 +48,12 @@ def simulation_report(
         banner=banner,
         name=result.experiment.name,
         verdict=[*(f"{warning}." for warning in warnings), *_sentences(result)],
-        variants=variant_table(result),
-        directions=direction_table(result),
-        pictures=following_picture(result),
+        is_open=is_open,
+        variants=open_table(result) if is_open else variant_table(result),
+        directions=None if is_open else direction_table(result),
+        pictures=motion_picture(result) if is_open else following_picture(result),
         loops=[component_table(f"The parts of {variant.name}", _parts(variant)) for variant in variants],
+        efforts=[f"{variant.name}: {variant.effort.told}" for variant in variants if variant.effort is not None],
         runs=run_table(variants),
     )
 
@@ -73,6 +75,25 @@ def following_picture(result: SimulationResult) -> dict[str, Picture]:
     }  # fmt: skip
 
 
+def motion_picture(result: SimulationResult) -> dict[str, Picture]:
+    """Return the figure of what a given effort does, where a variant completed."""
+    from bristle.figures import has_completed, open_loop
+
+    if not has_completed(result):
+        return {}
+    return {
+        "motion": picture(
+            "motion", lambda: open_loop(result),
+            "Position, velocity, friction and effort of each variant over time",
+            "Where the velocity is zero and friction holds against the effort, the axis sticks.",
+        )
+    }  # fmt: skip
+
+
+def _is_open(result: SimulationResult) -> bool:
+    return all(variant.effort is not None for variant in result.experiment.variants)
+
+
 def _focus(result: SimulationResult) -> tuple[str, ...]:
     return tuple(variant.name for variant in pair_in(result) or ())
 
@@ -82,7 +103,9 @@ def _sentences(result: SimulationResult) -> list[str]:
     lines = [f"{name}: {Status.NOT_FINITE.sentence}." for name in failed]
     unit = unit_of("length", result.experiment.kind)
     lines += [
-        f"{variant.name}: following error {with_unit(variant.following_error.peak_to_peak, unit)} peak to peak, "
+        f"{variant.name}: moves by {with_unit(variant.motion.peak_to_peak, unit)} peak to peak."
+        if variant.is_open
+        else f"{variant.name}: following error {with_unit(variant.following_error.peak_to_peak, unit)} peak to peak, "
         f"{with_unit(variant.following_error.rms, unit)} root mean square."
         for variant in result.variants.values()
         if variant.name not in failed
@@ -91,6 +114,8 @@ def _sentences(result: SimulationResult) -> list[str]:
 
 
 def _parts(variant: Variant) -> list[tuple[str, Model | None]]:
+    if variant.effort is not None:
+        return [("Plant", variant.plant), ("Friction", variant.friction), ("Sensor", variant.sensor)]
     return [
         ("Plant", variant.plant), ("Friction", variant.friction), ("Controller", variant.controller),
         ("Sensor", variant.sensor), ("Reference", variant.reference),

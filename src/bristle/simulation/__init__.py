@@ -3,6 +3,7 @@
 from bristle.core.experiment import substeps_for
 from bristle.simulation.compensation import compensation_experiment
 from bristle.simulation.feedforward import feedforward_effort, friction_along
+from bristle.simulation.open_loop import open_loop_experiment
 from bristle.simulation.result import Prediction, SimulationResult, Statistics, VariantResult, statistics_of
 from bristle.simulation.run import simulate
 
@@ -14,6 +15,7 @@ __all__ = [
     "compensation_experiment",
     "feedforward_effort",
     "friction_along",
+    "open_loop_experiment",
     "simulate",
     "statistics_of",
     "substeps_for",

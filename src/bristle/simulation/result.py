@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields, replace
 from typing import Any
@@ -29,6 +30,7 @@ __all__ = [
 
 
 HEADS = ("Variant", "Following error, peak to peak", "its rms", "True error, rms", "Effort, rms", "Peak", "Status")
+OPEN_HEADS = ("Variant", "Position, peak to peak", "lowest", "highest", "Effort, rms", "Peak", "Status")
 
 
 @dataclass(frozen=True)
@@ -49,11 +51,14 @@ class Statistics:
     max: float
 
 
+NO_STATISTICS = Statistics(*[math.nan] * 6)
+
+
 @guarded(signal=array(finite=False))  # of a loop that diverged the last numbers are none
 def statistics_of(signal: Any) -> Statistics:
     """Return peak-to-peak, mean, standard deviation, root mean square, minimum and maximum of a signal."""
     if signal.size == 0:
-        return Statistics(*[float("nan")] * 6)
+        return NO_STATISTICS
     low, high = float(signal.min()), float(signal.max())
     with np.errstate(over="ignore", invalid="ignore"):
         return Statistics(
@@ -101,6 +106,9 @@ class VariantResult(Tabular):
         Following error peak to peak of each trial, where the motion is learned [m or rad].
     kind : {"translational", "rotational"}
         Kind of axis.
+    motion : Statistics
+        Position itself, after the settling time. In an open loop nothing follows a reference: that, its errors and
+        `by_direction` are NaN there.
     """
 
     name: str
@@ -123,6 +131,7 @@ class VariantResult(Tabular):
     spread: Mapping[str, Any] = field(default_factory=dict)
     trials: tuple[float, ...] = ()
     kind: Kind = "translational"
+    motion: Statistics = NO_STATISTICS
 
     def as_dict(self) -> dict[str, Any]:
         """Return the numbers, without the arrays; beside each mean over several runs its ``..._spread``."""
@@ -135,13 +144,21 @@ class VariantResult(Tabular):
     def _title(self) -> str:
         return f"{self.name}: simulated, {len(self.time)} samples, {self.kind}"
 
+    @property
+    def is_open(self) -> bool:
+        """Whether nothing was to follow a reference: an open loop."""
+        return self.reference.size > 0 and bool(np.all(np.isnan(self.reference)))
+
     def _remarks(self) -> list[str]:
-        return [f"{head}: {text}" for head, text in zip(HEADS[1:], self._row(), strict=True) if text]
+        heads = OPEN_HEADS if self.is_open else HEADS
+        return [f"{head}: {text}" for head, text in zip(heads[1:], self._row(), strict=True) if text]
 
     def _row(self) -> tuple[str, ...]:
         """Return its numbers as a row of the card of an experiment tells them."""
         length, force = unit_of("length", self.kind), unit_of("force", self.kind)
         errors = (self.following_error.peak_to_peak, self.following_error.rms, self.true_error.rms)
+        if self.is_open:
+            errors = (self.motion.peak_to_peak, self.motion.min, self.motion.max)
         efforts = (self.effort_rms, self.effort_peak)
         cells = [*(with_unit(error, length) for error in errors), *(with_unit(effort, force) for effort in efforts)]
         return *cells, self.status.sentence
@@ -152,6 +169,7 @@ class VariantResult(Tabular):
             "true_error": asdict(self.true_error),
             "by_direction": {name: asdict(statistics) for name, statistics in self.by_direction.items()},
             "effort": {"rms": self.effort_rms, "peak": self.effort_peak},
+            "motion": asdict(self.motion),
         }
 
 
@@ -187,6 +205,7 @@ def mean_result(runs: Sequence[VariantResult]) -> VariantResult:
         following_error=_mean([run.following_error for run in runs]),
         true_error=_mean([run.true_error for run in runs]),
         by_direction={name: _mean([run.by_direction[name] for run in runs]) for name in runs[0].by_direction},
+        motion=_mean([run.motion for run in runs]),
         effort_rms=float(np.mean([run.effort_rms for run in runs])),
         effort_peak=float(np.mean([run.effort_peak for run in runs])),
         status=next((run.status for run in runs if run.status is not Status.OK), Status.OK),
@@ -273,8 +292,9 @@ class SimulationResult(WithCard):
     def _card(self) -> Card:
         rows = tuple((name, *variant._row()) for name, variant in self.variants.items())
         title = f"{self.experiment.name}: {len(rows)} {'variant' if len(rows) == 1 else 'variants'} simulated"
+        heads = OPEN_HEADS if rows and all(variant.is_open for variant in self.variants.values()) else HEADS
         refused = (f"{name} was not simulated: {reason}" for name, reason in self.refused.items())
-        return Card(title, HEADS, rows, tuple(refused))
+        return Card(title, heads, rows, tuple(refused))
 
 
 @dataclass(frozen=True)

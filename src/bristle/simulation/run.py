@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -12,8 +13,10 @@ from bristle.controllers.limits import within_drive
 from bristle.core.contracts import Model
 from bristle.core.cores import Abreast
 from bristle.core.edge import PROGRESS, guarded
-from bristle.core.experiment import Variant
-from bristle.engine import run_closed_loop
+from bristle.core.errors import InputError
+from bristle.core.experiment import Effort, Variant
+from bristle.engine import LoopTrace, Trace, run_adaptive, run_closed_loop
+from bristle.engine.loop import sensed
 from bristle.files.given import EXPERIMENT
 from bristle.simulation.feedforward import compensator_of, feedforward_effort
 from bristle.simulation.result import SimulationResult, VariantResult, mean_result, statistics_of
@@ -78,8 +81,18 @@ def _desired(variant: Variant) -> np.ndarray:
     count = round(run.duration / run.sample_time)
     t = run.sample_time * np.arange(count + run.delay)
     position, velocity, acceleration = variant.reference.component.sample(t, variant.reference.parameters)
+    if variant.effort is not None:
+        return _driven(variant.effort, np.stack((position, velocity, acceleration)), count)
     effort = feedforward_effort(variant.feedforward, position, acceleration, run.sample_time)
     return np.stack((position[:count], velocity[:count], acceleration[:count], effort[run.delay :]))
+
+
+def _driven(effort: Effort, motion: np.ndarray, count: int) -> np.ndarray:
+    """Return what drives an open loop, in place of what is fed forward; no sample of it is left unsaid."""
+    if effort.values.size != count:
+        raise InputError("is not as long as the run", path="effort", value=effort.values.size,
+                         allowed=f"{count} samples")  # fmt: skip
+    return np.vstack((motion[:, :count], effort.values))
 
 
 def _simulate_variant(variant: Variant, desired: np.ndarray, number: int) -> VariantResult:
@@ -91,26 +104,11 @@ def _simulate_variant(variant: Variant, desired: np.ndarray, number: int) -> Var
 def _simulate_once(variant: Variant, desired: np.ndarray, number: int) -> VariantResult:
     """Return one run of a variant; `number` shifts the seeds of its sensor and its friction."""
     run, dt = variant.run, variant.run.sample_time
-    position, velocity, acceleration, effort = desired
-    trace = run_closed_loop(
-        variant.plant,
-        _seeded(variant.friction, number),
-        within_drive(variant.controller, run.effort_limit),
-        _seeded(variant.sensor, number),
-        desired,
-        dt,
-        table=_seeded(variant.table, number) if variant.table is not None else None,
-        sensor_at=variant.sensor_at,
-        steps=run.substeps,
-        compensator=compensator_of(variant.feedforward),
-        disturbance=variant.disturbance,
-        limit=run.effort_limit,
-        delay=run.delay,
-        lag=run.current_lag,
-        x=float(position[0]),
-        v=float(velocity[0]),
-        acceleration=float(acceleration[0]),
-    )
+    position, velocity, _, effort = desired
+    trace = (_by_tolerance if run.tolerance else _by_steps)(variant, desired, number)
+    compensation = trace.compensation if isinstance(trace, LoopTrace) else 0.0
+    if variant.effort is not None:  # nothing follows the reference, which has no error then
+        position = np.full_like(position, np.nan)
     done = trace.time.size
     judged = slice(min(round(run.settle / dt), done), done)
     following, true = position[:done] - trace.measured, position[:done] - trace.position
@@ -132,8 +130,46 @@ def _simulate_once(variant: Variant, desired: np.ndarray, number: int) -> Varian
         velocity=trace.velocity,
         command=trace.command,
         effort=trace.effort,
-        feedforward=effort[:done] + trace.compensation,
+        feedforward=effort[:done] + compensation,
         friction=trace.friction,
         status=trace.status,
         kind=trace.kind,
+        motion=statistics_of(trace.position[judged]),
     )
+
+
+def _by_steps(variant: Variant, desired: np.ndarray, number: int) -> LoopTrace:
+    """Return a run with steps of one length, of a loop or of what is driven without one."""
+    run, (position, velocity, acceleration, _) = variant.run, desired
+    return run_closed_loop(
+        variant.plant,
+        _seeded(variant.friction, number),
+        within_drive(variant.controller, run.effort_limit),
+        _seeded(variant.sensor, number),
+        desired,
+        run.sample_time,
+        table=_seeded(variant.table, number) if variant.table is not None else None,
+        sensor_at=variant.sensor_at,
+        steps=run.substeps,
+        compensator=compensator_of(variant.feedforward),
+        disturbance=variant.disturbance,
+        limit=run.effort_limit,
+        delay=run.delay,
+        lag=run.current_lag,
+        x=float(position[0]),
+        v=float(velocity[0]),
+        acceleration=float(acceleration[0]),
+    )
+
+
+def _by_tolerance(variant: Variant, desired: np.ndarray, number: int) -> Trace:
+    """Return a run of an open loop with steps of the lengths that its tolerance asks for."""
+    run = variant.run
+    effort = np.clip(desired[3], -run.effort_limit, run.effort_limit)
+    unseen = 0.0 if variant.disturbance is None else variant.disturbance
+    trace = run_adaptive(
+        variant.plant, _seeded(variant.friction, number), effort - unseen, run.sample_time, tolerance=run.tolerance,
+        hold="zero",
+    )  # fmt: skip
+    reading = sensed(_seeded(variant.sensor, number), trace.position, run.sample_time)
+    return replace(trace, measured=reading, effort=effort[: reading.size], command=effort[: reading.size])

@@ -18,9 +18,13 @@ MOTIONS_IN_WORDS = {Motions.ALL: "all", Motions.SMALL: "small", Motions.LARGE: "
 
 
 def runnable(experiment: Experiment) -> tuple[Experiment, dict[str, Assessment]]:
-    """Return the experiment without the variants whose loop diverges, and what the loop of each variant says."""
-    judged = {variant.name: assess(variant) for variant in experiment.variants}
-    bounded = tuple(variant for variant in experiment.variants if judged[variant.name].verdict is not Verdict.DIVERGES)
+    """Return the experiment without the variants whose loop diverges, and what the loop of each variant says.
+
+    An open loop says nothing.
+    """
+    judged = {variant.name: assess(variant) for variant in experiment.variants if variant.effort is None}
+    diverging = {name for name, assessment in judged.items() if assessment.verdict is Verdict.DIVERGES}
+    bounded = tuple(variant for variant in experiment.variants if variant.name not in diverging)
     return replace(experiment, variants=bounded), judged
 
 

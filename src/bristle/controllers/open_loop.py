@@ -1,0 +1,35 @@
+"""No feedback: what is fed forward is the command. It stands in an open loop where another loop has its law."""
+
+from typing import NamedTuple
+
+from bristle.core.contracts import Controller
+from bristle.core.kernel import kernel
+
+
+class Parameters(NamedTuple):
+    """An open loop has no parameters."""
+
+
+class State(NamedTuple):
+    """An open loop has no state."""
+
+
+@kernel
+def step(state, reference, measured, dt, p):
+    """Return what is fed forward [N or N*m]."""
+    return reference.effort, state
+
+
+def start(measured, velocity, acceleration, dt, p):
+    """Return the state: none."""
+    return State()
+
+
+MODEL = Controller(
+    name="open_loop",
+    description="no feedback: what is fed forward is the command",
+    Parameters=Parameters,
+    State=State,
+    step=step,
+    start=start,
+)

@@ -1,0 +1,164 @@
+"""Open loops: a given effort drives the plant, with steps of one length or of those that a tolerance asks for."""
+
+import copy
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bristle import controllers, friction, plants
+from bristle.core.errors import InputError
+from bristle.core.experiment import Effort, Run
+from bristle.core.status import Status
+from bristle.engine import run_open_loop
+from bristle.loop_design import design
+from bristle.report.summary import simulation_summary
+from bristle.sensors import encoder
+from bristle.simulation import open_loop_experiment, simulate
+from bristle.stability import runnable
+
+DT, COUNT = 1e-2, 800
+TOLERANCE = 1e-5
+FINE = 4000  # steps in a sample of the reference
+CONTACT = {"F_C": 1.0, "F_S": 1.5, "v_S": 1e-3, "sigma_0": 1e5, "sigma_1": 316.0}
+PULLED = plants.pulled_inertia(M=1.0, k=2.0, v_e=0.2)
+TIME = DT * np.arange(COUNT)
+
+
+def run(plant, model, effort, **options):
+    return simulate(open_loop_experiment(plant, model, effort, DT, **options)).variants["base"]
+
+
+STICKS = {
+    "LuGre, pulled": (PULLED, friction.lugre(sigma_2=0.4, **CONTACT), np.zeros(COUNT)),
+    "Preisach-LuGre, pulled": (PULLED, friction.preisach_lugre(s=1e5, f_p=1.8, **{
+        name: value for name, value in CONTACT.items() if name != "sigma_0"}), np.zeros(COUNT)),
+    "Stribeck, pulled": (PULLED, friction.stribeck(F_C=1.0, F_S=1.5, v_S=1e-2, F_v=0.0), np.zeros(COUNT)),
+    "Coulomb, pushed to and fro": (plants.inertia(M=2.0), friction.coulomb(F_C=1.0), 3.0 * np.sign(np.sin(2.0 * TIME))),
+    "Dahl, on a spring": (
+        plants.oscillator(M=1.0, c=0.5, k=40.0), friction.dahl(F_C=1.0, sigma_0=1e3), 4.0 * np.sin(3.0 * TIME)
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", STICKS)
+def test_a_tolerance_holds_against_fine_steps_of_one_length(name):
+    plant, model, effort = STICKS[name]
+    exact = run_open_loop(plant, model, effort, DT, steps=FINE)
+    found = run(plant, model, effort, tolerance=TOLERANCE)
+    assert found.status is Status.OK
+    assert np.max(np.abs(found.position - exact.position)) < TOLERANCE
+    assert np.ptp(found.position) > 1e3 * TOLERANCE
+    coarse = run(plant, model, effort, substeps=4)
+    assert np.max(np.abs(coarse.position - exact.position)) > np.max(np.abs(found.position - exact.position))
+
+
+def test_where_it_sticks_friction_holds_against_spring_and_effort():
+    plant, model, effort = STICKS["Stribeck, pulled"]
+    found = run(plant, model, effort, tolerance=TOLERANCE)
+    sticks = (found.velocity[:-1] == 0.0) & (found.velocity[1:] == 0.0)
+    assert 0.2 < np.mean(sticks) < 0.9
+    spring = 2.0 * (0.2 * (found.time + 0.5 * DT) - found.position)
+    np.testing.assert_allclose(found.friction[:-1][sticks], spring[:-1][sticks], atol=1e-9)
+
+
+def test_the_effort_is_held_from_sample_to_sample_with_either_kind_of_steps():
+    push = np.repeat([2.0, -3.0, 1.0, 0.0], 3)
+    mass, without = plants.inertia(M=2.0), friction.viscous(F_v=0.0)
+    for options in ({"tolerance": 1e-9}, {"substeps": 7}):
+        found = run(mass, without, push, **options)
+        np.testing.assert_allclose(found.velocity, np.concatenate([[0.0], np.cumsum(push[:-1]) * DT / 2.0]), atol=1e-8)
+        assert found.effort.tolist() == found.command.tolist() == push.tolist()
+
+
+def test_the_drive_gives_no_more_than_its_limit_with_either_kind_of_steps():
+    push = np.full(50, 5.0)
+    for options in ({"tolerance": 1e-9}, {"substeps": 7}):
+        found = run(plants.inertia(M=2.0), friction.viscous(F_v=0.0), push, effort_limit=2.0, **options)
+        assert found.effort_peak == 2.0
+        assert found.velocity[-1] == pytest.approx(49 * DT)
+
+
+def test_a_sensor_reads_what_a_tolerance_finds_as_it_reads_steps():
+    counts = encoder(resolution=1e-3, noise=1e-4, seed=4)
+    plant, model, effort = STICKS["Coulomb, pushed to and fro"]
+    found, beside = (run(plant, model, effort, sensor=counts, **way) for way in ({"tolerance": 1e-9}, {"substeps": 40}))
+    np.testing.assert_allclose(found.measured / 1e-3, np.round(found.measured / 1e-3), atol=1e-6)
+    assert np.mean(found.measured == beside.measured) > 0.98
+    assert np.std(found.measured - found.position) > 1e-4
+
+
+def test_nothing_follows_a_reference():
+    found = run(PULLED, friction.coulomb(F_C=1.0), np.zeros(COUNT), tolerance=TOLERANCE)
+    assert found.is_open
+    assert np.isnan([found.following_error.rms, found.true_error.rms, found.by_direction["forward"].rms]).all()
+    assert found.motion.max == np.max(found.position)
+    assert found.motion.min == np.min(found.position)
+
+
+def test_what_is_settled_is_left_out_of_the_statistics():
+    found = run(PULLED, friction.coulomb(F_C=1.0), np.zeros(COUNT), tolerance=TOLERANCE, settle=4.0)
+    assert found.motion.min == np.min(found.position[400:]) > 0.0
+
+
+def test_an_open_loop_tells_its_card_its_table_and_its_json():
+    experiment = open_loop_experiment(PULLED, friction.coulomb(F_C=1.0), np.zeros(COUNT), DT, tolerance=TOLERANCE)
+    result = simulate(experiment)
+    assert "Position, peak to peak" in repr(result)
+    numbers = simulation_summary(result, files={}, provenance={})["variants"]["base"]
+    assert numbers["motion"]["max"] == result.variants["base"].motion.max
+    assert list(result.variants["base"].to_dataframe().columns).count("position") == 1
+
+
+def test_an_open_loop_has_no_poles_and_no_gains_to_design():
+    experiment = open_loop_experiment(PULLED, friction.coulomb(F_C=1.0), np.zeros(COUNT), DT, tolerance=TOLERANCE)
+    kept, judged = runnable(experiment)
+    assert kept.variants == experiment.variants
+    assert judged == {}
+    with pytest.raises(InputError, match="has no gains"):
+        design(experiment)
+
+
+def test_an_open_loop_travels():
+    experiment = open_loop_experiment(PULLED, friction.coulomb(F_C=1.0), np.zeros(COUNT), DT, tolerance=TOLERANCE)
+    again = pickle.loads(pickle.dumps(copy.copy(experiment)))
+    found, beside = (simulate(one).variants["base"].position for one in (again, experiment))
+    assert found.tolist() == beside.tolist()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"effort": None}, "is for open loops"),
+        ({"run": Run(duration=COUNT * DT, sample_time=DT, tolerance=1e-6, delay=1)}, "run.delay: .*tolerance"),
+        ({"run": Run(duration=COUNT * DT, sample_time=DT, tolerance=1e-6, current_lag=1e-3)}, "run.current_lag: .*tol"),
+        ({"plant": plants.ball_screw(J=1e-4, M=20.0, lead=5e-3, k=1e8, kind="rotational")}, "ball_screw has a table"),
+    ],
+)
+def test_where_a_tolerance_does_not_serve_is_said(change, message):
+    experiment = open_loop_experiment(PULLED, friction.coulomb(F_C=1.0), np.zeros(COUNT), DT, tolerance=TOLERANCE)
+    with pytest.raises(InputError, match=message):
+        replace(experiment.variants[0], **change)
+
+
+def test_a_tolerance_and_steps_of_one_length_exclude_each_other():
+    with pytest.raises(InputError, match="Leave one of both out"):
+        open_loop_experiment(PULLED, friction.coulomb(F_C=1.0), np.zeros(9), DT, tolerance=1e-6, substeps=4)
+
+
+def test_an_effort_of_another_length_is_refused():
+    experiment = open_loop_experiment(PULLED, friction.coulomb(F_C=1.0), np.zeros(COUNT), DT)
+    (variant,) = experiment.variants
+    short = replace(experiment, variants=(replace(variant, effort=Effort(np.zeros(COUNT - 1))),))
+    with pytest.raises(InputError, match="as long as the run"):
+        simulate(short)
+
+
+def test_a_tolerance_that_was_missed_is_told():
+    plant, model, effort = STICKS["Coulomb, pushed to and fro"]
+    assert run(plant, model, effort, tolerance=1e-18).status is Status.TOLERANCE_MISSED
+
+
+def test_the_law_of_an_open_loop_is_none():
+    assert "open_loop" not in controllers.CONTROLLERS
