@@ -21,6 +21,7 @@ from benchmarks.coverage import Share, coverage
 from benchmarks.fits import fits
 from benchmarks.lanes import lanes
 from benchmarks.loop_coverage import loop_coverage
+from benchmarks.open_loop import open_loop
 from benchmarks.preisach import preisach
 from benchmarks.presliding import presliding
 from benchmarks.readers import readers
@@ -152,6 +153,7 @@ BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
         paper,
         lanes,
         stick_slip,
+        open_loop,
         tracking,
         presliding,
         bootstrap,

@@ -150,6 +150,7 @@ def _run(
     limits = Limits(
         SHARE_OF_TOLERANCE[chosen] * tolerance / duration, SHARE_OF_PRESLIDING * distance, min(max_step, duration),
         SHORTEST_STEP * duration, FIRST_STEP * duration, FAR * distance if np.isfinite(distance) else 0.0,
+        SHARE_OF_TOLERANCE[chosen] * tolerance,
     )  # fmt: skip
     course = _stretches(u, held(u, hold), dt)
     # The last sample must not be missed by rounding.

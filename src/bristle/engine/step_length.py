@@ -36,7 +36,8 @@ class Course(NamedTuple):
 class Limits(NamedTuple):
     """The error allowed per time [m/s or rad/s] and per step [m or rad]; longest, shortest and first step [s].
 
-    After the way `far` [m or rad] in one step a contact only follows.
+    After the way `far` [m or rad] in one step a contact only follows. `between` is the error of the position allowed
+    at a sample inside a step [m or rad]: it does not add up.
     """
 
     per_time: float
@@ -45,6 +46,7 @@ class Limits(NamedTuple):
     shortest: float
     first: float
     far: float
+    between: float
 
 
 class Samples(NamedTuple):
