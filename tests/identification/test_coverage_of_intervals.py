@@ -20,13 +20,12 @@ from bristle import controllers, friction, plants, sensors
 from bristle.core import Axis
 from bristle.engine import run_closed_loop
 from bristle.identification import Fit, identify
-from bristle.identification.disturbance import disturbance_of
-from bristle.identification.half_cycles import Groups, scatter_seen
+from bristle.identification.disturbance import Disturbance, disturbance_of
+from bristle.identification.half_cycles import Groups, scatter_in
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.preprocessing import treat
-from bristle.identification.problem import Disturbance
+from bristle.identification.replicates import RowReplicates
 from bristle.identification.request import PriorKnowledge, parameters_of
-from bristle.identification.row_replicates import RowReplicates
 from bristle.logs.log import Channel, Log
 from bristle.prediction import predict
 
@@ -263,21 +262,21 @@ def test_errors_of_a_stiffness_are_factors():
         assert one.value / end == pytest.approx(np.percentile(draws, tail) / one.value, rel=0.01)
 
 
-def replicates(disturbance: Disturbance) -> RowReplicates:
+def replicates() -> RowReplicates:
     rows = treat(log_of(MOTION, sliding_effort(MOTION, noise=0.0)), Axis())
     problem = InverseDynamics(rows, parameters_of(friction.find("coulomb_viscous"), PriorKnowledge(), rows))
-    return RowReplicates(problem, TRUTH, disturbance)
+    return RowReplicates(problem, TRUTH)
 
 
 def drawn(count: int, *, signal: str = "effort", **causes: float) -> np.ndarray:
     """By how much each sample of so many replicates is another one, shape (replicate, sample)."""
     none = Disturbance(0.0, 0.0, 0.0)
-    still, disturbed = replicates(none), replicates(none._replace(**causes))
+    disturbed, drawing = none._replace(**causes), replicates()
 
-    def values(one: RowReplicates, seed: int) -> np.ndarray:
-        return getattr(one.log(np.random.default_rng(seed)), signal).values
+    def values(disturbance: Disturbance, seed: int) -> np.ndarray:
+        return getattr(drawing.log(disturbance, np.random.default_rng(seed)), signal).values
 
-    return np.array([values(disturbed, seed) for seed in range(count)]) - values(still, 0)
+    return np.array([values(disturbed, seed) for seed in range(count)]) - values(none, 0)
 
 
 def test_nobody_knows_where_the_steps_of_the_encoder_of_a_replicate_lie():
@@ -330,8 +329,7 @@ def test_noise_that_lasts_tells_a_level_no_better_than_the_few_rows_that_it_is_w
     # White noise that does the same to a mean over many rows.
     white = 4.0 / (1.0 - along) * rng.standard_normal(levels.shape)
     one, other = (
-        np.sqrt(np.mean([scatter_seen(groups, slope, row) ** 2 for row in levels + noise]))
-        for noise in (lasting, white)
+        np.sqrt(np.mean([scatter_in(groups, slope, row) ** 2 for row in levels + noise])) for noise in (lasting, white)
     )
     assert one == pytest.approx(other, rel=0.08)
     means = np.add.reduceat(levels + lasting, np.cumsum(lengths) - lengths, axis=1) / lengths

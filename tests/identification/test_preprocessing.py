@@ -24,7 +24,7 @@ def test_every_turning_point_is_a_reversal():
     motion = sines()
     regression = treat(log_of(motion, sliding_effort(motion)), None)
     side = np.sign(regression.without_edges(motion.velocity))
-    assert len(regression.reversals) == np.count_nonzero(np.diff(side))
+    assert len(regression.reversals[0]) == np.count_nonzero(np.diff(side))
 
 
 @settings(max_examples=20, deadline=None)

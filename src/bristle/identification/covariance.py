@@ -16,11 +16,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bristle.core.least_squares import unbounded
+from bristle.identification.half_cycles import Groups
+from bristle.identification.settings import DEFAULT, Settings
 from bristle.identification.solution import Solution
 
-__all__ = ["Covariance", "covariance_of"]
+__all__ = ["Covariance", "covariance_of", "is_white", "jackknife_std"]
 
 CLUSTERS = 40
+FEWEST_CYCLES = 5  # half-cycles of a jackknife
 SINGULAR = 1e-7  # of the largest singular value: the accuracy of a Jacobian by differences
 
 
@@ -99,3 +103,64 @@ def _scatter(scores: np.ndarray, fitted: int) -> np.ndarray:
     sums = np.add.reduceat(scores, starts, axis=0)
     factor = count / max(count - 1, 1) * (rows - 1) / max(rows - fitted, 1)
     return factor * (sums.T @ sums)
+
+
+def jackknife_std(solution: Solution, cycles: Groups, residual: np.ndarray) -> dict[str, float]:
+    r"""Return the standard error of each parameter [SI] by leaving out one half-cycle after the other.
+
+    Without half-cycle `k` the solution moves, to first order, by
+
+    .. math:: \delta_k = -\left(J^T J - J_k^T J_k\right)^{-1} J_k^T r_k
+
+    and :math:`\tfrac{n - 1}{n} \sum_k (\delta_k - \bar\delta)^2` is the variance. What is common to all half-cycles, as
+    the error of the encoder is, it does not see.
+
+    Parameters
+    ----------
+    solution : Solution
+        What was fitted; coordinates on a bound stay there.
+    cycles : Groups
+        Of its log.
+    residual : ndarray, shape (row,)
+        Measured minus predicted effort [N or N*m].
+
+    Returns
+    -------
+    dict
+        Empty with fewer than five half-cycles.
+    """
+    if cycles.count < FEWEST_CYCLES:
+        return {}
+    space, theta, jacobian = solution.space, solution.theta, solution.jacobian
+    inner = (theta > space.low) & (theta < space.high) & (np.linalg.norm(jacobian, axis=0) > 0.0)
+    columns = jacobian[:, inner]
+    scale = np.linalg.norm(columns, axis=0)
+    columns = columns / scale
+    parts = np.stack([columns[rows].T @ columns[rows] for rows in cycles.parts])
+    pulls = cycles.summed(columns * residual[:, None])
+    total = np.sum(parts, axis=0)
+    moved = np.stack([-unbounded(total - part, pull, rcond=1e-12) for part, pull in zip(parts, pulls, strict=True)])
+    changes = moved @ (solution.derivative[:, inner] / scale).T
+    count = len(moved)
+    std = np.sqrt((count - 1) / count * np.sum((changes - changes.mean(axis=0)) ** 2, axis=0))
+    return {name: float(s) for name, s in zip(space.reported, std, strict=True) if name not in solution.at_edge}
+
+
+def is_white(residual: np.ndarray, settings: Settings = DEFAULT) -> bool:
+    """Return whether the autocorrelation of a residual, shape (row,), is that of independent errors.
+
+    References
+    ----------
+    .. [1] G. M. Ljung, G. E. P. Box, "On a measure of lack of fit in time series models", Biometrika 65(2), 1978.
+       doi:10.1093/biomet/65.2.297
+    """
+    from scipy.stats import chi2
+
+    most = int(settings.white_lags)
+    centred = residual - np.mean(residual)
+    power, count = float(centred @ centred), centred.size
+    if power == 0.0 or count <= 2 * most:
+        return False
+    lags = np.arange(1, most + 1)
+    correlation = np.array([float(centred[lag:] @ centred[:-lag]) for lag in lags]) / power
+    return bool(count * (count + 2) * np.sum(correlation**2 / (count - lags)) < chi2.ppf(settings.white_level, most))

@@ -253,9 +253,8 @@ class Dataset:
     def samples_from_reversal(self) -> np.ndarray:
         """Samples between each row and the nearest reversal of its segment; infinite where there is none."""
         distances = []
-        for number, segment in enumerate(self.segments):
-            turns = np.array([-math.inf, *(k for place, k in self.reversals if place == number), math.inf])
-            sample = np.arange(segment.velocity.size)
+        for segment, inner in zip(self.segments, self.reversals, strict=True):
+            turns, sample = np.array([-math.inf, *inner, math.inf]), np.arange(segment.time.size)
             after = np.searchsorted(turns, sample)
             distances.append(np.minimum(sample - turns[after - 1], turns[after] - sample))
         return self.sampled(distances)
@@ -317,11 +316,10 @@ class Dataset:
         return float(np.mean(self.all_velocities == 0.0))
 
     @cached_property
-    def reversals(self) -> tuple[tuple[int, int], ...]:
-        """Where the direction changes: number of the segment, and of the first sample after it."""
-        turns_by_segment = []
-        for number, segment in enumerate(self.segments):
-            turns = reversals(segment.velocity, sided=True)
-            inside = (turns > self.dropped) & (turns < segment.velocity.size - self.dropped)
-            turns_by_segment += [(number, int(k)) for k in turns[inside]]
-        return tuple(turns_by_segment)
+    def reversals(self) -> tuple[tuple[int, ...], ...]:
+        """First sample after each change of direction, of each segment, its edges left out."""
+        edge = self.dropped
+        return tuple(
+            tuple(k for k in reversals(segment.velocity, sided=True).tolist() if edge < k < segment.time.size - edge)
+            for segment in self.segments
+        )

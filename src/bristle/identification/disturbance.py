@@ -1,16 +1,47 @@
-"""What disturbs a log, as its rows tell it: noise and encoder, and how long what a model lacks keeps its side."""
+"""What keeps two logs of one motion from being the same: noise, encoder, the level of friction, what a model lacks."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
 import numpy as np
 
-from bristle.identification.dataset import Dataset
-from bristle.identification.problem import Disturbance
+from bristle.core.contracts import FrictionModel, Model
+from bristle.core.packing import pack
+from bristle.engine.motion import in_turns
+from bristle.friction.slots import OFFSET
+from bristle.identification.dataset import Dataset, Segment
 
-__all__ = ["disturbance_of", "lasting_of", "signs_of"]
+__all__ = ["Disturbance", "correlation_time", "disturbance_of", "force_with_scatter", "numbers_of", "scaled", "signs"]
 
 ROUNDING = 0.37  # of an encoder step: what the robust measure of noise says of rounding alone
 BLOCKS = 40  # of a segment, in which what the model lacks keeps its sign
+LEAST = 0.05  # of the level: friction does not vanish on any half-cycle
+
+
+class Disturbance(NamedTuple):
+    """Causes of a disturbance, each with its size.
+
+    Parameters
+    ----------
+    scatter : float
+        Standard deviation of the level of friction from reversal to reversal, as a share of it.
+    noise : float
+        Standard deviation of the noise of the effort, sample by sample [N or N*m].
+    resolution : float
+        Step of the position encoder [m or rad].
+    jitter : float
+        Standard deviation of the noise of the position besides [m or rad].
+    unexplained : float
+        Share of the residual, in amplitude, that is none of these: what the model lacks.
+    """
+
+    scatter: float
+    noise: float
+    resolution: float
+    jitter: float = 0.0
+    unexplained: float = 0.0
 
 
 def disturbance_of(dataset: Dataset, scatter: float) -> Disturbance:
@@ -20,13 +51,13 @@ def disturbance_of(dataset: Dataset, scatter: float) -> Disturbance:
     return Disturbance(scatter, dataset.effort_noise, dataset.resolution, jitter)
 
 
-def signs_of(count: int, rng: np.random.Generator) -> np.ndarray:
+def signs(count: int, rng: np.random.Generator) -> np.ndarray:
     """Return a sign for each of several blocks of samples: what is left over keeps its course, not its side."""
     blocks = np.minimum(np.arange(count) * BLOCKS // count, BLOCKS - 1)
     return rng.choice([-1.0, 1.0], BLOCKS)[blocks]
 
 
-def lasting_of(residual: np.ndarray, row_time: float, unexplained: float) -> float:
+def correlation_time(residual: np.ndarray, row_time: float, unexplained: float) -> float:
     """Return how long what a model lacks keeps its side [s].
 
     All that does not average out over a block is put down to it; longer than a block it is not followed.
@@ -43,3 +74,53 @@ def lasting_of(residual: np.ndarray, row_time: float, unexplained: float) -> flo
     slow = float(np.mean([np.mean(part) ** 2 for part in np.array_split(residual, BLOCKS)]))
     share = min(slow / unexplained**2, 1.0) if unexplained > 0.0 else 0.0
     return share * row_time * residual.size / BLOCKS
+
+
+def numbers_of(model: Model) -> dict[str, float]:
+    """Return the values of a model as its kernels receive them: a choice by its place."""
+    variables = model.component.variables
+    return {
+        name: variables[name].code(value, name) if variables[name].choices else value
+        for name, value in model.values.items()
+    }
+
+
+def scaled(component: FrictionModel, values: Mapping[str, float], level: float) -> dict[str, float]:
+    """Return the values of a model with its forces scaled, the constant offset left as it is."""
+    forces = (
+        name
+        for name, variable in component.variables.items()
+        if variable.quantity == "force" and variable.excitation and variable is not OFFSET
+    )
+    return dict(values) | {name: level * values[name] for name in forces}
+
+
+def force_with_scatter(
+    friction: Model, segment: Segment, starts: Sequence[int], dt: float, scatter: float, rng: np.random.Generator
+) -> np.ndarray:
+    """Return the force of friction whose level is drawn anew at each reversal [N or N*m], shape (sample,), unfiltered.
+
+    Parameters
+    ----------
+    friction : Model
+        The friction model at its mean level.
+    segment : Segment
+        The motion.
+    starts : sequence of int
+        First sample of each half-cycle.
+    dt : float
+        Time between samples [s].
+    scatter : float
+        Standard deviation of the level, as a share of it.
+    rng : Generator
+        Draws the levels.
+    """
+    levels = np.maximum(1.0 + scatter * rng.standard_normal(len(starts)), LEAST)
+    mean = pack(friction.parameters)
+    doubled = pack(friction.component.assemble(scaled(friction.component, numbers_of(friction), 2.0)))
+    # A parameter may be infinite; that of a force differs.
+    rise = np.subtract(doubled, mean, out=np.zeros_like(mean), where=doubled != mean)
+    first = segment.first_cycle
+    turns = [0, *(first + start for start in starts[1:])]
+    parameters = mean + (levels[:, None] - 1.0) * rise
+    return in_turns(friction, parameters, dt=dt, starts=turns, **segment.signals(dt))[first:]

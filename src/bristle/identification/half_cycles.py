@@ -30,7 +30,7 @@ from bristle.core.lazy import cached_property
 from bristle.identification.dataset import Dataset
 from bristle.logs.segmentation import half_cycle_numbers, turns_apart
 
-__all__ = ["Groups", "HalfCycles", "least_way", "scatter_seen", "within_cycles"]
+__all__ = ["Groups", "half_cycle_starts", "half_cycles", "least_way", "scatter_in", "within_cycles"]
 
 STEPS = 2.0  # of the encoder
 DEVIATIONS = 8.0  # of the noise of the position: what a body at rest does not go beyond
@@ -40,13 +40,7 @@ ROUNDS = 8  # of the weights, which depend on the scatter that they tell
 
 @dataclass(frozen=True)
 class Groups:
-    """Consecutive rows that belong together.
-
-    Parameters
-    ----------
-    of_rows : ndarray, shape (row,)
-        Number of the group of each row, never falling.
-    """
+    """Consecutive rows that belong together, by the number of the group of each row, shape (row,), never falling."""
 
     of_rows: np.ndarray
 
@@ -63,7 +57,7 @@ class Groups:
     @cached_property
     def parts(self) -> tuple[slice, ...]:
         """The rows of each group."""
-        return tuple(slice(*one) for one in pairwise([*self._first.tolist(), self.of_rows.size]))
+        return tuple(slice(*ends) for ends in pairwise([*self._first.tolist(), self.of_rows.size]))
 
     def summed(self, rows: np.ndarray) -> np.ndarray:
         """Return the sum of a signal over the rows of each group, shape (group, ...)."""
@@ -74,32 +68,23 @@ class Groups:
         return np.flatnonzero(np.diff(self.index, prepend=-1))
 
 
-@dataclass(frozen=True)
-class HalfCycles:
-    """Where the direction of a motion really changes: not where noise or a step of the encoder turns it.
+def half_cycle_starts(dataset: Dataset) -> tuple[tuple[int, ...], ...]:
+    """Return the first sample of each half-cycle of each segment; the first one is 0.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        The log.
+    A half-cycle ends where the direction really changes: not where noise or a step of the encoder turns it.
     """
+    least = least_way(dataset.resolution, dataset.noise)
+    return tuple(
+        (0, *turns_apart(segment.position, turns, least))
+        for segment, turns in zip(dataset.segments, dataset.reversals, strict=True)
+    )
 
-    dataset: Dataset
 
-    @cached_property
-    def starts(self) -> tuple[tuple[int, ...], ...]:
-        """First sample of each half-cycle of each segment; the first one is 0."""
-        least = least_way(self.dataset.resolution, self.dataset.noise)
-        return tuple(
-            (0, *turns_apart(one.position, [k for there, k in self.dataset.reversals if there == number], least))
-            for number, one in enumerate(self.dataset.segments)
-        )
-
-    @cached_property
-    def groups(self) -> Groups:
-        """The rows of each half-cycle, counted through all segments."""
-        counts = [segment.velocity.size for segment in self.dataset.segments]
-        return Groups(self.dataset.sampled(half_cycle_numbers([starts[1:] for starts in self.starts], counts)))
+def half_cycles(dataset: Dataset) -> Groups:
+    """Return the rows of each half-cycle, counted through all segments."""
+    turns = [starts[1:] for starts in half_cycle_starts(dataset)]
+    counts = [segment.time.size for segment in dataset.segments]
+    return Groups(dataset.sampled(half_cycle_numbers(turns, counts)))
 
 
 def least_way(resolution: float, noise: float) -> float:
@@ -107,7 +92,7 @@ def least_way(resolution: float, noise: float) -> float:
     return max(STEPS * resolution, DEVIATIONS * noise)
 
 
-def scatter_seen(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> float:
+def scatter_in(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> float:
     """Return the standard deviation of the level of friction from half-cycle to half-cycle, as a residual shows it.
 
     Parameters
@@ -117,25 +102,25 @@ def scatter_seen(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> flo
     slope, residual : ndarray, shape (row,)
         By how much the signal rises with the level of friction; measured minus predicted signal.
     """
-    known, excess = cycles.summed(slope * slope), _excess(cycles, slope, residual)
+    power, excess = _excess(cycles, slope, residual)
     if not np.any(excess):
         return 0.0
     noise, square = _noise(within_cycles(cycles, slope, residual)), math.inf
     for _ in range(ROUNDS):
-        weight = known / (known + noise / square)
+        weight = power / (power + noise / square)
         square = float(np.sum(weight * excess * excess) / np.sum(weight))
     return square**0.5
 
 
 def within_cycles(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> np.ndarray:
     """Return what is left of a residual [N or N*m] when each half-cycle has the level that fits best, shape (row,)."""
-    return residual - _excess(cycles, slope, residual)[cycles.index] * slope
+    return residual - _excess(cycles, slope, residual)[1][cycles.index] * slope
 
 
-def _excess(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> np.ndarray:
-    """Return by how much the level of each half-cycle is above that of the model, as a share of it."""
-    known, pulled = cycles.summed(slope * slope), cycles.summed(slope * residual)
-    return np.divide(pulled, known, out=np.zeros_like(pulled), where=known > 0.0)
+def _excess(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the square of the slope over each half-cycle, and its level above that of the model, as a share of it."""
+    power, pull = cycles.summed(slope * slope), cycles.summed(slope * residual)
+    return power, np.divide(pull, power, out=np.zeros_like(pull), where=power > 0.0)
 
 
 def _noise(left: np.ndarray) -> float:

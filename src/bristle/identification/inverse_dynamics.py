@@ -26,11 +26,11 @@ from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.identification.dataset import Dataset, mechanical
-from bristle.identification.friction_scale import scaled
-from bristle.identification.half_cycles import NUDGE, Groups, HalfCycles
+from bristle.identification.disturbance import scaled
+from bristle.identification.half_cycles import NUDGE, Groups, half_cycles
 from bristle.identification.parameters import ParameterSet
-from bristle.identification.problem import Disturbance, Fold
-from bristle.identification.row_replicates import RowReplicates
+from bristle.identification.problem import Fold
+from bristle.identification.replicates import RowReplicates
 from bristle.identification.settings import Settings
 from bristle.identification.time_blocks import beside, room_for_blocks, time_blocks
 
@@ -141,7 +141,7 @@ class InverseDynamics:
 
     @cached_property
     def _half_cycles(self) -> Groups:
-        return HalfCycles(self.dataset).groups
+        return half_cycles(self.dataset)
 
     @cached_property
     def columns(self) -> np.ndarray:
@@ -178,11 +178,9 @@ class InverseDynamics:
         nudged = self.friction(scaled(self.parameters.component, values, 1.0 + NUDGE))
         return (nudged - self.friction(values)) / NUDGE
 
-    def replicates(
-        self, values: Mapping[str, float], disturbance: Disturbance, slope: np.ndarray, residual: np.ndarray
-    ) -> RowReplicates:
+    def replicates(self, values: Mapping[str, float], slope: np.ndarray, residual: np.ndarray) -> RowReplicates:
         """Return what draws logs of the fitted model."""
-        return RowReplicates(self, values, disturbance)
+        return RowReplicates(self, values)
 
     def refits_linearly(self, friction: Model) -> bool:
         """Return False: the coordinates know what is linear."""

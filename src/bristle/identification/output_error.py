@@ -24,14 +24,14 @@ from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
 from bristle.friction import is_static
 from bristle.identification.dataset import Dataset
-from bristle.identification.friction_scale import scaled
+from bristle.identification.disturbance import scaled
 from bristle.identification.half_cycles import NUDGE, Groups, least_way
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.outputs import LAG, Effort, Output, Position
 from bristle.identification.parameters import ParameterSet
-from bristle.identification.problem import Disturbance, Fold
+from bristle.identification.problem import Fold
+from bristle.identification.replicates import SignalReplicates
 from bristle.identification.settings import Settings
-from bristle.identification.signal_replicates import SignalReplicates
 from bristle.identification.time_blocks import TIME
 from bristle.logs.log import Log
 from bristle.logs.segmentation import half_cycle_numbers, reversals, turns_apart
@@ -165,11 +165,9 @@ class OutputError(ABC):
         nudged = scaled(self.parameters.component, values, 1.0 + NUDGE)
         return np.nan_to_num((self.simulated(nudged) - self.simulated(values)) / NUDGE)
 
-    def replicates(
-        self, values: Mapping[str, float], disturbance: Disturbance, slope: np.ndarray, residual: np.ndarray
-    ) -> SignalReplicates:
+    def replicates(self, values: Mapping[str, float], slope: np.ndarray, residual: np.ndarray) -> SignalReplicates:
         """Return what draws logs of the fitted model."""
-        return SignalReplicates(self, values, disturbance, slope, residual)
+        return SignalReplicates(self, values, slope, residual)
 
     def refits_linearly(self, friction: Model) -> bool:
         """Return whether a fit to a replicate is taken for linear: that of friction without pre-sliding."""

@@ -22,11 +22,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bristle.core.contracts import FrictionModel, Model
+from bristle.core.contracts import Model
 from bristle.core.normal import NORMAL_95
 from bristle.identification.dataset import Dataset, mechanical
-from bristle.identification.friction_scale import FrictionScale
-from bristle.identification.half_cycles import HalfCycles
+from bristle.identification.disturbance import force_with_scatter, numbers_of
+from bristle.identification.half_cycles import half_cycle_starts
 
 __all__ = ["Bands", "half_width", "with_parameters"]
 
@@ -79,44 +79,22 @@ def half_width(bands: Bands, plant: Model, friction: Model, dataset: Dataset) ->
     dataset : Dataset
         The motion.
     """
-    cycles, rng = HalfCycles(dataset), np.random.default_rng(SEED)
-    values = {**plant.values, **numbers_of(friction)}
-    members = [
-        _member(bands, index, values, plant, friction.component, cycles, rng)
-        for index in range(min(bands.count, MEMBERS))
-    ]
+    starts, rng = half_cycle_starts(dataset), np.random.default_rng(SEED)
+    members = []
+    for index in range(min(bands.count, MEMBERS)):
+        body, contact = (with_parameters(bands, index, model) for model in (plant, friction))
+        efforts = [
+            mechanical(body, segment.position, segment.velocity, segment.acceleration)
+            + dataset.filtered(force_with_scatter(contact, segment, turns, dataset.sample_time, bands.scatter, rng))
+            for segment, turns in zip(dataset.segments, starts, strict=True)
+        ]
+        members.append(dataset.rows_of(efforts))
     spread = np.var(members, axis=0, ddof=1) if len(members) > 1 else np.zeros(dataset.time.size)
     in_rows = bands.noise**2 * min(2.0 * dataset.bandwidth * dataset.sample_time, 1.0)
     return NORMAL_95 * bands.inflation * np.sqrt(spread + in_rows + bands.unexplained**2)
-
-
-def numbers_of(model: Model) -> dict[str, float]:
-    """Return the values of a model as its kernels receive them: a choice by its place."""
-    variables = model.component.variables
-    return {
-        name: variables[name].code(value, name) if variables[name].choices else value
-        for name, value in model.values.items()
-    }
 
 
 def with_parameters(bands: Bands, index: int, model: Model) -> Model:
     """Return a model with one of the sets of parameters, as far as they are its own."""
     own = {name: np.asarray(draws[index])[()] for name, draws in bands.draws.items() if name in model.values}
     return Model(model.component, model.component.assemble(numbers_of(model) | own), model.kind)
-
-
-def _member(
-    bands: Bands, index: int, values: Mapping[str, float], plant: Model, component: FrictionModel, cycles: HalfCycles,
-    rng: np.random.Generator,
-) -> np.ndarray:  # fmt: skip
-    """Return the effort of each row with one set of parameters [N or N*m]."""
-    dataset = cycles.dataset
-    mine = dict(values) | {name: np.asarray(draws[index])[()] for name, draws in bands.draws.items()}
-    levels = FrictionScale(component, mine, dataset.kind)
-    body = with_parameters(bands, index, plant)
-    parts = []
-    for segment, starts in zip(dataset.segments, cycles.starts, strict=True):
-        force = levels.force(segment, starts, dataset.sample_time, bands.scatter, rng)
-        inertial = mechanical(body, segment.position, segment.velocity, segment.acceleration)
-        parts.append(inertial + dataset.filtered(force))
-    return dataset.rows_of(parts)

@@ -13,11 +13,12 @@ import numpy as np
 
 from bristle.core.contracts import Model
 from bristle.identification.dataset import Dataset
+from bristle.identification.disturbance import Disturbance
 from bristle.identification.half_cycles import Groups
 from bristle.identification.parameters import ParameterSet
 from bristle.identification.settings import Settings
 
-__all__ = ["Disturbance", "Fold", "Problem", "Replicates", "Residual"]
+__all__ = ["Fold", "Problem", "Replicates", "Residual"]
 
 
 class Residual(Protocol):
@@ -39,44 +40,11 @@ class Fold(NamedTuple):
     of_dataset: np.ndarray
 
 
-class Disturbance(NamedTuple):
-    """What keeps two logs of one motion from being the same.
-
-    Parameters
-    ----------
-    scatter : float
-        Standard deviation of the scale of friction from reversal to reversal, as a share of it.
-    noise : float
-        Standard deviation of the noise of the effort, sample by sample [N or N*m].
-    resolution : float
-        Step of the position encoder [m or rad].
-    jitter : float
-        Standard deviation of the noise of the position besides [m or rad].
-    unexplained : float
-        Share of the residual, in amplitude, that is none of these: what the model lacks.
-    """
-
-    scatter: float
-    noise: float
-    resolution: float
-    jitter: float = 0.0
-    unexplained: float = 0.0
-
-
 class Replicates(Protocol):
     """What the same axis would have recorded, had the fitted model been the truth."""
 
-    @property
-    def disturbance(self) -> Disturbance:
-        """What they are drawn with."""
-        ...
-
-    def disturbed(self, **changes: float) -> Replicates:
-        """Return the same with another disturbance."""
-        ...
-
-    def draw(self, rng: np.random.Generator, ratio: float = 1.0, side: float = 1.0) -> Residual:
-        """Return the same problem on a log drawn anew, with `ratio` times the scatter, or on its mirror image (-1)."""
+    def draw(self, disturbance: Disturbance, rng: np.random.Generator, side: float = 1.0) -> Residual:
+        """Return the same problem on a log drawn anew, or on its mirror image, all disturbances reversed (-1)."""
         ...
 
 
@@ -135,9 +103,7 @@ class Problem(Residual, Protocol):
         """Return by how much the signal of each row rises with the level of friction, from all parameters."""
         ...
 
-    def replicates(
-        self, values: Mapping[str, float], disturbance: Disturbance, slope: np.ndarray, residual: np.ndarray
-    ) -> Replicates:
+    def replicates(self, values: Mapping[str, float], slope: np.ndarray, residual: np.ndarray) -> Replicates:
         """Return what draws logs of the fitted model; `slope` and `residual` are those at all parameters."""
         ...
 

@@ -5,7 +5,7 @@ It is the same for every problem, whatever the signal that it makes small.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,18 +13,17 @@ import numpy as np
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.variable import Variable
 from bristle.identification.bootstrap import Bootstrap, bootstrap
-from bristle.identification.disturbance import lasting_of
+from bristle.identification.covariance import is_white, jackknife_std
+from bristle.identification.disturbance import correlation_time
 from bristle.identification.estimation import Estimation
 from bristle.identification.half_cycles import within_cycles
-from bristle.identification.identifiability import Unidentifiable, unidentifiable
-from bristle.identification.jackknife import jackknife_std
+from bristle.identification.identifiability import unidentifiable
 from bristle.identification.prediction_interval import Bands, half_width
 from bristle.identification.problem import Problem
 from bristle.identification.refit import Refit
 from bristle.identification.result import Estimate, Fit, Resampling
 from bristle.identification.settings import Settings
 from bristle.identification.time_blocks import BLOCKS
-from bristle.identification.whiteness import is_white
 
 __all__ = ["with_uncertainty"]
 
@@ -68,13 +67,23 @@ def with_uncertainty(
         curve=replicates.curve,
     )
     variables = problem.parameters.variables
-    estimates = tuple(_estimate(estimate, replicates, lost, variables.get(estimate.name)) for estimate in fit.estimates)
+    reasons = {parameter.name: parameter.diagnostic for parameter in lost}
+    estimates = tuple(
+        _with_interval(
+            replace(estimate, status="unidentifiable", reason=reasons[estimate.name])
+            if estimate.name in reasons
+            else estimate,
+            replicates,
+            variables.get(estimate.name),
+        )
+        for estimate in fit.estimates
+    )
     return replace(
         fit, estimates=estimates, resampling=resampling,
         diagnostics=(
             *fit.diagnostics,
-            *(parameter.diagnostic for parameter in lost),
-            *_at_odds(estimates, replicates, resampling.jackknife, settings),
+            *reasons.values(),
+            *_at_odds(estimates, replicates.std, resampling.jackknife, settings),
             _how_sure(problem, fit, resampling, replicates.unexplained),
         ),
     )  # fmt: skip
@@ -94,7 +103,7 @@ def _bands(replicates: Bootstrap, estimation: Estimation) -> Bands:
             if name not in problem.parameters.loop
         },
         scatter=replicates.scatter.value, noise=replicates.disturbance.noise, unexplained=lacking,
-        lasting=lasting_of(rest, problem.row_time, lacking),
+        lasting=correlation_time(rest, problem.row_time, lacking),
     )  # fmt: skip
 
 
@@ -116,20 +125,9 @@ def _is_clear(estimate: Estimate, most: float) -> bool:
     return estimate.status == "identified" and std is not None and std <= most * abs(estimate.value)
 
 
-def _estimate(
-    estimate: Estimate, replicates: Bootstrap, lost: tuple[Unidentifiable, ...], variable: Variable | None
-) -> Estimate:
-    for parameter in lost:
-        if parameter.name == estimate.name:
-            estimate = replace(estimate, status="unidentifiable", reason=parameter.diagnostic)
-    return _with_interval(estimate, replicates, variable)
-
-
 def _with_interval(estimate: Estimate, replicates: Bootstrap, variable: Variable | None) -> Estimate:
     """Return an estimate with its 95 % interval, where it was fitted to replicates, within what is allowed."""
-    if estimate.name not in replicates.reported:
-        return estimate
-    low, high = replicates.interval(estimate.name)
+    low, high = replicates.interval(estimate.name) if estimate.name in replicates.reported else (0.0, 0.0)
     if low == high:
         # All replicates end on the edge where the fit ended: that is no interval.
         return estimate
@@ -139,15 +137,14 @@ def _with_interval(estimate: Estimate, replicates: Bootstrap, variable: Variable
 
 
 def _at_odds(
-    estimates: tuple[Estimate, ...], replicates: Bootstrap, jackknife: Mapping[str, float], settings: Settings
+    estimates: Sequence[Estimate], std: Mapping[str, float], jackknife: Mapping[str, float], settings: Settings
 ) -> tuple[Diagnostic, ...]:
     """Return a warning for what scatters more from half-cycle to half-cycle than the replicates do."""
-    spread = dict(zip(replicates.reported, replicates.std.tolist(), strict=False))
     names = tuple(
         estimate.name
         for estimate in estimates
         if estimate.status == "identified"
-        and jackknife.get(estimate.name, 0.0) > settings.at_odds * spread.get(estimate.name, np.inf)
+        and jackknife.get(estimate.name, 0.0) > settings.at_odds * std.get(estimate.name, np.inf)
     )
     return (Diagnostic("half-cycles-differ", numbers={"names": names}),) if names else ()
 

@@ -9,11 +9,11 @@ from bristle import friction
 from bristle.core import Axis, InputError
 from bristle.identification import identify
 from bristle.identification.bootstrap import basic_interval
+from bristle.identification.disturbance import Disturbance
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.preprocessing import treat
-from bristle.identification.problem import Disturbance
+from bristle.identification.replicates import RowReplicates
 from bristle.identification.request import PriorKnowledge, parameters_of
-from bristle.identification.row_replicates import RowReplicates
 from bristle.prediction import predict
 
 PAIRS = 15
@@ -50,9 +50,8 @@ def test_the_interval_of_the_scatter_is_as_wide_as_so_many_half_cycles_leave_it(
 def test_a_twin_and_its_mirror_image_lie_on_both_sides_of_the_model():
     dataset = treat(log_of(sines(), sliding_effort(sines())), Axis(), 50.0, 5)
     problem = InverseDynamics(dataset, parameters_of(friction.find("coulomb_viscous"), PriorKnowledge(), dataset))
-    twin = RowReplicates(problem, TRUTH, Disturbance(0.05, 0.3, 0.0, 1e-7, 0.5))
-    one, other = (twin.log(np.random.default_rng(5), 1.3, side) for side in (1.0, -1.0))
-    still = twin.log(np.random.default_rng(5), 0.0, 0.0)
+    twin, disturbance = RowReplicates(problem, TRUTH), Disturbance(0.065, 0.3, 0.0, 1e-7, 0.5)
+    one, other, still = (twin.log(disturbance, np.random.default_rng(5), side) for side in (1.0, -1.0, 0.0))
     for signal in ("effort", "position"):
         middle = 0.5 * (getattr(one, signal).values + getattr(other, signal).values)
         np.testing.assert_allclose(middle, getattr(still, signal).values, atol=1e-9)

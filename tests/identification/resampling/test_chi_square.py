@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bristle.identification.chi_square import CERTAIN, ChiSquare
+from bristle.identification.bootstrap import CERTAIN, ChiSquare
 
 MEAN = 0.0025
 

@@ -43,7 +43,7 @@ class Excitation:
         match self.variables[name].excitation:
             case "acceleration":
                 top = float(np.max(np.abs(self.dataset.acceleration)))
-                return self._said("low-acceleration", name, acceleration=top)
+                return self._lacking("low-acceleration", name, acceleration=top)
             case "speed":
                 return self._about_speed(name)
             case "stribeck":
@@ -51,11 +51,10 @@ class Excitation:
             case "presliding":
                 return self._about_presliding(name)
             case "displacement":
-                return self._said("no-bend", name, stroke=self.scales.stroke)
+                return self._lacking("no-bend", name, stroke=self.scales.stroke)
             case "sliding":
-                count = len(self.dataset.reversals)
-                return self._said("few-strokes", name, reversals=count, stroke=self.scales.stroke)
-        return self._said("small-effect", name)
+                return self._lacking("few-strokes", name, reversals=self._reversals, stroke=self.scales.stroke)
+        return self._lacking("small-effect", name)
 
     def is_hidden(self, name: str, *, filtered: bool = True) -> bool:
         """Return whether a parameter shapes only what lasts less than a period of the filter, or less than the noise.
@@ -68,7 +67,7 @@ class Excitation:
         """
         if self.variables[name].excitation != "presliding":
             return False
-        if not self.dataset.reversals:
+        if not self._reversals:
             return True
         zone = self._zone()
         if zone is None:
@@ -77,17 +76,21 @@ class Excitation:
         return self._samples_within(zone) < period or self._below_the_noise(name, zone) is not None
 
     @property
+    def _reversals(self) -> int:
+        return sum(len(turns) for turns in self.dataset.reversals)
+
+    @property
     def _filter_period(self) -> float:
         """Samples of one period of the cut-off."""
         return 1.0 / (self.dataset.cutoff * self.dataset.sample_time)
 
-    def _said(self, code: str, parameter: str, **numbers: Number) -> Diagnostic:
+    def _lacking(self, code: str, parameter: str, **numbers: Number) -> Diagnostic:
         return Diagnostic(code, parameter, "warning", numbers, self.dataset.kind)
 
     def _about_speed(self, name: str) -> Diagnostic:
         low, high = np.quantile(np.abs(self.dataset.velocity), [0.1, 0.9])
         code = "one-speed" if high < self.settings.one_speed * low else "low-speed"
-        return self._said(code, name, speed=self.scales.speed)
+        return self._lacking(code, name, speed=self.scales.speed)
 
     def _about_fall(self, name: str) -> Diagnostic:
         speeds = self.dataset.all_velocities
@@ -96,8 +99,8 @@ class Excitation:
         numbers = {"slow_samples": int(np.sum(np.abs(speeds) < slow)), "samples": speeds.size, "speed": slow}
         steady = self._steady_speeds()
         if not steady:
-            return self._said("no-steady-slide", name, **numbers)
-        return self._said("no-fall", name, **numbers, slowest=min(steady), fastest=max(steady))
+            return self._lacking("no-steady-slide", name, **numbers)
+        return self._lacking("no-fall", name, **numbers, slowest=min(steady), fastest=max(steady))
 
     def _steady_speeds(self) -> list[float]:
         """Return the speeds at which the log slides steadily [m/s or rad/s], both ends of each passage."""
@@ -112,15 +115,15 @@ class Excitation:
         ]
 
     def _about_presliding(self, name: str) -> Diagnostic:
-        count, zone = len(self.dataset.reversals), self._zone()
+        count, zone = self._reversals, self._zone()
         if not count:
-            return self._said("no-reversal", name)
+            return self._lacking("no-reversal", name)
         if zone is None:
-            return self._said("few-reversals", name, reversals=count)
+            return self._lacking("few-reversals", name, reversals=count)
         blurred = self._below_the_noise(name, zone)
         if blurred is not None:
             return blurred
-        return self._said(
+        return self._lacking(
             "fast-reversals", name, reversals=count, zone=zone, samples=self._samples_within(zone),
             filter_samples=self._filter_period,
         )  # fmt: skip
@@ -138,18 +141,18 @@ class Excitation:
         """Return why a displacement [m or rad] is too short for the position that was recorded, if it is."""
         dataset, least = self.dataset, self.settings
         if zone < least.zone_counts * dataset.resolution:
-            return self._said(
+            return self._lacking(
                 "coarse-position", name, zone=zone, counts=least.zone_counts, resolution=dataset.resolution
             )
         if zone < least.zone_noise * dataset.noise:
-            return self._said("noisy-position", name, zone=zone, deviations=least.zone_noise, noise=dataset.noise)
+            return self._lacking("noisy-position", name, zone=zone, deviations=least.zone_noise, noise=dataset.noise)
         return None
 
     def _samples_within(self, zone: float) -> float:
         """Return the median number of samples from a reversal until the body has moved by `zone`."""
         counts = []
-        for number, first in self.dataset.reversals:
-            position = self.dataset.segments[number].position[first:]
-            left = np.abs(position - position[0]) > zone
-            counts.append(int(np.argmax(left)) if left.any() else left.size)
+        for segment, turns in zip(self.dataset.segments, self.dataset.reversals, strict=True):
+            for first in turns:
+                left = np.abs(segment.position[first:] - segment.position[first]) > zone
+                counts.append(int(np.argmax(left)) if left.any() else left.size)
         return float(np.median(counts))

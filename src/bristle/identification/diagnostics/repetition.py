@@ -22,12 +22,11 @@ def half_cycles(dataset: Dataset, tremble: float = DEFAULT.tremble) -> np.ndarra
 
     A way below the share `tremble` of the range is none.
     """
-    found = []
-    for number, one in enumerate(dataset.segments):
-        turns = [k for segment, k in dataset.reversals if segment == number]
-        least = tremble * float(np.ptp(one.position))
-        found.append(np.abs(np.diff(alternating(one.position[turns].tolist(), least))))
-    return np.concatenate(found) if found else np.empty(0)
+    ways = []
+    for segment, turns in zip(dataset.segments, dataset.reversals, strict=True):
+        least = tremble * float(np.ptp(segment.position))
+        ways.append(np.abs(np.diff(alternating(segment.position[list(turns)].tolist(), least))))
+    return np.concatenate(ways)
 
 
 def about_amplitudes(dataset: Dataset, friction: Model, settings: Settings) -> tuple[Diagnostic, ...]:

@@ -60,7 +60,7 @@ def _lacks_presliding(
 ) -> bool:  # fmt: skip
     """Return whether a static model errs mostly around reversals, and there by friction that lags behind it."""
     total = float(residual @ residual)
-    if not is_static(problem.model(values)) or not problem.dataset.reversals or total == 0.0:
+    if not is_static(problem.model(values)) or not any(problem.dataset.reversals) or total == 0.0:
         return False
     dataset = problem.dataset
     near = dataset.samples_from_reversal < settings.reversal_periods / (dataset.cutoff * dataset.sample_time)
