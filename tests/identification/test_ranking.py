@@ -7,7 +7,7 @@ import pytest
 from tests.identification.known_logs import sliding_log
 
 from bristle.identification import HeldOut, identify
-from bristle.identification.ranking import ranked
+from bristle.identification.validation import ranked
 
 BLOCKS = (3.0, 3.4, 2.8, 3.2, 3.1)
 

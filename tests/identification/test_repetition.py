@@ -12,7 +12,7 @@ from bristle.core.errors import InputError
 from bristle.engine import force_along
 from bristle.friction import find
 from bristle.identification import identify
-from bristle.identification.diagnostics.repetition import half_cycles, repeats_after
+from bristle.identification.diagnostics.repetition import repeats_after, stroke_lengths
 from bristle.identification.preprocessing import treat
 from bristle.report.messages import warnings_of
 
@@ -50,7 +50,7 @@ def test_nested_loops_are_not_one_amplitude_and_a_motion_of_three_sines_repeats_
 def test_half_cycles_leave_trembles_out():
     motion = strokes(6, length=60e-6, move=0.6, dwell=0.3)
     shaken = motion._replace(position=motion.position + 0.2e-6 * np.sin(400.0 * motion.time))
-    ways = half_cycles(treat(log_of(shaken, np.ones(motion.time.size)), None, 100.0))
+    ways = stroke_lengths(treat(log_of(shaken, np.ones(motion.time.size)), None, 100.0))
     assert ways == pytest.approx(60e-6, rel=0.03)
 
 

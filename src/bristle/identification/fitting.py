@@ -16,10 +16,14 @@ from bristle.engine.checks import finite
 from bristle.identification.covariance import covariance_of
 from bristle.identification.diagnostics.estimates import Judgement, about_estimates, about_held, combinations_of
 from bristle.identification.diagnostics.excitation import Excitation
-from bristle.identification.diagnostics.noise import about_held_effort, about_noise
 from bristle.identification.diagnostics.repetition import about_amplitudes, about_repeated_logs, about_repetition
-from bristle.identification.diagnostics.residual import about_residual, about_rise
-from bristle.identification.diagnostics.treatment import about_treatment
+from bristle.identification.diagnostics.residual import (
+    about_held_effort,
+    about_noise,
+    about_residual,
+    about_rise,
+    about_treatment,
+)
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.estimators import Simulation, estimate
 from bristle.identification.least_squares import Report, between

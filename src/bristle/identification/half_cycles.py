@@ -30,7 +30,16 @@ from bristle.core.lazy import cached_property
 from bristle.identification.dataset import Dataset
 from bristle.logs.segmentation import half_cycle_numbers, turns_apart
 
-__all__ = ["Groups", "half_cycle_starts", "half_cycles", "least_way", "scatter_in", "within_cycles"]
+__all__ = [
+    "Groups",
+    "half_cycle_starts",
+    "half_cycles",
+    "independent_rows",
+    "least_way",
+    "neighbour_correlation",
+    "scatter_in",
+    "within_cycles",
+]
 
 STEPS = 2.0  # of the encoder
 DEVIATIONS = 8.0  # of the noise of the position: what a body at rest does not go beyond
@@ -105,7 +114,8 @@ def scatter_in(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> float
     power, excess = _excess(cycles, slope, residual)
     if not np.any(excess):
         return 0.0
-    noise, square = _noise(within_cycles(cycles, slope, residual)), math.inf
+    rest = within_cycles(cycles, slope, residual)
+    noise, square = float(rest @ rest) / independent_rows(rest), math.inf
     for _ in range(ROUNDS):
         weight = power / (power + noise / square)
         square = float(np.sum(weight * excess * excess) / np.sum(weight))
@@ -123,10 +133,16 @@ def _excess(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> tuple[np
     return power, np.divide(pull, power, out=np.zeros_like(pull), where=power > 0.0)
 
 
-def _noise(left: np.ndarray) -> float:
-    """Return the mean square of a residual, times the rows in a row that say the same."""
-    square = float(left @ left)
-    if square == 0.0:
-        return 0.0
-    along = float(np.clip(left[1:] @ left[:-1] / square, 0.0, 0.999))
-    return square / left.size * (1.0 + along) / (1.0 - along)
+def neighbour_correlation(residual: np.ndarray) -> float:
+    """Return the correlation of each row with the next one; 0 where nothing is left over."""
+    square = float(residual @ residual)
+    return float(residual[1:] @ residual[:-1]) / square if square > 0.0 else 0.0
+
+
+def independent_rows(residual: np.ndarray) -> float:
+    r"""Return as how many independent rows those of a residual count, :math:`N (1 - \rho) / (1 + \rho)`.
+
+    Neighbours have the correlation :math:`\rho`.
+    """
+    correlation = min(max(neighbour_correlation(residual), 0.0), 0.999)
+    return residual.size * (1.0 - correlation) / (1.0 + correlation)

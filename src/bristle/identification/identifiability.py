@@ -98,10 +98,7 @@ def unidentifiable(
 
 @dataclass(frozen=True)
 class _Followed:
-    """One parameter after another moved away, the others in pursuit.
-
-    `free` are those that may follow, shape (coordinate,) of bool.
-    """
+    """One parameter after another moved away, the others that are `free`, shape (coordinate,) of bool, in pursuit."""
 
     problem: Problem
     solution: Solution
@@ -119,15 +116,35 @@ class _Followed:
 
     def without(self, name: str) -> Unidentifiable:
         """Return by how much the error rises where one parameter is changed, and which made up for the change."""
+        names, starts = self.solution.space.names, [self._moved(name, change) for change in self._changes]
+        followers, ends = self.free & (np.array(names) != name), []
+        for fitted, judged, before in self._trials:
+            refit = Refit(self.solution, followers, fitted)
+            solved = [refit.solve(self.problem, start) for start in starts]
+            ends.append(([theta for theta, _ in solved], [_square(after[judged]) - before for _, after in solved]))
+        (thetas, rises), *held_out = ends
+        instead = set().union(*(self._follows(theta) for theta in thetas)) - {name}
+        return Unidentifiable(
+            name,
+            rise=float(np.max(np.sum([quarter for _, quarter in held_out], axis=0))) / self._variance,
+            flat=max(rises) < self.settings.flat_rise * self._variance,
+            instead=tuple(parameter for parameter in names if parameter in instead),
+            percent=100.0 * self.settings.moved,
+        )
+
+    @cached_property
+    def _trials(self) -> list[tuple[np.ndarray, np.ndarray, float]]:
+        """Rows that are fitted, rows that are judged, and the squared error there: all of them, then each quarter."""
         count = self.solution.jacobian.shape[0]
-        fitted, instead = self._rises(name, np.ones(count, dtype=bool), slice(None), self._whole)
-        held_out = np.zeros(len(self._changes))
-        for quarter, before in zip(_quarters(count), self._before, strict=True):
-            held_out += self._rises(name, ~quarter, quarter, before)[0]
-        names = tuple(name for name in self.solution.space.names if name in instead)
-        variance = self._variance
-        flat = bool(np.max(fitted) < self.settings.flat_rise * variance)
-        return Unidentifiable(name, float(np.max(held_out)) / variance, flat, names, 100.0 * self.settings.moved)
+        chunk = np.arange(count) * CHUNKS // count
+        quarter = (np.random.default_rng(CHUNKS).permutation(CHUNKS) % 4)[chunk]
+        rows = np.ones(count, dtype=bool)
+        trials = [(rows, rows), *((quarter != number, quarter == number) for number in range(4))]
+        return [
+            (fitted, judged,
+             _square(Refit(self.solution, self.free, fitted).solve(self.problem, self.solution.theta)[1][judged]))
+            for fitted, judged in trials
+        ]  # fmt: skip
 
     @cached_property
     def _variance(self) -> float:
@@ -139,17 +156,6 @@ class _Followed:
         """The Jacobian in coordinates of its own range: as good for lengths, and much smaller."""
         return np.asarray(np.linalg.qr(self.solution.jacobian, mode="r"))
 
-    @cached_property
-    def _whole(self) -> np.ndarray:
-        """The residual of the fit to all rows."""
-        return Refit(self.solution, self.free).solve(self.problem, self.solution.theta)[1]
-
-    @cached_property
-    def _before(self) -> list[np.ndarray]:
-        """The residual of the fits without each quarter."""
-        quarters = _quarters(self.solution.jacobian.shape[0])
-        return [Refit(self.solution, self.free, ~one).solve(self.problem, self.solution.theta)[1] for one in quarters]
-
     def _linear_rise(self, name: str, change: float) -> float:
         """Return the rise of the error, over its variance, of a linear fit in which a parameter is another one."""
         index = self.solution.space.names.index(name)
@@ -158,52 +164,31 @@ class _Followed:
         way = self._moved(name, change)[index] - self.solution.theta[index]
         return float(alone @ alone) * way**2 / self._variance if self._variance > 0.0 else np.inf
 
-    def _rises(
-        self, name: str, fitted: np.ndarray, judged: np.ndarray | slice, before: np.ndarray
-    ) -> tuple[np.ndarray, set[str]]:
-        """Return the rise of the squared error on some rows for each change, and what made up for it."""
-        followers = self.free.copy()
-        followers[self.solution.space.names.index(name)] = False
-        refit, rises, instead = Refit(self.solution, followers, fitted), [], set()
-        for change in self._changes:
-            theta, after = refit.solve(self.problem, self._moved(name, change))
-            rises.append(float(np.sum(after[judged] ** 2) - np.sum(before[judged] ** 2)))
-            instead |= self._made_up(name, theta)
-        return np.array(rises), instead
-
     def _moved(self, name: str, change: float) -> np.ndarray:
         """Return the coordinates at which only this parameter is another one."""
-        index = self.solution.space.names.index(name)
-        theta, goal = self.solution.theta.copy(), change * self.solution.values[name]
+        space, theta, goal = self.solution.space, self.solution.theta.copy(), change * self.solution.values[name]
+        index = space.names.index(name)
         for _ in range(30):
-            slope = self._slope(name, theta, index)
+            value, nudge, nudged = space.values(theta)[name], 1e-6 * max(abs(theta[index]), 1e-3), theta.copy()
+            nudged[index] += nudge
+            slope = (space.values(nudged)[name] - value) / nudge
             if slope == 0.0:
                 break
-            step = (goal - self.solution.space.values(theta)[name]) / slope
-            theta[index] = np.clip(theta[index] + step, self.solution.space.low[index], self.solution.space.high[index])
+            step = (goal - value) / slope
+            theta[index] = np.clip(theta[index] + step, space.low[index], space.high[index])
             if abs(step * slope) <= 1e-9 * abs(goal):
                 break
         return theta
 
-    def _slope(self, name: str, theta: np.ndarray, index: int) -> float:
-        nudged = theta.copy()
-        nudge = 1e-6 * max(abs(theta[index]), 1e-3)
-        nudged[index] += nudge
-        return (self.solution.space.values(nudged)[name] - self.solution.space.values(theta)[name]) / nudge
-
-    def _made_up(self, name: str, theta: np.ndarray) -> set[str]:
-        now, then = self.solution.space.values(theta), self.solution.values
+    def _follows(self, theta: np.ndarray) -> set[str]:
+        """Return the parameters that are others than those of the solution."""
+        now, then, least = self.solution.space.values(theta), self.solution.values, self.settings.follows
         return {
-            parameter
-            for parameter in self.solution.space.names
-            if parameter in now
-            and parameter != name
-            and abs(now[parameter] - then[parameter]) > self.settings.follows * abs(then[parameter]) > 0.0
+            name
+            for name in self.solution.space.names
+            if name in now and abs(now[name] - then[name]) > least * abs(then[name]) > 0.0
         }
 
 
-def _quarters(count: int) -> list[np.ndarray]:
-    """Return four sets of rows, each of short segments from all over the log, as arrays of bool."""
-    chunk = np.arange(count) * CHUNKS // count
-    quarter = np.random.default_rng(CHUNKS).permutation(CHUNKS) % 4
-    return [quarter[chunk] == number for number in range(4)]
+def _square(rows: np.ndarray) -> float:
+    return float(np.sum(rows**2))

@@ -26,12 +26,10 @@ from bristle.identification.dataset import Dataset
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.estimators import Simulation
 from bristle.identification.fitting import fit
-from bristle.identification.information_criteria import with_information
 from bristle.identification.inputs import logs_and_axes, treatment_of
 from bristle.identification.least_squares import Report
 from bristle.identification.merging import treat_all
 from bristle.identification.output_error import loop_error
-from bristle.identification.ranking import in_order
 from bristle.identification.request import (
     METHODS,
     PriorKnowledge,
@@ -47,7 +45,7 @@ from bristle.identification.settings import Settings
 from bristle.identification.sliding_friction import context_of
 from bristle.identification.time_blocks import blocks_for
 from bristle.identification.uncertainty import with_uncertainty
-from bristle.identification.validation import TOO_SHORT
+from bristle.identification.validation import TOO_SHORT, in_order, with_information
 from bristle.logs.log import Log
 
 __all__ = ["identify"]

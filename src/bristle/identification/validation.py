@@ -1,37 +1,46 @@
-"""Error on what was not fitted, time blocks or whole logs: how models of different size are compared."""
+r"""How models of different size are compared: by their error on what was not fitted, and by information criteria.
+
+.. math:: \mathrm{AIC} = n \ln\frac{\|r\|^2}{N} + 2 k, \qquad \mathrm{BIC} = n \ln\frac{\|r\|^2}{N} + k \ln n
+
+over `N` rows and `k` free parameters [1]_. Residuals that last from row to row are not `N` measurements but
+
+.. math:: n = N\,\frac{1 - \rho}{1 + \rho}
+
+with the correlation :math:`\rho` of neighbouring rows, of the model that leaves least over; with `N` itself the largest
+model would always win. Both criteria take the residual for noise. Where all models lack something, the error on
+blocks that were held out is the better judge.
+
+References
+----------
+.. [1] K. P. Burnham, D. R. Anderson, "Multimodel inference: understanding AIC and BIC in model selection",
+   Sociological Methods & Research 33(2), 2004. doi:10.1177/0049124104268644
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.held_out import HeldOut
 from bristle.identification.estimation import Estimation
-from bristle.identification.settings import Settings
+from bristle.identification.half_cycles import independent_rows
+from bristle.identification.result import Fit, Information
+from bristle.identification.settings import DEFAULT, Settings
 from bristle.simulation.result import relative_error_percent
 
-__all__ = ["TOO_SHORT", "held_out_error"]
+__all__ = ["TOO_SHORT", "held_out_error", "in_order", "ranked", "with_information"]
 
 TOO_SHORT = Diagnostic("too-short")
+FEWEST = 10.0  # measurements
 
 
 def held_out_error(
     estimation: Estimation, blocks: int, settings: Settings, report: Callable[[float], None] = lambda share: None
 ) -> HeldOut:
-    """Return the error on each of several parts of a log, fitted to all others; of several logs, on each of them.
-
-    Parameters
-    ----------
-    estimation : Estimation
-        What was fitted, and how it is fitted to some rows.
-    blocks : int
-        Parts of a single log, at least 2.
-    settings : Settings
-        The thresholds.
-    report : callable
-        Is told the share of the work done.
+    """Return the error on each of so many parts of a log, fitted to all others; of several logs, on each of them.
 
     Raises
     ------
@@ -45,3 +54,92 @@ def held_out_error(
         predicted = measured - estimation.residual_without(fold.fitted)
         errors.append(relative_error_percent(measured[fold.held_out], predicted[fold.held_out]))
     return HeldOut(tuple(errors), float(np.mean(errors)), float(np.std(errors, ddof=1)), name)
+
+
+def in_order(fits: Sequence[Fit], settings: Settings = DEFAULT) -> list[Fit]:
+    """Return fits to the same log, best first.
+
+    One that was interrupted has nothing held out. It comes last, unless it already explains far more than the best of
+    the others: then that one is what a person who could wait no longer came for.
+    """
+    interrupted = [fit for fit in fits if fit.unfinished]
+    finished = ranked([fit for fit in fits if not fit.unfinished], settings)
+    most = settings.unfinished_error * _error(finished[0]) if finished else 0.0
+    ahead = [fit for fit in interrupted if fit.error_percent < most]
+    return [*ahead, *finished, *(fit for fit in interrupted if fit.error_percent >= most)]
+
+
+def ranked(fits: Sequence[Fit], settings: Settings = DEFAULT) -> list[Fit]:
+    """Return fits to the same log, best first; of the blocks that were held out, all have the same or none any.
+
+    The smallest held-out error leads. Before it comes the simplest model whose error exceeds it by no more than
+    the standard error of their difference, block by block. A leader of which half the parameters or more could not be
+    identified has no claim: it gives way to any simpler model that could be, within the spread of its own error
+    over the blocks.
+    """
+    left, in_rank = list(fits), []
+    while left:
+        in_rank.append(_first(left, settings))
+        left.remove(in_rank[-1])
+    return in_rank
+
+
+def _first(fits: list[Fit], settings: Settings) -> Fit:
+    leader = min(fits, key=_error)
+    if _doubtful(leader, settings):
+        spread = leader.held_out.std_percent if leader.held_out else 0.0
+        sound = [
+            fit
+            for fit in fits
+            if not _doubtful(fit, settings) and _size(fit) < _size(leader) and _error(fit) <= _error(leader) + spread
+        ]
+        leader = min(sound, key=_error, default=leader)
+    return min((fit for fit in fits if _no_worse(fit, leader, settings)), key=lambda fit: (_size(fit), _error(fit)))
+
+
+def _no_worse(fit: Fit, leader: Fit, settings: Settings) -> bool:
+    """Return whether the blocks do not tell a fit from the leader, or it is better."""
+    if _doubtful(fit, settings) and not _doubtful(leader, settings):
+        return False
+    margin = settings.same_error * _error(leader)
+    if fit.held_out is not None and leader.held_out is not None:
+        apart = np.subtract(fit.held_out.block_errors_percent, leader.held_out.block_errors_percent)
+        margin = max(margin, float(np.std(apart, ddof=1)) / apart.size**0.5)
+    return _error(fit) <= _error(leader) + margin
+
+
+def _error(fit: Fit) -> float:
+    return fit.held_out.mean_percent if fit.held_out is not None else fit.error_percent
+
+
+def _size(fit: Fit) -> int:
+    return len(fit.correlation_names) + fit.further
+
+
+def _doubtful(fit: Fit, settings: Settings) -> bool:
+    """Return whether too many of the parameters that were sought are not identified."""
+    unsure = [estimate.status != "identified" for estimate in fit.estimates if estimate.status != "held"]
+    return bool(unsure) and sum(unsure) >= settings.doubtful_share * len(unsure)
+
+
+def with_information(fits: Sequence[Fit]) -> list[Fit]:
+    """Return fits to the same rows with their information criteria, which are differences to the smallest ones."""
+    squares = np.array([_square(fit) for fit in fits])
+    if not np.all(squares > 0.0) or not fits:
+        return list(fits)
+    best = fits[int(np.argmin(squares))].traces.residual
+    count = max(independent_rows(best), FEWEST)
+    plain, sizes = count * np.log(squares / best.size), np.array([_size(fit) for fit in fits])
+    criteria = np.stack([plain + 2.0 * sizes, plain + sizes * np.log(count)])
+    differences = criteria - criteria.min(axis=1, keepdims=True)
+    return [
+        replace(fit, information=Information(*pair, count))
+        for fit, pair in zip(fits, differences.T.tolist(), strict=True)
+    ]
+
+
+def _square(fit: Fit) -> float:
+    """Return the sum of squares of what the fit made small, as if each row held as much of it as the samples do."""
+    simulated = fit.position_rmse if fit.loop_rmse is None else fit.loop_rmse
+    residual = fit.traces.residual
+    return float(residual @ residual) if simulated is None else residual.size * simulated**2

@@ -1,75 +1,120 @@
-"""What the part of the effort that a model leaves over says of the model."""
+"""What a fit leaves over says of the model, and the treatment of the log of the fit."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from bristle.core.diagnostic import Diagnostic
 from bristle.friction import is_static
+from bristle.identification.dataset import Dataset
+from bristle.identification.half_cycles import neighbour_correlation
 from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.result import Estimate
 from bristle.identification.roles import Role, name_of, names_of
 from bristle.identification.settings import Settings
 
-__all__ = ["about_residual", "about_rise"]
+__all__ = ["about_held_effort", "about_noise", "about_residual", "about_rise", "about_treatment"]
 
+FALLS_WITH = 5.0  # power of the cut-off that the noise of the acceleration grows with
+MENDED = 0.1  # of the share of noise that is told
 DIRECTIONS = {1: ("",), 2: ("forward", "backward")}
 
 
 def about_residual(
     problem: InverseDynamics, values: Mapping[str, float], percent: float, settings: Settings
-) -> tuple[Diagnostic, ...]:  # fmt: skip
+) -> tuple[Diagnostic, ...]:
     """Return a warning where the model leaves much of the effort [%] over, and where it lacks pre-sliding."""
     residual = problem.dataset.effort - problem.predicted(values)
     if percent >= settings.reversal_error and _lacks_presliding(problem, values, residual, settings):
         code = "no-presliding"
     elif percent >= settings.poor_error:
         code = "unexplained"
-    elif percent >= settings.coloured_error and _from_row_to_row(residual) > settings.coloured_correlation:
+    elif percent >= settings.coloured_error and neighbour_correlation(residual) > settings.coloured_correlation:
         code = "coloured-residual"
     else:
         return ()
     return (Diagnostic(code, numbers={"percent": percent}),)
 
 
+def _lacks_presliding(
+    problem: InverseDynamics, values: Mapping[str, float], residual: np.ndarray, settings: Settings
+) -> bool:
+    """Return whether a static model errs mostly around reversals, and there by friction that lags behind it."""
+    dataset, total = problem.dataset, float(residual @ residual)
+    near = dataset.samples_from_reversal < settings.reversal_periods / (dataset.cutoff * dataset.sample_time)
+    if not is_static(problem.model(values)) or not near.any() or total == 0.0:
+        return False
+    friction = np.abs(problem.friction(values))
+    if not friction.any():
+        return False
+    share = float(residual[near] @ residual[near]) / total
+    behind = -float(np.mean(residual[near] * np.sign(dataset.velocity[near]))) / float(np.mean(friction))
+    much = max(settings.reversal_share, settings.reversal_excess * float(np.mean(near)))
+    return share > much and behind > settings.reversal_lag
+
+
 def about_rise(problem: InverseDynamics, values: Mapping[str, float]) -> tuple[Diagnostic, ...]:
     """Return a remark where friction rises with speed before it levels off, which no break-away force does."""
-    variables, kind = problem.parameters.component.variables, problem.dataset.kind
+    variables = problem.parameters.component.variables
     firsts, levels = names_of(Role.BREAK_AWAY, variables), names_of(Role.LEVEL, variables)
     speed = name_of(Role.FALL, variables)
     if speed is None or len(firsts) != len(levels):
         return ()
-    diagnostics = []
-    for first, level, direction in zip(firsts, levels, DIRECTIONS.get(len(firsts), ()), strict=False):
-        if values[first] < values[level]:
-            numbers = {
-                "first": values[first], "level": values[level], "speed": values[speed], "direction": direction,
-            }  # fmt: skip
-            diagnostics.append(Diagnostic("rising-friction", first, "warning", numbers, kind))
-    return tuple(diagnostics)
+    return tuple(
+        Diagnostic("rising-friction", first, "warning", {
+            "first": values[first], "level": values[level], "speed": values[speed], "direction": direction,
+        }, problem.dataset.kind)
+        for first, level, direction in zip(firsts, levels, DIRECTIONS.get(len(firsts), ()), strict=False)
+        if values[first] < values[level]
+    )  # fmt: skip
 
 
-def _from_row_to_row(residual: np.ndarray) -> float:
-    total = float(residual @ residual)
-    return float(residual[1:] @ residual[:-1]) / total if total > 0.0 else 0.0
+def about_held_effort(
+    problem: InverseDynamics, estimates: Sequence[Estimate], settings: Settings
+) -> tuple[Diagnostic, ...]:
+    """Return a warning where half a sample between effort and position decides on the damping of the bristles."""
+    dataset, variables = problem.dataset, problem.parameters.variables
+
+    def identified(quantity: str) -> dict[str, float]:
+        return {
+            estimate.name: estimate.value
+            for estimate in estimates
+            if estimate.status == "identified"
+            and (variables[estimate.name].excitation, variables[estimate.name].quantity) == ("presliding", quantity)
+        }
+
+    shift = 0.5 * dataset.sample_time * max(identified("force/length").values(), default=0.0)
+    touched = tuple(
+        name
+        for name, damping in identified("force*time/length").items()
+        if shift > settings.half_sample_damping * abs(damping)
+    )
+    if dataset.held is not None or not touched:
+        return ()
+    return (Diagnostic("half-sample", touched[0], "warning", {"names": touched, "shift": shift}, dataset.kind),)
 
 
-def _lacks_presliding(
-    problem: InverseDynamics, values: Mapping[str, float], residual: np.ndarray, settings: Settings
-) -> bool:  # fmt: skip
-    """Return whether a static model errs mostly around reversals, and there by friction that lags behind it."""
-    total = float(residual @ residual)
-    if not is_static(problem.model(values)) or not any(problem.dataset.reversals) or total == 0.0:
-        return False
-    dataset = problem.dataset
-    near = dataset.samples_from_reversal < settings.reversal_periods / (dataset.cutoff * dataset.sample_time)
-    if not near.any():
-        return False
-    share = float(residual[near] @ residual[near]) / total
-    friction = np.abs(problem.friction(values))
-    if not friction.any():
-        return False
-    behind = -float(np.mean(residual[near] * np.sign(dataset.velocity[near]))) / float(np.mean(friction))
-    much = max(settings.reversal_share, settings.reversal_excess * float(np.mean(near)))
-    return share > much and behind > settings.reversal_lag
+def about_noise(problem: InverseDynamics, settings: Settings) -> tuple[Diagnostic, ...]:
+    """Return a warning where noise of the position makes the inertia too small."""
+    dataset, least = problem.dataset, settings.acceleration_noise
+    share = dataset.acceleration_noise_share
+    inertia = name_of(Role.INERTIA, problem.parameters.plant.variables)
+    if inertia not in problem.parameters.free or share < least:
+        return ()
+    enough = dataset.bandwidth * (MENDED * least / share) ** (1.0 / FALLS_WITH)
+    return (Diagnostic("noisy-acceleration", inertia, "warning", {"percent": 100.0 * share, "cutoff": enough}),)
+
+
+def about_treatment(dataset: Dataset) -> tuple[Diagnostic, ...]:
+    """Return what was done to a log before a model was fitted to it."""
+    remarks: dict[str, dict[str, float]] = {
+        "filtered": {"cutoff": dataset.cutoff, "dropped": dataset.dropped, "decimation": dataset.decimation}
+    }
+    if dataset.delay:
+        remarks["delay-found"] = {"delay": dataset.delay, "samples": dataset.delay / dataset.sample_time}
+    if dataset.rest_share > 0.0 and not dataset.keeps_rests:
+        remarks["rests-left-out"] = {"percent": 100.0 * dataset.rest_share}
+    remarks["standard-errors"] = {}
+    return tuple(Diagnostic(code, severity="note", numbers=numbers) for code, numbers in remarks.items())
