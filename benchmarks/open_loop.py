@@ -1,8 +1,8 @@
 """Open loops simulated with a tolerance, against steps of one length at the same error.
 
-Both go through `simulate`, as an experiment file does. The error is the largest of the position over the samples, against
-steps of one length 100 times as short as those beside it. Beside a run with a tolerance stands the one with the fewest
-steps whose error is no larger.
+Both go through `simulate`, as an experiment file does. The error is the largest of the position over the samples,
+against steps of one length 100 times as short as those beside it. Beside a run with a tolerance stands the one with
+the fewest steps whose error is no larger.
 """
 
 from __future__ import annotations

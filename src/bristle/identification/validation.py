@@ -133,8 +133,8 @@ def with_information(fits: Sequence[Fit]) -> list[Fit]:
     criteria = np.stack([plain + 2.0 * sizes, plain + sizes * np.log(count)])
     differences = criteria - criteria.min(axis=1, keepdims=True)
     return [
-        replace(fit, information=Information(*pair, count))
-        for fit, pair in zip(fits, differences.T.tolist(), strict=True)
+        replace(fit, information=Information(aic, bic, count))
+        for fit, (aic, bic) in zip(fits, differences.T.tolist(), strict=True)
     ]
 
 
