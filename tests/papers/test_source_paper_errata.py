@@ -101,7 +101,7 @@ def test_16_and_17_are_the_branch_from_a_general_reversal(k):
     contact = Contact(model)
     contact.move(k, 1.0)
     reversal = contact.force(-0.0)
-    down = [contact.twin() for _ in x]
+    down = [contact.copy() for _ in x]
     got = []
     for one, travel in zip(down, np.linspace(0.0, 2.0 * k, 50), strict=True):
         if travel:

@@ -34,7 +34,7 @@ def test_every_branch_solves_the_differential_equation():
             (a, b), [f], rtol=1e-12, atol=1e-14, method="DOP853",
         )  # fmt: skip
         f = solved.y[0, -1]
-        one, many = contact.twin(), contact
+        one, many = contact.copy(), contact
         assert ends(one, b)[-1] == pytest.approx(f, abs=1e-10)
         assert ends(many, b, count=50)[-1] == pytest.approx(f, abs=1e-10)
 

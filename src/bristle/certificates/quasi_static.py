@@ -156,7 +156,7 @@ class Path:
     def _climb(self, target: float, side: float) -> bool:
         self._side = side
         for _ in range(CHUNKS):
-            before, start = self._contact.twin(), self.x
+            before, start = self._contact.copy(), self.x
             force = self._contact.move(side * CHUNK * self._step, CREEP, CHUNK)
             beyond = np.flatnonzero(side * (force - target) >= 0.0)
             if beyond.size:
@@ -177,7 +177,7 @@ def _stopped_at(contact: Contact, target: float, side: float, farthest: float) -
     from scipy.optimize import root_scalar
 
     def excess(distance: float) -> float:
-        ahead = contact.twin()
+        ahead = contact.copy()
         ahead.move(side * distance, CREEP)
         return side * (ahead.force(side * 0.0) - target)
 

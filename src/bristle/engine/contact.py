@@ -56,7 +56,7 @@ class Contact:
         """The memory."""
         return self._memory.copy()
 
-    def twin(self) -> Contact:
+    def copy(self) -> Contact:
         """Return a contact in the same state, which moves on its own from here."""
         other = copy.copy(self)
         other._part = copy.copy(self._part)

@@ -44,7 +44,7 @@ class Estimate:
     robust_std : float or None
         Standard error in `unit` that holds for residuals correlated over time.
     interval : tuple of float or None
-        Low and high end of the 95 % interval in `unit`, from fits to twins of the log; None where there were none.
+        Low and high end of the 95 % interval in `unit`, from fits to replicates of the log; None where there were none.
     """
 
     name: str
@@ -97,12 +97,12 @@ class Scatter(NamedTuple):
 
 @dataclass(frozen=True)
 class Resampling:
-    """What fits to twins of the log and to parts of it say.
+    """What fits to replicates of the log and to parts of it say.
 
     Parameters
     ----------
     bands : Bands
-        Each free parameter as fitted to the twins, and what else makes up a band around a prediction.
+        Each free parameter as fitted to the replicates, and what else makes up a band around a prediction.
     scatter : Scatter
         Of the level of friction from reversal to reversal.
     half_cycles : int
