@@ -42,7 +42,7 @@ def test_a_step_at_rest_leaves_the_same_contact_whichever_limit_is_asked_for(nam
     moving = Contact(model_of(name))
     for v in turned * strokes(1):
         largest = abs(moving.move(v * DT, abs(v))[0])
-        one, other = moving.copy(), moving.twin()
+        one, other = moving.copy(), moving.copy()
         for contact, zero in ((one, 0.0), (other, -0.0)):
             contact._follow(contact._part.state, contact._memory, np.full(2, zero), np.full(2, contact.x), DT)
         np.testing.assert_allclose(one.state, other.state, rtol=1e-14, atol=1e-14)
