@@ -225,7 +225,9 @@ class Search:
         from scipy.optimize import least_squares
 
         low, high = self.space.low, self.space.high
-        shared = Differences(lambda several: self._residuals(several, rows), high, STEP if self.simulates else DIFFERENCE)
+        shared = Differences(
+            lambda several: self._residuals(several, rows), high, STEP if self.simulates else DIFFERENCE
+        )
 
         def residual(x: np.ndarray) -> np.ndarray:
             rest = shared(x)
