@@ -154,7 +154,8 @@ class _Batch:
         """Return new records, each of such rows; `turned` where a row is one sample."""
         matrices = [np.full((rows, columns), np.nan) for _ in range(3)]
         self.position, self.velocity, self.force = (matrix.T if turned else matrix for matrix in matrices)
-        return lanes.Records(*(matrix.ravel() for matrix in matrices), self.count)
+        x, v, force = (matrix.ravel() for matrix in matrices)
+        return lanes.Records(x, v, force, self.count)
 
     def in_lanes(self, dt: float, steps: int, hold: str) -> Callable[[int], Any]:
         """Return what runs one block by the semi-implicit step, all its trajectories together."""

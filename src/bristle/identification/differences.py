@@ -12,7 +12,8 @@ from bristle.core.cores import Abreast
 
 __all__ = ["STEP", "Differences", "abreast"]
 
-A, B = TypeVar("A"), TypeVar("B")
+A = TypeVar("A")
+B = TypeVar("B")
 
 STEP = 1e-5  # of a coordinate, or of 1: a stick or a reversal that moves by a step of the integration is far below
 

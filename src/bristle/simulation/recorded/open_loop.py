@@ -106,8 +106,10 @@ class OpenLoop:
         reached, left = np.full((len(plants), size), np.nan), np.arange(len(plants))
         for lead in self.leads:
             effort = np.concatenate([np.tile(self.effort, lead + 1), self.effort[:1]])
-            found = self._batch([plants[k] for k in left], [frictions[k] for k in left], effort)[:, lead * size :]
-            whole = ~np.isnan(found[:, size])
+            numbers = left.tolist()
+            batch = self._batch([plants[k] for k in numbers], [frictions[k] for k in numbers], effort)
+            found = batch[:, lead * size :]
+            whole = np.isfinite(found[:, size])
             left, found = left[whole], found[whole]
             reached[left] = found[:, :size]
             left = left[~(np.abs(found[:, size] - found[:, 0]) <= SETTLED * np.ptp(found[:, :size], axis=1))]
