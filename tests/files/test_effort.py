@@ -26,7 +26,11 @@ duration = "6 s"
 sample_time = "10 ms"
 tolerance = "1 um"
 """
-LOG = "t [s],q [m],u [N]\n" + "\n".join(f"{0.02 * k:.2f},{1e-3 * k:.3f},{np.sin(k):.6f}" for k in range(120))
+LOG = (
+    "time [s],position [m],effort [N]\n"
+    + "\n".join(f"{0.02 * k:.2f},{1e-3 * k:.3f},{np.sin(k):.6f}" for k in range(120))
+    + "\n"
+)
 
 
 def write(folder, text):
@@ -107,7 +111,7 @@ def test_what_does_not_fit_is_said(tmp_path, old, new, message):
 
 def test_a_run_longer_than_its_log_is_refused(tmp_path):
     (tmp_path / "log.csv").write_text(LOG)
-    with pytest.raises(InputError, match="run.duration: is longer than the log of the effort, 2.4 s"):
+    with pytest.raises(InputError, match=r"run\.duration: is longer than the log of the effort, 2\.4 s"):
         read(tmp_path, OPEN.replace('model = "constant"', 'model = "recorded"\nfile = "log.csv"'))
 
 
