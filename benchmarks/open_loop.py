@@ -29,7 +29,7 @@ class Case(NamedTuple):
     friction: Any
     effort: np.ndarray
     tolerance: float
-    limit: float | None = LIMIT
+    limit: float = LIMIT
 
 
 def cases() -> Iterator[Case]:
@@ -54,7 +54,7 @@ def cases() -> Iterator[Case]:
         yield Case(f"{name}, force switched", mass, models[name], switched, 1e-5)
     yield Case("Dahl on a spring, sine", spring, models["Dahl"], sine, 1e-6)
     for name in ("LuGre", "Preisach-LuGre", "Stribeck"):
-        yield Case(f"{name}, sine held from sample to sample", mass, models[name], sine, 1e-5, None)
+        yield Case(f"{name}, sine held from sample to sample", mass, models[name], sine, 1e-5)
 
 
 def open_loop() -> Iterator[Ratio]:
