@@ -47,7 +47,7 @@ def test_a_plant_left_alone(tmp_path):
     variant = read(tmp_path, OPEN)
     assert variant.effort.values.tolist() == [0.0] * 600
     assert (variant.run.tolerance, variant.run.substeps) == (1e-6, 0)
-    assert variant.effort.told == "none"
+    assert variant.effort.description == "none"
 
 
 @pytest.mark.parametrize(
@@ -67,7 +67,7 @@ def test_a_plant_left_alone(tmp_path):
 def test_functions_of_time_are_efforts(tmp_path, table, check):
     variant = read(tmp_path, OPEN.replace('model = "constant"', table))
     assert check(variant.effort.values, 0.01 * np.arange(600))
-    assert variant.effort.told.startswith(table.split('"')[1])
+    assert variant.effort.description.startswith(table.split('"')[1])
 
 
 def test_the_effort_of_a_log_gives_its_length_and_is_held(tmp_path):
