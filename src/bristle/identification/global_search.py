@@ -104,10 +104,10 @@ def evolved(
 
     def everywhere(_: object, members: Iterable[np.ndarray]) -> list[float]:
         points = [coordinates(member) for member in members]
-        found = list(costs(points))
-        for point, cost_of_point in zip(points, found, strict=True):
+        generation_costs = list(costs(points))
+        for point, cost_of_point in zip(points, generation_costs, strict=True):
             best.see(point, cost_of_point)
-        return found
+        return generation_costs
 
     # Newer versions of scipy call the seed by another name, too.
     options: dict[str, Any] = {"seed": seed, "workers": everywhere}

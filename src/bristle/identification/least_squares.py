@@ -210,8 +210,9 @@ class Search:
         chosen = problem or self.problem
         together = chosen.residuals if isinstance(chosen, InBatches) else abreast(chosen.residual)
         with np.errstate(over="ignore", invalid="ignore"):
-            found = [one / self._unit for one in together([self.space.values(theta) for theta in thetas])]
-        return [np.clip(np.nan_to_num(one, nan=FAR, posinf=FAR, neginf=-FAR), -FAR, FAR)[rows] for one in found]
+            scaled = [signal / self._unit for signal in together([self.space.values(theta) for theta in thetas])]
+        finite = (np.nan_to_num(residual, nan=FAR, posinf=FAR, neginf=-FAR) for residual in scaled)
+        return [np.clip(residual, -FAR, FAR)[rows] for residual in finite]
 
     @property
     def _unit(self) -> float:

@@ -108,11 +108,11 @@ class OpenLoop:
             effort = np.concatenate([np.tile(self.effort, lead + 1), self.effort[:1]])
             numbers = left.tolist()
             batch = self._batch([plants[k] for k in numbers], [frictions[k] for k in numbers], effort)
-            found = batch[:, lead * size :]
-            whole = np.isfinite(found[:, size])
-            left, found = left[whole], found[whole]
-            reached[left] = found[:, :size]
-            left = left[~(np.abs(found[:, size] - found[:, 0]) <= SETTLED * np.ptp(found[:, :size], axis=1))]
+            motion = batch[:, lead * size :]
+            finite = np.isfinite(motion[:, size])
+            left, motion = left[finite], motion[finite]
+            reached[left] = motion[:, :size]
+            left = left[~(np.abs(motion[:, size] - motion[:, 0]) <= SETTLED * np.ptp(motion[:, :size], axis=1))]
             if not left.size:
                 break
         samples = reached[:, ::steps]
