@@ -22,6 +22,7 @@ from benchmarks.fits import fits
 from benchmarks.lanes import lanes
 from benchmarks.loop_coverage import loop_coverage
 from benchmarks.open_loop import open_loop
+from benchmarks.population import population
 from benchmarks.preisach import preisach
 from benchmarks.presliding import presliding
 from benchmarks.readers import readers
@@ -154,6 +155,7 @@ BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
         lanes,
         stick_slip,
         open_loop,
+        population,
         tracking,
         presliding,
         bootstrap,

@@ -17,7 +17,7 @@ from bristle.core.cores import Abreast
 from bristle.core.experiment import Experiment, Run
 from bristle.core.interruption import BestSoFar
 from bristle.engine import compilation, interpreted, is_interpreted
-from bristle.identification.differences import Differences
+from bristle.identification.differences import Differences, abreast
 from bristle.identification.global_search import Side, evolved
 
 
@@ -108,8 +108,8 @@ def test_so_are_searches(no_compiler):
         return float(np.sum(x * x))
 
     with interpreted():
-        slopes = Differences(lambda x: np.full(3, cost(x)), np.full(2, 10.0)).jacobian(np.array([1.0, 2.0]))
-        evolved(cost, [Side(-1.0, 1.0, False)] * 2, np.ones(2), BestSoFar(), lambda share: None)
+        slopes = Differences(abreast(lambda x: np.full(3, cost(x))), np.full(2, 10.0)).jacobian(np.array([1.0, 2.0]))
+        evolved(abreast(cost), [Side(-1.0, 1.0, False)] * 2, np.ones(2), BestSoFar(), lambda share: None)
     assert slopes[0] == pytest.approx([2.0, 4.0], rel=1e-4)
 
 

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from bristle.cli.failure import NO
 from bristle.cli.options import AllowCode, Data, Force, Formats, Json, Out, SizeLimit, bytes_asked
 from bristle.cli.terminal import complain, progress, say, show_table
+
+if TYPE_CHECKING:
+    from bristle.stability import Assessment
 
 __all__ = ["EXAMPLE", "run"]
 
@@ -51,14 +55,13 @@ def run(
     from bristle.files.summary import as_json as json_text
     from bristle.report.best import closing_sentences
     from bristle.report.figure_files import figure_files
-    from bristle.report.loop_tables import open_table, variant_table
+    from bristle.report.loop_tables import variant_table
     from bristle.report.loop_warnings import about_loops, loop_warnings
-    from bristle.report.messages import message
     from bristle.report.results import write_logs, write_report
     from bristle.report.summary import simulation_summary
     from bristle.simulation import simulate
     from bristle.simulation.compensation import on_another_rig
-    from bristle.stability import Verdict, runnable, verdict_of
+    from bristle.stability import runnable
     from bristle.testing import admit
 
     if log and not out:
@@ -78,12 +81,7 @@ def run(
         warnings = loop_warnings(about)
         for warning in warnings:
             complain(warning)
-        refused = {
-            name: message(verdict_of(judgement))
-            for name, judgement in judged.items()
-            if judgement.verdict is Verdict.DIVERGES
-        }
-        result = replace(simulate(stable, report), refused=refused)
+        result = replace(simulate(stable, report), refused=_refused(judged))
         source = provenance(context.obj, **described.origins)
         files = write_logs(folder, result) if folder and log else {}
         summary = simulation_summary(result, files=files, provenance=source, diagnostics=about)
@@ -95,13 +93,24 @@ def run(
     if as_json:
         sys.stdout.write(json_text(summary))
     elif result.variants:
-        is_open = all(variant.is_open for variant in result.variants.values())
-        show_table(open_table(result) if is_open else variant_table(result))
+        show_table(variant_table(result))
         for sentence in closing_sentences(result):
             say(sentence)
     if out:
         complain(f"wrote {out}; open {out / 'report.html'} in a browser")
     failed = [name for name, outcome in summary["variants"].items() if not outcome["completed"]]
-    for name in (name for name in failed if name not in refused):
+    for name in (name for name in failed if name not in result.refused):
         complain(f"{name}: {summary['variants'][name]['status']}")
     return NO if failed else 0
+
+
+def _refused(judged: Mapping[str, Assessment]) -> dict[str, str]:
+    """Return the loops that would diverge, and why."""
+    from bristle.report.messages import message
+    from bristle.stability import Verdict, verdict_of
+
+    return {
+        name: message(verdict_of(judgement))
+        for name, judgement in judged.items()
+        if judgement.verdict is Verdict.DIVERGES
+    }

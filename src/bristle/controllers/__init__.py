@@ -2,15 +2,17 @@
 
 from bristle.controllers.cascade import MODEL as cascade
 from bristle.controllers.disturbance_observer import MODEL as disturbance_observer
+from bristle.controllers.open_loop import MODEL as open_loop
 from bristle.controllers.sliding_mode import MODEL as sliding_mode
 from bristle.controllers.super_twisting import MODEL as super_twisting
 from bristle.core.contracts import Controller
 
+# Those that a file may name: an open loop has none.
 CONTROLLERS: dict[str, Controller] = {
     controller.name: controller for controller in (cascade, sliding_mode, disturbance_observer, super_twisting)
 }
 
-__all__ = ["CONTROLLERS", "cascade", "disturbance_observer", "sliding_mode", "super_twisting"]
+__all__ = ["CONTROLLERS", "cascade", "disturbance_observer", "open_loop", "sliding_mode", "super_twisting"]
 
 
 def __dir__() -> list[str]:

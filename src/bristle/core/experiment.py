@@ -214,7 +214,7 @@ class Learning:
     cutoff: float
 
 
-@guarded(values=array(least=1), told=TEXT)
+@guarded(values=array(least=1), description=TEXT)
 @dataclass(frozen=True, eq=False)
 class Effort:
     """What drives an open loop: the effort of each sample, held until the next one.
@@ -223,12 +223,12 @@ class Effort:
     ----------
     values : ndarray, shape (sample,)
         The effort [N or N*m].
-    told : str
+    description : str
         What it is, in words for a report.
     """
 
     values: np.ndarray
-    told: str = "given sample by sample"
+    description: str = "given sample by sample"
 
 
 @guarded(

@@ -84,13 +84,15 @@ def run_batch(
     InputError
         If the numbers of models, efforts and starts disagree, or the models are not of one component.
     """
-    batch = _Batch(plant, friction, effort, x, v)
+    batch, cores = _Batch(plant, friction, effort, x, v), threads or core_count()
     if integrator == "efim":
-        work = batch.one_by_one(dt, steps, hold)
+        # In lanes a block is as wide as they are; one by one it is a share of the work, so that no core waits.
+        width = min(LANES, -(-batch.count // cores))
+        work = batch.one_by_one(dt, steps, hold, width)
     else:
+        width = LANES
         work = batch.in_lanes(dt, steps, hold)
-    firsts = range(0, batch.count, LANES)
-    cores = threads or core_count()
+    firsts = range(0, batch.count, width)
     if cores == 1 or len(firsts) == 1 or is_interpreted():
         for first in firsts:
             work(first)
@@ -127,20 +129,20 @@ class _Batch:
         self.memory = np.tile(fresh, (self.count, 1))
         # All trajectories of one sample lie side by side: what a block reads at a time.
         self.effort = np.ascontiguousarray(efforts.T)
-        shape = (efforts.shape[1], self.count)
-        self.position, self.velocity, self.force = (np.full(shape, np.nan) for _ in range(3))
+        self.position, self.velocity, self.force = (np.empty((self.count, 0)) for _ in range(3))
         self.out = np.zeros((self.count, OUT_SIZE))
 
-    def one_by_one(self, dt: float, steps: int, hold: str) -> Callable[[int], Any]:
-        """Return what runs one block by EFIM, trajectory by trajectory."""
+    def one_by_one(self, dt: float, steps: int, hold: str, width: int) -> Callable[[int], Any]:
+        """Return what runs one block of so many by EFIM, trajectory by trajectory."""
         vectors = (self.plants, self.body, self.frictions, self.state, self.memory, self.out)
         mechanisms = lanes.Mechanisms(
             substeps_entry(self.plant, self.friction, "efim"), MechanismVectors(*(matrix.ravel() for matrix in vectors))
         )
-        run, efforts, records = driver(lanes.open_loops), self._efforts(hold), self._records()
+        run, efforts = driver(lanes.open_loops), self._efforts(hold)
+        records = self._records(self.count, len(self.effort))
 
         def work(first: int) -> None:
-            last = min(first + LANES, self.count)
+            last = min(first + width, self.count)
             run(mechanisms, first, last, efforts, float(dt), int(steps), records)
 
         return work
@@ -148,8 +150,12 @@ class _Batch:
     def _efforts(self, hold: str) -> lanes.Efforts:
         return lanes.Efforts(self.effort.ravel(), held(self.effort, hold).ravel(), self.effort.shape[1])
 
-    def _records(self) -> lanes.Records:
-        return lanes.Records(self.position.ravel(), self.velocity.ravel(), self.force.ravel(), self.count)
+    def _records(self, rows: int, columns: int, *, turned: bool = False) -> lanes.Records:
+        """Return new records, each of such rows; `turned` where a row is one sample."""
+        matrices = [np.full((rows, columns), np.nan) for _ in range(3)]
+        self.position, self.velocity, self.force = (matrix.T if turned else matrix for matrix in matrices)
+        x, v, force = (matrix.ravel() for matrix in matrices)
+        return lanes.Records(x, v, force, self.count)
 
     def in_lanes(self, dt: float, steps: int, hold: str) -> Callable[[int], Any]:
         """Return what runs one block by the semi-implicit step, all its trajectories together."""
@@ -166,7 +172,7 @@ class _Batch:
             self.plant.functions + self.friction.functions,
             INTERLEAVED,
         )
-        efforts, records = self._efforts(hold), self._records()
+        efforts, records = self._efforts(hold), self._records(len(self.effort), self.count, turned=True)
         mechanisms = np.hstack((self.plants, self.body, self.frictions, self.state))
 
         def work(first: int) -> None:
@@ -182,15 +188,13 @@ class _Batch:
 
     def trace(self, dt: float) -> BatchTrace:
         """Return what the trajectories left behind."""
-        finite = np.all(np.isfinite(self.position) & np.isfinite(self.velocity) & np.isfinite(self.force), axis=0)
+        finite = np.all(np.isfinite(self.position) & np.isfinite(self.velocity) & np.isfinite(self.force), axis=1)
         inaccurate = self.out[:, 3] > 0.0
         status = tuple(
             Status.SOLVE_INACCURATE if ok and bad else Status.OK if ok else Status.NOT_FINITE
             for ok, bad in zip(finite.tolist(), inaccurate.tolist(), strict=True)
         )
-        return BatchTrace(
-            dt * np.arange(len(self.position)), self.position.T, self.velocity.T, self.force.T, status
-        )  # fmt: skip
+        return BatchTrace(dt * np.arange(len(self.effort)), self.position, self.velocity, self.force, status)
 
 
 def _parameters(models: Sequence[Model], count: int, path: str) -> tuple[Instance, np.ndarray]:

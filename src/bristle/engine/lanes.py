@@ -28,7 +28,7 @@ class Efforts(NamedTuple):
 
 
 class Records(NamedTuple):
-    """Position, velocity and friction at each sample: all `mechanisms` of one sample in a row."""
+    """Position, velocity and friction of all `mechanisms`: of one sample in a row in lanes, else of one mechanism."""
 
     x: Vector
     v: Vector
@@ -114,14 +114,15 @@ def open_loops(
     What follows a sample at which a mechanism left the finite numbers is left as it was.
     """
     x, v, force, count, columns = records.x, records.v, records.force, records.mechanisms, efforts.columns
+    size = x.size // count
     for m in range(first, last):
         vectors = of_one(mechanisms.vectors, m, count)
         body, out = vectors.plant_state, vectors.out
-        for k in range(x.size // count):
-            x[k * count + m], v[k * count + m] = body[0], body[1]
+        for k in range(size):
+            x[m * size + k], v[m * size + k] = body[0], body[1]
             at = k * columns + (m if columns > 1 else 0)
             mechanisms.substeps(vectors, efforts.start[at], efforts.end[at], dt, steps)
-            force[k * count + m] = out[FORCE]
+            force[m * size + k] = out[FORCE]
             out[FAILED_SO_FAR] += out[FAILED]
             if not abs(body[0]) + abs(body[1]) < BOUND:
                 break

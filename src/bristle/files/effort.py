@@ -21,7 +21,7 @@ from bristle.references import chirp, recorded, s_curve, sine, triangle
 __all__ = ["at_rest", "effort_from", "recorded_in"]
 
 # The functions of time that references are, with an effort for each length.
-FUNCTIONS = {one.name: one for one in (sine, chirp, triangle, s_curve)}
+FUNCTIONS = {function.name: function for function in (sine, chirp, triangle, s_curve)}
 CONSTANT, RECORDED = "constant", "recorded"
 LEVEL = Variable("force", "effort from the first sample on")
 BETWEEN = 1e-6  # of a sample: times that are told in decimals are not exact
@@ -87,14 +87,14 @@ def effort_from(table: Mapping[str, Any], log: Log | None, run: Run, kind: Kind,
     if "model" not in table:
         raise InputError("names no model", path=path, allowed=f"{CONSTANT}, {', '.join(FUNCTIONS)}, {RECORDED}",
                          mend=f'Write model = "sine" under [{path}]')  # fmt: skip
-    told = ", ".join(f"{key} = {value}" for key, value in table.items() if key != "model")
+    numbers = ", ".join(f"{key} = {value}" for key, value in table.items() if key != "model")
     if table["model"] == CONSTANT:
         check_keys(table, ("model", "level"), path)
         level = number_at(table.get("level", 0.0), LEVEL, kind, f"{path}.level")
-        return Effort(np.full(time.size, level), f"{CONSTANT}, {told}" if told else "none")
+        return Effort(np.full(time.size, level), f"{CONSTANT}, {numbers}" if numbers else "none")
     registry = {**FUNCTIONS, CONSTANT: sine, RECORDED: sine}  # those too are told of where a name is unknown
     component: Trajectory = component_named(table["model"], registry, f"{path}.model")
-    variables = {key_of(name): (name, _of_effort(one)) for name, one in component.variables.items()}
+    variables = {key_of(name): (name, _of_effort(length)) for name, length in component.variables.items()}
     check_keys(table, ("model", *variables), path)
     values = {
         name: number_at(table[key], variable, kind, f"{path}.{key}")
@@ -102,7 +102,7 @@ def effort_from(table: Mapping[str, Any], log: Log | None, run: Run, kind: Kind,
         if key in table
     }
     model = make_model(component, values, kind=kind, validate=True, path=path)
-    return Effort(component.sample(time, model.parameters)[0], f"{component.name}, {told}")
+    return Effort(component.sample(time, model.parameters)[0], f"{component.name}, {numbers}")
 
 
 def _of_effort(variable: Variable) -> Variable:

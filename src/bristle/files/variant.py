@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from bristle.controllers.open_loop import MODEL as open_loop
+from bristle.controllers import open_loop
 from bristle.core import units
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model

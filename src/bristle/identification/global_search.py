@@ -17,7 +17,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bristle.core.cores import Abreast
 from bristle.core.interruption import BestSoFar
 from bristle.identification.parameter_space import Transform
 
@@ -71,15 +70,15 @@ def box_of(coordinates: Sequence[Transform], theta: np.ndarray) -> tuple[Side, .
 
 
 def evolved(
-    cost: Callable[[np.ndarray], float], box: Sequence[Side], start: np.ndarray, best: BestSoFar,
+    costs: Callable[[Sequence[np.ndarray]], Sequence[float]], box: Sequence[Side], start: np.ndarray, best: BestSoFar,
     report: Callable[[float], None], seed: int = EVOLUTION_SEED,
 ) -> np.ndarray:  # fmt: skip
     """Return the coordinates of the best member that differential evolution came to.
 
     Parameters
     ----------
-    cost : callable
-        Of some coordinates; it is called from several threads.
+    costs : callable
+        Of the coordinates of each of several members.
     box : sequence of Side
         Where to look.
     start : ndarray, shape (coordinate,)
@@ -103,24 +102,19 @@ def evolved(
         generation += 1
         report(generation / GENERATIONS)
 
-    pool = Abreast()
-
     def everywhere(_: object, members: Iterable[np.ndarray]) -> list[float]:
         points = [coordinates(member) for member in members]
-        costs = list(pool.map(cost, points))
-        for point, cost_of_point in zip(points, costs, strict=True):
+        generation_costs = list(costs(points))
+        for point, cost_of_point in zip(points, generation_costs, strict=True):
             best.see(point, cost_of_point)
-        return costs
+        return generation_costs
 
-    try:
-        # Newer versions of scipy call the seed by another name, too.
-        options: dict[str, Any] = {"seed": seed, "workers": everywhere}
-        solution = differential_evolution(
-            lambda at: cost(coordinates(at)), [(side.low, side.high) for side in box], maxiter=GENERATIONS, tol=ALIKE,
-            polish=False, popsize=max(MEMBERS, math.ceil(FEWEST_MEMBERS / len(box))),
-            init="latinhypercube", updating="deferred", callback=after,
-            x0=np.array([side.at(side_value) for side, side_value in zip(box, start.tolist(), strict=True)]), **options,
-        )  # fmt: skip
-    finally:
-        pool.shutdown(cancel_futures=True)
+    # Newer versions of scipy call the seed by another name, too.
+    options: dict[str, Any] = {"seed": seed, "workers": everywhere}
+    solution = differential_evolution(
+        lambda at: costs([coordinates(at)])[0], [(side.low, side.high) for side in box], maxiter=GENERATIONS, tol=ALIKE,
+        polish=False, popsize=max(MEMBERS, math.ceil(FEWEST_MEMBERS / len(box))),
+        init="latinhypercube", updating="deferred", callback=after,
+        x0=np.array([side.at(side_value) for side, side_value in zip(box, start.tolist(), strict=True)]), **options,
+    )  # fmt: skip
     return coordinates(solution.x)

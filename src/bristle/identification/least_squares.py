@@ -6,7 +6,7 @@ Descents are those of scipy (trust region reflective), with Jacobians by differe
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, Protocol
@@ -17,11 +17,11 @@ from bristle.core.interruption import BestSoFar, obey
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import bounded, unbounded
 from bristle.core.variable import Variable
-from bristle.identification.differences import STEP, Differences
+from bristle.identification.differences import STEP, Differences, abreast
 from bristle.identification.global_search import EVOLUTION_SEED, box_of, evolved
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameter_space import LinearSpace, Transform, TransformedSpace
-from bristle.identification.problem import Problem
+from bristle.identification.problem import InBatches, Problem
 from bristle.identification.scales import Scales
 from bristle.identification.solution import Solution
 
@@ -191,17 +191,28 @@ class Search:
         def told(share: float) -> None:
             report(share, f"looking everywhere, best so far {self.percent(best.cost):.3g} %")
 
-        return evolved(self.cost_at, box_of(self.space.transforms, theta), theta, best, told, seed)
+        return evolved(self.costs_at, box_of(self.space.transforms, theta), theta, best, told, seed)
 
     def cost_at(self, theta: np.ndarray) -> float:
         """Return half the sum of squares at some coordinates."""
-        residual = self._residual(theta)
-        return 0.5 * float(residual @ residual)
+        return self.costs_at([theta])[0]
 
-    def _residual(self, theta: np.ndarray, problem: Problem | None = None) -> np.ndarray:
+    def costs_at(self, thetas: Sequence[np.ndarray]) -> list[float]:
+        """Return half the sum of squares at each of several coordinates."""
+        return [0.5 * float(residual @ residual) for residual in self._residuals(thetas)]
+
+    def _residual(self, theta: np.ndarray) -> np.ndarray:
+        return self._residuals([theta])[0]
+
+    def _residuals(
+        self, thetas: Sequence[np.ndarray], rows: np.ndarray | slice = slice(None), problem: Problem | None = None
+    ) -> list[np.ndarray]:
+        chosen = problem or self.problem
+        together = chosen.residuals if isinstance(chosen, InBatches) else abreast(chosen.residual)
         with np.errstate(over="ignore", invalid="ignore"):
-            residual = (problem or self.problem).residual(self.space.values(theta)) / self._unit
-        return np.clip(np.nan_to_num(residual, nan=FAR, posinf=FAR, neginf=-FAR), -FAR, FAR)
+            scaled = [signal / self._unit for signal in together([self.space.values(theta) for theta in thetas])]
+        finite = (np.nan_to_num(residual, nan=FAR, posinf=FAR, neginf=-FAR) for residual in scaled)
+        return [np.clip(residual, -FAR, FAR)[rows] for residual in finite]
 
     @property
     def _unit(self) -> float:
@@ -215,7 +226,9 @@ class Search:
         from scipy.optimize import least_squares
 
         low, high = self.space.low, self.space.high
-        shared = Differences(lambda x: self._residual(x)[rows], high, STEP if self.simulates else DIFFERENCE)
+        shared = Differences(
+            lambda several: self._residuals(several, rows), high, STEP if self.simulates else DIFFERENCE
+        )
 
         def residual(x: np.ndarray) -> np.ndarray:
             rest = shared(x)
@@ -241,7 +254,7 @@ class Search:
         def jacobian(x: np.ndarray) -> np.ndarray:
             values = self.space.values(x)
             near = self.problem.near(values)
-            there = Differences(lambda at: self._residual(at, near)[rows], self.space.high, DIFFERENCE)
+            there = Differences(lambda several: self._residuals(several, rows, near), self.space.high, DIFFERENCE)
             return near.without_found(there.jacobian(x), values, rows)
 
         return jacobian

@@ -24,6 +24,7 @@ from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
 from bristle.friction import is_static
 from bristle.identification.dataset import Dataset
+from bristle.identification.differences import abreast
 from bristle.identification.disturbance import scaled
 from bristle.identification.half_cycles import NUDGE, Groups, least_way
 from bristle.identification.inverse_dynamics import InverseDynamics
@@ -236,6 +237,16 @@ class OpenLoopError(OutputError):
     def at_last(self, logs: Sequence[Log], axes: Sequence[Axis | None]) -> OpenLoopError:
         """Return the problem with the steps that its last descent takes."""
         return self.of(self.inverse, logs, axes, FINE)
+
+    def residuals(self, several: Sequence[Mapping[str, float]]) -> list[np.ndarray]:
+        """Return what `residual` does, for each of several sets of free parameters: short records as one batch."""
+        loops = [output.loop for output in self.outputs if isinstance(output, Position)]
+        has_screw = self.inverse.parameters.plant.screw is not None  # which a batch does not know
+        if len(several) == 1 or has_screw or not all(loop.is_short for loop in loops):
+            return abreast(self.residual)(several)
+        values = [self.parameters.complete(free) for free in several]
+        plants, frictions = ([part(one) for one in values] for part in (self.inverse.plant, self.inverse.model))
+        return list(self.measured - np.hstack([loop.positions(plants, frictions) for loop in loops]))
 
     def refits_linearly(self, friction: Model) -> bool:
         """Return True."""

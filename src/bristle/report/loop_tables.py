@@ -17,11 +17,13 @@ if TYPE_CHECKING:
     from bristle.core.experiment import Variant
     from bristle.simulation.result import SimulationResult, VariantResult
 
-__all__ = ["component_table", "direction_table", "open_table", "run_table", "variant_table"]
+__all__ = ["component_table", "direction_table", "run_table", "variant_table"]
 
 
 def variant_table(result: SimulationResult) -> Table:
-    """Return the errors and efforts of the variants of a loop, side by side."""
+    """Return the errors and efforts of the variants of a loop, side by side; of open loops where they went."""
+    if result.variants and all(variant.is_open for variant in result.variants.values()):
+        return _open_table(result)
     completed, length = _following(result)
     effort = Quantity.of(unit_of("force", result.experiment.kind), (variant.effort_peak for variant in completed))
     word = "Torque" if result.experiment.kind == "rotational" else "Force"
@@ -40,7 +42,7 @@ def variant_table(result: SimulationResult) -> Table:
     return Table("The variants of the loop", heads, rows).without_empty_columns()
 
 
-def open_table(result: SimulationResult) -> Table:
+def _open_table(result: SimulationResult) -> Table:
     """Return where the variants of an experiment without a loop went, and under what efforts."""
     completed = [variant for variant in result.variants.values() if variant.status is not Status.NOT_FINITE]
     kind = result.experiment.kind

@@ -10,7 +10,7 @@ from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
 from bristle.report.best import closing_sentences
 from bristle.report.compensation import pair_in
-from bristle.report.loop_tables import component_table, direction_table, open_table, run_table, variant_table
+from bristle.report.loop_tables import component_table, direction_table, run_table, variant_table
 from bristle.report.page import Picture, picture, render
 
 if TYPE_CHECKING:
@@ -49,11 +49,11 @@ def simulation_report(
         name=result.experiment.name,
         verdict=[*(f"{warning}." for warning in warnings), *_sentences(result)],
         is_open=is_open,
-        variants=open_table(result) if is_open else variant_table(result),
+        variants=variant_table(result),
         directions=None if is_open else direction_table(result),
         pictures=motion_picture(result) if is_open else following_picture(result),
         loops=[component_table(f"The parts of {variant.name}", _parts(variant)) for variant in variants],
-        efforts=[f"{variant.name}: {variant.effort.told}" for variant in variants if variant.effort is not None],
+        efforts=[f"{variant.name}: {variant.effort.description}" for variant in variants if variant.effort is not None],
         runs=run_table(variants),
     )
 

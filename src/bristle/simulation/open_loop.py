@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from bristle.controllers.open_loop import MODEL as open_loop
+from bristle.controllers import open_loop
 from bristle.core.contracts import Model
 from bristle.core.edge import TEXT, Amount, amount, array, guarded, model, optional, whole
 from bristle.core.experiment import RUN, Effort, Experiment, Feedforward, Run, Variant
