@@ -41,7 +41,7 @@ from bristle.identification.estimation import Context, Estimation
 from bristle.identification.fixed_shape import TOTAL, ShapedModel, further_numbers, in_lists, shaped
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report
-from bristle.identification.parameter_space import LinearSpace
+from bristle.identification.parameter_space import ParameterSpace
 from bristle.identification.parameters import Fixed, ParameterSet
 from bristle.identification.roles import Role, names_of
 from bristle.identification.solution import Solution
@@ -165,7 +165,7 @@ class Elements:
         for name in self._factors:
             if abs(values[name]) > EDGE * FACTOR_MOST:
                 at_edge[name] = "largest" if values[name] > 0.0 else "smallest"
-        space = LinearSpace.of(self.parameters)
+        space = ParameterSpace.of(self.parameters)
         solution = Solution(space, np.array(list(values.values())), jacobian, at_edge)
         return InverseDynamics(self.dataset, replace(self.parameters, component=view)), solution
 
@@ -173,7 +173,7 @@ class Elements:
         """Return the problem with all its elements, and its solution: one stiffness for each of them."""
         best = self._best(slice(None))
         factors = [self._varying[place + 1] @ self._multiplied(best) for place in range(len(self._factors))]
-        space = ElementSpace(
+        space = ElementSpace.around(
             self.thresholds, self._others, self._factors, self._levels, self.parameters.free, self._positive
         )  # fmt: skip
         theta = np.concatenate([best.stiffness, list(best.others.values()), best.factors])

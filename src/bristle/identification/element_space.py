@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from bristle.core.lazy import cached_property
 from bristle.identification.fixed_shape import ARRAYS, TOTAL
+from bristle.identification.parameter_space import ParameterSpace
 
 __all__ = ["DIFFERENCE", "ElementSpace"]
 
@@ -17,90 +17,42 @@ CURVE = 12  # displacements at which the virgin curve has intervals
 DIFFERENCE = "difference"  # half of it, between the levels forward and backward
 
 
-@dataclass(frozen=True)
-class ElementSpace:
+@dataclass(frozen=True, kw_only=True)
+class ElementSpace(ParameterSpace):
     """One stiffness for each element, then the other free parameters, then the factors of the slots.
 
     Parameters
     ----------
     thresholds : ndarray, shape (element,)
         Deflections at which elements slip [m or rad].
-    others, factors : tuple of str
-        Parameters that count once, and factors of the slots.
     levels : mapping of str to float
         The parameters that tell the level of the elements, and the sign of the difference in each.
-    free : tuple of str
-        All free parameters, as they are reported.
-    positive : frozenset of str
-        Those of the others that are not negative.
+    rest : tuple of str
+        All other free parameters, as they are reported.
     """
 
     thresholds: np.ndarray
-    others: tuple[str, ...]
-    factors: tuple[str, ...]
     levels: Mapping[str, float]
-    free: tuple[str, ...]
-    positive: frozenset[str]
+    rest: tuple[str, ...]
 
-    @property
-    def logarithmic(self) -> frozenset[str]:
-        """None of them."""
-        return frozenset()
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The coordinates."""
-        return self._names
-
-    @cached_property
-    def _names(self) -> tuple[str, ...]:
-        return (*(f"k_{number}" for number in range(self.thresholds.size)), *self.others, *self.factors)
+    @classmethod
+    def around(
+        cls, thresholds: np.ndarray, others: Sequence[str], factors: Sequence[str], levels: Mapping[str, float],
+        free: Sequence[str], positive: Collection[str],
+    ) -> ElementSpace:  # fmt: skip
+        """Return the space of elements; of the `others` those that are `positive` are not negative, as no stiffness."""
+        names = (*(f"k_{number}" for number in range(thresholds.size)), *others, *factors)
+        low = [0.0 if name in positive else -np.inf for name in (*others, *factors)]
+        return cls(
+            names, np.array([*np.zeros(thresholds.size), *low]), np.full(len(names), np.inf), linear=not factors,
+            curve=tuple(np.geomspace(thresholds[0], thresholds[-1], CURVE).tolist()), thresholds=thresholds,
+            levels=levels, rest=tuple(name for name in free if name not in (*levels, TOTAL)),
+        )  # fmt: skip
 
     @property
     def reported(self) -> tuple[str, ...]:
         """The level, the stiffness, then all else."""
-        return self._reported
-
-    @cached_property
-    def _reported(self) -> tuple[str, ...]:
-        return (*self.levels, TOTAL, *self._rest)
-
-    @cached_property
-    def _rest(self) -> tuple[str, ...]:
-        return tuple(name for name in self.free if name not in (*self.levels, TOTAL))
-
-    @property
-    def low(self) -> np.ndarray:
-        """Lower bounds: no stiffness, inertia or damping is negative."""
-        return self._low
-
-    @cached_property
-    def _low(self) -> np.ndarray:
-        others = [0.0 if name in self.positive else -np.inf for name in self.others]
-        return np.array([*np.zeros(self.thresholds.size), *others, *([-np.inf] * len(self.factors))])
-
-    @property
-    def high(self) -> np.ndarray:
-        """Upper bounds: none."""
-        return self._high
-
-    @cached_property
-    def _high(self) -> np.ndarray:
-        return np.full(len(self.names), np.inf)
-
-    @property
-    def linear(self) -> bool:
-        """Whether no factor multiplies the elements."""
-        return not self.factors
-
-    @property
-    def curve(self) -> tuple[float, ...]:
-        """Displacements [m or rad] at which the virgin curve is reported."""
-        return self._curve
-
-    @cached_property
-    def _curve(self) -> tuple[float, ...]:
-        return tuple(np.geomspace(self.thresholds[0], self.thresholds[-1], CURVE).tolist())
+        return (*self.levels, TOTAL, *self.rest)
 
     def values(self, theta: np.ndarray) -> dict[str, Any]:
         """Return what the model takes [SI]; an element without force still has its threshold."""
@@ -119,7 +71,7 @@ class ElementSpace:
         first[:-1, : r.size], first[-1, : r.size] = r, 1.0
         if DIFFERENCE in names:
             first[:-1, names.index(DIFFERENCE)] = list(self.levels.values())
-        return np.vstack([first, np.eye(len(names))[[names.index(name) for name in self._rest]]])
+        return np.vstack([first, np.eye(len(names))[[names.index(name) for name in self.rest]]])
 
     def numbers(self, theta: np.ndarray) -> np.ndarray:
         """Return what is reported [SI], and the virgin curve."""

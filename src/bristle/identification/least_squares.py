@@ -20,7 +20,7 @@ from bristle.core.variable import Variable
 from bristle.identification.differences import STEP, Differences
 from bristle.identification.global_search import EVOLUTION_SEED, box_of, evolved
 from bristle.identification.inverse_dynamics import InverseDynamics
-from bristle.identification.parameter_space import LinearSpace, Transform, TransformedSpace
+from bristle.identification.parameter_space import ParameterSpace, Transform, TransformedSpace
 from bristle.identification.problem import Problem
 from bristle.identification.scales import Scales
 from bristle.identification.solution import Solution
@@ -81,7 +81,7 @@ def linear(problem: InverseDynamics, rows: np.ndarray | slice = slice(None)) -> 
     rows : ndarray or slice
         The rows to use.
     """
-    space = LinearSpace.of(problem.parameters)
+    space = ParameterSpace.of(problem.parameters)
     columns = problem.columns[rows]
     target = (problem.dataset.effort - problem.fixed_effort)[rows]
     scale = np.linalg.norm(columns, axis=0)
@@ -122,7 +122,7 @@ class Search:
     @cached_property
     def space(self) -> TransformedSpace:
         """The coordinates in which the parameters are sought."""
-        return TransformedSpace.of(self.problem.parameters, self.scales)
+        return TransformedSpace.within(self.problem.parameters, self.scales)
 
     def solve(self, report: Report = silent, *, everywhere: bool = False) -> Solution:
         """Return the best solution from several starts; `report` is told the share of the work done.

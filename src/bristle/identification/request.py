@@ -16,7 +16,7 @@ from bristle.core.errors import InputError
 from bristle.core.units import quantity
 from bristle.core.variable import Kind, Variable, unit_of
 from bristle.friction import MODELS, base_of, find
-from bristle.friction.slots import OFFSET, SlottedModel, slotted
+from bristle.friction.slots import OFFSET, SlottedModel, directional, slotted
 from bristle.friction.variation import MIDDLE
 from bristle.identification.dataset import Dataset
 from bristle.identification.fixed_shape import ELEMENT_MODELS
@@ -264,7 +264,7 @@ def _redundant(component: FrictionModel, stroke: float) -> dict[str, Fixed]:
 def _held_offset(component: FrictionModel, dataset: Dataset) -> Fixed | None:
     """Return the offset as held where it cannot be told from the rest."""
     side = _only_direction(dataset)
-    split = [name for name in component.variables if name.endswith(("_pos", "_neg"))]
+    split = directional(component)
     if side and split:
         raise InputError(
             f"the log moves {side} only, which does not show the friction of the other direction",
