@@ -17,8 +17,8 @@ from bristle.core.cores import Abreast
 from bristle.core.experiment import Experiment, Run
 from bristle.core.interruption import BestSoFar
 from bristle.engine import compilation, interpreted, is_interpreted
-from bristle.identification.differences import Differences
 from bristle.identification.global_search import Side, evolved
+from bristle.identification.least_squares import Differences
 
 
 def in_threads(*works):

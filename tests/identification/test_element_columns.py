@@ -9,8 +9,8 @@ from bristle.friction import find
 from bristle.identification.element_models import elements_of
 from bristle.identification.fixed_shape import shaped
 from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.parameters import PriorKnowledge
 from bristle.identification.preprocessing import treat
-from bristle.identification.request import PriorKnowledge
 from bristle.identification.sliding_friction import context_of
 
 T = 1e-3 * np.arange(3000)

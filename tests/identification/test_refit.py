@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from bristle.identification.parameter_space import ParameterSpace
+from bristle.identification.parameter_space import ParameterSpace, Solution
 from bristle.identification.refit import Refit
-from bristle.identification.solution import Solution
 
 ANYWHERE = ParameterSpace(("x",), np.array([-np.inf]), np.array([np.inf]), linear=False)
 

@@ -33,7 +33,6 @@ from bristle.identification.half_cycles import Groups, scatter_in
 from bristle.identification.problem import Problem, Replicates
 from bristle.identification.refit import Refit
 from bristle.identification.result import Scatter
-from bristle.identification.solution import Solution
 
 __all__ = ["CERTAIN", "Bootstrap", "ChiSquare", "basic_interval", "bootstrap"]
 

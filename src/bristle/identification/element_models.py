@@ -41,10 +41,9 @@ from bristle.identification.estimation import Context, Estimation
 from bristle.identification.fixed_shape import TOTAL, ShapedModel, further_numbers, in_lists, shaped
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report
-from bristle.identification.parameter_space import ParameterSpace
+from bristle.identification.parameter_space import ParameterSpace, Solution
 from bristle.identification.parameters import Fixed, ParameterSet
 from bristle.identification.roles import Role, names_of
-from bristle.identification.solution import Solution
 
 __all__ = ["Elements", "elements_of", "estimate_elements", "of_one_speed"]
 

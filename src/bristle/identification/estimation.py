@@ -13,12 +13,11 @@ from bristle.core.diagnostic import Diagnostic
 from bristle.identification.dataset import Dataset
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Search, Sliding
-from bristle.identification.parameters import ParameterSet
+from bristle.identification.parameter_space import Solution
+from bristle.identification.parameters import ParameterSet, PriorKnowledge, parameters_of
 from bristle.identification.problem import Problem
-from bristle.identification.request import PriorKnowledge, parameters_of
 from bristle.identification.scales import Scales
 from bristle.identification.settings import DEFAULT, Settings
-from bristle.identification.solution import Solution
 
 __all__ = ["Context", "Estimation"]
 

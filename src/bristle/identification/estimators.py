@@ -23,8 +23,8 @@ from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report, Search, between, linear
 from bristle.identification.output_error import OutputError
 from bristle.identification.outputs import LAG
+from bristle.identification.parameter_space import Solution
 from bristle.identification.refit import Refit
-from bristle.identification.solution import Solution
 from bristle.identification.stribeck_element_models import estimate_stribeck_elements
 from bristle.logs.log import Log
 

@@ -30,9 +30,9 @@ from bristle.identification.inputs import logs_and_axes, treatment_of
 from bristle.identification.least_squares import Report
 from bristle.identification.merging import treat_all
 from bristle.identification.output_error import loop_error
+from bristle.identification.parameters import PriorKnowledge
 from bristle.identification.request import (
     METHODS,
-    PriorKnowledge,
     freed,
     models_of,
     prior_knowledge_of,

@@ -1,6 +1,7 @@
 """Least squares for the parameters of one problem: linear, or by bounded descents from several starts.
 
-Descents are those of scipy (trust region reflective), with Jacobians by differences on all cores.
+Descents are those of scipy (trust region reflective). Jacobians are its own no longer: columns are computed on all
+cores, a step is never beyond an upper bound, and it is long enough for the events of a simulation to stay behind.
 """
 
 from __future__ import annotations
@@ -8,24 +9,23 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from bristle.core.cores import Abreast
 from bristle.core.interruption import BestSoFar, obey
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import bounded, unbounded
 from bristle.core.variable import Variable
-from bristle.identification.differences import STEP, Differences
 from bristle.identification.global_search import EVOLUTION_SEED, box_of, evolved
 from bristle.identification.inverse_dynamics import InverseDynamics
-from bristle.identification.parameter_space import ParameterSpace, Transform, TransformedSpace
+from bristle.identification.parameter_space import ParameterSpace, Solution, Transform, TransformedSpace
 from bristle.identification.problem import Problem
 from bristle.identification.scales import Scales
-from bristle.identification.solution import Solution
 
-__all__ = ["EVALUATIONS", "Report", "Search", "Sliding", "between", "linear", "silent"]
+__all__ = ["EVALUATIONS", "Differences", "Report", "Search", "Sliding", "between", "linear", "silent"]
 
 CANDIDATES = 24
 STARTS = 3
@@ -33,6 +33,7 @@ EVALUATIONS = 60
 SEED = 20_240_229
 STARTS_SHARE = 0.3  # of the work, where the whole range is looked at too
 FAR = 1e6  # times a typical residual: a model that left the finite numbers, or nearly
+STEP = 1e-5  # of a coordinate, or of 1: a stick or a reversal that moves by a step of the integration is far below
 DIFFERENCE = float(np.sqrt(np.finfo(float).eps))  # of a coordinate, for a derivative
 SIMULATED = 1e-7  # relative change of the cost that ends a search whose differences are coarse
 HELD_OUT = 1e-6  # the same, of a search on some rows: errors on the others are told to a thousandth
@@ -93,6 +94,46 @@ def linear(problem: InverseDynamics, rows: np.ndarray | slice = slice(None)) -> 
         sides = zip(space.names, active, strict=True)
         at_edge = {name: "smallest" if side < 0 else "largest" for name, side in sides if side}
     return Solution(space, theta, columns, at_edge)
+
+
+@dataclass
+class Differences:
+    """A residual whose last value is remembered, with its Jacobian.
+
+    Parameters
+    ----------
+    residual : callable
+        Returns the residual at some coordinates, shape (row,); it is called from several threads.
+    high : ndarray, shape (coordinate,)
+        Upper bounds, beyond which no difference is taken.
+    step : float
+        Of a coordinate, or of 1.
+    """
+
+    residual: Callable[[np.ndarray], np.ndarray]
+    high: np.ndarray
+    step: float = STEP
+    _at: np.ndarray | None = None
+    _last: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+    def __call__(self, x: np.ndarray) -> np.ndarray:
+        """Return the residual."""
+        if self._at is None or not np.array_equal(x, self._at):
+            self._last, self._at = self.residual(x), x.copy()
+        return self._last
+
+    def jacobian(self, x: np.ndarray) -> np.ndarray:
+        """Return the derivative of the residual, shape (row, coordinate)."""
+        here = self(x)
+
+        def column(index: int) -> np.ndarray:
+            step = self.step * max(1.0, abs(x[index]))
+            there = x.copy()
+            there[index] += -step if x[index] + step > self.high[index] else step
+            return (self.residual(there) - here) / (there[index] - x[index])
+
+        with Abreast() as pool:
+            return np.stack(list(pool.map(column, range(x.size))), axis=1)
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,9 @@ the parameters as it does in inverse dynamics.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar, Self
+from typing import Self
 
 import numpy as np
 
@@ -22,12 +21,11 @@ from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
-from bristle.friction import is_static
 from bristle.identification.dataset import Dataset
 from bristle.identification.disturbance import scaled
 from bristle.identification.half_cycles import NUDGE, Groups, least_way
 from bristle.identification.inverse_dynamics import InverseDynamics
-from bristle.identification.outputs import LAG, Effort, Output, Position
+from bristle.identification.outputs import LAG, Effort, Output, Position, parts_of
 from bristle.identification.parameters import ParameterSet
 from bristle.identification.problem import Fold
 from bristle.identification.replicates import SignalReplicates
@@ -35,19 +33,16 @@ from bristle.identification.settings import Settings
 from bristle.identification.time_blocks import TIME
 from bristle.logs.log import Log
 from bristle.logs.segmentation import half_cycle_numbers, reversals, turns_apart
-from bristle.simulation.recorded.closed_loop import closed_loop_of
-from bristle.simulation.recorded.open_loop import FINE, open_loop_of
 from bristle.simulation.result import relative_error_percent
 
-__all__ = ["ClosedLoopError", "OpenLoopError", "OutputError", "loop_error"]
+__all__ = ["OutputError", "loop_of"]
 
-COARSE = 4  # steps for one sample of an open loop, on the way
 EXPLORED = 12_000  # samples of all logs, which are enough to see whether a place is worth a closer look
 LAG_MOST = 20.0  # samples
 
 
 @dataclass(frozen=True)
-class OutputError(ABC):
+class OutputError:
     """The error of a simulation as a least-squares problem.
 
     Parameters
@@ -61,26 +56,31 @@ class OutputError(ABC):
     inverse: InverseDynamics
     outputs: tuple[Output, ...]
 
-    signal: ClassVar[str]
-    code: ClassVar[str]
-    intervals_code: ClassVar[str]
-    is_effort: ClassVar[bool]
-    away_evaluations: ClassVar[int]
-
     @classmethod
-    @abstractmethod
-    def of(cls, inverse: InverseDynamics, logs: Sequence[Log], axes: Sequence[Axis | None]) -> Self:
-        """Return the problem of several logs, simulated as quickly as a search on the way to its end may."""
-        ...
+    def of(
+        cls, loop: type[Output], inverse: InverseDynamics, logs: Sequence[Log], axes: Sequence[Axis], *,
+        fine: bool = False,
+    ) -> Self:  # fmt: skip
+        """Return the problem of several logs: simulated quickly, or as finely as the end of a search asks for."""
+        if any(axis.seeks_lag for axis in axes):
+            inverse = replace(inverse, parameters=_with_lag(inverse.parameters, logs[0].sample_time))
+        pairs = zip(logs, axes, strict=True)
+        return cls(inverse, tuple(loop.of(log, axis, part, fine=fine) for log, axis in pairs for part in parts_of(log)))
 
-    @staticmethod
-    def seen(log: Log, axis: Axis | None) -> Log:
-        """Return what of a log inverse dynamics is to look at for a start."""
-        return log
+    @property
+    def loop(self) -> type[Output]:
+        """What is simulated."""
+        return type(self.outputs[0])
 
-    def at_last(self, logs: Sequence[Log], axes: Sequence[Axis | None]) -> Self:
-        """Return the problem as the end of a search asks for it: itself, where it is as accurate from the start."""
-        return self
+    @property
+    def is_effort(self) -> bool:
+        """Whether the signal is an effort."""
+        return self.loop.is_effort
+
+    @property
+    def intervals_code(self) -> str:
+        """Code of the diagnostic of the intervals."""
+        return self.loop.intervals_code
 
     @property
     def rough(self) -> Self:
@@ -142,8 +142,8 @@ class OutputError(ABC):
         """Return the errors of a fit that its solution made small, and the lag of the drive where that was sought."""
         residual, measured = self.residual(free), self.measured
         errors = {
-            f"{self.signal}_error_percent": relative_error_percent(measured, measured - residual),
-            f"{self.signal}_rmse": float(np.sqrt(np.mean(residual**2))),
+            f"{self.loop.signal}_error_percent": relative_error_percent(measured, measured - residual),
+            f"{self.loop.signal}_rmse": float(np.sqrt(np.mean(residual**2))),
         }
         return errors | ({LAG: free[LAG]} if LAG in free else {})
 
@@ -170,8 +170,8 @@ class OutputError(ABC):
         return SignalReplicates(self, values, slope, residual)
 
     def refits_linearly(self, friction: Model) -> bool:
-        """Return whether a fit to a replicate is taken for linear: that of friction without pre-sliding."""
-        return is_static(friction)
+        """Return whether a fit to a replicate may be taken for linear around the solution."""
+        return self.loop.refits_linearly(friction)
 
     def folds(self, count: int) -> tuple[str, list[Fold]]:
         """Return the logs where there are several, else parts of one: `count` of its period, if it repeats itself.
@@ -200,75 +200,6 @@ class OutputError(ABC):
         return self.folds(blocks)
 
 
-@dataclass(frozen=True)
-class OpenLoopError(OutputError):
-    """The position that the recorded effort makes."""
-
-    signal = "position"
-    code = "output-error-open"
-    intervals_code = "intervals-motion"
-    is_effort = False
-    away_evaluations = 15
-
-    @classmethod
-    def of(
-        cls, inverse: InverseDynamics, logs: Sequence[Log], axes: Sequence[Axis | None], steps: int = COARSE
-    ) -> OpenLoopError:
-        """Return the problem of several logs, integrated with so many steps for one sample."""
-        outputs = tuple(
-            Position(open_loop_of(log, axis or Axis(kind=log.kind), part, steps), log.position.values[part])
-            for log, axis in zip(logs, axes, strict=True)
-            for part in log.segments or (slice(0, len(log)),)
-        )
-        return cls(inverse, outputs)
-
-    @staticmethod
-    def seen(log: Log, axis: Axis | None) -> Log:
-        """Return a log without what only repeats its first period."""
-        whole = log.segments or (slice(0, len(log)),)
-        loops = [open_loop_of(log, axis or Axis(kind=log.kind), part, 1) for part in whole]
-        cut = [
-            slice(part.start or 0, (part.start or 0) + loop.effort.size) if loop.periodic else part
-            for part, loop in zip(whole, loops, strict=True)
-        ]
-        return replace(log, segments=tuple(cut))
-
-    def at_last(self, logs: Sequence[Log], axes: Sequence[Axis | None]) -> OpenLoopError:
-        """Return the problem with the steps that its last descent takes."""
-        return self.of(self.inverse, logs, axes, FINE)
-
-    def refits_linearly(self, friction: Model) -> bool:
-        """Return True."""
-        return True
-
-
-@dataclass(frozen=True)
-class ClosedLoopError(OutputError):
-    """The effort that the controller asks for in the simulated loop."""
-
-    signal = "loop"
-    code = "output-error-closed"
-    intervals_code = "intervals-loop"
-    is_effort = True
-    away_evaluations = 5  # the controller keeps a closed loop near its minimum
-
-    @classmethod
-    def of(cls, inverse: InverseDynamics, logs: Sequence[Log], axes: Sequence[Axis | None]) -> ClosedLoopError:
-        """Return the problem of several logs; it is integrated as finely all the way."""
-        outputs = []
-        for log, axis in zip(logs, axes, strict=True):
-            axis = axis or Axis(kind=log.kind)
-            assert log.effort is not None
-            for part in log.segments or (slice(0, len(log)),):
-                loop = closed_loop_of(
-                    log, axis, part, "to fit the closed loop", 'write loop = "open" under [identification]'
-                )
-                outputs.append(Effort(loop, log.effort.values[part], log.position.values[part], axis.presliding))
-        if any(axis is not None and axis.seeks_lag for axis in axes):
-            inverse = replace(inverse, parameters=_with_lag(inverse.parameters, logs[0].sample_time))
-        return cls(inverse, tuple(outputs))
-
-
 def _with_lag(parameters: ParameterSet, sample_time: float) -> ParameterSet:
     lag = Variable(
         "time", "lag of the drive behind its controller", min=0.0, max=LAG_MOST * sample_time, nominal=sample_time,
@@ -277,7 +208,7 @@ def _with_lag(parameters: ParameterSet, sample_time: float) -> ParameterSet:
     return replace(parameters, free=(*parameters.free, LAG), loop={LAG: lag})
 
 
-def loop_error(logs: Sequence[Log], axes: Sequence[Axis | None]) -> type[OutputError]:
+def loop_of(logs: Sequence[Log], axes: Sequence[Axis]) -> type[Output]:
     """Return which loop is simulated: as the axis says, else as it can be.
 
     Raises
@@ -285,16 +216,12 @@ def loop_error(logs: Sequence[Log], axes: Sequence[Axis | None]) -> type[OutputE
     InputError
         If the axes of several logs disagree, or a lag is asked of an open loop.
     """
-    requested = {axis.loop for axis in axes if axis is not None} or {None}
+    requested = {axis.loop for axis in axes}
     if len(requested) > 1:
         raise InputError("differs from axis to axis", path="identification.loop", mend="Say the same in all of them")
-    can = all(
-        axis is not None and axis.controller is not None and log.reference is not None
-        for log, axis in zip(logs, axes, strict=True)
-    )
-    kinds = {"open": OpenLoopError, "closed": ClosedLoopError}
-    kind = kinds[requested.pop() or ("closed" if can else "open")]
-    if kind is OpenLoopError and any(axis is not None and axis.seeks_lag for axis in axes):
+    closed = all(axis.controller and log.reference is not None for log, axis in zip(logs, axes, strict=True))
+    loop = {"open": Position, "closed": Effort}[requested.pop() or ("closed" if closed else "open")]
+    if loop is Position and any(axis.seeks_lag for axis in axes):
         raise InputError("shows in a closed loop only", path="effort.lag", value="identify",
                          mend="Describe the [controller] and name the column of the reference")  # fmt: skip
-    return kind
+    return loop

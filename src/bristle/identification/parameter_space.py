@@ -1,4 +1,4 @@
-"""The coordinates θ in which least squares seeks parameters: one space for search, refit and bootstrap.
+"""The coordinates θ in which least squares seeks parameters, and the point where it ended.
 
 Parameters that are positive and of unknown magnitude (a stiffness, a Stribeck velocity) are sought in their logarithm;
 one that may not fall below another (F_S >= F_C) as an excess over it, so that the relation holds at every step; all
@@ -10,18 +10,19 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from bristle.core.errors import InputError
+from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
 from bristle.friction.slots import by_direction
 from bristle.identification.parameters import ParameterSet
 from bristle.identification.scales import Scales
 
-__all__ = ["ParameterSpace", "Transform", "TransformedSpace"]
+__all__ = ["ParameterSpace", "Solution", "Transform", "TransformedSpace"]
 
 ABOVE = re.compile(r"(\w+) (>=?) (\w+)")
 CLEARLY = 0.1  # of the force scale: by how much a force is above another one that it must exceed
@@ -162,6 +163,44 @@ class TransformedSpace(ParameterSpace):
             if transform.above in self.names:
                 derivative[row] += derivative[self.names.index(transform.above)]
         return derivative
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Where least squares ended: the best parameters of one problem.
+
+    Parameters
+    ----------
+    space : ParameterSpace
+        The coordinates in which they were sought.
+    theta : ndarray, shape (coordinate,)
+        Where the search ended.
+    jacobian : ndarray, shape (row, coordinate)
+        Derivative of the predicted signal with respect to the coordinates.
+    at_edge : mapping of str to str
+        Of the reported parameters on an edge of their range, which one: ``"smallest"`` or ``"largest"``.
+    cost : float
+        Half the sum of squares that is left over, in units of the search.
+    unfinished : bool
+        Whether a person interrupted the search.
+    """
+
+    space: ParameterSpace
+    theta: np.ndarray
+    jacobian: np.ndarray
+    at_edge: Mapping[str, str] = field(default_factory=dict)
+    cost: float = 0.0
+    unfinished: bool = False
+
+    @cached_property
+    def values(self) -> dict[str, Any]:
+        """The free parameters as the model takes them [SI]."""
+        return self.space.values(self.theta)
+
+    @cached_property
+    def derivative(self) -> np.ndarray:
+        """Derivative of the reported parameters with respect to the coordinates, shape (reported, coordinate)."""
+        return self.space.derivative(self.theta)
 
 
 def _transform(name: str, variable: Variable, scales: Scales, floor: Floor | None) -> Transform:

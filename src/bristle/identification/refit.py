@@ -17,8 +17,8 @@ import numpy as np
 
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import bounded, non_negative
+from bristle.identification.parameter_space import Solution
 from bristle.identification.problem import Residual
-from bristle.identification.solution import Solution
 
 __all__ = ["Refit"]
 

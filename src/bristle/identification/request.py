@@ -4,37 +4,28 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from bristle.core.axis import Axis
-from bristle.core.contracts import FrictionModel, Model, Plant
-from bristle.core.dimensions import exponents_of
+from bristle.core.contracts import FrictionModel, Model
 from bristle.core.errors import InputError
 from bristle.core.units import quantity
-from bristle.core.variable import Kind, Variable, unit_of
+from bristle.core.variable import Kind, Variable
 from bristle.friction import MODELS, base_of, find
-from bristle.friction.slots import OFFSET, SlottedModel, directional, slotted
+from bristle.friction.slots import OFFSET, SlottedModel, slotted
 from bristle.friction.variation import MIDDLE
-from bristle.identification.dataset import Dataset
 from bristle.identification.fixed_shape import ELEMENT_MODELS
 from bristle.identification.inputs import number_or_text
-from bristle.identification.parameters import Fixed, ParameterSet
-from bristle.identification.roles import Role, name_of, names_of
-from bristle.identification.scales import stroke_of
+from bristle.identification.parameters import PriorKnowledge
 from bristle.identification.settings import Settings
-from bristle.identification.slot_parameters import places_of
 from bristle.logs.log import Log
 from bristle.plants import PLANTS, inertia
 
 __all__ = [
     "METHODS",
-    "PriorKnowledge",
     "freed",
     "models_of",
-    "parameters_of",
     "prior_knowledge_of",
     "settings_of",
     "with_method",
@@ -43,21 +34,6 @@ __all__ = [
 ALL = "all"
 METHODS = ("inverse_dynamics", "output_error")
 MASS = Variable("mass", "moving mass or inertia")
-ONE_WAY = 0.01  # share of the samples below which a direction counts as not seen
-
-
-@dataclass(frozen=True)
-class PriorKnowledge:
-    """What is known of the axis beforehand: the plant, those of its parameters that are known, and the offset.
-
-    An offset of None is to be identified; so is the pitch of the screw. Shapes in `free` are identified too.
-    """
-
-    offset: float | None = None
-    values: Mapping[str, float] = field(default_factory=dict)
-    plant: Plant = inertia
-    pitch: float | None = None
-    free: tuple[str, ...] = ()
 
 
 def models_of(model: Any) -> tuple[FrictionModel, ...]:
@@ -219,68 +195,3 @@ def prior_knowledge_of(
     if not math.isfinite(value):
         raise InputError("must be a number", path="offset", value=chosen, allowed='a force, or "identify"')
     return PriorKnowledge(value, values, plant, pitch)
-
-
-def parameters_of(component: FrictionModel, known: PriorKnowledge, dataset: Dataset) -> ParameterSet:
-    """Return which parameters of a model are free and which are held, with the reason.
-
-    Raises
-    ------
-    InputError
-        If parameters by direction are asked of a log that moves in one direction only.
-    """
-    held = {name: Fixed(value, "held-known") for name, value in known.values.items()}
-    held |= _redundant(component, stroke_of(dataset))
-    held |= places_of(component, dataset, known.pitch)
-    damped = name_of(Role.VISCOUS, known.plant.variables) is not None
-    for name, variable in component.variables.items():
-        if variable == OFFSET:
-            continue
-        if damped and Role.VISCOUS.fits(variable):
-            held[name] = Fixed(0.0, "held-plant-damping")
-        elif name in component.defaults and not variable.excitation and name not in (*held, *known.free):
-            default = component.defaults[name]
-            code = variable.code(default, name) if variable.choices else default
-            held[name] = Fixed(code, "held-default")
-    unidentifiable = _held_offset(component, dataset)
-    fixed = unidentifiable if known.offset is None else Fixed(known.offset, "held-known")
-    if fixed is not None:
-        held |= dict.fromkeys(names_of(OFFSET, component.variables), fixed)
-    free = tuple(name for name in (*known.plant.variables, *component.variables) if name not in held)
-    return ParameterSet(component, free, held, known.plant)
-
-
-def _redundant(component: FrictionModel, stroke: float) -> dict[str, Fixed]:
-    """Return the parameters that no log can tell, each held at a round number of the right magnitude."""
-    found = {}
-    for one in component.redundancies:
-        products = tuple(f"{one.name}*{other}" for other in one.factor_of)
-        length = 10.0 ** math.floor(math.log10(stroke))
-        value = length ** exponents_of(component.variables[one.name].quantity).get("length", 0.0)
-        found[one.name] = Fixed(value, "redundant", redundant=True, numbers={"products": products})
-    return found
-
-
-def _held_offset(component: FrictionModel, dataset: Dataset) -> Fixed | None:
-    """Return the offset as held where it cannot be told from the rest."""
-    side = _only_direction(dataset)
-    split = directional(component)
-    if side and split:
-        raise InputError(
-            f"the log moves {side} only, which does not show the friction of the other direction",
-            path="model", value=component.name, mend="Record both directions, or drop +asymmetry",
-        )  # fmt: skip
-    force = unit_of("force", dataset.kind)
-    levels = [name for name in split if component.variables[name].unit(dataset.kind) == force]
-    if levels:
-        return Fixed(0.0, "held-levels", numbers={"levels": tuple(levels[:2])})
-    constant = [name for name, one in component.variables.items() if one != OFFSET and one.unit(dataset.kind) == force]
-    if side and constant:
-        return Fixed(0.0, "held-one-direction", numbers={"level": constant[0], "direction": side})
-    return None
-
-
-def _only_direction(dataset: Dataset) -> str:
-    velocity = dataset.all_velocities
-    forward = float(np.mean(~np.signbit(velocity)))
-    return "backward" if forward < ONE_WAY else "forward" if forward > 1.0 - ONE_WAY else ""

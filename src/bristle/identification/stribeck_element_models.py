@@ -25,7 +25,7 @@ from bristle.identification.estimation import Context, Estimation
 from bristle.identification.fixed_shape import ShapedModel, further_numbers, in_lists, shaped
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import EVALUATIONS, Report
-from bristle.identification.solution import Solution
+from bristle.identification.parameter_space import Solution
 
 __all__ = ["StribeckElements", "estimate_stribeck_elements"]
 
