@@ -25,7 +25,7 @@ class Landscape:
 
         def spied(simulation, context, inverse, start, report):
             estimation = estimated(simulation, context, inverse, start, report)
-            error = simulation.error.of(inverse, simulation.logs, simulation.axes)
+            error = simulation.error(inverse)
             self.search = context.search(error, error.magnitude, simulates=True)
             self.solution, self.error = estimation.solution, estimation.problem
             return estimation

@@ -12,14 +12,14 @@ from bristle.core.contracts import FrictionModel, Model
 from bristle.core.diagnostic import Diagnostic
 from bristle.identification.dataset import Dataset
 from bristle.identification.inverse_dynamics import InverseDynamics
-from bristle.identification.least_squares import Search, Sliding
+from bristle.identification.least_squares import Report, Search, Sliding
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import ParameterSet, PriorKnowledge, parameters_of
 from bristle.identification.problem import Problem
 from bristle.identification.scales import Scales
 from bristle.identification.settings import DEFAULT, Settings
 
-__all__ = ["Context", "Estimation"]
+__all__ = ["Context", "Estimation", "Estimator"]
 
 
 @dataclass(frozen=True)
@@ -40,6 +40,8 @@ class Context:
         Whether the whole range of each parameter is looked at.
     settings : Settings
         The thresholds of what is said of a fit.
+    estimator : callable or None
+        What estimates a model in place of least squares along the measured motion.
     """
 
     dataset: Dataset
@@ -48,6 +50,7 @@ class Context:
     scales: Scales
     everywhere: bool = False
     settings: Settings = DEFAULT
+    estimator: Estimator | None = None
 
     def parameters(self, component: FrictionModel) -> ParameterSet:
         """Return which parameters of a model are free and which are fixed."""
@@ -102,3 +105,6 @@ class Estimation:
     def simulates(self) -> bool:
         """Whether a simulated signal was made small."""
         return self.problem is not self.inverse
+
+
+Estimator = Callable[[Context, FrictionModel, Report], Estimation]

@@ -5,8 +5,9 @@ What an estimator returns is an `Estimation`; it is chosen by what the model and
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -17,18 +18,18 @@ from bristle.core.errors import InputError
 from bristle.core.interruption import BestSoFar
 from bristle.friction import base_of
 from bristle.identification.element_models import estimate_elements
-from bristle.identification.estimation import Context, Estimation
+from bristle.identification.estimation import Context, Estimation, Estimator
 from bristle.identification.fixed_shape import ELEMENT_MODELS
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report, Search, between, linear
 from bristle.identification.output_error import OutputError
-from bristle.identification.outputs import LAG
+from bristle.identification.outputs import LAG, Output
 from bristle.identification.parameter_space import Solution
 from bristle.identification.refit import Refit
 from bristle.identification.stribeck_element_models import estimate_stribeck_elements
 from bristle.logs.log import Log
 
-__all__ = ["Simulation", "estimate"]
+__all__ = ["Simulation", "along_the_motion", "estimate"]
 
 AWAY = 0.3  # standard deviation of the logarithm by which further starts are away from the first
 FURTHER_STARTS = 2
@@ -38,95 +39,79 @@ EVERYWHERE = 0.7  # of the work, where the whole range is looked at
 SEED = 7_110_601
 START = 0.25  # of the work, which finds where a simulation begins
 
-ELEMENTS: dict[FrictionModel, Callable[[Context, FrictionModel, Report], Estimation]] = dict(
+ELEMENTS: dict[FrictionModel, Estimator] = dict(
     zip(ELEMENT_MODELS, (estimate_elements, estimate_stribeck_elements), strict=True)
 )
 """Models whose lists are found by variable projection, and how."""
 
 
-def estimate(
-    context: Context, component: FrictionModel, simulation: Simulation | None, report: Report
-) -> Estimation:  # fmt: skip
-    """Return the estimation of one model.
-
-    Parameters
-    ----------
-    context : Context
-        The log and what is known of it.
-    component : FrictionModel
-        The model.
-    simulation : Simulation or None
-        The error of what is made small; that of the effort along the measured motion where None.
-    report : callable
-        Is told the share of the work done.
-    """
+def estimate(context: Context, component: FrictionModel, report: Report) -> Estimation:
+    """Return the estimation of one model; `report` is told the share of the work done."""
     elements = ELEMENTS.get(base_of(component))
-    if elements is not None:
-        if simulation is not None:
-            raise InputError("is identified by inverse dynamics only", path="model", value=component.name,
-                             mend="Write --method inverse_dynamics, or ask for dahl or lugre")  # fmt: skip
-        return elements(context, component, report)
+    if elements is None:
+        return (context.estimator or along_the_motion)(context, component, report)
+    if context.estimator is not None:
+        raise InputError("is identified by inverse dynamics only", path="model", value=component.name,
+                         mend="Write --method inverse_dynamics, or ask for dahl or lugre")  # fmt: skip
+    return elements(context, component, report)
+
+
+def along_the_motion(context: Context, component: FrictionModel, report: Report) -> Estimation:
+    """Return the estimation of least squares along the measured motion."""
     problem = context.problem(component)
-    if simulation is None:
-        return _along_the_motion(context, problem, report)
-    start = _start(context, problem, between(report, 0.0, START))
-    if start.unfinished:
-        return Estimation(problem, start, problem, (problem, start), lambda rows: problem.residual(start.values))
-    return simulation.estimate(context, problem, start, between(report, START, 1.0))
-
-
-def _along_the_motion(context: Context, problem: InverseDynamics, report: Report) -> Estimation:
     if problem.parameters.is_linear:
-        solution = linear(problem)
-
-        def on_rows(rows: np.ndarray) -> Solution:
-            return linear(problem, rows)
+        solution, on_rows = linear(problem), partial(linear, problem)
     else:
         search = context.search(problem)
         solution = search.solve(report, everywhere=context.everywhere)
-
-        def on_rows(rows: np.ndarray) -> Solution:
-            return search.refit(solution.values, rows)
-
+        on_rows = partial(search.refit, solution.values)
     return Estimation(
         problem, solution, problem, (problem, solution), lambda rows: problem.residual(on_rows(rows).values)
     )
 
 
-def _start(context: Context, problem: InverseDynamics, report: Report) -> Solution:
-    """Return the solution of inverse dynamics from which the simulation goes on."""
-    return linear(problem) if problem.parameters.is_linear else context.search(problem, simulates=True).solve(report)
-
-
 @dataclass(frozen=True)
 class Simulation:
-    """The search for the parameters of least output error.
+    """The estimator of least output error, which goes on from where inverse dynamics ends.
 
     Parameters
     ----------
-    logs, axes : sequence of Log, of Axis or None
+    logs, axes : sequence of Log, of Axis
         The logs.
-    error : type of OutputError
+    loop : type of Output
         What is simulated.
     """
 
     logs: Sequence[Log]
-    axes: Sequence[Axis | None]
-    error: type[OutputError]
+    axes: Sequence[Axis]
+    loop: type[Output]
+
+    @property
+    def seen(self) -> list[Log]:
+        """What of the logs inverse dynamics is to look at for a start."""
+        return [self.loop.excerpt(log, axis) for log, axis in zip(self.logs, self.axes, strict=True)]
+
+    def error(self, inverse: InverseDynamics, *, fine: bool = False) -> OutputError:
+        """Return the problem, as a search on the way or at its end asks for it."""
+        return OutputError.of(self.loop, inverse, self.logs, self.axes, fine=fine)
+
+    def __call__(self, context: Context, component: FrictionModel, report: Report) -> Estimation:
+        """Return the estimation of one model; where its start is interrupted, that of the start."""
+        problem = context.problem(component)
+        start = self._start(context, problem, between(report, 0.0, START))
+        if start.unfinished:
+            return Estimation(problem, start, problem, (problem, start), lambda rows: problem.residual(start.values))
+        return self.estimate(context, problem, start, between(report, START, 1.0))
+
+    @staticmethod
+    def _start(context: Context, problem: InverseDynamics, report: Report) -> Solution:
+        if problem.parameters.is_linear:
+            return linear(problem)
+        return context.search(problem, simulates=True).solve(report)
 
     def estimate(self, context: Context, inverse: InverseDynamics, start: Solution, report: Report) -> Estimation:
-        """Return the estimation of least output error.
-
-        Parameters
-        ----------
-        context : Context
-            The log and what is known of it.
-        inverse, start : InverseDynamics, Solution
-            The model along the measured motion, and its solution.
-        report : callable
-            Is told the share of the work done.
-        """
-        error = self.error.of(inverse, self.logs, self.axes)
+        """Return the estimation of a model of which inverse dynamics has the solution `start`."""
+        error = self.error(inverse)
         search = context.search(error, error.magnitude, simulates=True)
         first = {LAG: LAG_AT_FIRST * self.logs[0].sample_time} | start.values
 
@@ -134,16 +119,16 @@ class Simulation:
             self._from_several(search, first, best, report, everywhere=context.everywhere)
 
         solution = search.as_far_as_it_came(work)
-        last = error.at_last(self.logs, self.axes)
-        if last is not error:
-            fine = context.search(last, last.magnitude, simulates=True)
+        if self.loop.is_refined:
+            error = self.error(inverse, fine=True)
+            fine = context.search(error, error.magnitude, simulates=True)
             ended = fine.refit(solution.values, limit=1 if solution.unfinished else LAST_EVALUATIONS)
             solution = replace(ended, unfinished=solution.unfinished)
         every = np.ones(len(solution.space.names), dtype=bool)
         return Estimation(
-            last.inverse, solution, last, (last, solution),
-            lambda rows: Refit(solution, every, rows).solve(last, solution.theta)[1],
-            diagnostics=(Diagnostic(last.code, severity="note"),),
+            error.inverse, solution, error, (error, solution),
+            lambda rows: Refit(solution, every, rows).solve(error, solution.theta)[1],
+            diagnostics=(Diagnostic(self.loop.code, severity="note"),),
         )  # fmt: skip
 
     def _from_several(
@@ -163,7 +148,7 @@ class Simulation:
         for number in range(FURTHER_STARTS):
             told(number + 1.0)
             away = {name: value * float(np.exp(rng.normal(0.0, AWAY))) for name, value in best.result.values.items()}
-            best.take(search.refit(away, limit=self.error.away_evaluations, best=best))
+            best.take(search.refit(away, limit=self.loop.away_evaluations, best=best))
         told(FURTHER_STARTS + 1.0)
 
     @staticmethod

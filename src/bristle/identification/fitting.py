@@ -25,7 +25,7 @@ from bristle.identification.diagnostics.residual import (
     about_treatment,
 )
 from bristle.identification.estimation import Context, Estimation
-from bristle.identification.estimators import Simulation, estimate
+from bristle.identification.estimators import estimate
 from bristle.identification.least_squares import Report, between
 from bristle.identification.result import Fit, Traces
 from bristle.identification.sliding_friction import with_pitch
@@ -37,27 +37,11 @@ __all__ = ["fit", "fit_of"]
 ESTIMATED = 0.7  # of the work, where a model is fitted to all of the log
 
 
-def fit(
-    context: Context, component: FrictionModel, simulation: Simulation | None, blocks: int, report: Report
-) -> tuple[Fit, Estimation]:  # fmt: skip
-    """Fit one model, and return how that is done again, too.
-
-    Parameters
-    ----------
-    context : Context
-        The log and what is known of it.
-    component : FrictionModel
-        The model.
-    simulation : Simulation or None
-        What is simulated; None where the effort along the measured motion is explained.
-    blocks : int
-        Parts of the log that are held out in turn; 0 for none.
-    report : callable
-        Is told the share of the work done.
-    """
+def fit(context: Context, component: FrictionModel, blocks: int, report: Report) -> tuple[Fit, Estimation]:
+    """Fit one model, with `blocks` parts of the log held out in turn, and return how that is done again, too."""
     report(0.0)
     context = with_pitch(context, component)
-    estimation = estimate(context, component, simulation, between(report, 0.0, ESTIMATED))
+    estimation = estimate(context, component, between(report, 0.0, ESTIMATED))
     fit, held_out, unfinished = fit_of(estimation, context), None, estimation.solution.unfinished
     if blocks and not unfinished:
         try:

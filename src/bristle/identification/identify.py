@@ -29,7 +29,7 @@ from bristle.identification.fitting import fit
 from bristle.identification.inputs import logs_and_axes, treatment_of
 from bristle.identification.least_squares import Report
 from bristle.identification.merging import treat_all
-from bristle.identification.output_error import loop_error
+from bristle.identification.output_error import loop_of
 from bristle.identification.parameters import PriorKnowledge
 from bristle.identification.request import (
     METHODS,
@@ -126,9 +126,9 @@ def identify(
     _refuse_without_effort([log for log, _ in given])
     (first_log, first_axis), kind = given[0], given[0][0].kind
     prior = replace(prior_knowledge_of(first_axis, mass, offset, kind), free=freed(free, components))
-    context, simulation = _context(given, prior, chosen, *treatment_of(cutoff, decimation, kind))
+    context = _context(given, prior, chosen, *treatment_of(cutoff, decimation, kind))
     count, held_out = len(components) + bool(draws), blocks_for(context.dataset, blocks, chosen)
-    fits, estimations, left_out = _fits(context, simulation, components, held_out, partial(_share, progress, count))
+    fits, estimations, left_out = _fits(context, components, held_out, partial(_share, progress, count))
     best, *others = (replace(fit, rank=rank) for rank, fit in enumerate(with_information(in_order(fits, chosen)), 1))
     if blocks is None and not held_out:
         best = replace(best, diagnostics=(TOO_SHORT, *best.diagnostics))
@@ -146,16 +146,17 @@ def identify(
 def _context(
     given: Sequence[tuple[Log, Axis | None]], prior: PriorKnowledge, settings: Settings, cutoff: float | None,
     decimation: int | None,
-) -> tuple[Context, Simulation | None]:  # fmt: skip
-    """Return what the fits of all models to some logs share, and what is simulated for them, if anything is."""
+) -> Context:  # fmt: skip
+    """Return what the fits of all models to some logs share."""
     logs, axes = [log for log, _ in given], [axis for _, axis in given]
-    simulation, treated = None, logs
-    if any(axis is not None and axis.method == "output_error" for axis in axes):
-        simulation = Simulation(logs, axes, loop_error(logs, axes))
-        treated = [simulation.error.seen(log, axis) for log, axis in given]
-    everywhere = any(axis is not None and axis.global_search for axis in axes)
+    described = [axis or Axis(kind=log.kind) for log, axis in given]
+    estimator, treated = None, logs
+    if any(axis.method == "output_error" for axis in described):
+        estimator = Simulation(logs, described, loop_of(logs, axes))
+        treated = estimator.seen
+    everywhere = any(axis.global_search for axis in described)
     dataset = treat_all(treated, axes, cutoff, decimation)
-    return context_of(dataset, prior, everywhere=everywhere, settings=settings), simulation
+    return replace(context_of(dataset, prior, everywhere=everywhere, settings=settings), estimator=estimator)
 
 
 def _with_uncertainty(
@@ -170,7 +171,7 @@ def _with_uncertainty(
 
 
 def _fits(
-    context: Context, simulation: Simulation | None, components: Sequence[FrictionModel], blocks: int,
+    context: Context, components: Sequence[FrictionModel], blocks: int,
     share: Callable[[int, str], Report],
 ) -> tuple[list[Fit], dict[str, Estimation], dict[str, str]]:  # fmt: skip
     """Return the fits of several models, as many as a person waits for, and why others cannot be compared."""
@@ -179,7 +180,7 @@ def _fits(
     left_out: dict[str, InputError] = {}
     for number, component in enumerate(components):
         try:
-            done, estimation = fit(context, component, simulation, blocks, share(number, f"fitting {component.name}"))
+            done, estimation = fit(context, component, blocks, share(number, f"fitting {component.name}"))
         except InputError as error:
             if error.path != "model":
                 raise

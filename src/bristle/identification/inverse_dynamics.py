@@ -18,7 +18,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
 import numpy as np
 
@@ -57,8 +56,8 @@ class InverseDynamics:
     parameters: ParameterSet
     contacts: tuple[float | None, ...] | None = None
 
-    is_effort: ClassVar[bool] = True
-    intervals_code: ClassVar[str] = "intervals"
+    is_effort = True
+    intervals_code = "intervals"
 
     def friction(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the friction force of each row [N or N*m], of the model run along the recorded motion."""

@@ -25,7 +25,7 @@ from bristle.identification.dataset import Dataset
 from bristle.identification.disturbance import scaled
 from bristle.identification.half_cycles import NUDGE, Groups, least_way
 from bristle.identification.inverse_dynamics import InverseDynamics
-from bristle.identification.outputs import LAG, Effort, Output, Position, parts_of
+from bristle.identification.outputs import LAG, Effort, Output, Position, slices_of
 from bristle.identification.parameters import ParameterSet
 from bristle.identification.problem import Fold
 from bristle.identification.replicates import SignalReplicates
@@ -65,7 +65,9 @@ class OutputError:
         if any(axis.seeks_lag for axis in axes):
             inverse = replace(inverse, parameters=_with_lag(inverse.parameters, logs[0].sample_time))
         pairs = zip(logs, axes, strict=True)
-        return cls(inverse, tuple(loop.of(log, axis, part, fine=fine) for log, axis in pairs for part in parts_of(log)))
+        return cls(
+            inverse, tuple(loop.of(log, axis, part, fine=fine) for log, axis in pairs for part in slices_of(log))
+        )
 
     @property
     def loop(self) -> type[Output]:
@@ -157,8 +159,8 @@ class OutputError:
         least = least_way(self.dataset.resolution, self.dataset.noise)
         positions = [output.position for output in self.outputs]
         # The step from a sample to the next one has the number of the first: there the motion turns.
-        turns = [turns_apart(one, reversals(np.diff(one)).tolist(), least) for one in positions]
-        return Groups(np.concatenate(half_cycle_numbers(turns, [one.size for one in positions])))
+        turns = [turns_apart(position, reversals(np.diff(position)).tolist(), least) for position in positions]
+        return Groups(np.concatenate(half_cycle_numbers(turns, [position.size for position in positions])))
 
     def friction_slope(self, values: Mapping[str, float]) -> np.ndarray:
         """Return by how much the signal of each sample rises with the level of friction, shape (sample,)."""
@@ -208,7 +210,7 @@ def _with_lag(parameters: ParameterSet, sample_time: float) -> ParameterSet:
     return replace(parameters, free=(*parameters.free, LAG), loop={LAG: lag})
 
 
-def loop_of(logs: Sequence[Log], axes: Sequence[Axis]) -> type[Output]:
+def loop_of(logs: Sequence[Log], axes: Sequence[Axis | None]) -> type[Output]:
     """Return which loop is simulated: as the axis says, else as it can be.
 
     Raises
@@ -216,12 +218,15 @@ def loop_of(logs: Sequence[Log], axes: Sequence[Axis]) -> type[Output]:
     InputError
         If the axes of several logs disagree, or a lag is asked of an open loop.
     """
-    requested = {axis.loop for axis in axes}
+    requested = {axis.loop for axis in axes if axis is not None} or {None}
     if len(requested) > 1:
         raise InputError("differs from axis to axis", path="identification.loop", mend="Say the same in all of them")
-    closed = all(axis.controller and log.reference is not None for log, axis in zip(logs, axes, strict=True))
+    closed = all(
+        axis is not None and axis.controller is not None and log.reference is not None
+        for log, axis in zip(logs, axes, strict=True)
+    )
     loop = {"open": Position, "closed": Effort}[requested.pop() or ("closed" if closed else "open")]
-    if loop is Position and any(axis.seeks_lag for axis in axes):
+    if loop is Position and any(axis is not None and axis.seeks_lag for axis in axes):
         raise InputError("shows in a closed loop only", path="effort.lag", value="identify",
                          mend="Describe the [controller] and name the column of the reference")  # fmt: skip
     return loop

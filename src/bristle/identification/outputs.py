@@ -18,14 +18,14 @@ from bristle.sensors import encoder
 from bristle.simulation.recorded.closed_loop import ClosedLoop, closed_loop_of
 from bristle.simulation.recorded.open_loop import FINE, OpenLoop, open_loop_of
 
-__all__ = ["LAG", "Effort", "Output", "Position", "Reading", "parts_of"]
+__all__ = ["LAG", "Effort", "Output", "Position", "Reading", "slices_of"]
 
 LAG = "lag"
 COARSE = 4  # steps for one sample of an open loop, on the way
 SEEDS = 2**31
 
 
-def parts_of(log: Log) -> tuple[slice, ...]:
+def slices_of(log: Log) -> tuple[slice, ...]:
     """Return the segments of a log; all of it where it has none."""
     return log.segments or (slice(0, len(log)),)
 
@@ -128,7 +128,7 @@ class Position(Output):
     def excerpt(log: Log, axis: Axis) -> Log:
         """Return a log without what only repeats its first period."""
         parts = []
-        for part in parts_of(log):
+        for part in slices_of(log):
             loop, first = open_loop_of(log, axis, part, 1), part.start or 0
             parts.append(slice(first, first + loop.effort.size) if loop.periodic else part)
         return replace(log, segments=tuple(parts))
