@@ -115,7 +115,7 @@ def _identify_friction(
     from bristle.files.axis import read_axis
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
-    from bristle.identification.inputs import axes_for
+    from bristle.identification.request import axes_for
     from bristle.logs import read_log
     from bristle.report.figure_files import figure_files
     from bristle.workflow import identify as identified

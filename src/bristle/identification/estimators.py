@@ -87,7 +87,7 @@ class Simulation:
     loop: type[Output]
 
     @property
-    def seen(self) -> list[Log]:
+    def excerpts(self) -> list[Log]:
         """What of the logs inverse dynamics is to look at for a start."""
         return [self.loop.excerpt(log, axis) for log, axis in zip(self.logs, self.axes, strict=True)]
 
@@ -124,10 +124,10 @@ class Simulation:
             fine = context.search(error, error.magnitude, simulates=True)
             ended = fine.refit(solution.values, limit=1 if solution.unfinished else LAST_EVALUATIONS)
             solution = replace(ended, unfinished=solution.unfinished)
-        every = np.ones(len(solution.space.names), dtype=bool)
+        free = np.ones(len(solution.space.names), dtype=bool)
         return Estimation(
             error.inverse, solution, error, (error, solution),
-            lambda rows: Refit(solution, every, rows).solve(error, solution.theta)[1],
+            lambda rows: Refit(solution, free, rows).solve(error, solution.theta)[1],
             diagnostics=(Diagnostic(self.loop.code, severity="note"),),
         )  # fmt: skip
 
@@ -136,7 +136,7 @@ class Simulation:
     ) -> None:
         before = EVERYWHERE if everywhere else 0.0
 
-        def told(number: float) -> None:
+        def report_start(number: float) -> None:
             share = before + (1.0 - before) * number / (FURTHER_STARTS + 2.0)
             report(share, f"best so far {search.percent(best.cost):.3g} %")
 
@@ -146,19 +146,19 @@ class Simulation:
             theta = self._explored(search, best, between(report, 0.0, before))
             best.take(search.descend(theta, limit=FIRST_EVALUATIONS, best=best))
         for number in range(FURTHER_STARTS):
-            told(number + 1.0)
+            report_start(number + 1.0)
             away = {name: value * float(np.exp(rng.normal(0.0, AWAY))) for name, value in best.result.values.items()}
             best.take(search.refit(away, limit=self.loop.away_evaluations, best=best))
-        told(FURTHER_STARTS + 1.0)
+        report_start(FURTHER_STARTS + 1.0)
 
     @staticmethod
     def _explored(search: Search, best: BestSoFar, report: Report) -> np.ndarray:
         """Return the best place in the whole range of each parameter, as a rough simulation finds it."""
         assert isinstance(search.problem, OutputError)
-        rough, seen = replace(search, problem=search.problem.rough), BestSoFar()
+        rough, roughly = replace(search, problem=search.problem.rough), BestSoFar()
         try:
-            return rough.explored(best.result.theta, seen, report)
+            return rough.explored(best.result.theta, roughly, report)
         except KeyboardInterrupt:
-            if seen.at is not None:
-                best.see(seen.at, search.cost_at(seen.at))
+            if roughly.at is not None:
+                best.see(roughly.at, search.cost_at(roughly.at))
             raise

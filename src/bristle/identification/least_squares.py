@@ -64,10 +64,10 @@ def between(report: Report, low: float, high: float) -> Report:
 class Sliding(NamedTuple):
     """Coulomb and viscous friction of a log with its plant, as a linear fit finds them [SI].
 
-    `known` are the parameters of the plant and the offset by name.
+    `values` are the parameters of the plant and the offset by name.
     """
 
-    known: Mapping[str, float]
+    values: Mapping[str, float]
     coulomb: float
     viscous: float
 
@@ -124,13 +124,13 @@ class Differences:
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """Return the derivative of the residual, shape (row, coordinate)."""
-        here = self(x)
+        start = self(x)
 
         def column(index: int) -> np.ndarray:
             step = self.step * max(1.0, abs(x[index]))
-            there = x.copy()
-            there[index] += -step if x[index] + step > self.high[index] else step
-            return (self.residual(there) - here) / (there[index] - x[index])
+            beside = x.copy()
+            beside[index] += -step if x[index] + step > self.high[index] else step
+            return (self.residual(beside) - start) / (beside[index] - x[index])
 
         with Abreast() as pool:
             return np.stack(list(pool.map(column, range(x.size))), axis=1)
@@ -229,10 +229,10 @@ class Search:
     ) -> np.ndarray:
         """Return the best place in the whole range of each parameter, without a descent; `theta` is one of them."""
 
-        def told(share: float) -> None:
+        def report_best(share: float) -> None:
             report(share, f"looking everywhere, best so far {self.percent(best.cost):.3g} %")
 
-        return evolved(self.cost_at, box_of(self.space.transforms, theta), theta, best, told, seed)
+        return evolved(self.cost_at, box_of(self.space.transforms, theta), theta, best, report_best, seed)
 
     def cost_at(self, theta: np.ndarray) -> float:
         """Return half the sum of squares at some coordinates."""
@@ -282,8 +282,8 @@ class Search:
         def jacobian(x: np.ndarray) -> np.ndarray:
             values = self.space.values(x)
             near = self.problem.near(values)
-            there = Differences(lambda at: self._residual(at, near)[rows], self.space.high, DIFFERENCE)
-            return near.without_found(there.jacobian(x), values, rows)
+            differences = Differences(lambda at: self._residual(at, near)[rows], self.space.high, DIFFERENCE)
+            return near.without_found(differences.jacobian(x), values, rows)
 
         return jacobian
 
@@ -307,10 +307,10 @@ class Search:
         return self.space.theta(values)
 
     def _draw(self, transform: Transform, variable: Variable, rng: np.random.Generator) -> float:
-        if transform.name in self.sliding.known:
-            known = self.sliding.known[transform.name]
+        if transform.name in self.sliding.values:
+            value = self.sliding.values[transform.name]
             # Friction in front of its first slip is stiff too: both share what the log shows.
-            return known * rng.uniform(0.2, 1.0) if variable.quantity == "force/length" else known
+            return value * rng.uniform(0.2, 1.0) if variable.quantity == "force/length" else value
         if variable.excitation in ("place", "load", "temperature"):
             return 0.0
         if transform.form == "excess":

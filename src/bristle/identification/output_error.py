@@ -192,9 +192,9 @@ class OutputError:
             begin, period = rows.segments[0].time[0], output.period * rows.sample_time
             of_row = np.floor((rows.time - begin) / period % 1.0 * count).astype(int)
             name = TIME
-        every = np.ones(rows.effort.size, dtype=bool)
+        all_rows = np.ones(rows.effort.size, dtype=bool)
         return name, [
-            Fold(of_sample == k, of_sample != k, every if of_row is None else of_row == k) for k in range(count)
+            Fold(of_sample == k, of_sample != k, all_rows if of_row is None else of_row == k) for k in range(count)
         ]
 
     def parts_of(self, blocks: int, settings: Settings) -> tuple[str, list[Fold]]:

@@ -145,7 +145,8 @@ def _held_offset(component: FrictionModel, dataset: Dataset) -> Fixed | None:
     levels = [name for name in split if component.variables[name].unit(dataset.kind) == force]
     if levels:
         return Fixed(0.0, "held-levels", numbers={"levels": tuple(levels[:2])})
-    forces = [name for name, one in component.variables.items() if one != OFFSET and one.unit(dataset.kind) == force]
+    variables = component.variables.items()
+    forces = [name for name, variable in variables if variable != OFFSET and variable.unit(dataset.kind) == force]
     if side and forces:
         return Fixed(0.0, "held-one-direction", numbers={"level": forces[0], "direction": side})
     return None

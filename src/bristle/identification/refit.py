@@ -113,9 +113,9 @@ def _bounded(r: np.ndarray, target: np.ndarray, low: np.ndarray, high: np.ndarra
     # Above a floor only: non-negative least squares, in which what has no floor is a difference.
     base = np.where(floored, low, 0.0)
     parts = non_negative(np.hstack([r, -r[:, ~floored]]), target - r @ base)
-    whole = base + parts[: low.size]
-    whole[~floored] -= parts[low.size :]
-    return whole
+    solution = base + parts[: low.size]
+    solution[~floored] -= parts[low.size :]
+    return solution
 
 
 def _square(rows: np.ndarray) -> float:

@@ -1,38 +1,49 @@
-"""What a person asks to be identified, checked against what the log and the model allow."""
+"""What a person asks for and hands in: logs, axes and models or the files that describe them, numbers or text."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel, Model
+from bristle.core.edge import instance, optional, whole
 from bristle.core.errors import InputError
 from bristle.core.units import quantity
+from bristle.core.values import looked_at
 from bristle.core.variable import Kind, Variable
+from bristle.files.given import AXIS
 from bristle.friction import MODELS, base_of, find
 from bristle.friction.slots import OFFSET, SlottedModel, slotted
 from bristle.friction.variation import MIDDLE
 from bristle.identification.fixed_shape import ELEMENT_MODELS
-from bristle.identification.inputs import number_or_text
 from bristle.identification.parameters import PriorKnowledge
 from bristle.identification.settings import Settings
+from bristle.logs.columns import is_table
 from bristle.logs.log import Log
-from bristle.plants import PLANTS, inertia
+from bristle.plants import PLANTS
 
 __all__ = [
+    "CUTOFF",
     "METHODS",
+    "axes_for",
+    "checked_model",
     "freed",
+    "log_and_axis",
+    "logs_and_axes",
     "models_of",
     "prior_knowledge_of",
     "settings_of",
+    "treatment_of",
     "with_method",
 ]
 
 ALL = "all"
 METHODS = ("inverse_dynamics", "output_error")
+CUTOFF = Variable("frequency", "cut-off of the zero-phase filter")
 MASS = Variable("mass", "moving mass or inertia")
 
 
@@ -51,49 +62,50 @@ def models_of(model: Any) -> tuple[FrictionModel, ...]:
         If there is no such model or slot, one is given twice or under a name that is taken, or it has parameters that
         this method does not identify.
     """
-    asked = _one_by_one(model)
-    found: dict[str, FrictionModel] = {}
-    for component in (_component_of(one) for one in asked if not _is_all(one)):
-        if component.name in found:
+    requested = _separated(model)
+    components: dict[str, FrictionModel] = {}
+    for component in (_component_of(item) for item in requested if not _is_all(item)):
+        if component.name in components:
             raise InputError("is asked for twice", path="model", value=component.name,
                              mend="Write it once; give a model of your own a name of its own")  # fmt: skip
         _refuse_arrays(component)
-        found[component.name] = component
-    for one in (one for one in asked if _is_all(one)):
-        found |= {each.name: each for each in _every(one) if each.name not in found}
-    if not found:
+        components[component.name] = component
+    for name in filter(_is_all, requested):
+        for component in _all_models(name):
+            components.setdefault(component.name, component)
+    if not components:
         raise InputError("names no friction model", path="model", value=model, mend='Write "coulomb_viscous"')
-    return tuple(found.values())
+    return tuple(components.values())
 
 
-def _one_by_one(model: Any) -> list[Any]:
+def _separated(model: Any) -> list[Any]:
     """Return what is asked for, names apart."""
-    found: list[Any] = []
-    for one in model if isinstance(model, (list, tuple)) else [model]:
-        found += [name.strip() for name in one.split(",")] if isinstance(one, str) else [one]
-    return found
+    items: list[Any] = []
+    for item in model if isinstance(model, (list, tuple)) else [model]:
+        items += [name.strip() for name in item.split(",")] if isinstance(item, str) else [item]
+    return items
 
 
-def _is_all(one: Any) -> bool:
-    return isinstance(one, str) and one.split("+")[0] == ALL
+def _is_all(item: Any) -> bool:
+    return isinstance(item, str) and item.split("+")[0] == ALL
 
 
-def _every(name: str) -> list[FrictionModel]:
+def _all_models(name: str) -> list[FrictionModel]:
     """Return each model that can be identified, with the slots behind ``"all"``."""
     slots = name.removeprefix(ALL)
-    every = [find(f"{base}{slots}", path="model") for base in MODELS]
-    return [one for one in every if not _not_identified(one)]
+    components = [find(f"{base}{slots}", path="model") for base in MODELS]
+    return [component for component in components if not _not_identified(component)]
 
 
-def _component_of(one: Any) -> SlottedModel:
-    if isinstance(one, str):
-        return find(one, path="model")
-    if isinstance(one, Model):
-        raise InputError("has values already, which are to be identified", path="model", value=one,
-                         mend=f"Write model={one.name!r}, or model.component for one of your own")  # fmt: skip
-    if not isinstance(one, FrictionModel):
-        raise InputError("must be a name, a friction model or a list of them", path="model", value=one)
-    component = one if isinstance(one, SlottedModel) else slotted(one, asymmetry=False)
+def _component_of(item: Any) -> SlottedModel:
+    if isinstance(item, str):
+        return find(item, path="model")
+    if isinstance(item, Model):
+        raise InputError("has values already, which are to be identified", path="model", value=item,
+                         mend=f"Write model={item.name!r}, or model.component for one of your own")  # fmt: skip
+    if not isinstance(item, FrictionModel):
+        raise InputError("must be a name, a friction model or a list of them", path="model", value=item)
+    component = item if isinstance(item, SlottedModel) else slotted(item, asymmetry=False)
     base = base_of(component)
     if MODELS.get(base.name, base) is not base:
         raise InputError("is the name of a model of bristle, and this is another one", path="model", value=base.name,
@@ -108,13 +120,14 @@ def _not_identified(component: FrictionModel) -> list[tuple[list[str], str]]:
     choices = [
         name for name, variable in component.variables.items() if variable.choices and name not in component.defaults
     ]
-    return [one for one in ((arrays, "lists of numbers"), (choices, "choices of names")) if one[0]]
+    kinds = ((arrays, "lists of numbers"), (choices, "choices of names"))
+    return [(names, kind) for names, kind in kinds if names]
 
 
 def _refuse_arrays(component: FrictionModel) -> None:
-    for names, what in _not_identified(component):
+    for names, kind in _not_identified(component):
         raise InputError(
-            f"{component.name} has {what} ({', '.join(names)}), which inverse dynamics does not identify",
+            f"{component.name} has {kind} ({', '.join(names)}), which inverse dynamics does not identify",
             path="model", value=component.name,
             mend="Fit dahl, lugre, maxwell_slip or gms, or write the parameters into a model file yourself",
         )  # fmt: skip
@@ -130,9 +143,9 @@ def freed(free: Sequence[str], components: Sequence[FrictionModel]) -> tuple[str
     """
     shapes = {
         name
-        for one in components
-        for name, variable in one.variables.items()
-        if name in one.defaults and not variable.excitation and not variable.choices and variable != MIDDLE
+        for component in components
+        for name, variable in component.variables.items()
+        if name in component.defaults and not variable.excitation and not variable.choices and variable != MIDDLE
     }
     for name in free:
         if name not in shapes:
@@ -142,25 +155,25 @@ def freed(free: Sequence[str], components: Sequence[FrictionModel]) -> tuple[str
 
 
 def with_method(
-    given: Sequence[tuple[Log, Axis | None]], method: str | None, global_search: bool | None
+    pairs: Sequence[tuple[Log, Axis | None]], method: str | None, global_search: bool | None
 ) -> list[tuple[Log, Axis | None]]:
     """Return logs with their axes, which say what is made small, and where it is looked for, as a person asks."""
     changes = {"method": method, "global_search": global_search}
     changes = {name: value for name, value in changes.items() if value is not None}
-    return [(log, replace(axis or Axis(kind=log.kind), **changes) if changes else axis) for log, axis in given]
+    return [(log, replace(axis or Axis(kind=log.kind), **changes) if changes else axis) for log, axis in pairs]
 
 
-def settings_of(axis: Axis | None, given: Settings | Mapping[str, float] | None) -> Settings:
-    """Return the thresholds: those of the axis, and those given beside it.
+def settings_of(axis: Axis | None, beside: Settings | Mapping[str, float] | None) -> Settings:
+    """Return the thresholds: those of the axis, and those `beside` it.
 
     Raises
     ------
     InputError
         If there is no such threshold, or its value is out of range.
     """
-    said = dict(axis.settings) if axis is not None else {}
-    Settings.of(said, "identification.settings")
-    return Settings.of(said | (given.as_data() if isinstance(given, Settings) else dict(given or {})))
+    of_axis = dict(axis.settings) if axis is not None else {}
+    Settings.of(of_axis, "identification.settings")
+    return Settings.of(of_axis | (beside.as_data() if isinstance(beside, Settings) else dict(beside or {})))
 
 
 def prior_knowledge_of(
@@ -175,23 +188,99 @@ def prior_knowledge_of(
     InputError
         If a mass is not positive or an offset is not a number.
     """
-    given_mass = mass if mass is not None else (axis.mass if axis is not None else None)
-    chosen_mass = number_or_text(given_mass, MASS, kind, "mass")
-    if chosen_mass is not None and not (math.isfinite(chosen_mass) and chosen_mass >= 1e-15):
-        raise InputError("out of range", path="mass", value=chosen_mass, allowed="> 0",
+    axis = axis or Axis(kind=kind, offset="identify")
+    value = number_or_text(mass if mass is not None else axis.mass, MASS, kind, "mass")
+    if value is not None and not (math.isfinite(value) and value >= 1e-15):
+        raise InputError("out of range", path="mass", value=value, allowed="> 0",
                          mend="Leave it out to have it identified")  # fmt: skip
-    plant = PLANTS[axis.plant] if axis is not None else inertia
-    known = {"mass": chosen_mass}
-    if axis is not None:
-        known |= {"force*time/length": axis.damping, "force/length": axis.stiffness}
-    values = {
-        name: value for name, one in plant.variables.items() if (value := known.get(one.quantity)) is not None
-    }  # fmt: skip
-    pitch = axis.pitch if axis is not None else None
-    chosen = offset if offset is not None else (axis.offset if axis is not None else "identify")
-    if isinstance(chosen, str) and chosen == "identify":
-        return PriorKnowledge(None, values, plant, pitch)
-    value = quantity(chosen, OFFSET, kind, path="offset")
-    if not math.isfinite(value):
-        raise InputError("must be a number", path="offset", value=chosen, allowed='a force, or "identify"')
-    return PriorKnowledge(value, values, plant, pitch)
+    plant = PLANTS[axis.plant]
+    by_quantity = {"mass": value, "force*time/length": axis.damping, "force/length": axis.stiffness}
+    by_quantity = {name: value for name, value in by_quantity.items() if value is not None}
+    roles = {name: variable.quantity for name, variable in plant.variables.items()}
+    values = {name: by_quantity[role] for name, role in roles.items() if role in by_quantity}
+    constant = offset if offset is not None else axis.offset
+    if isinstance(constant, str) and constant == "identify":
+        return PriorKnowledge(None, values, plant, axis.pitch)
+    force = quantity(constant, OFFSET, kind, path="offset")
+    if not math.isfinite(force):
+        raise InputError("must be a number", path="offset", value=constant, allowed='a force, or "identify"')
+    return PriorKnowledge(force, values, plant, axis.pitch)
+
+
+def log_and_axis(log: Any, axis: Any) -> tuple[Log, Axis | None]:
+    """Return a log and what is known of its axis; a path of either is read, and so is a table of columns.
+
+    Raises
+    ------
+    InputError
+        If one is neither, or its file cannot be used.
+    """
+    from bristle.files.log import read_log
+
+    axis = looked_at(optional(AXIS), axis, "axis", None)
+    if is_table(log):
+        return Log.from_columns(log, axis=axis), axis
+    converter = instance(Log, "a log or its file", 'Write read_log("axis.csv", axis)', partial(read_log, axis=axis))
+    return looked_at(converter, log, "log", None), axis
+
+
+def axes_for(axes: Sequence[Any], count: int) -> list[Any]:
+    """Return an axis for each of `count` logs: the only one there is for all of them, or each its own.
+
+    Raises
+    ------
+    InputError
+        If there is another number of them.
+    """
+    described = list(axes) or [None]
+    if len(described) == 1:
+        return described * count
+    if len(described) != count:
+        raise InputError(f"{len(described)} for {count} logs", path="axis", allowed=f"1, or {count}",
+                         mend="Give one axis file for all logs, or one for each, in their order")  # fmt: skip
+    return described
+
+
+def logs_and_axes(log: Any, axis: Any) -> list[tuple[Log, Axis | None]]:
+    """Return one log or several, each with what is known of its axis: one axis for all, or as many as logs.
+
+    Raises
+    ------
+    InputError
+        If one is neither a log nor its file, or the axes do not match the logs.
+    """
+    logs = list(log) if isinstance(log, (list, tuple)) else [log]
+    if not logs:
+        raise InputError("names no log", path="log", mend="Give at least one")
+    axes = axes_for(axis if isinstance(axis, (list, tuple)) else [axis], len(logs))
+    return [log_and_axis(log, axis) for log, axis in zip(logs, axes, strict=True)]
+
+
+def number_or_text(value: Any, variable: Variable, kind: Kind, path: str) -> float | None:
+    """Return a number in SI from a number or text with a unit; None stays None."""
+    return None if value is None else quantity(value, variable, kind, path=path)
+
+
+def treatment_of(cutoff: Any, decimation: Any, kind: Kind) -> tuple[float | None, int | None]:
+    """Return the cut-off [Hz] and the decimation that are asked for, None where none is.
+
+    Raises
+    ------
+    InputError
+        If one is no number, or has the wrong unit.
+    """
+    rows = optional(whole(1, 10_000))(decimation, "decimation", kind)
+    return number_or_text(cutoff, CUTOFF, kind, "cutoff"), rows
+
+
+def checked_model(model: Any, family: str, path: str) -> Model:
+    """Return a model with parameters, refused where it is not of the family that belongs there."""
+    if not isinstance(model, Model):
+        raise InputError(f"must be a {family} model with parameters", path=path, value=model)
+    model_family = model.component.family
+    if model_family != family:
+        raise InputError(
+            f"must be a {family} model, and is a {model_family} model", path=path, value=model,
+            mend="The order is plant, friction, log",
+        )  # fmt: skip
+    return model

@@ -63,8 +63,8 @@ def with_pitch(context: Context, component: FrictionModel) -> Context:
     if PITCH not in component.variables.values() or context.prior.pitch is not None:
         return context
     sliding = context.sliding
-    values = {**sliding.known, "F_C": sliding.coulomb, "F_v": sliding.viscous}
-    pitch = pitch_in(_sliding_problem(context.dataset, context.prior), values)
+    values = {**sliding.values, "F_C": sliding.coulomb, "F_v": sliding.viscous}
+    pitch = _pitch_in(_sliding_problem(context.dataset, context.prior), values)
     return replace(context, prior=replace(context.prior, pitch=pitch))
 
 
@@ -102,7 +102,7 @@ def _refuse_reversed_effort(dataset: Dataset, prior: PriorKnowledge) -> None:
         )  # fmt: skip
 
 
-def pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:
+def _pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:
     """Return the period over the position of what a model leaves of a log [m or rad].
 
     The wave that takes most of the residual is looked for, evenly in the number of turns over the range, and refined.
@@ -130,9 +130,9 @@ def pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:
                          mend="Give the lead in [transmission] of the axis file")  # fmt: skip
     turns = np.linspace(TURNS_LEAST, most, int(min(STEPS_A_TURN * (most - TURNS_LEAST) + 2, SCAN_MOST)))
     step = turns[1] - turns[0]
-    best = turns[int(np.argmax([_explained(x, residual, one / stroke) for one in turns.tolist()]))]
+    best = turns[int(np.argmax([_explained(x, residual, count / stroke) for count in turns.tolist()]))]
     near = np.linspace(best - step, best + step, REFINED)
-    best = near[int(np.argmax([_explained(x, residual, one / stroke) for one in near.tolist()]))]
+    best = near[int(np.argmax([_explained(x, residual, count / stroke) for count in near.tolist()]))]
     return stroke / float(best)
 
 

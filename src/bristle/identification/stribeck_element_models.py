@@ -60,8 +60,8 @@ def estimate_stribeck_elements(context: Context, component: FrictionModel, repor
     assert isinstance(view, ShapedModel)
 
     def residual_without(rows: np.ndarray) -> np.ndarray:
-        there, best = model.on_rows(elements, solution, rows)
-        return there.residual(best.values)
+        refitted, best = model.on_rows(elements, solution, rows)
+        return refitted.residual(best.values)
 
     return Estimation(
         problem, solution, problem, (problem, solution), residual_without, finished=view.finished, written=in_lists,
@@ -89,11 +89,11 @@ class StribeckElements:
         for number in range(ROUNDS):
             report((STARTS + number) / (STARTS + ROUNDS))
             again = self._elements(self._curve(best))
-            there = self._problem(again.solution()[0].parameters.component)
-            solution = self.context.search(there).refit(best.values, limit=EVALUATIONS)
+            trial = self._problem(again.solution()[0].parameters.component)
+            solution = self.context.search(trial).refit(best.values, limit=EVALUATIONS)
             fell = solution.cost < FALLS * best.cost
             if solution.cost < best.cost:
-                problem, best, elements = there, solution, again
+                problem, best, elements = trial, solution, again
             if not fell:
                 break
         return problem, best, elements

@@ -17,8 +17,7 @@ from bristle.files.results import results_folder
 from bristle.files.user_model import origins_of_code
 from bristle.friction import base_of
 from bristle.identification.identify import identify as models_fitted
-from bristle.identification.inputs import logs_and_axes
-from bristle.identification.request import models_of
+from bristle.identification.request import logs_and_axes, models_of
 from bristle.identification.result import Identification
 from bristle.identification.settings import Settings
 from bristle.logs.log import Log
