@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,14 +13,14 @@ from bristle.core.contracts import FrictionModel, Model
 from bristle.core.diagnostic import Diagnostic
 from bristle.identification.dataset import Dataset
 from bristle.identification.inverse_dynamics import InverseDynamics
-from bristle.identification.least_squares import Report, Search, Sliding
+from bristle.identification.least_squares import Report, Search, Sliding, linear
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import ParameterSet, PriorKnowledge, parameters_of
 from bristle.identification.problem import Problem
 from bristle.identification.scales import Scales
 from bristle.identification.settings import DEFAULT, Settings
 
-__all__ = ["Context", "Estimation", "Estimator"]
+__all__ = ["Context", "Estimation", "Estimator", "along_the_motion"]
 
 
 @dataclass(frozen=True)
@@ -108,3 +109,17 @@ class Estimation:
 
 
 Estimator = Callable[[Context, FrictionModel, Report], Estimation]
+
+
+def along_the_motion(context: Context, component: FrictionModel, report: Report) -> Estimation:
+    """Return the estimation of least squares along the measured motion."""
+    problem = context.problem(component)
+    if problem.parameters.is_linear:
+        solution, on_rows = linear(problem), partial(linear, problem)
+    else:
+        search = context.search(problem)
+        solution = search.solve(report, everywhere=context.everywhere)
+        on_rows = partial(search.refit, solution.values)
+    return Estimation(
+        problem, solution, problem, (problem, solution), lambda rows: problem.residual(on_rows(rows).values)
+    )

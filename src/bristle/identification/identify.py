@@ -22,18 +22,17 @@ from bristle.core.cores import cores_for_simulations
 from bristle.core.edge import FLAG, NAMES, PROGRESS, among, guarded, instance, optional, whole
 from bristle.core.errors import InputError
 from bristle.core.interruption import obey
+from bristle.files.given import logs_and_axes
 from bristle.identification.dataset import Dataset
 from bristle.identification.estimation import Context, Estimation
-from bristle.identification.estimators import Simulation
 from bristle.identification.fitting import fit
 from bristle.identification.least_squares import Report
 from bristle.identification.merging import treat_all
-from bristle.identification.output_error import loop_of
+from bristle.identification.output_error import Simulation, loop_of
 from bristle.identification.parameters import PriorKnowledge
 from bristle.identification.request import (
     METHODS,
     freed,
-    logs_and_axes,
     models_of,
     prior_knowledge_of,
     settings_of,
