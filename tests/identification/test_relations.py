@@ -54,6 +54,12 @@ def test_a_relation_is_kept_whatever_the_order_of_the_parameters(rising, linear)
     assert model(**{name: values[name] for name in ("F_S", "F_C")}).values["F_C"] == values["F_C"]
 
 
+def test_what_must_exceed_another_one_does_so_clearly(rising):
+    model = two_levels("F_S > F_C", lambda p: p.F_S > p.F_C)
+    values = identify(rising, model, blocks=0, draws=0).best.friction.values
+    assert values["F_S"] > 1.02 * values["F_C"]
+
+
 def test_a_relation_that_no_search_can_keep_is_refused_where_it_breaks(rising):
     model = two_levels("F_C within F_S", lambda p: p.F_C <= p.F_S)
     with pytest.raises(InputError, match="not what the model allows") as caught:
