@@ -12,8 +12,9 @@ from bristle.friction import find
 from bristle.identification.bootstrap import bootstrap as resampled
 from bristle.identification.element_models import Elements
 from bristle.identification.fixed_shape import shaped
+from bristle.identification.parameters import parameters_of
 from bristle.identification.preprocessing import treat
-from bristle.identification.request import parameters_of, prior_knowledge_of
+from bristle.identification.request import prior_knowledge_of
 
 __all__ = ["bootstrap"]
 
@@ -31,11 +32,11 @@ def bootstrap() -> Iterator[Ratio]:
         prototype = shaped(component, np.ones(1), np.ones(1))
         return Elements(regression, component, parameters_of(prototype, known, regression))
 
-    problem, space = elements().space()
-    resampled(problem, space, 20)
-    afresh = DRAWS * min(wall(lambda: elements().space()) for _ in range(AFRESH))
-    ours = min(wall(lambda: resampled(problem, space, DRAWS)) for _ in range(RUNS))
+    problem, solution = elements().all_elements()
+    resampled(problem, solution, 20)
+    afresh = DRAWS * min(wall(lambda: elements().all_elements()) for _ in range(AFRESH))
+    ours = min(wall(lambda: resampled(problem, solution, DRAWS)) for _ in range(RUNS))
     yield Ratio(
-        f"{DRAWS} draws, {len(log)} samples, {len(space.names)} columns", ours, afresh, ours / afresh, None,
+        f"{DRAWS} draws, {len(log)} samples, {len(solution.space.names)} columns", ours, afresh, ours / afresh, None,
         "as many fits from scratch", "best of 3", most=2.0,
     )  # fmt: skip

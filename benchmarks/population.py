@@ -21,7 +21,7 @@ LENGTHS = (500, 1500, 4000)
 def population() -> Iterator[Ratio]:
     """Time the simulations of a generation."""
     from bristle import friction, plants
-    from bristle.identification.differences import abreast
+    from bristle.core.cores import abreast
     from bristle.simulation.recorded.open_loop import LEADS, OpenLoop
 
     rng = np.random.default_rng(7)

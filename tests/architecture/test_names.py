@@ -22,7 +22,6 @@ sight workbench twin room thing things whole
 VAGUE = frozenset(WORDS.split())
 RATE = 3.0  # per 1000 identifiers
 CEILINGS = {  # of the folders that still wait for better names: these numbers only fall
-    "identification": 140,
     "simulation": 3,
 }
 

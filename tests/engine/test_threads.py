@@ -13,12 +13,12 @@ from tests.core.same_bits import bits_of
 from tests.loop_design.conftest import loop
 
 import bristle as br
-from bristle.core.cores import Abreast
+from bristle.core.cores import Abreast, abreast
 from bristle.core.experiment import Experiment, Run
 from bristle.core.interruption import BestSoFar
 from bristle.engine import compilation, interpreted, is_interpreted
-from bristle.identification.differences import Differences, abreast
 from bristle.identification.global_search import Side, evolved
+from bristle.identification.least_squares import Differences
 
 
 def in_threads(*works):

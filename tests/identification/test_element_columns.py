@@ -9,8 +9,8 @@ from bristle.friction import find
 from bristle.identification.element_models import elements_of
 from bristle.identification.fixed_shape import shaped
 from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.parameters import PriorKnowledge
 from bristle.identification.preprocessing import treat
-from bristle.identification.request import PriorKnowledge
 from bristle.identification.sliding_friction import context_of
 
 T = 1e-3 * np.arange(3000)
@@ -42,7 +42,7 @@ def test_columns_times_values_are_the_effort_of_the_model_with_its_slots(name, p
     assert set(values) == {*variables, "s"} - {"k_i", "nu_i"}
 
     factors = np.array([values[one] for one in elements._factors])
-    others = [values.get(one, 0.0) for one in elements._others]
+    others = [values.get(one, 0.0) for one in elements._single]
     said = elements._columns(factors) @ np.concatenate([stiffness, others])
     view = shaped(find(name), stiffness[stiffness > 0.0], (stiffness * r)[stiffness > 0.0])
     parameters = context.parameters(view)

@@ -10,9 +10,9 @@ from tests.identification.test_output_error import recorded
 from bristle import friction
 from bristle.core.interruption import BestSoFar
 from bristle.identification import identify
-from bristle.identification.estimators import Simulation
 from bristle.identification.global_search import box_of
 from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.output_error import Simulation
 
 PRESLIDING = friction.dahl(F_C=20.0, sigma_0=5e6, sigma_2=200.0)
 
@@ -25,7 +25,7 @@ class Landscape:
 
         def spied(simulation, context, inverse, start, report):
             estimation = estimated(simulation, context, inverse, start, report)
-            error = simulation.error.of(inverse, simulation.logs, simulation.axes)
+            error = simulation.error(inverse)
             self.search = context.search(error, error.magnitude, simulates=True)
             self.solution, self.error = estimation.solution, estimation.problem
             return estimation

@@ -7,8 +7,7 @@ from tests.identification.known_logs import Motion, log_of, sines, sliding_effor
 from bristle.core import Axis, InputError
 from bristle.identification import identify
 from bristle.identification.covariance import covariance_of
-from bristle.identification.parameter_space import LinearSpace
-from bristle.identification.solution import Solution
+from bristle.identification.parameter_space import ParameterSpace, Solution
 from bristle.report.messages import assumptions_of, note_of
 
 
@@ -92,7 +91,7 @@ def test_parameters_that_the_rows_do_not_separate_have_no_standard_error():
     rng = np.random.default_rng(0)
     one, other = rng.normal(size=(2, 200))
     columns = np.stack([one, 3.0 * one, other, 0.0 * other], axis=1)
-    solution = Solution(LinearSpace(tuple("abcd"), np.full(4, -np.inf), np.full(4, np.inf)), np.ones(4), columns)
+    solution = Solution(ParameterSpace(tuple("abcd"), np.full(4, -np.inf), np.full(4, np.inf)), np.ones(4), columns)
     found = covariance_of(solution, rng.normal(size=200))
     assert np.isinf(found.std).tolist() == [True, True, False, True]
     assert found.std[2] == pytest.approx(1.0 / np.linalg.norm(other), rel=0.2)
@@ -104,7 +103,7 @@ def test_correlated_residuals_widen_the_robust_error_only():
     slow = np.repeat(rng.normal(size=40), 50)
     column = np.ones((2000, 1))
     found = covariance_of(
-        Solution(LinearSpace(("a",), np.full(1, -np.inf), np.full(1, np.inf)), np.ones(1), column), slow
+        Solution(ParameterSpace(("a",), np.full(1, -np.inf), np.full(1, np.inf)), np.ones(1), column), slow
     )
     # Fifty equal residuals carry the information of one.
     assert found.robust_std[0] / found.std[0] == pytest.approx(np.sqrt(50.0), rel=0.05)

@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from bristle.identification.parameter_space import LinearSpace
+from bristle.identification.parameter_space import ParameterSpace, Solution
 from bristle.identification.refit import Refit
-from bristle.identification.solution import Solution
 
-ANYWHERE = LinearSpace(("x",), np.array([-np.inf]), np.array([np.inf]), linear=False)
+ANYWHERE = ParameterSpace(("x",), np.array([-np.inf]), np.array([np.inf]), linear=False)
 
 
 class Steep:

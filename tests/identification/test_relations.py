@@ -1,6 +1,7 @@
 """A model that is identified is one that can be used: its ranges and relations hold."""
 
 import math
+from dataclasses import replace
 from typing import Annotated, NamedTuple
 
 import pytest
@@ -10,6 +11,7 @@ from bristle import friction
 from bristle.core import FrictionModel, InputError, Relation, Variable
 from bristle.core.mathematics import direction
 from bristle.files import read_model, write_model
+from bristle.friction.slots import slotted
 from bristle.identification import identify
 
 
@@ -52,6 +54,24 @@ def test_a_relation_is_kept_whatever_the_order_of_the_parameters(rising, linear)
     assert values["F_S"] >= values["F_C"]
     assert values["F_S"] == pytest.approx(values["F_C"], rel=1e-3)
     assert model(**{name: values[name] for name in ("F_S", "F_C")}).values["F_C"] == values["F_C"]
+
+
+def test_what_must_exceed_another_one_does_so_clearly(rising):
+    model = two_levels("F_S > F_C", lambda p: p.F_S > p.F_C)
+    values = identify(rising, model, blocks=0, draws=0).best.friction.values
+    assert values["F_S"] > 1.02 * values["F_C"]
+
+
+class OneSided(NamedTuple):
+    F_S: Annotated[float, Variable("force", "level at rest", min=0.0, excitation="sliding", directional=True)]
+    F_C: Annotated[float, Variable("force", "level in motion", min=0.0, excitation="sliding")]
+
+
+def test_a_relation_holds_in_both_directions_where_only_one_side_of_it_is_by_direction(rising):
+    model = two_levels("F_S >= F_C", lambda p: p.F_S >= p.F_C)
+    model = slotted(replace(model, name="one_sided", Parameters=OneSided), asymmetry=True)
+    values = identify(rising, model, blocks=0, draws=0).best.friction.values
+    assert min(values["F_S_pos"], values["F_S_neg"]) >= values["F_C"]
 
 
 def test_a_relation_that_no_search_can_keep_is_refused_where_it_breaks(rising):

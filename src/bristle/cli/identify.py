@@ -113,9 +113,9 @@ def _identify_friction(
     command: str, limit: int, figures: Figures,
 ) -> int:  # fmt: skip
     from bristle.files.axis import read_axis
+    from bristle.files.given import axes_for
     from bristle.files.results import results_folder
     from bristle.files.summary import as_json as json_text
-    from bristle.identification.inputs import axes_for
     from bristle.logs import read_log
     from bristle.report.figure_files import figure_files
     from bristle.workflow import identify as identified

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor  # noqa: TID251  (the one place that does)
 from contextlib import contextmanager
 from contextvars import copy_context
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, TypeVar
 
 from bristle.core.locks import SHARING
 
-__all__ = ["Abreast", "core_count", "cores_for_simulations"]
+__all__ = ["Abreast", "abreast", "core_count", "cores_for_simulations"]
+
+A = TypeVar("A")
+B = TypeVar("B")
 
 # How many blocks keep linear algebra to one thread, and what the first of them found.
 _blocks = SimpleNamespace(inside=0, limits=None)
@@ -39,6 +42,21 @@ class Abreast(ThreadPoolExecutor):
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Let a function be called by one of the threads, in a copy of the context of this call."""
         return super().submit(copy_context().run, fn, *args, **kwargs)
+
+
+def abreast(function: Callable[[A], B]) -> Callable[[Sequence[A]], list[B]]:
+    """Return what calls a function with each of several values, on all cores."""
+
+    def together(values: Sequence[A]) -> list[B]:
+        if len(values) == 1:
+            return [function(values[0])]
+        pool = Abreast()
+        try:
+            return list(pool.map(function, values))
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+    return together
 
 
 @contextmanager

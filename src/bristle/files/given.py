@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 from bristle.core.axis import Axis
-from bristle.core.edge import Converter, instance
+from bristle.core.edge import Converter, instance, optional
+from bristle.core.errors import InputError
 from bristle.core.experiment import Experiment
+from bristle.core.values import looked_at
+from bristle.logs.columns import is_table
 from bristle.logs.log import Log
 
-__all__ = ["AXIS", "EXPERIMENT", "LOG"]
+__all__ = ["AXIS", "EXPERIMENT", "LOG", "axes_for", "log_and_axis", "logs_and_axes"]
 
 
 # Readers bring what checks files, which a call that hands in the thing itself need not wait for.
@@ -28,3 +33,52 @@ def _read_experiment(source: Any) -> Any:
 AXIS: Converter = instance(Axis, "an axis or its file", read=_read_axis)
 EXPERIMENT: Converter = instance(Experiment, "an experiment or its file", read=_read_experiment)
 LOG: Converter = instance(Log, "a log", 'Write read_log("axis.csv", axis)')
+
+
+def log_and_axis(log: Any, axis: Any) -> tuple[Log, Axis | None]:
+    """Return a log and what is known of its axis; a path of either is read, and so is a table of columns.
+
+    Raises
+    ------
+    InputError
+        If one is neither, or its file cannot be used.
+    """
+    from bristle.files.log import read_log
+
+    axis = looked_at(optional(AXIS), axis, "axis", None)
+    if is_table(log):
+        return Log.from_columns(log, axis=axis), axis
+    converter = instance(Log, "a log or its file", 'Write read_log("axis.csv", axis)', partial(read_log, axis=axis))
+    return looked_at(converter, log, "log", None), axis
+
+
+def axes_for(axes: Sequence[Any], count: int) -> list[Any]:
+    """Return an axis for each of `count` logs: the only one there is for all of them, or each its own.
+
+    Raises
+    ------
+    InputError
+        If there is another number of them.
+    """
+    described = list(axes) or [None]
+    if len(described) == 1:
+        return described * count
+    if len(described) != count:
+        raise InputError(f"{len(described)} for {count} logs", path="axis", allowed=f"1, or {count}",
+                         mend="Give one axis file for all logs, or one for each, in their order")  # fmt: skip
+    return described
+
+
+def logs_and_axes(log: Any, axis: Any) -> list[tuple[Log, Axis | None]]:
+    """Return one log or several, each with what is known of its axis: one axis for all, or as many as logs.
+
+    Raises
+    ------
+    InputError
+        If one is neither a log nor its file, or the axes do not match the logs.
+    """
+    logs = list(log) if isinstance(log, (list, tuple)) else [log]
+    if not logs:
+        raise InputError("names no log", path="log", mend="Give at least one")
+    axes = axes_for(axis if isinstance(axis, (list, tuple)) else [axis], len(logs))
+    return [log_and_axis(log, axis) for log, axis in zip(logs, axes, strict=True)]

@@ -37,7 +37,18 @@ from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable
 from bristle.friction.variation import VARIATIONS, Place, Varied, VariedModel
 
-__all__ = ["OFFSET", "SLOTS", "Slotted", "SlottedModel", "base_of", "slotted", "unvaried", "variations_of"]
+__all__ = [
+    "OFFSET",
+    "SLOTS",
+    "Slotted",
+    "SlottedModel",
+    "base_of",
+    "by_direction",
+    "directional",
+    "slotted",
+    "unvaried",
+    "variations_of",
+]
 
 SLOTS = (*VARIATIONS, "asymmetry")
 OFFSET = Variable("force", "constant part of the friction force (gravity, bias)", excitation="sliding")
@@ -131,7 +142,7 @@ class SlottedModel(FrictionModel):
         """Each parameter that a person sets: those of the model, by direction, and the offset."""
         variables: dict[str, Variable] = {}
         for name, variable in self.inner.variables.items():
-            for key in self._keys(name):
+            for key in self.keys(name):
                 variables[key] = replace(variable, description=variable.description + _SIDES.get(key[len(name) :], ""))
         return ReadOnly(variables | {"offset": OFFSET})
 
@@ -139,7 +150,7 @@ class SlottedModel(FrictionModel):
     def defaults(self) -> dict[str, Any]:
         """The parameters that have a default value."""
         inner = self.inner.defaults
-        return {key: inner[name] for name in inner for key in self._keys(name)} | {"offset": 0.0}
+        return {key: inner[name] for name in inner for key in self.keys(name)} | {"offset": 0.0}
 
     def is_array(self, name: str) -> bool:
         """Return whether this parameter is a 1-D array."""
@@ -151,8 +162,8 @@ class SlottedModel(FrictionModel):
 
     def assemble(self, values: Mapping[str, Any]) -> Any:
         """Return both sides and the offset from the values that a person sets."""
-        forward = {name: values[self._keys(name)[0]] for name in self.inner.variables}
-        backward = {name: values[self._keys(name)[-1]] for name in self.inner.variables}
+        forward = {name: values[self.keys(name)[0]] for name in self.inner.variables}
+        backward = {name: values[self.keys(name)[-1]] for name in self.inner.variables}
         return self.Parameters(self.inner.assemble(forward), self.inner.assemble(backward), values["offset"])
 
     def values(self, parameters: Any) -> dict[str, Any]:
@@ -160,13 +171,14 @@ class SlottedModel(FrictionModel):
         forward, backward = self.inner.values(parameters.forward), self.inner.values(parameters.backward)
         values = {}
         for name in self.inner.variables:
-            keys = self._keys(name)
+            keys = self.keys(name)
             values |= dict(
                 zip(keys, (forward[name], backward[name]) if len(keys) == 2 else (forward[name],), strict=True)
             )
         return values | {"offset": parameters.offset}
 
-    def _keys(self, name: str) -> tuple[str, ...]:
+    def keys(self, name: str) -> tuple[str, ...]:
+        """Return what a parameter of the inner model is called here: its name, or one name for each direction."""
         if self.asymmetry and self.inner.variables[name].directional:
             return (f"{name}_pos", f"{name}_neg")
         return (name,)
@@ -179,6 +191,26 @@ def base_of(component: FrictionModel) -> FrictionModel:
     while hasattr(base, "inner"):
         base = base.inner
     return base
+
+
+def by_direction(component: FrictionModel, name: str) -> tuple[str, ...]:
+    """Return what a parameter of the model inside is called: forward and backward apart where they may differ."""
+    layer = _slotted_layer(component)
+    return layer.keys(name) if layer is not None and name in layer.inner.variables else (name,)
+
+
+def directional(component: FrictionModel) -> tuple[str, ...]:
+    """Return the parameters that there is one of for each direction."""
+    layer = _slotted_layer(component)
+    keys = [layer.keys(name) for name in layer.inner.variables] if layer is not None else []
+    return tuple(key for pair in keys if len(pair) > 1 for key in pair)
+
+
+def _slotted_layer(component: FrictionModel) -> SlottedModel | None:
+    layer: Any = component
+    while layer is not None and not isinstance(layer, SlottedModel):
+        layer = getattr(layer, "inner", None)
+    return layer
 
 
 @guarded(component=component("friction"))

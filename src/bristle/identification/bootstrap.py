@@ -30,10 +30,10 @@ from bristle.core.cores import Abreast
 from bristle.core.normal import DEVIATION_OVER_MEDIAN
 from bristle.identification.disturbance import Disturbance, disturbance_of
 from bristle.identification.half_cycles import Groups, scatter_in
+from bristle.identification.parameter_space import Solution
 from bristle.identification.problem import Problem, Replicates
 from bristle.identification.refit import Refit
 from bristle.identification.result import Scatter
-from bristle.identification.solution import Solution
 
 __all__ = ["CERTAIN", "Bootstrap", "ChiSquare", "basic_interval", "bootstrap"]
 

@@ -18,8 +18,8 @@ import numpy as np
 
 from bristle.core.least_squares import unbounded
 from bristle.identification.half_cycles import Groups
+from bristle.identification.parameter_space import Solution
 from bristle.identification.settings import DEFAULT, Settings
-from bristle.identification.solution import Solution
 
 __all__ = ["Covariance", "covariance_of", "is_white", "jackknife_std"]
 

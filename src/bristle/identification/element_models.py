@@ -19,7 +19,7 @@ stiffness :math:`s = \sum k_i`, and the virgin curve between. Both have standard
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -36,15 +36,22 @@ from bristle.friction.variation import HALF_RANGE, is_factor, varied
 from bristle.hysteresis_identification.stops import thresholds_over
 from bristle.hysteresis_identification.weights import NormalEquations
 from bristle.identification.dataset import Dataset, Segment
-from bristle.identification.element_space import DIFFERENCE, ElementSpace
 from bristle.identification.estimation import Context, Estimation
-from bristle.identification.fixed_shape import TOTAL, ShapedModel, further_numbers, in_lists, shaped
+from bristle.identification.fixed_shape import (
+    DIFFERENCE,
+    TOTAL,
+    ElementSpace,
+    ShapedModel,
+    further_numbers,
+    in_lists,
+    shaped,
+)
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Report
-from bristle.identification.parameter_space import LinearSpace
+from bristle.identification.parameter_space import ParameterSpace, Solution
 from bristle.identification.parameters import Fixed, ParameterSet
 from bristle.identification.roles import Role, names_of
-from bristle.identification.solution import Solution
+from bristle.identification.scales import stroke_of
 
 __all__ = ["Elements", "elements_of", "estimate_elements", "of_one_speed"]
 
@@ -82,8 +89,8 @@ def estimate_elements(context: Context, component: FrictionModel, report: Report
     report(1.0)
 
     def residual_without(rows: np.ndarray) -> np.ndarray:
-        there, best = elements.solution(rows)
-        return there.residual(best.values)
+        refitted, best = elements.solution(rows)
+        return refitted.residual(best.values)
 
     view = problem.parameters.component
     assert isinstance(view, ShapedModel)
@@ -104,14 +111,18 @@ def slipping_at(r: float) -> Model:
     return maxwell_slip(F_C=r, k_i=[1.0], nu_i=[1.0], validate=False)
 
 
-class Found(NamedTuple):
-    """Stiffness of each element, factors of the slots, all other free parameters, and what the rows say of each."""
+class Weights(NamedTuple):
+    """Stiffness of each element, factors of the slots, all single parameters, and what the rows say of each."""
 
     stiffness: np.ndarray
     factors: np.ndarray
-    others: dict[str, float]
+    single: dict[str, float]
     columns: np.ndarray
-    rms: float
+
+    @property
+    def linear(self) -> np.ndarray:
+        """What non-negative least squares finds, shape (column,)."""
+        return np.concatenate([self.stiffness, list(self.single.values())])
 
 
 @dataclass(frozen=True)
@@ -138,56 +149,52 @@ class Elements:
     @cached_property
     def thresholds(self) -> np.ndarray:
         """Deflections at which elements slip, shape (element,) [m or rad]."""
-        one = self.dataset
-        reach = 0.5 * max(float(np.ptp(segment.position)) for segment in one.segments)
+        dataset, reach = self.dataset, 0.5 * stroke_of(self.dataset)
         # What never slips cannot be told from a force that rises along the axis.
         reach *= SLIPPING if HALF_RANGE in self.component.variables.values() else 1.0
-        least = max(STEPS_LEAST * one.resolution, NOISE_LEAST * one.noise, reach * 10.0**-DECADES_MOST)
+        least = max(STEPS_LEAST * dataset.resolution, NOISE_LEAST * dataset.noise, reach * 10.0**-DECADES_MOST)
         count = max(COUNT_LEAST, round(PER_DECADE * np.log10(max(reach / least, 1.0))))
         return thresholds_over(reach, count, least)
 
     def solution(self, rows: np.ndarray | slice = slice(None)) -> tuple[InverseDynamics, Solution]:
         """Return the problem with the elements of the best shape, and its solution, from some of the rows."""
-        found = self._best(rows)
-        kept = np.flatnonzero(found.stiffness > 0.0)
-        if kept.size == 0:
+        best = self._best(rows)
+        pressed = np.flatnonzero(best.stiffness > 0.0)
+        if pressed.size == 0:
             raise InputError(
                 "shows no friction that opposes the motion", path="log.effort",
                 mend="Check the sign of the effort and the mass in the axis file",
             )  # fmt: skip
-        stiffness, r = found.stiffness[kept], self.thresholds[kept]
-        view = shaped(self.component, stiffness, stiffness * r)
-        values = found.others | self._told(float(stiffness @ r), found.others) | {TOTAL: float(np.sum(stiffness))}
-        values |= dict(zip(self._factors, found.factors.tolist(), strict=True))
+        stiffness, r = best.stiffness[pressed], self.thresholds[pressed]
+        level, difference = float(stiffness @ r), best.single.get(DIFFERENCE, 0.0)
+        values = best.single | {name: level + sign * difference for name, sign in self._levels.items()}
+        values |= {TOTAL: float(np.sum(stiffness))} | dict(zip(self._factors, best.factors.tolist(), strict=True))
         values = {name: values[name] for name in self.parameters.free}
-        jacobian = self._jacobian(found, kept, r)
-        at_edge = dict.fromkeys(self._at_nothing(found), "smallest")
+        at_edge = self._at_zero(best)
         for name in self._factors:
             if abs(values[name]) > EDGE * FACTOR_MOST:
                 at_edge[name] = "largest" if values[name] > 0.0 else "smallest"
-        space = LinearSpace.of(self.parameters)
-        solution = Solution(space, np.array(list(values.values())), jacobian, at_edge)
-        return InverseDynamics(self.dataset, replace(self.parameters, component=view)), solution
+        space, theta = ParameterSpace.of(self.parameters), np.array(list(values.values()))
+        view = shaped(self.component, stiffness, stiffness * r)
+        problem = InverseDynamics(self.dataset, replace(self.parameters, component=view))
+        return problem, Solution(space, theta, self._jacobian(best, pressed, r), at_edge)
 
     def all_elements(self) -> tuple[InverseDynamics, Solution]:
         """Return the problem with all its elements, and its solution: one stiffness for each of them."""
         best = self._best(slice(None))
-        factors = [self._varying[place + 1] @ self._multiplied(best) for place in range(len(self._factors))]
-        space = ElementSpace(
-            self.thresholds, self._others, self._factors, self._levels, self.parameters.free, self._positive
-        )  # fmt: skip
-        theta = np.concatenate([best.stiffness, list(best.others.values()), best.factors])
-        jacobian = np.column_stack([best.columns, *factors])
-        at_edge = dict.fromkeys(self._at_nothing(best), "smallest")
+        single = {name: 0.0 if name in self._positive else -np.inf for name in (*self._single, *self._factors)}
+        space = ElementSpace.around(self.thresholds, single, self._levels, self.parameters.free)
+        jacobian = np.column_stack([best.columns, *self._by_factor(best).values()])
         problem = InverseDynamics(self.dataset, replace(self.parameters, component=self.component))
-        return problem, Solution(space, theta, jacobian, at_edge)
+        theta = np.concatenate([best.linear, best.factors])
+        return problem, Solution(replace(space, linear=not self._factors), theta, jacobian, self._at_zero(best))
 
     @property
     def _factors(self) -> tuple[str, ...]:
         return tuple(name for name in self.parameters.free if is_factor(self.parameters.variables[name]))
 
     @property
-    def _others(self) -> tuple[str, ...]:
+    def _single(self) -> tuple[str, ...]:
         """The free parameters that count once, whatever the elements do."""
         named = tuple(name for name in self.parameters.free if name not in (*self._levels, TOTAL, *self._factors))
         return (*named, DIFFERENCE) if len(self._levels) > 1 else named
@@ -198,103 +205,94 @@ class Elements:
         names = names_of(Role.LEVEL, self.component.variables)
         return dict(zip(names, (1.0, -1.0) if len(names) > 1 else (0.0,), strict=True))
 
-    def _told(self, level: float, others: Mapping[str, float]) -> dict[str, float]:
-        return {name: level + sign * others.get(DIFFERENCE, 0.0) for name, sign in self._levels.items()}
-
     @property
     def _slotted(self) -> tuple[str, ...]:
         """What slots multiply besides the elements."""
         damping = names_of(Role.VISCOUS, self.component.variables)
-        return tuple(name for name in self._others if name == DIFFERENCE or name in damping)
-
-    def _multiplied(self, found: Found) -> np.ndarray:
-        return np.concatenate([found.stiffness, [found.others[name] for name in self._slotted]])
+        return tuple(name for name in self._single if name == DIFFERENCE or name in damping)
 
     @property
     def _positive(self) -> frozenset[str]:
         """The parameters that count once and are not negative: inertia, stiffness of the plant, damping."""
         variables = self.parameters.variables
-        return frozenset(name for name in self._others if name in variables and variables[name].min >= 0.0)
+        return frozenset(name for name in self._single if name in variables and variables[name].min >= 0.0)
 
-    def _at_nothing(self, found: Found) -> list[str]:
-        return [name for name, value in found.others.items() if value == 0.0 and name in self._positive]
+    def _at_zero(self, weights: Weights) -> dict[str, str]:
+        return {name: "smallest" for name in self._single if weights.single[name] == 0.0 and name in self._positive}
 
-    def _best(self, rows: np.ndarray | slice) -> Found:
-        chosen = self._fitted(rows)
+    def _by_factor(self, weights: Weights) -> dict[str, np.ndarray]:
+        """Return the derivative of the effort of each row by each factor of the slots."""
+        multiplied = np.concatenate([weights.stiffness, [weights.single[name] for name in self._slotted]])
+        return {name: self._varying[place + 1] @ multiplied for place, name in enumerate(self._factors)}
+
+    def _best(self, rows: np.ndarray | slice) -> Weights:
+        fitted = self._fitted(rows)
         if not self._factors:
-            return self._given(np.zeros(0), chosen)
+            return self._for_factors(np.zeros(0), fitted)
         from scipy.optimize import least_squares
 
-        target = self._target[chosen]
+        target = self._target[fitted]
 
         def residual(factors: np.ndarray) -> np.ndarray:
-            found = self._given(factors, chosen)
-            return (found.columns[chosen] @ self._weights(found) - target) / float(np.std(target))
+            weights = self._for_factors(factors, fitted)
+            return (weights.columns[fitted] @ weights.linear - target) / float(np.std(target))
 
         best = least_squares(residual, np.zeros(len(self._factors)), bounds=(-FACTOR_MOST, FACTOR_MOST), x_scale=0.1,
                              max_nfev=EVALUATIONS)  # fmt: skip
-        return self._given(best.x, chosen)
+        return self._for_factors(best.x, fitted)
 
-    def _given(self, factors: np.ndarray, chosen: np.ndarray) -> Found:
-        """Return the best of all else for given factors of the slots."""
-        columns = self._columns(factors)
-        found = NormalEquations.of(columns[chosen], self._target[chosen], constant=False).solve(self._signs)
-        count = self.thresholds.size
-        others = dict(zip(self._others, found.weights[count:].tolist(), strict=True))
-        return Found(found.weights[:count], factors, others, columns, found.rms)
-
-    @staticmethod
-    def _weights(found: Found) -> np.ndarray:
-        return np.concatenate([found.stiffness, list(found.others.values())])
-
-    @property
-    def _signs(self) -> np.ndarray:
-        positive = [name in self._positive for name in self._others]
-        return np.concatenate([np.ones(self.thresholds.size), np.where(positive, 1.0, 0.0)])
+    def _for_factors(self, factors: np.ndarray, fitted: np.ndarray) -> Weights:
+        """Return the best of all else for these factors of the slots."""
+        columns, count = self._columns(factors), self.thresholds.size
+        positive = [float(name in self._positive) for name in self._single]
+        signs = np.concatenate([np.ones(count), positive])
+        weights = NormalEquations.of(columns[fitted], self._target[fitted], constant=False).solve(signs).weights
+        single = dict(zip(self._single, weights[count:].tolist(), strict=True))
+        return Weights(weights[:count], factors, single, columns)
 
     def _columns(self, factors: np.ndarray) -> np.ndarray:
-        """Return the regressor, shape (row, elements and others)."""
+        """Return the regressor, shape (row, elements and single parameters)."""
         varying = self._varying[0] + np.tensordot(factors, self._varying[1:], axes=1)
         count = self.thresholds.size
-        slotted = {name: varying[:, count + place, None] for place, name in enumerate(self._slotted)}
-        return np.hstack([varying[:, :count], *((self._constant | slotted)[name] for name in self._others)])
+        columns = self._constant | {name: varying[:, count + place] for place, name in enumerate(self._slotted)}
+        return np.column_stack([varying[:, :count], *(columns[name] for name in self._single)])
 
     @cached_property
     def _varying(self) -> np.ndarray:
         """What the slots multiply, elements and more: plain, then times each cause; shape (cause, row, column)."""
-        parts = []
-        for one_of_them in (*self.thresholds.tolist(), *self._slotted):
-            forces = [self._answer(one, one_of_them) for one in self.dataset.segments]
-            plain = [self.dataset.filtered(force) for force in forces]
-            caused = [
-                [
-                    self.dataset.filtered(force * self._cause(name, one))
-                    for force, one in zip(forces, self.dataset.segments, strict=True)
-                ]
-                for name in self._factors
-            ]
-            parts.append([self.dataset.rows_of(one) for one in (plain, *caused)])
-        return np.moveaxis(np.array(parts), 0, -1)
+        segments, filtered = self.dataset.segments, self.dataset.filtered
+        causes = [[np.ones(1)] * len(segments)]
+        causes += [[self._cause(name, segment) for segment in segments] for name in self._factors]
+        columns = []
+        for multiplied in (*self.thresholds.tolist(), *self._slotted):
+            forces = [self._answer(segment, multiplied) for segment in segments]
+            columns.append([
+                self.dataset.rows_of([filtered(force * share) for force, share in zip(forces, cause, strict=True)])
+                for cause in causes
+            ])  # fmt: skip
+        return np.moveaxis(np.array(columns), 0, -1)
 
-    def _answer(self, one: Segment, r: float | str) -> np.ndarray:
+    def _answer(self, segment: Segment, multiplied: float | str) -> np.ndarray:
         """Return the deflection of an element along a segment [m or rad], or what else the slots multiply, by name."""
-        if r == DIFFERENCE:
-            return np.ones_like(one.velocity)
-        if isinstance(r, str):
-            return one.answer(self._empty.model(self._empty.unit(TOTAL, r)), self.dataset.sample_time)
-        return one.answer(self.element(r), self.dataset.sample_time)
+        if multiplied == DIFFERENCE:
+            return np.ones_like(segment.velocity)
+        if isinstance(multiplied, str):
+            model = self._empty.model(self._empty.unit(TOTAL, multiplied))
+        else:
+            model = self.element(multiplied)
+        return segment.answer(model, self.dataset.sample_time)
 
-    def _cause(self, name: str, one: Segment) -> np.ndarray:
+    def _cause(self, name: str, segment: Segment) -> np.ndarray:
         """Return what a factor multiplies along a segment, shape (sample,), by the kernels of the slots.
 
         A contact at rest that leans forward with a force of 1 tells the factor of friction wherever it is.
         """
         steady = varied(coulomb, variations_of(self.component))
-        known = {other: fixed.value for other, fixed in self.parameters.fixed.items() if other in steady.variables}
-        values: dict[str, Any] = {"F_C": 1.0, **known, name: SMALL}
+        fixed = {key: fixed.value for key, fixed in self.parameters.fixed.items() if key in steady.variables}
+        values: dict[str, Any] = {"F_C": 1.0, **fixed, name: SMALL}
         contact = steady(validate=False, **values)
-        force = along(contact, np.zeros(one.position.size), self.dataset.sample_time, one.position, **one.surroundings)
-        return (force - 1.0) / SMALL
+        at_rest, dt = np.zeros(segment.position.size), self.dataset.sample_time
+        return (along(contact, at_rest, dt, segment.position, **segment.surroundings) - 1.0) / SMALL
 
     @cached_property
     def _empty(self) -> InverseDynamics:
@@ -305,47 +303,44 @@ class Elements:
 
     @cached_property
     def _constant(self) -> dict[str, np.ndarray]:
-        """The columns that do not depend on the factors, shape (row, 1) each."""
-        return {name: self._column(name)[:, None] for name in self._others if name not in self._slotted}
-
-    def _column(self, name: str) -> np.ndarray:
-        """Return what the model answers to one parameter of 1."""
-        values = self._empty.unit(TOTAL, name)
-        if name in self.parameters.plant.variables:
-            return self._empty.mechanical(values)
-        return self._empty.friction(values)
+        """The columns that do not depend on the factors, shape (row,) each: what the model answers to 1."""
+        plant, columns = self.parameters.plant.variables, {}
+        for name in self._single:
+            if name not in self._slotted:
+                values = self._empty.unit(TOTAL, name)
+                columns[name] = self._empty.mechanical(values) if name in plant else self._empty.friction(values)
+        return columns
 
     @cached_property
     def _target(self) -> np.ndarray:
         """Effort of each row [N or N*m], what the held parameters take left out."""
-        nothing = dict.fromkeys(self.parameters.free, 0.0) | {TOTAL: 1.0}
-        values = self.parameters.complete(nothing)
+        values = self.parameters.complete(dict.fromkeys(self.parameters.free, 0.0) | {TOTAL: 1.0})
         return self.dataset.effort - self._empty.mechanical(values) - self._empty.friction(values)
 
     def _fitted(self, rows: np.ndarray | slice) -> np.ndarray:
         """Return which rows are fitted: those asked for, without the start of each segment."""
-        wanted = np.zeros(self._target.size, dtype=bool)
-        wanted[rows] = True
-        settled = wanted & self._run_in
-        return settled if np.sum(settled) > FITTED_LEAST * np.sum(wanted) else wanted
+        requested = np.zeros(self._target.size, dtype=bool)
+        requested[rows] = True
+        settled = requested & self._run_in
+        return settled if np.sum(settled) > FITTED_LEAST * np.sum(requested) else requested
 
     @cached_property
     def _run_in(self) -> np.ndarray:
         """Which rows come after the motion has been through its range, shape (row,) of bool."""
         marks = []
-        for one in self.dataset.segments:
-            covered = np.maximum.accumulate(one.position) - np.minimum.accumulate(one.position)
+        for segment in self.dataset.segments:
+            covered = np.maximum.accumulate(segment.position) - np.minimum.accumulate(segment.position)
             marks.append(covered > COVERED * covered[-1])
         return self.dataset.sampled(marks)
 
-    def _jacobian(self, found: Found, kept: np.ndarray, r: np.ndarray) -> np.ndarray:
+    def _jacobian(self, weights: Weights, pressed: np.ndarray, r: np.ndarray) -> np.ndarray:
         """Return the derivative of the effort by the free parameters, what the shape of the elements can take left out.
 
         Level and stiffness are two numbers of the forces of all elements; the rest is the shape.
         """
-        elements = found.columns[:, kept]
+        elements = weights.columns[:, pressed]
         named = np.vstack([r, np.ones_like(r)])
-        if kept.size < named.shape[0]:
+        if pressed.size < named.shape[0]:
             named = named[:1]
         by_level = elements @ np.linalg.pinv(named)
         if by_level.shape[1] < 2:
@@ -354,11 +349,10 @@ class Elements:
         *_, directions = np.linalg.svd(named)
         shape = elements @ directions[named.shape[0] :].T
         count, columns = self.thresholds.size, {TOTAL: by_level[:, 1]}
-        columns |= {name: found.columns[:, count + place] for place, name in enumerate(self._others)}
+        columns |= {name: weights.columns[:, count + place] for place, name in enumerate(self._single)}
         for name, sign in self._levels.items():
             # Level and difference are half the sum and half the difference of both.
             columns[name] = (by_level[:, 0] + sign * columns.get(DIFFERENCE, 0.0)) / len(self._levels)
-        weights = self._multiplied(found)
-        columns |= {name: self._varying[place + 1] @ weights for place, name in enumerate(self._factors)}
-        whole = np.stack([columns[name] for name in self.parameters.free], axis=1)
-        return whole - shape @ unbounded(shape, whole) if shape.size else whole
+        columns |= self._by_factor(weights)
+        jacobian = np.stack([columns[name] for name in self.parameters.free], axis=1)
+        return jacobian - shape @ unbounded(shape, jacobian) if shape.size else jacobian

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,15 +13,14 @@ from bristle.core.contracts import FrictionModel, Model
 from bristle.core.diagnostic import Diagnostic
 from bristle.identification.dataset import Dataset
 from bristle.identification.inverse_dynamics import InverseDynamics
-from bristle.identification.least_squares import Search, Sliding
-from bristle.identification.parameters import ParameterSet
+from bristle.identification.least_squares import Report, Search, Sliding, linear
+from bristle.identification.parameter_space import Solution
+from bristle.identification.parameters import ParameterSet, PriorKnowledge, parameters_of
 from bristle.identification.problem import Problem
-from bristle.identification.request import PriorKnowledge, parameters_of
 from bristle.identification.scales import Scales
 from bristle.identification.settings import DEFAULT, Settings
-from bristle.identification.solution import Solution
 
-__all__ = ["Context", "Estimation"]
+__all__ = ["Context", "Estimation", "Estimator", "along_the_motion"]
 
 
 @dataclass(frozen=True)
@@ -41,6 +41,8 @@ class Context:
         Whether the whole range of each parameter is looked at.
     settings : Settings
         The thresholds of what is said of a fit.
+    estimator : callable or None
+        What estimates a model in place of least squares along the measured motion.
     """
 
     dataset: Dataset
@@ -49,6 +51,7 @@ class Context:
     scales: Scales
     everywhere: bool = False
     settings: Settings = DEFAULT
+    estimator: Estimator | None = None
 
     def parameters(self, component: FrictionModel) -> ParameterSet:
         """Return which parameters of a model are free and which are fixed."""
@@ -103,3 +106,20 @@ class Estimation:
     def simulates(self) -> bool:
         """Whether a simulated signal was made small."""
         return self.problem is not self.inverse
+
+
+Estimator = Callable[[Context, FrictionModel, Report], Estimation]
+
+
+def along_the_motion(context: Context, component: FrictionModel, report: Report) -> Estimation:
+    """Return the estimation of least squares along the measured motion."""
+    problem = context.problem(component)
+    if problem.parameters.is_linear:
+        solution, on_rows = linear(problem), partial(linear, problem)
+    else:
+        search = context.search(problem)
+        solution = search.solve(report, everywhere=context.everywhere)
+        on_rows = partial(search.refit, solution.values)
+    return Estimation(
+        problem, solution, problem, (problem, solution), lambda rows: problem.residual(on_rows(rows).values)
+    )

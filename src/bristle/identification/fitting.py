@@ -13,6 +13,7 @@ from bristle.core.held_out import HeldOut
 from bristle.core.interruption import UNFINISHED, obey
 from bristle.core.variable import Kind
 from bristle.engine.checks import finite
+from bristle.friction import base_of
 from bristle.identification.covariance import covariance_of
 from bristle.identification.diagnostics.estimates import Judgement, about_estimates, about_held, combinations_of
 from bristle.identification.diagnostics.excitation import Excitation
@@ -24,11 +25,13 @@ from bristle.identification.diagnostics.residual import (
     about_rise,
     about_treatment,
 )
-from bristle.identification.estimation import Context, Estimation
-from bristle.identification.estimators import Simulation, estimate
+from bristle.identification.element_models import estimate_elements
+from bristle.identification.estimation import Context, Estimation, Estimator, along_the_motion
+from bristle.identification.fixed_shape import ELEMENT_MODELS
 from bristle.identification.least_squares import Report, between
 from bristle.identification.result import Fit, Traces
 from bristle.identification.sliding_friction import with_pitch
+from bristle.identification.stribeck_element_models import estimate_stribeck_elements
 from bristle.identification.validation import held_out_error
 from bristle.simulation.result import relative_error_percent
 
@@ -37,27 +40,17 @@ __all__ = ["fit", "fit_of"]
 ESTIMATED = 0.7  # of the work, where a model is fitted to all of the log
 
 
-def fit(
-    context: Context, component: FrictionModel, simulation: Simulation | None, blocks: int, report: Report
-) -> tuple[Fit, Estimation]:  # fmt: skip
-    """Fit one model, and return how that is done again, too.
+ELEMENTS: dict[FrictionModel, Estimator] = dict(
+    zip(ELEMENT_MODELS, (estimate_elements, estimate_stribeck_elements), strict=True)
+)
+"""Models whose lists are found by variable projection, and how."""
 
-    Parameters
-    ----------
-    context : Context
-        The log and what is known of it.
-    component : FrictionModel
-        The model.
-    simulation : Simulation or None
-        What is simulated; None where the effort along the measured motion is explained.
-    blocks : int
-        Parts of the log that are held out in turn; 0 for none.
-    report : callable
-        Is told the share of the work done.
-    """
+
+def fit(context: Context, component: FrictionModel, blocks: int, report: Report) -> tuple[Fit, Estimation]:
+    """Fit one model, with `blocks` parts of the log held out in turn, and return how that is done again, too."""
     report(0.0)
     context = with_pitch(context, component)
-    estimation = estimate(context, component, simulation, between(report, 0.0, ESTIMATED))
+    estimation = _estimate(context, component, between(report, 0.0, ESTIMATED))
     fit, held_out, unfinished = fit_of(estimation, context), None, estimation.solution.unfinished
     if blocks and not unfinished:
         try:
@@ -69,6 +62,17 @@ def fit(
         report(1.0)
     diagnostics = (*((UNFINISHED,) if unfinished else ()), *fit.diagnostics, *_about_held_out(fit, held_out, context))
     return replace(fit, held_out=held_out, unfinished=unfinished, diagnostics=diagnostics), estimation
+
+
+def _estimate(context: Context, component: FrictionModel, report: Report) -> Estimation:
+    """Return the estimation of one model; `report` is told the share of the work done."""
+    elements = ELEMENTS.get(base_of(component))
+    if elements is None:
+        return (context.estimator or along_the_motion)(context, component, report)
+    if context.estimator is not None:
+        raise InputError("is identified by inverse dynamics only", path="model", value=component.name,
+                         mend="Write --method inverse_dynamics, or ask for dahl or lugre")  # fmt: skip
+    return elements(context, component, report)
 
 
 def _about_held_out(fit: Fit, held_out: HeldOut | None, context: Context) -> tuple[Diagnostic, ...]:

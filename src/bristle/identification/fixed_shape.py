@@ -1,8 +1,11 @@
-"""Elements of a fixed shape, as one friction model with two numbers: its level and its stiffness."""
+"""Elements that slip as a few numbers: a model of fixed shape, and the coordinates in which they are fitted again.
+
+The model has two numbers, its level and its stiffness. The coordinates are one stiffness for each element and all else.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,12 +16,24 @@ from bristle.core.lazy import cached_property
 from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable
 from bristle.friction import gms, maxwell_slip
+from bristle.identification.parameter_space import ParameterSpace
 
-__all__ = ["ARRAYS", "ELEMENT_MODELS", "TOTAL", "ShapedModel", "further_numbers", "in_lists", "shaped"]
+__all__ = [
+    "DIFFERENCE",
+    "ELEMENT_MODELS",
+    "TOTAL",
+    "ElementSpace",
+    "ShapedModel",
+    "further_numbers",
+    "in_lists",
+    "shaped",
+]
 
 ARRAYS = ("k_i", "nu_i")  # stiffness and share of each element
 TOTAL = "s"  # the stiffness of all elements together
 ELEMENT_MODELS = (maxwell_slip, gms)
+CURVE = 12  # displacements at which the virgin curve has intervals
+DIFFERENCE = "difference"  # half of it, between the levels forward and backward
 STIFFNESS = Variable(
     "force/length", "stiffness after a reversal, of all elements", min=1e-9, nominal=1e6, excitation="presliding"
 )
@@ -42,13 +57,13 @@ class ShapedModel(FrictionModel):
     @cached_property
     def variables(self) -> ReadOnly[str, Variable]:
         """Each parameter that a person sets, the stiffness in place of the lists."""
-        found: dict[str, Variable] = {}
+        variables: dict[str, Variable] = {}
         for name, variable in self.inner.variables.items():
             if name == ARRAYS[0]:
-                found[TOTAL] = STIFFNESS
+                variables[TOTAL] = STIFFNESS
             elif name not in ARRAYS:
-                found[name] = variable
-        return ReadOnly(found)
+                variables[name] = variable
+        return ReadOnly(variables)
 
     @property
     def defaults(self) -> dict[str, Any]:
@@ -70,8 +85,8 @@ class ShapedModel(FrictionModel):
     def lists(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Return the values of the model with its lists."""
         stiffness, shares = (np.array(part) for part in self.shape)
-        given = {name: value for name, value in values.items() if name in self.inner.variables}
-        return given | dict(zip(ARRAYS, (values[TOTAL] * stiffness, shares), strict=True))
+        inner = {name: value for name, value in values.items() if name in self.inner.variables}
+        return inner | dict(zip(ARRAYS, (values[TOTAL] * stiffness, shares), strict=True))
 
     def finished(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Return values with the lists in place of the stiffness, whatever else there is among them."""
@@ -79,8 +94,8 @@ class ShapedModel(FrictionModel):
 
     def values(self, parameters: Any) -> dict[str, Any]:
         """Return the values that a person sets, from what kernels receive."""
-        whole = self.inner.values(parameters)
-        return {name: float(np.sum(whole[ARRAYS[0]])) if name == TOTAL else whole[name] for name in self.variables}
+        values = self.inner.values(parameters)
+        return {name: float(np.sum(values[ARRAYS[0]])) if name == TOTAL else values[name] for name in self.variables}
 
 
 def shaped(model: FrictionModel, stiffness: np.ndarray, levels: np.ndarray) -> ShapedModel:
@@ -121,3 +136,63 @@ def in_lists(friction: Model) -> Model:
 def further_numbers(model: ShapedModel) -> int:
     """Return how many free numbers the elements are, besides their level and their stiffness."""
     return max(len(model.shape[0]) - 2, 0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ElementSpace(ParameterSpace):
+    """One stiffness for each element, then the other free parameters.
+
+    Parameters
+    ----------
+    thresholds : ndarray, shape (element,)
+        Deflections at which elements slip [m or rad].
+    levels : mapping of str to float
+        The parameters that tell the level of the elements, and the sign of the difference in each.
+    rest : tuple of str
+        All other free parameters, as they are reported.
+    """
+
+    thresholds: np.ndarray
+    levels: Mapping[str, float]
+    rest: tuple[str, ...]
+
+    @classmethod
+    def around(
+        cls, thresholds: np.ndarray, single: Mapping[str, float], levels: Mapping[str, float], free: Sequence[str]
+    ) -> ElementSpace:
+        """Return the space of elements, and of what counts once whatever the elements do, with lower bounds."""
+        names = (*(f"k_{number}" for number in range(thresholds.size)), *single)
+        return cls(
+            names, np.array([*np.zeros(thresholds.size), *single.values()]), np.full(len(names), np.inf),
+            curve=tuple(np.geomspace(thresholds[0], thresholds[-1], CURVE).tolist()), thresholds=thresholds,
+            levels=levels, rest=tuple(name for name in free if name not in (*levels, TOTAL)),
+        )  # fmt: skip
+
+    @property
+    def reported(self) -> tuple[str, ...]:
+        """The level, the stiffness, then all else."""
+        return (*self.levels, TOTAL, *self.rest)
+
+    def values(self, theta: np.ndarray) -> dict[str, Any]:
+        """Return what the model takes [SI]; an element without force still has its threshold."""
+        r = self.thresholds
+        stiffness = np.maximum(theta[: r.size], 1e-12 * np.sum(theta[: r.size]))
+        level = float(stiffness @ r)
+        rest = dict(zip(self.names[r.size :], theta[r.size :].tolist(), strict=True))
+        difference = rest.pop(DIFFERENCE, 0.0)
+        levels = {name: level + sign * difference for name, sign in self.levels.items()}
+        return dict(zip(ARRAYS, (stiffness, stiffness * r / level), strict=True)) | levels | rest
+
+    def derivative(self, theta: np.ndarray) -> np.ndarray:
+        """Return the derivative of what is reported, shape (reported, coordinate)."""
+        r, names = self.thresholds, self.names
+        first = np.zeros((len(self.levels) + 1, len(names)))
+        first[:-1, : r.size], first[-1, : r.size] = r, 1.0
+        if DIFFERENCE in names:
+            first[:-1, names.index(DIFFERENCE)] = list(self.levels.values())
+        return np.vstack([first, np.eye(len(names))[[names.index(name) for name in self.rest]]])
+
+    def numbers(self, theta: np.ndarray) -> np.ndarray:
+        """Return what is reported [SI], and the virgin curve."""
+        reach = np.minimum.outer(np.array(self.curve), self.thresholds)
+        return np.concatenate([self.derivative(theta) @ theta, reach @ theta[: self.thresholds.size]])

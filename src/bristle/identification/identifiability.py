@@ -20,10 +20,10 @@ from bristle.core.cores import Abreast
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import unbounded
+from bristle.identification.parameter_space import Solution
 from bristle.identification.problem import Problem
 from bristle.identification.refit import Refit
 from bristle.identification.settings import Settings
-from bristle.identification.solution import Solution
 
 __all__ = ["Unidentifiable", "unidentifiable"]
 

@@ -22,21 +22,21 @@ from bristle.core.cores import cores_for_simulations
 from bristle.core.edge import FLAG, NAMES, PROGRESS, among, guarded, instance, optional, whole
 from bristle.core.errors import InputError
 from bristle.core.interruption import obey
+from bristle.files.given import logs_and_axes
 from bristle.identification.dataset import Dataset
 from bristle.identification.estimation import Context, Estimation
-from bristle.identification.estimators import Simulation
 from bristle.identification.fitting import fit
-from bristle.identification.inputs import logs_and_axes, treatment_of
 from bristle.identification.least_squares import Report
 from bristle.identification.merging import treat_all
-from bristle.identification.output_error import loop_error
+from bristle.identification.output_error import Simulation, loop_of
+from bristle.identification.parameters import PriorKnowledge
 from bristle.identification.request import (
     METHODS,
-    PriorKnowledge,
     freed,
     models_of,
     prior_knowledge_of,
     settings_of,
+    treatment_of,
     with_method,
 )
 from bristle.identification.result import Fit, Identification
@@ -120,16 +120,16 @@ def identify(
         If the log or the axis does not serve, or there is no such model.
 
     """
-    given = with_method(logs_and_axes(log, axis), method, global_search)
-    chosen = settings_of(given[0][1], settings)
+    pairs = with_method(logs_and_axes(log, axis), method, global_search)
+    chosen = settings_of(pairs[0][1], settings)
     components = models_of(model)
-    _refuse_without_effort([log for log, _ in given])
-    (first_log, first_axis), kind = given[0], given[0][0].kind
+    _refuse_without_effort([log for log, _ in pairs])
+    (first_log, first_axis), kind = pairs[0], pairs[0][0].kind
     prior = replace(prior_knowledge_of(first_axis, mass, offset, kind), free=freed(free, components))
-    context, simulation = _context(given, prior, chosen, *treatment_of(cutoff, decimation, kind))
+    context = _context(pairs, prior, chosen, *treatment_of(cutoff, decimation, kind))
     count, held_out = len(components) + bool(draws), blocks_for(context.dataset, blocks, chosen)
-    fits, estimations, left_out = _fits(context, simulation, components, held_out, partial(_share, progress, count))
-    best, *others = (replace(fit, rank=rank) for rank, fit in enumerate(with_information(in_order(fits, chosen)), 1))
+    fits, estimations, left_out = _fits(context, components, held_out, partial(_share, progress, count))
+    best, *rest = (replace(fit, rank=rank) for rank, fit in enumerate(with_information(in_order(fits, chosen)), 1))
     if blocks is None and not held_out:
         best = replace(best, diagnostics=(TOO_SHORT, *best.diagnostics))
     unfinished = _unfinished(fits, [component.name for component in components if component.name not in left_out])
@@ -137,25 +137,26 @@ def identify(
         report = _share(progress, count, len(components), f"fitting {best.name} to simulated logs")
         best, unfinished = _with_uncertainty(best, estimations[best.name], draws, chosen, report)
     return Identification(
-        (best, *others), first_log, _treatment(context.dataset, best), tuple(log for log, _ in given[1:]), unfinished,
+        (best, *rest), first_log, _treatment(context.dataset, best), tuple(log for log, _ in pairs[1:]), unfinished,
         context.dataset.break_aways(best.plant, offset_of(best.friction.component.variables, best.friction.values)),
         left_out, chosen,
     )  # fmt: skip
 
 
 def _context(
-    given: Sequence[tuple[Log, Axis | None]], prior: PriorKnowledge, settings: Settings, cutoff: float | None,
+    pairs: Sequence[tuple[Log, Axis | None]], prior: PriorKnowledge, settings: Settings, cutoff: float | None,
     decimation: int | None,
-) -> tuple[Context, Simulation | None]:  # fmt: skip
-    """Return what the fits of all models to some logs share, and what is simulated for them, if anything is."""
-    logs, axes = [log for log, _ in given], [axis for _, axis in given]
-    simulation, treated = None, logs
-    if any(axis is not None and axis.method == "output_error" for axis in axes):
-        simulation = Simulation(logs, axes, loop_error(logs, axes))
-        treated = [simulation.error.seen(log, axis) for log, axis in given]
-    everywhere = any(axis is not None and axis.global_search for axis in axes)
+) -> Context:  # fmt: skip
+    """Return what the fits of all models to some logs share."""
+    logs, axes = [log for log, _ in pairs], [axis for _, axis in pairs]
+    described = [axis or Axis(kind=log.kind) for log, axis in pairs]
+    estimator, treated = None, logs
+    if any(axis.method == "output_error" for axis in described):
+        estimator = Simulation(logs, described, loop_of(logs, axes))
+        treated = estimator.excerpts
+    everywhere = any(axis.global_search for axis in described)
     dataset = treat_all(treated, axes, cutoff, decimation)
-    return context_of(dataset, prior, everywhere=everywhere, settings=settings), simulation
+    return replace(context_of(dataset, prior, everywhere=everywhere, settings=settings), estimator=estimator)
 
 
 def _with_uncertainty(
@@ -170,7 +171,7 @@ def _with_uncertainty(
 
 
 def _fits(
-    context: Context, simulation: Simulation | None, components: Sequence[FrictionModel], blocks: int,
+    context: Context, components: Sequence[FrictionModel], blocks: int,
     share: Callable[[int, str], Report],
 ) -> tuple[list[Fit], dict[str, Estimation], dict[str, str]]:  # fmt: skip
     """Return the fits of several models, as many as a person waits for, and why others cannot be compared."""
@@ -179,7 +180,7 @@ def _fits(
     left_out: dict[str, InputError] = {}
     for number, component in enumerate(components):
         try:
-            done, estimation = fit(context, component, simulation, blocks, share(number, f"fitting {component.name}"))
+            model_fit, estimation = fit(context, component, blocks, share(number, f"fitting {component.name}"))
         except InputError as error:
             if error.path != "model":
                 raise
@@ -188,9 +189,9 @@ def _fits(
         except KeyboardInterrupt as error:
             obey(error, anything=bool(fits))
             break
-        fits.append(done)
-        estimations[done.name] = estimation
-        if done.unfinished:
+        fits.append(model_fit)
+        estimations[model_fit.name] = estimation
+        if model_fit.unfinished:
             break
     if left_out and not fits:
         raise next(iter(left_out.values()))
@@ -198,7 +199,7 @@ def _fits(
 
 
 def _treatment(dataset: Dataset, best: Fit) -> dict[str, float]:
-    found = {
+    treatment = {
         "cutoff": dataset.cutoff,
         "decimation": float(dataset.decimation),
         "dropped": float(dataset.dropped),
@@ -206,28 +207,28 @@ def _treatment(dataset: Dataset, best: Fit) -> dict[str, float]:
         "rest_percent": 100.0 * dataset.rest_share,
         "velocity_max": float(np.max(np.abs(dataset.velocity))),
     }
-    found |= {"delay": dataset.delay} if dataset.delay else {}
-    return found | ({"lag": best.lag} if best.lag is not None else {})
+    treatment |= {"delay": dataset.delay} if dataset.delay else {}
+    return treatment | ({"lag": best.lag} if best.lag is not None else {})
 
 
 def _refuse_without_effort(logs: Sequence[Log]) -> None:
-    for one in logs:
-        if one.effort is None:
-            raise InputError("has no effort, which inverse dynamics needs", path=f"log {one.source.name}".strip(),
+    for log in logs:
+        if log.effort is None:
+            raise InputError("has no effort, which inverse dynamics needs", path=f"log {log.source.name}".strip(),
                              mend="Name the column of force, torque or current in the axis file")  # fmt: skip
 
 
-def _unfinished(fits: Sequence[Fit], asked: Sequence[str]) -> str:
+def _unfinished(fits: Sequence[Fit], names: Sequence[str]) -> str:
     """Return what was interrupted, in words; nothing where all was done."""
-    missing = asked[len(fits) :]
-    said = [f"{fit.name} is the best found until then" for fit in fits if fit.unfinished]
-    said += [f"{', '.join(missing)} {'was' if len(missing) == 1 else 'were'} not fitted"] if missing else []
-    return f"interrupted: {'; '.join(said)}" if said else ""
+    missing = names[len(fits) :]
+    remarks = [f"{fit.name} is the best found until then" for fit in fits if fit.unfinished]
+    remarks += [f"{', '.join(missing)} {'was' if len(missing) == 1 else 'were'} not fitted"] if missing else []
+    return f"interrupted: {'; '.join(remarks)}" if remarks else ""
 
 
-def _share(progress: Progress | None, count: int, number: int, what: str) -> Report:
+def _share(progress: Progress | None, count: int, number: int, task: str) -> Report:
     def report(share: float, remark: str = "") -> None:
         if progress is not None:
-            progress((number + share) / count, f"{what}{remark and f', {remark}'}")
+            progress((number + share) / count, f"{task}{remark and f', {remark}'}")
 
     return report

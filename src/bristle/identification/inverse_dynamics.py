@@ -18,7 +18,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
 import numpy as np
 
@@ -57,8 +56,8 @@ class InverseDynamics:
     parameters: ParameterSet
     contacts: tuple[float | None, ...] | None = None
 
-    is_effort: ClassVar[bool] = True
-    intervals_code: ClassVar[str] = "intervals"
+    is_effort = True
+    intervals_code = "intervals"
 
     def friction(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the friction force of each row [N or N*m], of the model run along the recorded motion."""
@@ -84,11 +83,11 @@ class InverseDynamics:
         change = (self.residual(free) - replace(self, contacts=moved).residual(free))[rows]
         segment, projected = self.dataset.segment_of_row[rows], columns.copy()
         for number, contact in enumerate(self.contacts):
-            there = segment == number
-            direction = change[there]
+            within = segment == number
+            direction = change[within]
             length = float(direction @ direction)
             if contact is not None and abs(contact) < 1.0 and length > 0.0:
-                projected[there] -= np.outer(direction, direction @ columns[there]) / length
+                projected[within] -= np.outer(direction, direction @ columns[within]) / length
         return projected
 
     def model(self, values: Mapping[str, float]) -> Model:
@@ -202,9 +201,9 @@ class InverseDynamics:
         log = self.dataset.log_of_row
         if log[0] != log[-1]:
             return "logs", [Fold(log == number, log != number, log == number) for number in np.unique(log)]
-        if blocks > (room := room_for_blocks(self.dataset, settings)):
+        if blocks > (most := room_for_blocks(self.dataset, settings)):
             raise InputError(
                 "are too many for this log", path="blocks", value=blocks,
-                allowed=f"2 to {max(room, 2)}, or 0 for no comparison on held-out blocks",
+                allowed=f"2 to {max(most, 2)}, or 0 for no comparison on held-out blocks",
             )  # fmt: skip
         return self.folds(blocks)

@@ -1,6 +1,7 @@
 """Least squares for the parameters of one problem: linear, or by bounded descents from several starts.
 
-Descents are those of scipy (trust region reflective), with Jacobians by differences on all cores.
+Descents are those of scipy (trust region reflective), with Jacobians by differences that are taken here: on all cores,
+never beyond an upper bound, and with steps that the events of a simulation do not disturb.
 """
 
 from __future__ import annotations
@@ -8,24 +9,23 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from bristle.core.cores import abreast
 from bristle.core.interruption import BestSoFar, obey
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import bounded, unbounded
 from bristle.core.variable import Variable
-from bristle.identification.differences import STEP, Differences, abreast
 from bristle.identification.global_search import EVOLUTION_SEED, box_of, evolved
 from bristle.identification.inverse_dynamics import InverseDynamics
-from bristle.identification.parameter_space import LinearSpace, Transform, TransformedSpace
+from bristle.identification.parameter_space import ParameterSpace, Solution, Transform, TransformedSpace
 from bristle.identification.problem import InBatches, Problem
 from bristle.identification.scales import Scales
-from bristle.identification.solution import Solution
 
-__all__ = ["EVALUATIONS", "Report", "Search", "Sliding", "between", "linear", "silent"]
+__all__ = ["EVALUATIONS", "Differences", "Report", "Search", "Sliding", "between", "linear", "silent"]
 
 CANDIDATES = 24
 STARTS = 3
@@ -33,6 +33,7 @@ EVALUATIONS = 60
 SEED = 20_240_229
 STARTS_SHARE = 0.3  # of the work, where the whole range is looked at too
 FAR = 1e6  # times a typical residual: a model that left the finite numbers, or nearly
+STEP = 1e-5  # of a coordinate, or of 1: a stick or a reversal that moves by a step of the integration is far below
 DIFFERENCE = float(np.sqrt(np.finfo(float).eps))  # of a coordinate, for a derivative
 SIMULATED = 1e-7  # relative change of the cost that ends a search whose differences are coarse
 HELD_OUT = 1e-6  # the same, of a search on some rows: errors on the others are told to a thousandth
@@ -63,10 +64,10 @@ def between(report: Report, low: float, high: float) -> Report:
 class Sliding(NamedTuple):
     """Coulomb and viscous friction of a log with its plant, as a linear fit finds them [SI].
 
-    `known` are the parameters of the plant and the offset by name.
+    `values` are the parameters of the plant and the offset by name.
     """
 
-    known: Mapping[str, float]
+    values: Mapping[str, float]
     coulomb: float
     viscous: float
 
@@ -81,7 +82,7 @@ def linear(problem: InverseDynamics, rows: np.ndarray | slice = slice(None)) -> 
     rows : ndarray or slice
         The rows to use.
     """
-    space = LinearSpace.of(problem.parameters)
+    space = ParameterSpace.of(problem.parameters)
     columns = problem.columns[rows]
     target = (problem.dataset.effort - problem.fixed_effort)[rows]
     scale = np.linalg.norm(columns, axis=0)
@@ -93,6 +94,41 @@ def linear(problem: InverseDynamics, rows: np.ndarray | slice = slice(None)) -> 
         sides = zip(space.names, active, strict=True)
         at_edge = {name: "smallest" if side < 0 else "largest" for name, side in sides if side}
     return Solution(space, theta, columns, at_edge)
+
+
+@dataclass
+class Differences:
+    """A residual whose last value is remembered, with its Jacobian.
+
+    Parameters
+    ----------
+    residuals : callable
+        Returns the residual at each of several coordinates, shape (row,) each.
+    high : ndarray, shape (coordinate,)
+        Upper bounds, beyond which no difference is taken.
+    step : float
+        Of a coordinate, or of 1.
+    """
+
+    residuals: Callable[[Sequence[np.ndarray]], Sequence[np.ndarray]]
+    high: np.ndarray
+    step: float = STEP
+    _at: np.ndarray | None = None
+    _last: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+    def __call__(self, x: np.ndarray) -> np.ndarray:
+        """Return the residual."""
+        if self._at is None or not np.array_equal(x, self._at):
+            self._last, self._at = self.residuals([x])[0], x.copy()
+        return self._last
+
+    def jacobian(self, x: np.ndarray) -> np.ndarray:
+        """Return the derivative of the residual, shape (row, coordinate)."""
+        start = self(x)
+        steps = self.step * np.maximum(1.0, np.abs(x))
+        beside = x + np.diag(np.where(x + steps > self.high, -steps, steps))
+        columns = zip(self.residuals(list(beside)), beside.diagonal() - x, strict=True)
+        return np.stack([(residual - start) / step for residual, step in columns], axis=1)
 
 
 @dataclass(frozen=True)
@@ -122,7 +158,7 @@ class Search:
     @cached_property
     def space(self) -> TransformedSpace:
         """The coordinates in which the parameters are sought."""
-        return TransformedSpace.of(self.problem.parameters, self.scales)
+        return TransformedSpace.within(self.problem.parameters, self.scales)
 
     def solve(self, report: Report = silent, *, everywhere: bool = False) -> Solution:
         """Return the best solution from several starts; `report` is told the share of the work done.
@@ -156,7 +192,7 @@ class Search:
     def _from_several(self, best: BestSoFar, report: Report) -> None:
         rng = np.random.default_rng(SEED)
         candidates = [self._start(rng) for _ in range(CANDIDATES)]
-        costs = [float(np.sum(self._residual(theta) ** 2)) for theta in candidates]
+        costs = [2.0 * self.cost_at(theta) for theta in candidates]
         for number, index in enumerate(np.argsort(costs)[:STARTS]):
             report((number + 0.3) / (STARTS + 0.3), f"best so far {self.percent(best.cost):.3g} %" if number else "")
             # A start that comes to where another one ended would end there, too.
@@ -188,10 +224,10 @@ class Search:
     ) -> np.ndarray:
         """Return the best place in the whole range of each parameter, without a descent; `theta` is one of them."""
 
-        def told(share: float) -> None:
+        def report_best(share: float) -> None:
             report(share, f"looking everywhere, best so far {self.percent(best.cost):.3g} %")
 
-        return evolved(self.costs_at, box_of(self.space.transforms, theta), theta, best, told, seed)
+        return evolved(self.costs_at, box_of(self.space.transforms, theta), theta, best, report_best, seed)
 
     def cost_at(self, theta: np.ndarray) -> float:
         """Return half the sum of squares at some coordinates."""
@@ -201,12 +237,10 @@ class Search:
         """Return half the sum of squares at each of several coordinates."""
         return [0.5 * float(residual @ residual) for residual in self._residuals(thetas)]
 
-    def _residual(self, theta: np.ndarray) -> np.ndarray:
-        return self._residuals([theta])[0]
-
     def _residuals(
         self, thetas: Sequence[np.ndarray], rows: np.ndarray | slice = slice(None), problem: Problem | None = None
     ) -> list[np.ndarray]:
+        """Return the residual over its unit at each of several coordinates, finite wherever a model went."""
         chosen = problem or self.problem
         together = chosen.residuals if isinstance(chosen, InBatches) else abreast(chosen.residual)
         with np.errstate(over="ignore", invalid="ignore"):
@@ -254,8 +288,8 @@ class Search:
         def jacobian(x: np.ndarray) -> np.ndarray:
             values = self.space.values(x)
             near = self.problem.near(values)
-            there = Differences(lambda several: self._residuals(several, rows, near), self.space.high, DIFFERENCE)
-            return near.without_found(there.jacobian(x), values, rows)
+            differences = Differences(lambda several: self._residuals(several, rows, near), self.space.high, DIFFERENCE)
+            return near.without_found(differences.jacobian(x), values, rows)
 
         return jacobian
 
@@ -279,10 +313,10 @@ class Search:
         return self.space.theta(values)
 
     def _draw(self, transform: Transform, variable: Variable, rng: np.random.Generator) -> float:
-        if transform.name in self.sliding.known:
-            known = self.sliding.known[transform.name]
+        if transform.name in self.sliding.values:
+            value = self.sliding.values[transform.name]
             # Friction in front of its first slip is stiff too: both share what the log shows.
-            return known * rng.uniform(0.2, 1.0) if variable.quantity == "force/length" else known
+            return value * rng.uniform(0.2, 1.0) if variable.quantity == "force/length" else value
         if variable.excitation in ("place", "load", "temperature"):
             return 0.0
         if transform.form == "excess":

@@ -10,45 +10,53 @@ the parameters as it does in inverse dynamics.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar, Self
+from typing import Self
 
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.core.contracts import Model
+from bristle.core.contracts import FrictionModel, Model
+from bristle.core.cores import abreast
+from bristle.core.diagnostic import Diagnostic
 from bristle.core.errors import InputError
+from bristle.core.interruption import BestSoFar
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
-from bristle.friction import is_static
 from bristle.identification.dataset import Dataset
-from bristle.identification.differences import abreast
 from bristle.identification.disturbance import scaled
+from bristle.identification.estimation import Context, Estimation
 from bristle.identification.half_cycles import NUDGE, Groups, least_way
 from bristle.identification.inverse_dynamics import InverseDynamics
-from bristle.identification.outputs import LAG, Effort, Output, Position
+from bristle.identification.least_squares import Report, Search, between, linear
+from bristle.identification.outputs import LAG, Effort, Output, Position, slices_of
+from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import ParameterSet
 from bristle.identification.problem import Fold
+from bristle.identification.refit import Refit
 from bristle.identification.replicates import SignalReplicates
 from bristle.identification.settings import Settings
 from bristle.identification.time_blocks import TIME
 from bristle.logs.log import Log
 from bristle.logs.segmentation import half_cycle_numbers, reversals, turns_apart
-from bristle.simulation.recorded.closed_loop import closed_loop_of
-from bristle.simulation.recorded.open_loop import FINE, open_loop_of
 from bristle.simulation.result import relative_error_percent
 
-__all__ = ["ClosedLoopError", "OpenLoopError", "OutputError", "loop_error"]
+__all__ = ["OutputError", "Simulation", "loop_of"]
 
-COARSE = 4  # steps for one sample of an open loop, on the way
+AWAY = 0.3  # standard deviation of the logarithm by which further starts are away from the first
+FURTHER_STARTS = 2
+FIRST_EVALUATIONS, LAST_EVALUATIONS = 40, 12
+LAG_AT_FIRST = 0.2  # samples
+EVERYWHERE = 0.7  # of the work, where the whole range is looked at
+SEED = 7_110_601
+START = 0.25  # of the work, which finds where a simulation begins
 EXPLORED = 12_000  # samples of all logs, which are enough to see whether a place is worth a closer look
 LAG_MOST = 20.0  # samples
 
 
 @dataclass(frozen=True)
-class OutputError(ABC):
+class OutputError:
     """The error of a simulation as a least-squares problem.
 
     Parameters
@@ -62,26 +70,33 @@ class OutputError(ABC):
     inverse: InverseDynamics
     outputs: tuple[Output, ...]
 
-    signal: ClassVar[str]
-    code: ClassVar[str]
-    intervals_code: ClassVar[str]
-    is_effort: ClassVar[bool]
-    away_evaluations: ClassVar[int]
-
     @classmethod
-    @abstractmethod
-    def of(cls, inverse: InverseDynamics, logs: Sequence[Log], axes: Sequence[Axis | None]) -> Self:
-        """Return the problem of several logs, simulated as quickly as a search on the way to its end may."""
-        ...
+    def of(
+        cls, loop: type[Output], inverse: InverseDynamics, logs: Sequence[Log], axes: Sequence[Axis], *,
+        fine: bool = False,
+    ) -> Self:  # fmt: skip
+        """Return the problem of several logs: simulated quickly, or as finely as the end of a search asks for."""
+        if any(axis.seeks_lag for axis in axes):
+            inverse = replace(inverse, parameters=_with_lag(inverse.parameters, logs[0].sample_time))
+        pairs = zip(logs, axes, strict=True)
+        return cls(
+            inverse, tuple(loop.of(log, axis, part, fine=fine) for log, axis in pairs for part in slices_of(log))
+        )
 
-    @staticmethod
-    def seen(log: Log, axis: Axis | None) -> Log:
-        """Return what of a log inverse dynamics is to look at for a start."""
-        return log
+    @property
+    def loop(self) -> type[Output]:
+        """What is simulated."""
+        return type(self.outputs[0])
 
-    def at_last(self, logs: Sequence[Log], axes: Sequence[Axis | None]) -> Self:
-        """Return the problem as the end of a search asks for it: itself, where it is as accurate from the start."""
-        return self
+    @property
+    def is_effort(self) -> bool:
+        """Whether the signal is an effort."""
+        return self.loop.is_effort
+
+    @property
+    def intervals_code(self) -> str:
+        """Code of the diagnostic of the intervals."""
+        return self.loop.intervals_code
 
     @property
     def rough(self) -> Self:
@@ -130,6 +145,14 @@ class OutputError(ABC):
         """Return measured minus simulated signal of each sample, from the free parameters."""
         return self.measured - self.simulated(self.parameters.complete(free))
 
+    def residuals(self, several: Sequence[Mapping[str, float]]) -> list[np.ndarray]:
+        """Return what `residual` does, for each of several sets of free parameters: short open loops as one batch."""
+        if len(several) == 1 or not all(output.in_batches(self.parameters.plant) for output in self.outputs):
+            return abreast(self.residual)(several)
+        values = [self.parameters.complete(free) for free in several]
+        plants, frictions = ([part(each) for each in values] for part in (self.inverse.plant, self.inverse.model))
+        return list(self.measured - np.hstack([output.all_simulated(plants, frictions) for output in self.outputs]))
+
     def effort_residual(self, free: Mapping[str, float], residual: np.ndarray) -> np.ndarray:
         """Return measured minus predicted effort along the measured motion, of each row of the data set [N or N*m]."""
         return self.inverse.residual(free)
@@ -143,8 +166,8 @@ class OutputError(ABC):
         """Return the errors of a fit that its solution made small, and the lag of the drive where that was sought."""
         residual, measured = self.residual(free), self.measured
         errors = {
-            f"{self.signal}_error_percent": relative_error_percent(measured, measured - residual),
-            f"{self.signal}_rmse": float(np.sqrt(np.mean(residual**2))),
+            f"{self.loop.signal}_error_percent": relative_error_percent(measured, measured - residual),
+            f"{self.loop.signal}_rmse": float(np.sqrt(np.mean(residual**2))),
         }
         return errors | ({LAG: free[LAG]} if LAG in free else {})
 
@@ -158,8 +181,8 @@ class OutputError(ABC):
         least = least_way(self.dataset.resolution, self.dataset.noise)
         positions = [output.position for output in self.outputs]
         # The step from a sample to the next one has the number of the first: there the motion turns.
-        turns = [turns_apart(one, reversals(np.diff(one)).tolist(), least) for one in positions]
-        return Groups(np.concatenate(half_cycle_numbers(turns, [one.size for one in positions])))
+        turns = [turns_apart(position, reversals(np.diff(position)).tolist(), least) for position in positions]
+        return Groups(np.concatenate(half_cycle_numbers(turns, [position.size for position in positions])))
 
     def friction_slope(self, values: Mapping[str, float]) -> np.ndarray:
         """Return by how much the signal of each sample rises with the level of friction, shape (sample,)."""
@@ -171,8 +194,8 @@ class OutputError(ABC):
         return SignalReplicates(self, values, slope, residual)
 
     def refits_linearly(self, friction: Model) -> bool:
-        """Return whether a fit to a replicate is taken for linear: that of friction without pre-sliding."""
-        return is_static(friction)
+        """Return whether a fit to a replicate may be taken for linear around the solution."""
+        return self.loop.refits_linearly(friction)
 
     def folds(self, count: int) -> tuple[str, list[Fold]]:
         """Return the logs where there are several, else parts of one: `count` of its period, if it repeats itself.
@@ -191,93 +214,14 @@ class OutputError(ABC):
             begin, period = rows.segments[0].time[0], output.period * rows.sample_time
             of_row = np.floor((rows.time - begin) / period % 1.0 * count).astype(int)
             name = TIME
-        every = np.ones(rows.effort.size, dtype=bool)
+        all_rows = np.ones(rows.effort.size, dtype=bool)
         return name, [
-            Fold(of_sample == k, of_sample != k, every if of_row is None else of_row == k) for k in range(count)
+            Fold(of_sample == k, of_sample != k, all_rows if of_row is None else of_row == k) for k in range(count)
         ]
 
     def parts_of(self, blocks: int, settings: Settings) -> tuple[str, list[Fold]]:
         """Return the logs where there are several, else so many parts of one."""
         return self.folds(blocks)
-
-
-@dataclass(frozen=True)
-class OpenLoopError(OutputError):
-    """The position that the recorded effort makes."""
-
-    signal = "position"
-    code = "output-error-open"
-    intervals_code = "intervals-motion"
-    is_effort = False
-    away_evaluations = 15
-
-    @classmethod
-    def of(
-        cls, inverse: InverseDynamics, logs: Sequence[Log], axes: Sequence[Axis | None], steps: int = COARSE
-    ) -> OpenLoopError:
-        """Return the problem of several logs, integrated with so many steps for one sample."""
-        outputs = tuple(
-            Position(open_loop_of(log, axis or Axis(kind=log.kind), part, steps), log.position.values[part])
-            for log, axis in zip(logs, axes, strict=True)
-            for part in log.segments or (slice(0, len(log)),)
-        )
-        return cls(inverse, outputs)
-
-    @staticmethod
-    def seen(log: Log, axis: Axis | None) -> Log:
-        """Return a log without what only repeats its first period."""
-        whole = log.segments or (slice(0, len(log)),)
-        loops = [open_loop_of(log, axis or Axis(kind=log.kind), part, 1) for part in whole]
-        cut = [
-            slice(part.start or 0, (part.start or 0) + loop.effort.size) if loop.periodic else part
-            for part, loop in zip(whole, loops, strict=True)
-        ]
-        return replace(log, segments=tuple(cut))
-
-    def at_last(self, logs: Sequence[Log], axes: Sequence[Axis | None]) -> OpenLoopError:
-        """Return the problem with the steps that its last descent takes."""
-        return self.of(self.inverse, logs, axes, FINE)
-
-    def residuals(self, several: Sequence[Mapping[str, float]]) -> list[np.ndarray]:
-        """Return what `residual` does, for each of several sets of free parameters: short records as one batch."""
-        loops = [output.loop for output in self.outputs if isinstance(output, Position)]
-        has_screw = self.inverse.parameters.plant.screw is not None  # which a batch does not know
-        if len(several) == 1 or has_screw or not all(loop.is_short for loop in loops):
-            return abreast(self.residual)(several)
-        values = [self.parameters.complete(free) for free in several]
-        plants, frictions = ([part(one) for one in values] for part in (self.inverse.plant, self.inverse.model))
-        return list(self.measured - np.hstack([loop.positions(plants, frictions) for loop in loops]))
-
-    def refits_linearly(self, friction: Model) -> bool:
-        """Return True."""
-        return True
-
-
-@dataclass(frozen=True)
-class ClosedLoopError(OutputError):
-    """The effort that the controller asks for in the simulated loop."""
-
-    signal = "loop"
-    code = "output-error-closed"
-    intervals_code = "intervals-loop"
-    is_effort = True
-    away_evaluations = 5  # the controller keeps a closed loop near its minimum
-
-    @classmethod
-    def of(cls, inverse: InverseDynamics, logs: Sequence[Log], axes: Sequence[Axis | None]) -> ClosedLoopError:
-        """Return the problem of several logs; it is integrated as finely all the way."""
-        outputs = []
-        for log, axis in zip(logs, axes, strict=True):
-            axis = axis or Axis(kind=log.kind)
-            assert log.effort is not None
-            for part in log.segments or (slice(0, len(log)),):
-                loop = closed_loop_of(
-                    log, axis, part, "to fit the closed loop", 'write loop = "open" under [identification]'
-                )
-                outputs.append(Effort(loop, log.effort.values[part], log.position.values[part], axis.presliding))
-        if any(axis is not None and axis.seeks_lag for axis in axes):
-            inverse = replace(inverse, parameters=_with_lag(inverse.parameters, logs[0].sample_time))
-        return cls(inverse, tuple(outputs))
 
 
 def _with_lag(parameters: ParameterSet, sample_time: float) -> ParameterSet:
@@ -288,7 +232,7 @@ def _with_lag(parameters: ParameterSet, sample_time: float) -> ParameterSet:
     return replace(parameters, free=(*parameters.free, LAG), loop={LAG: lag})
 
 
-def loop_error(logs: Sequence[Log], axes: Sequence[Axis | None]) -> type[OutputError]:
+def loop_of(logs: Sequence[Log], axes: Sequence[Axis | None]) -> type[Output]:
     """Return which loop is simulated: as the axis says, else as it can be.
 
     Raises
@@ -299,13 +243,106 @@ def loop_error(logs: Sequence[Log], axes: Sequence[Axis | None]) -> type[OutputE
     requested = {axis.loop for axis in axes if axis is not None} or {None}
     if len(requested) > 1:
         raise InputError("differs from axis to axis", path="identification.loop", mend="Say the same in all of them")
-    can = all(
+    closed = all(
         axis is not None and axis.controller is not None and log.reference is not None
         for log, axis in zip(logs, axes, strict=True)
     )
-    kinds = {"open": OpenLoopError, "closed": ClosedLoopError}
-    kind = kinds[requested.pop() or ("closed" if can else "open")]
-    if kind is OpenLoopError and any(axis is not None and axis.seeks_lag for axis in axes):
+    loop = {"open": Position, "closed": Effort}[requested.pop() or ("closed" if closed else "open")]
+    if loop is Position and any(axis is not None and axis.seeks_lag for axis in axes):
         raise InputError("shows in a closed loop only", path="effort.lag", value="identify",
                          mend="Describe the [controller] and name the column of the reference")  # fmt: skip
-    return kind
+    return loop
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """The estimator of least output error, which goes on from where inverse dynamics ends.
+
+    Parameters
+    ----------
+    logs, axes : sequence of Log, of Axis
+        The logs.
+    loop : type of Output
+        What is simulated.
+    """
+
+    logs: Sequence[Log]
+    axes: Sequence[Axis]
+    loop: type[Output]
+
+    @property
+    def excerpts(self) -> list[Log]:
+        """What of the logs inverse dynamics is to look at for a start."""
+        return [self.loop.excerpt(log, axis) for log, axis in zip(self.logs, self.axes, strict=True)]
+
+    def error(self, inverse: InverseDynamics, *, fine: bool = False) -> OutputError:
+        """Return the problem, as a search on the way or at its end asks for it."""
+        return OutputError.of(self.loop, inverse, self.logs, self.axes, fine=fine)
+
+    def __call__(self, context: Context, component: FrictionModel, report: Report) -> Estimation:
+        """Return the estimation of one model; where its start is interrupted, that of the start."""
+        problem = context.problem(component)
+        start = self._start(context, problem, between(report, 0.0, START))
+        if start.unfinished:
+            return Estimation(problem, start, problem, (problem, start), lambda rows: problem.residual(start.values))
+        return self.estimate(context, problem, start, between(report, START, 1.0))
+
+    @staticmethod
+    def _start(context: Context, problem: InverseDynamics, report: Report) -> Solution:
+        if problem.parameters.is_linear:
+            return linear(problem)
+        return context.search(problem, simulates=True).solve(report)
+
+    def estimate(self, context: Context, inverse: InverseDynamics, start: Solution, report: Report) -> Estimation:
+        """Return the estimation of a model of which inverse dynamics has the solution `start`."""
+        error = self.error(inverse)
+        search = context.search(error, error.magnitude, simulates=True)
+        first = {LAG: LAG_AT_FIRST * self.logs[0].sample_time} | start.values
+
+        def work(best: BestSoFar) -> None:
+            self._from_several(search, first, best, report, everywhere=context.everywhere)
+
+        solution = search.as_far_as_it_came(work)
+        if self.loop.is_refined:
+            error = self.error(inverse, fine=True)
+            fine = context.search(error, error.magnitude, simulates=True)
+            ended = fine.refit(solution.values, limit=1 if solution.unfinished else LAST_EVALUATIONS)
+            solution = replace(ended, unfinished=solution.unfinished)
+        free = np.ones(len(solution.space.names), dtype=bool)
+        return Estimation(
+            error.inverse, solution, error, (error, solution),
+            lambda rows: Refit(solution, free, rows).solve(error, solution.theta)[1],
+            diagnostics=(Diagnostic(self.loop.code, severity="note"),),
+        )  # fmt: skip
+
+    def _from_several(
+        self, search: Search, first: dict[str, float], best: BestSoFar, report: Report, *, everywhere: bool
+    ) -> None:
+        before = EVERYWHERE if everywhere else 0.0
+
+        def report_start(number: float) -> None:
+            share = before + (1.0 - before) * number / (FURTHER_STARTS + 2.0)
+            report(share, f"best so far {search.percent(best.cost):.3g} %")
+
+        rng = np.random.default_rng(SEED)
+        best.take(search.refit(first, limit=FIRST_EVALUATIONS, best=best))
+        if everywhere:
+            theta = self._explored(search, best, between(report, 0.0, before))
+            best.take(search.descend(theta, limit=FIRST_EVALUATIONS, best=best))
+        for number in range(FURTHER_STARTS):
+            report_start(number + 1.0)
+            away = {name: value * float(np.exp(rng.normal(0.0, AWAY))) for name, value in best.result.values.items()}
+            best.take(search.refit(away, limit=self.loop.away_evaluations, best=best))
+        report_start(FURTHER_STARTS + 1.0)
+
+    @staticmethod
+    def _explored(search: Search, best: BestSoFar, report: Report) -> np.ndarray:
+        """Return the best place in the whole range of each parameter, as a rough simulation finds it."""
+        assert isinstance(search.problem, OutputError)
+        rough, roughly = replace(search, problem=search.problem.rough), BestSoFar()
+        try:
+            return rough.explored(best.result.theta, roughly, report)
+        except KeyboardInterrupt:
+            if roughly.at is not None:
+                best.see(roughly.at, search.cost_at(roughly.at))
+            raise

@@ -2,23 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple, Protocol
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
-from bristle.core.contracts import Model
+from bristle.core.axis import Axis
+from bristle.core.contracts import Model, Plant
 from bristle.friction import is_static, with_presliding
 from bristle.identification.roles import offset_of
+from bristle.logs.log import Log
 from bristle.sensors import encoder
-from bristle.simulation.recorded.closed_loop import ClosedLoop
-from bristle.simulation.recorded.open_loop import OpenLoop
+from bristle.simulation.recorded.closed_loop import ClosedLoop, closed_loop_of
+from bristle.simulation.recorded.open_loop import FINE, OpenLoop, open_loop_of
 
-__all__ = ["LAG", "Effort", "Output", "Position", "Reading"]
+__all__ = ["LAG", "Effort", "Output", "Position", "Reading", "slices_of"]
 
 LAG = "lag"
+COARSE = 4  # steps for one sample of an open loop, on the way
 SEEDS = 2**31
+
+
+def slices_of(log: Log) -> tuple[slice, ...]:
+    """Return the segments of a log; all of it where it has none."""
+    return log.segments or (slice(0, len(log)),)
 
 
 class Reading(NamedTuple):
@@ -28,37 +37,60 @@ class Reading(NamedTuple):
     noise: float
 
 
-class Output(Protocol):
-    """A segment of a log that a model simulates: what was measured of it, and what the model says."""
+@dataclass(frozen=True)
+class Output(ABC):
+    """A segment of a log that a model simulates: what was measured of it, and what the model says.
+
+    `measured` is the signal, `position` the measured position [m or rad], shape (sample,) each.
+    """
+
+    measured: np.ndarray
+    position: np.ndarray
+
+    signal: ClassVar[str]
+    code: ClassVar[str]
+    intervals_code: ClassVar[str]
+    is_effort: ClassVar[bool]
+    away_evaluations: ClassVar[int]  # of a descent that starts away from the first one
+    is_refined: ClassVar[bool] = False  # whether a simulation is integrated more finely at the end of a search
+
+    @classmethod
+    @abstractmethod
+    def of(cls, log: Log, axis: Axis, part: slice, *, fine: bool = False) -> Output:
+        """Return a segment of a log, simulated as finely as a search on the way or at its end asks for."""
+
+    @staticmethod
+    def excerpt(log: Log, axis: Axis) -> Log:
+        """Return what of a log inverse dynamics is to look at for a start."""
+        return log
 
     @property
-    def measured(self) -> np.ndarray:
-        """The signal, shape (sample,)."""
-        ...
-
-    @property
+    @abstractmethod
     def period(self) -> int:
         """Samples of its period, or of its log."""
-        ...
 
     @property
     def phase(self) -> np.ndarray:
         """How far each sample is on its way through its period or its log, from 0 to 1."""
-        ...
+        return np.arange(self.measured.size) % self.period / self.period
 
-    @property
-    def position(self) -> np.ndarray:
-        """The position that was measured [m or rad], shape (sample,)."""
-        ...
-
+    @abstractmethod
     def simulated(self, plant: Model, friction: Model, values: Mapping[str, float]) -> np.ndarray:
         """Return the signal of the model, NaN from where it left the finite numbers, shape (sample,)."""
-        ...
 
+    def in_batches(self, plant: Plant) -> bool:
+        """Return whether several models are simulated in less time together."""
+        return False
+
+    def all_simulated(self, plants: Sequence[Model], frictions: Sequence[Model]) -> np.ndarray:
+        """Return the signal of each of several models, as `simulated` does, shape (model, sample)."""
+        raise NotImplementedError
+
+    @abstractmethod
     def rough(self, most: int) -> Output:
         """Return at most so many samples of it, as quickly simulated as can be."""
-        ...
 
+    @abstractmethod
     def read(
         self, plant: Model, friction: Model, values: Mapping[str, float], pure: np.ndarray, push: np.ndarray,
         reading: Reading, rng: np.random.Generator,
@@ -67,46 +99,69 @@ class Output(Protocol):
 
         Nobody knows where the steps of the encoder lie.
         """
-        ...
 
+    @abstractmethod
     def leaning(self, plant: Model, friction: Model, values: Mapping[str, float], slope: np.ndarray) -> np.ndarray:
         """Return what `read` takes for a push where friction is twice what it is, shape (sample,).
 
         `slope` is by how much the signal rises with the level of friction.
         """
-        ...
+
+    @staticmethod
+    @abstractmethod
+    def refits_linearly(friction: Model) -> bool:
+        """Return whether a fit to a replicate may be taken for linear around the solution."""
 
 
 @dataclass(frozen=True)
-class Position:
-    """The position [m or rad] that the recorded effort makes."""
+class Position(Output):
+    """The position [m or rad] that the recorded effort makes in open loop."""
 
     loop: OpenLoop
-    measured: np.ndarray
 
-    @property
-    def position(self) -> np.ndarray:
-        """The position that was measured [m or rad]."""
-        return self.measured
+    signal = "position"
+    code = "output-error-open"
+    intervals_code = "intervals-motion"
+    is_effort = False
+    away_evaluations = 15
+    is_refined = True
+
+    @classmethod
+    def of(cls, log: Log, axis: Axis, part: slice, *, fine: bool = False) -> Position:
+        """Return a segment, integrated with a few steps for one sample."""
+        position = log.position.values[part]
+        return cls(position, position, open_loop_of(log, axis, part, FINE if fine else COARSE))
+
+    @staticmethod
+    def excerpt(log: Log, axis: Axis) -> Log:
+        """Return a log without what only repeats its first period."""
+        parts = []
+        for part in slices_of(log):
+            loop, first = open_loop_of(log, axis, part, 1), part.start or 0
+            parts.append(slice(first, first + loop.effort.size) if loop.periodic else part)
+        return replace(log, segments=tuple(parts))
 
     @property
     def period(self) -> int:
         """Samples until the effort is what it was."""
         return self.loop.effort.size // self.loop.steps
 
-    @property
-    def phase(self) -> np.ndarray:
-        """How far each sample is on its way through its period."""
-        return np.arange(self.loop.count) % self.period / self.period
-
     def simulated(self, plant: Model, friction: Model, values: Mapping[str, float]) -> np.ndarray:
         """Return the position of the model [m or rad]."""
         return self.loop.position(plant, friction)[0]
 
+    def in_batches(self, plant: Plant) -> bool:
+        """Return whether the record is short: calls from Python then take long; a batch knows no screw."""
+        return self.loop.is_short and plant.screw is None
+
+    def all_simulated(self, plants: Sequence[Model], frictions: Sequence[Model]) -> np.ndarray:
+        """Return the position of each of several models [m or rad], shape (model, sample)."""
+        return self.loop.positions(plants, frictions)
+
     def rough(self, most: int) -> Position:
         """Return the first period of a record that repeats itself, else so many samples, with one step for each."""
         loop = self.loop.rough(most)
-        return Position(loop, self.measured[: loop.count])
+        return Position(self.measured[: loop.count], self.position[: loop.count], loop)
 
     def read(
         self, plant: Model, friction: Model, values: Mapping[str, float], pure: np.ndarray, push: np.ndarray,
@@ -123,33 +178,45 @@ class Position:
         """Return the change of the position [m or rad]: no force is simulated again."""
         return slope
 
+    @staticmethod
+    def refits_linearly(friction: Model) -> bool:
+        """Return True."""
+        return True
+
 
 @dataclass(frozen=True)
-class Effort:
-    """The effort [N or N*m] that the controller asks for.
+class Effort(Output):
+    """The effort [N or N*m] that the controller asks for in closed loop, which is integrated finely all the way.
 
     The encoder of the simulation is a perfect one: steps of its own would be noise of another kind beside those of
     the log, and would leave no derivative.
     """
 
     loop: ClosedLoop
-    measured: np.ndarray
-    position: np.ndarray
     presliding: float | None = None
+
+    signal = "loop"
+    code = "output-error-closed"
+    intervals_code = "intervals-loop"
+    is_effort = True
+    away_evaluations = 5  # the controller keeps a closed loop near its minimum
+
+    @classmethod
+    def of(cls, log: Log, axis: Axis, part: slice, *, fine: bool = False) -> Effort:
+        """Return a segment."""
+        assert log.effort is not None
+        mend = 'write loop = "open" under [identification]'
+        loop = closed_loop_of(log, axis, part, "to fit the closed loop", mend)
+        return cls(log.effort.values[part], log.position.values[part], loop, axis.presliding)
 
     @property
     def period(self) -> int:
         """All of its samples: a log in closed loop counts as one."""
         return self.loop.count
 
-    @property
-    def phase(self) -> np.ndarray:
-        """How far each sample is on its way through its log."""
-        return np.arange(self.loop.count) / self.loop.count
-
     def simulated(self, plant: Model, friction: Model, values: Mapping[str, float]) -> np.ndarray:
         """Return the effort that the controller asks of the model [N or N*m]."""
-        return self._asked(self.loop, plant, friction, values, encoder(kind=plant.kind, resolution=0.0))
+        return self._command(self.loop, plant, friction, values, encoder(kind=plant.kind, resolution=0.0))
 
     def rough(self, most: int) -> Effort:
         """Return so many samples."""
@@ -163,7 +230,7 @@ class Effort:
         moved = self.loop.moved_by(rng.uniform(0.0, reading.resolution))
         seed = int(rng.integers(SEEDS))
         sensor = encoder(kind=plant.kind, resolution=reading.resolution, noise=reading.noise, seed=seed)
-        return self._asked(moved, plant, friction, values, sensor, push) - pure
+        return self._command(moved, plant, friction, values, sensor, push) - pure
 
     def leaning(self, plant: Model, friction: Model, values: Mapping[str, float], slope: np.ndarray) -> np.ndarray:
         """Return the friction force in the loop [N or N*m], its constant part left out.
@@ -175,7 +242,7 @@ class Effort:
         force = force - offset_of(friction.component.variables, values)
         return np.concatenate([force, np.full(self.loop.count - force.size, np.nan)])
 
-    def _asked(
+    def _command(
         self, loop: ClosedLoop, plant: Model, friction: Model, values: Mapping[str, float], sensor: Model,
         disturbance: np.ndarray | None = None,
     ) -> np.ndarray:  # fmt: skip
@@ -186,3 +253,8 @@ class Effort:
     def _dressed(self, friction: Model) -> Model:
         """Return a friction model as it is simulated: over a distance, where a static one turns at once."""
         return with_presliding(friction, self.presliding) if self.presliding and is_static(friction) else friction
+
+    @staticmethod
+    def refits_linearly(friction: Model) -> bool:
+        """Return whether friction has no pre-sliding."""
+        return is_static(friction)

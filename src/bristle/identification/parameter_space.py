@@ -1,4 +1,4 @@
-"""The coordinates θ in which least squares seeks parameters: one space for search, refit and bootstrap.
+"""The coordinates θ in which least squares seeks parameters, and the point where it ended.
 
 Parameters that are positive and of unknown magnitude (a stiffness, a Stribeck velocity) are sought in their logarithm;
 one that may not fall below another (F_S >= F_C) as an excess over it, so that the relation holds at every step; all
@@ -10,63 +10,42 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, NamedTuple, Protocol
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
+from bristle.friction.slots import by_direction
 from bristle.identification.parameters import ParameterSet
 from bristle.identification.scales import Scales
 
-__all__ = ["LinearSpace", "ParameterSpace", "Transform", "TransformedSpace"]
+__all__ = ["ParameterSpace", "Solution", "Transform", "TransformedSpace"]
 
-AT_LEAST = re.compile(r"(\w+) >=? (\w+)")
+ABOVE = re.compile(r"(\w+) (>=?) (\w+)")
 CLEARLY = 0.1  # of the force scale: by how much a force is above another one that it must exceed
 BREAK_AWAY_MOST = 2.0  # times the largest effort of the log
 
 
-class ParameterSpace(Protocol):
-    """Coordinates of free parameters, within bounds.
-
-    `names` are those of the coordinates; `reported` the parameters that a person is told; `logarithmic` those of them
-    that are sought in their logarithm; `linear` says whether the signal is linear in the coordinates; `curve` are
-    displacements [m or rad] at which the virgin curve is reported, too.
-    """
-
-    @property
-    def names(self) -> tuple[str, ...]: ...  # noqa: D102
-    @property
-    def low(self) -> np.ndarray: ...  # noqa: D102
-    @property
-    def high(self) -> np.ndarray: ...  # noqa: D102
-    @property
-    def reported(self) -> tuple[str, ...]: ...  # noqa: D102
-    @property
-    def logarithmic(self) -> frozenset[str]: ...  # noqa: D102
-    @property
-    def linear(self) -> bool: ...  # noqa: D102
-    @property
-    def curve(self) -> tuple[float, ...]: ...  # noqa: D102
-
-    def values(self, theta: np.ndarray) -> dict[str, Any]:
-        """Return what the model takes [SI]."""
-        ...
-
-    def numbers(self, theta: np.ndarray) -> np.ndarray:
-        """Return what is reported [SI], and the curve after it, shape (reported and curve,)."""
-        ...
-
-    def derivative(self, theta: np.ndarray) -> np.ndarray:
-        """Return the derivative of what is reported, shape (reported, coordinate)."""
-        ...
-
-
 @dataclass(frozen=True)
-class LinearSpace:
-    """Parameters as they are, between `low` and `high` [SI]."""
+class ParameterSpace:
+    """Coordinates of free parameters, within bounds; these ones are the parameters themselves [SI].
+
+    Parameters
+    ----------
+    names : tuple of str
+        The coordinates.
+    low, high : ndarray, shape (coordinate,)
+        Bounds.
+    linear : bool
+        Whether the signal is linear in the coordinates.
+    logarithmic : frozenset of str
+        Those that are sought in their logarithm.
+    curve : tuple of float
+        Displacements [m or rad] at which the virgin curve is reported, too.
+    """
 
     names: tuple[str, ...]
     low: np.ndarray
@@ -76,27 +55,27 @@ class LinearSpace:
     curve: tuple[float, ...] = ()
 
     @classmethod
-    def of(cls, parameters: ParameterSet) -> LinearSpace:
+    def of(cls, parameters: ParameterSet) -> ParameterSpace:
         """Return the free parameters within what the model allows."""
         variables = [parameters.variables[name] for name in parameters.free]
         low, high = (np.array([getattr(variable, side) for variable in variables]) for side in ("min", "max"))
-        return cls(parameters.free, low, high)
+        return ParameterSpace(parameters.free, low, high)
 
     @property
     def reported(self) -> tuple[str, ...]:
-        """All of them."""
+        """The parameters that a person reads of."""
         return self.names
 
-    def values(self, theta: np.ndarray) -> dict[str, float]:
-        """Return the parameters by name [SI]."""
+    def values(self, theta: np.ndarray) -> dict[str, Any]:
+        """Return what the model takes [SI], by name."""
         return dict(zip(self.names, theta.tolist(), strict=True))
 
     def numbers(self, theta: np.ndarray) -> np.ndarray:
-        """Return the parameters [SI]."""
+        """Return what is reported [SI], and the curve after it, shape (reported and curve,)."""
         return theta
 
     def derivative(self, theta: np.ndarray) -> np.ndarray:
-        """Return the identity."""
+        """Return the derivative of what is reported, shape (reported, coordinate)."""
         return np.eye(len(self.names))
 
 
@@ -130,25 +109,15 @@ class Transform(NamedTuple):
         return min(max(inside, self.low), self.high)
 
 
-@dataclass(frozen=True)
-class TransformedSpace:
-    """Parameters through their transforms.
-
-    Parameters
-    ----------
-    parameters : ParameterSet
-        What is free and what is fixed.
-    transforms : tuple of Transform
-        One for each free parameter; one that may not fall below another comes after it.
-    """
+@dataclass(frozen=True, kw_only=True)
+class TransformedSpace(ParameterSpace):
+    """Free parameters through their transforms, each after the one that it may not fall below."""
 
     parameters: ParameterSet
     transforms: tuple[Transform, ...]
-    linear: bool = False
-    curve: tuple[float, ...] = ()
 
     @classmethod
-    def of(cls, parameters: ParameterSet, scales: Scales) -> TransformedSpace:
+    def within(cls, parameters: ParameterSet, scales: Scales) -> TransformedSpace:
         """Return the coordinates of the free parameters; what further relations say is left to the finished model.
 
         Raises
@@ -157,49 +126,19 @@ class TransformedSpace:
             If no value that the model allows is of the extent of the log.
         """
         floors = _floors(parameters)
-        names = _in_turn(parameters.free, floors)
-        return cls(parameters, tuple(_transform(name, parameters, scales, floors) for name in names))
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The free parameters, each after the one that it may not fall below."""
-        return self._names
-
-    @cached_property
-    def _names(self) -> tuple[str, ...]:
-        return tuple(transform.name for transform in self.transforms)
-
-    @property
-    def reported(self) -> tuple[str, ...]:
-        """All of them."""
-        return self.names
-
-    @property
-    def low(self) -> np.ndarray:
-        """Lower bounds, shape (coordinate,)."""
-        return self._low
-
-    @cached_property
-    def _low(self) -> np.ndarray:
-        return np.array([transform.low for transform in self.transforms])
-
-    @property
-    def high(self) -> np.ndarray:
-        """Upper bounds, shape (coordinate,)."""
-        return self._high
-
-    @cached_property
-    def _high(self) -> np.ndarray:
-        return np.array([transform.high for transform in self.transforms])
-
-    @property
-    def logarithmic(self) -> frozenset[str]:
-        """Those that are sought in their logarithm."""
-        return self._logarithmic
-
-    @cached_property
-    def _logarithmic(self) -> frozenset[str]:
-        return frozenset(transform.name for transform in self.transforms if transform.form == "log")
+        transforms = tuple(
+            _transform(name, parameters.variables[name], scales, floors.get(name))
+            for name in _in_turn(parameters.free, floors)
+        )
+        return cls(
+            tuple(transform.name for transform in transforms),
+            np.array([transform.low for transform in transforms]),
+            np.array([transform.high for transform in transforms]),
+            linear=False,
+            logarithmic=frozenset(transform.name for transform in transforms if transform.form == "log"),
+            parameters=parameters,
+            transforms=transforms,
+        )
 
     def values(self, theta: np.ndarray) -> dict[str, float]:
         """Return the free parameters [SI]."""
@@ -226,17 +165,50 @@ class TransformedSpace:
         return derivative
 
 
-def _transform(name: str, parameters: ParameterSet, scales: Scales, floors: Mapping[str, str]) -> Transform:
-    variable = parameters.variables[name]
+@dataclass(frozen=True)
+class Solution:
+    """Where least squares ended: the best parameters of one problem.
+
+    Parameters
+    ----------
+    space : ParameterSpace
+        The coordinates in which they were sought.
+    theta : ndarray, shape (coordinate,)
+        Where the search ended.
+    jacobian : ndarray, shape (row, coordinate)
+        Derivative of the predicted signal with respect to the coordinates.
+    at_edge : mapping of str to str
+        Of the reported parameters on an edge of their range, which one: ``"smallest"`` or ``"largest"``.
+    cost : float
+        Half the sum of squares that is left over, in units of the search.
+    unfinished : bool
+        Whether a person interrupted the search.
+    """
+
+    space: ParameterSpace
+    theta: np.ndarray
+    jacobian: np.ndarray
+    at_edge: Mapping[str, str] = field(default_factory=dict)
+    cost: float = 0.0
+    unfinished: bool = False
+
+    @cached_property
+    def values(self) -> dict[str, Any]:
+        """The free parameters as the model takes them [SI]."""
+        return self.space.values(self.theta)
+
+    @cached_property
+    def derivative(self) -> np.ndarray:
+        """Derivative of the reported parameters with respect to the coordinates, shape (reported, coordinate)."""
+        return self.space.derivative(self.theta)
+
+
+def _transform(name: str, variable: Variable, scales: Scales, floor: Floor | None) -> Transform:
     scale, allowed = scales.magnitude(variable), (variable.min, variable.max)
-    if name in floors:
-        strict = any(
-            relation.condition.startswith(f"{name.removesuffix('_pos').removesuffix('_neg')} > ")
-            for relation in parameters.component.relations
-        )
+    if floor is not None:
         # A log shows no force that its effort never came near.
         most = BREAK_AWAY_MOST * scales.peak / scale if variable.quantity == "force" else math.inf
-        return Transform(name, "excess", scale, CLEARLY if strict else 0.0, most, *allowed, floors[name])
+        return Transform(name, "excess", scale, CLEARLY if floor.strict else 0.0, most, *allowed, floor.name)
     if variable.min > 0.0 and variable.quantity != "mass":
         low, high = _sought(name, variable, scales)
         return Transform(name, "log", 1.0, math.log(low), math.log(high), *allowed)
@@ -255,35 +227,42 @@ def _sought(name: str, variable: Variable, scales: Scales) -> tuple[float, float
     return least, most
 
 
-def _in_turn(names: Sequence[str], floors: Mapping[str, str]) -> list[str]:
+class Floor(NamedTuple):
+    """What a parameter may not fall below, and whether it must be clearly above."""
+
+    name: str
+    strict: bool
+
+
+def _floors(parameters: ParameterSet) -> dict[str, Floor]:
+    """Return the floor of each free parameter that a relation keeps above another one."""
+    component = parameters.component
+    floors: dict[str, Floor] = {}
+    for relation in component.relations:
+        match = ABOVE.fullmatch(relation.condition)
+        if match is None:
+            continue
+        uppers, lowers = by_direction(component, match[1]), by_direction(component, match[3])
+        for upper, lower in zip(uppers, lowers * (len(uppers) // len(lowers)), strict=False):
+            free = upper in parameters.free and (lower in parameters.free or lower in parameters.fixed)
+            if free and not _stands_on(lower, upper, floors):
+                floors[upper] = Floor(lower, match[2] == ">")
+    return floors
+
+
+def _stands_on(name: str, base: str, floors: Mapping[str, Floor]) -> bool:
+    """Return whether `base` is the floor of `name`, or the floor of its floor."""
+    while name != base and name in floors:
+        name = floors[name].name
+    return name == base
+
+
+def _in_turn(names: Sequence[str], floors: Mapping[str, Floor]) -> list[str]:
     """Return names in their order, but each after its floor."""
     placed: list[str] = []
     for name in names:
         chain = [name]
-        while chain[-1] in floors and floors[chain[-1]] in names:
-            chain.append(floors[chain[-1]])
+        while chain[-1] in floors and floors[chain[-1]].name in names:
+            chain.append(floors[chain[-1]].name)
         placed += [floor for floor in reversed(chain) if floor not in placed]
     return placed
-
-
-def _floors(parameters: ParameterSet) -> dict[str, str]:
-    """Return, for each parameter that a relation keeps above another one, that other one."""
-    known = [*parameters.fixed, *parameters.free]
-    floors: dict[str, str] = {}
-    for relation in parameters.component.relations:
-        match = AT_LEAST.fullmatch(relation.condition)
-        if match is None:
-            continue
-        for side in ("", "_pos", "_neg"):
-            upper, lower = match[1] + side, match[2] + side
-            lower = lower if lower in known else match[2]
-            if upper in parameters.free and lower in known and not _stands_on(lower, upper, floors):
-                floors[upper] = lower
-    return floors
-
-
-def _stands_on(name: str, base: str, floors: Mapping[str, str]) -> bool:
-    """Return whether `base` is the floor of `name`, or the floor of its floor."""
-    while name != base and name in floors:
-        name = floors[name]
-    return name == base

@@ -7,7 +7,7 @@ validation and the ranking do the rest with what is written here.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import ClassVar, NamedTuple, Protocol, runtime_checkable
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -64,8 +64,10 @@ class Problem(Residual, Protocol):
     code of the diagnostic that tells how intervals were found.
     """
 
-    is_effort: ClassVar[bool]
-    intervals_code: ClassVar[str]
+    @property
+    def is_effort(self) -> bool: ...  # noqa: D102
+    @property
+    def intervals_code(self) -> str: ...  # noqa: D102
 
     @property
     def parameters(self) -> ParameterSet:

@@ -17,8 +17,8 @@ import numpy as np
 
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import bounded, non_negative
+from bristle.identification.parameter_space import Solution
 from bristle.identification.problem import Residual
-from bristle.identification.solution import Solution
 
 __all__ = ["Refit"]
 
@@ -113,9 +113,9 @@ def _bounded(r: np.ndarray, target: np.ndarray, low: np.ndarray, high: np.ndarra
     # Above a floor only: non-negative least squares, in which what has no floor is a difference.
     base = np.where(floored, low, 0.0)
     parts = non_negative(np.hstack([r, -r[:, ~floored]]), target - r @ base)
-    whole = base + parts[: low.size]
-    whole[~floored] -= parts[low.size :]
-    return whole
+    solution = base + parts[: low.size]
+    solution[~floored] -= parts[low.size :]
+    return solution
 
 
 def _square(rows: np.ndarray) -> float:

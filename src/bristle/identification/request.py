@@ -1,63 +1,42 @@
-"""What a person asks to be identified, checked against what the log and the model allow."""
+"""What a person asks to be identified: models, what is known beforehand, thresholds, numbers or text."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from bristle.core.axis import Axis
-from bristle.core.contracts import FrictionModel, Model, Plant
-from bristle.core.dimensions import exponents_of
+from bristle.core.contracts import FrictionModel, Model
+from bristle.core.edge import optional, whole
 from bristle.core.errors import InputError
 from bristle.core.units import quantity
-from bristle.core.variable import Kind, Variable, unit_of
+from bristle.core.variable import Kind, Variable
 from bristle.friction import MODELS, base_of, find
 from bristle.friction.slots import OFFSET, SlottedModel, slotted
 from bristle.friction.variation import MIDDLE
-from bristle.identification.dataset import Dataset
 from bristle.identification.fixed_shape import ELEMENT_MODELS
-from bristle.identification.inputs import number_or_text
-from bristle.identification.parameters import Fixed, ParameterSet
-from bristle.identification.roles import Role, name_of, names_of
-from bristle.identification.scales import stroke_of
+from bristle.identification.parameters import PriorKnowledge
 from bristle.identification.settings import Settings
-from bristle.identification.slot_parameters import places_of
 from bristle.logs.log import Log
-from bristle.plants import PLANTS, inertia
+from bristle.plants import PLANTS
 
 __all__ = [
+    "CUTOFF",
     "METHODS",
-    "PriorKnowledge",
     "freed",
     "models_of",
-    "parameters_of",
     "prior_knowledge_of",
     "settings_of",
+    "treatment_of",
     "with_method",
 ]
 
 ALL = "all"
 METHODS = ("inverse_dynamics", "output_error")
+CUTOFF = Variable("frequency", "cut-off of the zero-phase filter")
 MASS = Variable("mass", "moving mass or inertia")
-ONE_WAY = 0.01  # share of the samples below which a direction counts as not seen
-
-
-@dataclass(frozen=True)
-class PriorKnowledge:
-    """What is known of the axis beforehand: the plant, those of its parameters that are known, and the offset.
-
-    An offset of None is to be identified; so is the pitch of the screw. Shapes in `free` are identified too.
-    """
-
-    offset: float | None = None
-    values: Mapping[str, float] = field(default_factory=dict)
-    plant: Plant = inertia
-    pitch: float | None = None
-    free: tuple[str, ...] = ()
 
 
 def models_of(model: Any) -> tuple[FrictionModel, ...]:
@@ -75,49 +54,50 @@ def models_of(model: Any) -> tuple[FrictionModel, ...]:
         If there is no such model or slot, one is given twice or under a name that is taken, or it has parameters that
         this method does not identify.
     """
-    asked = _one_by_one(model)
-    found: dict[str, FrictionModel] = {}
-    for component in (_component_of(one) for one in asked if not _is_all(one)):
-        if component.name in found:
+    requested = _separated(model)
+    components: dict[str, FrictionModel] = {}
+    for component in (_component_of(item) for item in requested if not _is_all(item)):
+        if component.name in components:
             raise InputError("is asked for twice", path="model", value=component.name,
                              mend="Write it once; give a model of your own a name of its own")  # fmt: skip
         _refuse_arrays(component)
-        found[component.name] = component
-    for one in (one for one in asked if _is_all(one)):
-        found |= {each.name: each for each in _every(one) if each.name not in found}
-    if not found:
+        components[component.name] = component
+    for name in filter(_is_all, requested):
+        for component in _all_models(name):
+            components.setdefault(component.name, component)
+    if not components:
         raise InputError("names no friction model", path="model", value=model, mend='Write "coulomb_viscous"')
-    return tuple(found.values())
+    return tuple(components.values())
 
 
-def _one_by_one(model: Any) -> list[Any]:
+def _separated(model: Any) -> list[Any]:
     """Return what is asked for, names apart."""
-    found: list[Any] = []
-    for one in model if isinstance(model, (list, tuple)) else [model]:
-        found += [name.strip() for name in one.split(",")] if isinstance(one, str) else [one]
-    return found
+    items: list[Any] = []
+    for item in model if isinstance(model, (list, tuple)) else [model]:
+        items += [name.strip() for name in item.split(",")] if isinstance(item, str) else [item]
+    return items
 
 
-def _is_all(one: Any) -> bool:
-    return isinstance(one, str) and one.split("+")[0] == ALL
+def _is_all(item: Any) -> bool:
+    return isinstance(item, str) and item.split("+")[0] == ALL
 
 
-def _every(name: str) -> list[FrictionModel]:
+def _all_models(name: str) -> list[FrictionModel]:
     """Return each model that can be identified, with the slots behind ``"all"``."""
     slots = name.removeprefix(ALL)
-    every = [find(f"{base}{slots}", path="model") for base in MODELS]
-    return [one for one in every if not _not_identified(one)]
+    components = [find(f"{base}{slots}", path="model") for base in MODELS]
+    return [component for component in components if not _not_identified(component)]
 
 
-def _component_of(one: Any) -> SlottedModel:
-    if isinstance(one, str):
-        return find(one, path="model")
-    if isinstance(one, Model):
-        raise InputError("has values already, which are to be identified", path="model", value=one,
-                         mend=f"Write model={one.name!r}, or model.component for one of your own")  # fmt: skip
-    if not isinstance(one, FrictionModel):
-        raise InputError("must be a name, a friction model or a list of them", path="model", value=one)
-    component = one if isinstance(one, SlottedModel) else slotted(one, asymmetry=False)
+def _component_of(item: Any) -> SlottedModel:
+    if isinstance(item, str):
+        return find(item, path="model")
+    if isinstance(item, Model):
+        raise InputError("has values already, which are to be identified", path="model", value=item,
+                         mend=f"Write model={item.name!r}, or model.component for one of your own")  # fmt: skip
+    if not isinstance(item, FrictionModel):
+        raise InputError("must be a name, a friction model or a list of them", path="model", value=item)
+    component = item if isinstance(item, SlottedModel) else slotted(item, asymmetry=False)
     base = base_of(component)
     if MODELS.get(base.name, base) is not base:
         raise InputError("is the name of a model of bristle, and this is another one", path="model", value=base.name,
@@ -132,13 +112,14 @@ def _not_identified(component: FrictionModel) -> list[tuple[list[str], str]]:
     choices = [
         name for name, variable in component.variables.items() if variable.choices and name not in component.defaults
     ]
-    return [one for one in ((arrays, "lists of numbers"), (choices, "choices of names")) if one[0]]
+    kinds = ((arrays, "lists of numbers"), (choices, "choices of names"))
+    return [(names, kind) for names, kind in kinds if names]
 
 
 def _refuse_arrays(component: FrictionModel) -> None:
-    for names, what in _not_identified(component):
+    for names, kind in _not_identified(component):
         raise InputError(
-            f"{component.name} has {what} ({', '.join(names)}), which inverse dynamics does not identify",
+            f"{component.name} has {kind} ({', '.join(names)}), which inverse dynamics does not identify",
             path="model", value=component.name,
             mend="Fit dahl, lugre, maxwell_slip or gms, or write the parameters into a model file yourself",
         )  # fmt: skip
@@ -154,9 +135,9 @@ def freed(free: Sequence[str], components: Sequence[FrictionModel]) -> tuple[str
     """
     shapes = {
         name
-        for one in components
-        for name, variable in one.variables.items()
-        if name in one.defaults and not variable.excitation and not variable.choices and variable != MIDDLE
+        for component in components
+        for name, variable in component.variables.items()
+        if name in component.defaults and not variable.excitation and not variable.choices and variable != MIDDLE
     }
     for name in free:
         if name not in shapes:
@@ -166,25 +147,25 @@ def freed(free: Sequence[str], components: Sequence[FrictionModel]) -> tuple[str
 
 
 def with_method(
-    given: Sequence[tuple[Log, Axis | None]], method: str | None, global_search: bool | None
+    pairs: Sequence[tuple[Log, Axis | None]], method: str | None, global_search: bool | None
 ) -> list[tuple[Log, Axis | None]]:
     """Return logs with their axes, which say what is made small, and where it is looked for, as a person asks."""
     changes = {"method": method, "global_search": global_search}
     changes = {name: value for name, value in changes.items() if value is not None}
-    return [(log, replace(axis or Axis(kind=log.kind), **changes) if changes else axis) for log, axis in given]
+    return [(log, replace(axis or Axis(kind=log.kind), **changes) if changes else axis) for log, axis in pairs]
 
 
-def settings_of(axis: Axis | None, given: Settings | Mapping[str, float] | None) -> Settings:
-    """Return the thresholds: those of the axis, and those given beside it.
+def settings_of(axis: Axis | None, beside: Settings | Mapping[str, float] | None) -> Settings:
+    """Return the thresholds: those of the axis, and those `beside` it.
 
     Raises
     ------
     InputError
         If there is no such threshold, or its value is out of range.
     """
-    said = dict(axis.settings) if axis is not None else {}
-    Settings.of(said, "identification.settings")
-    return Settings.of(said | (given.as_data() if isinstance(given, Settings) else dict(given or {})))
+    of_axis = dict(axis.settings) if axis is not None else {}
+    Settings.of(of_axis, "identification.settings")
+    return Settings.of(of_axis | (beside.as_data() if isinstance(beside, Settings) else dict(beside or {})))
 
 
 def prior_knowledge_of(
@@ -199,88 +180,37 @@ def prior_knowledge_of(
     InputError
         If a mass is not positive or an offset is not a number.
     """
-    given_mass = mass if mass is not None else (axis.mass if axis is not None else None)
-    chosen_mass = number_or_text(given_mass, MASS, kind, "mass")
-    if chosen_mass is not None and not (math.isfinite(chosen_mass) and chosen_mass >= 1e-15):
-        raise InputError("out of range", path="mass", value=chosen_mass, allowed="> 0",
+    axis = axis or Axis(kind=kind, offset="identify")
+    value = number_or_text(mass if mass is not None else axis.mass, MASS, kind, "mass")
+    if value is not None and not (math.isfinite(value) and value >= 1e-15):
+        raise InputError("out of range", path="mass", value=value, allowed="> 0",
                          mend="Leave it out to have it identified")  # fmt: skip
-    plant = PLANTS[axis.plant] if axis is not None else inertia
-    known = {"mass": chosen_mass}
-    if axis is not None:
-        known |= {"force*time/length": axis.damping, "force/length": axis.stiffness}
-    values = {
-        name: value for name, one in plant.variables.items() if (value := known.get(one.quantity)) is not None
-    }  # fmt: skip
-    pitch = axis.pitch if axis is not None else None
-    chosen = offset if offset is not None else (axis.offset if axis is not None else "identify")
-    if isinstance(chosen, str) and chosen == "identify":
-        return PriorKnowledge(None, values, plant, pitch)
-    value = quantity(chosen, OFFSET, kind, path="offset")
-    if not math.isfinite(value):
-        raise InputError("must be a number", path="offset", value=chosen, allowed='a force, or "identify"')
-    return PriorKnowledge(value, values, plant, pitch)
+    plant = PLANTS[axis.plant]
+    by_quantity = {"mass": value, "force*time/length": axis.damping, "force/length": axis.stiffness}
+    by_quantity = {name: value for name, value in by_quantity.items() if value is not None}
+    roles = {name: variable.quantity for name, variable in plant.variables.items()}
+    values = {name: by_quantity[role] for name, role in roles.items() if role in by_quantity}
+    constant = offset if offset is not None else axis.offset
+    if isinstance(constant, str) and constant == "identify":
+        return PriorKnowledge(None, values, plant, axis.pitch)
+    force = quantity(constant, OFFSET, kind, path="offset")
+    if not math.isfinite(force):
+        raise InputError("must be a number", path="offset", value=constant, allowed='a force, or "identify"')
+    return PriorKnowledge(force, values, plant, axis.pitch)
 
 
-def parameters_of(component: FrictionModel, known: PriorKnowledge, dataset: Dataset) -> ParameterSet:
-    """Return which parameters of a model are free and which are held, with the reason.
+def number_or_text(value: Any, variable: Variable, kind: Kind, path: str) -> float | None:
+    """Return a number in SI from a number or text with a unit; None stays None."""
+    return None if value is None else quantity(value, variable, kind, path=path)
+
+
+def treatment_of(cutoff: Any, decimation: Any, kind: Kind) -> tuple[float | None, int | None]:
+    """Return the cut-off [Hz] and the decimation that are asked for, None where none is.
 
     Raises
     ------
     InputError
-        If parameters by direction are asked of a log that moves in one direction only.
+        If one is no number, or has the wrong unit.
     """
-    held = {name: Fixed(value, "held-known") for name, value in known.values.items()}
-    held |= _redundant(component, stroke_of(dataset))
-    held |= places_of(component, dataset, known.pitch)
-    damped = name_of(Role.VISCOUS, known.plant.variables) is not None
-    for name, variable in component.variables.items():
-        if variable == OFFSET:
-            continue
-        if damped and Role.VISCOUS.fits(variable):
-            held[name] = Fixed(0.0, "held-plant-damping")
-        elif name in component.defaults and not variable.excitation and name not in (*held, *known.free):
-            default = component.defaults[name]
-            code = variable.code(default, name) if variable.choices else default
-            held[name] = Fixed(code, "held-default")
-    unidentifiable = _held_offset(component, dataset)
-    fixed = unidentifiable if known.offset is None else Fixed(known.offset, "held-known")
-    if fixed is not None:
-        held |= dict.fromkeys(names_of(OFFSET, component.variables), fixed)
-    free = tuple(name for name in (*known.plant.variables, *component.variables) if name not in held)
-    return ParameterSet(component, free, held, known.plant)
-
-
-def _redundant(component: FrictionModel, stroke: float) -> dict[str, Fixed]:
-    """Return the parameters that no log can tell, each held at a round number of the right magnitude."""
-    found = {}
-    for one in component.redundancies:
-        products = tuple(f"{one.name}*{other}" for other in one.factor_of)
-        length = 10.0 ** math.floor(math.log10(stroke))
-        value = length ** exponents_of(component.variables[one.name].quantity).get("length", 0.0)
-        found[one.name] = Fixed(value, "redundant", redundant=True, numbers={"products": products})
-    return found
-
-
-def _held_offset(component: FrictionModel, dataset: Dataset) -> Fixed | None:
-    """Return the offset as held where it cannot be told from the rest."""
-    side = _only_direction(dataset)
-    split = [name for name in component.variables if name.endswith(("_pos", "_neg"))]
-    if side and split:
-        raise InputError(
-            f"the log moves {side} only, which does not show the friction of the other direction",
-            path="model", value=component.name, mend="Record both directions, or drop +asymmetry",
-        )  # fmt: skip
-    force = unit_of("force", dataset.kind)
-    levels = [name for name in split if component.variables[name].unit(dataset.kind) == force]
-    if levels:
-        return Fixed(0.0, "held-levels", numbers={"levels": tuple(levels[:2])})
-    constant = [name for name, one in component.variables.items() if one != OFFSET and one.unit(dataset.kind) == force]
-    if side and constant:
-        return Fixed(0.0, "held-one-direction", numbers={"level": constant[0], "direction": side})
-    return None
-
-
-def _only_direction(dataset: Dataset) -> str:
-    velocity = dataset.all_velocities
-    forward = float(np.mean(~np.signbit(velocity)))
-    return "backward" if forward < ONE_WAY else "forward" if forward > 1.0 - ONE_WAY else ""
+    rows = optional(whole(1, 10_000))(decimation, "decimation", kind)
+    return number_or_text(cutoff, CUTOFF, kind, "cutoff"), rows

@@ -34,7 +34,7 @@ class Scales(NamedTuple):
         """Return a typical value of a parameter [SI]: where nothing else is known of it, by its exponents."""
         if variable.excitation == "drive":
             return variable.nominal
-        known = {
+        typical = {
             "length": math.sqrt(self.stroke * self.shortest),
             "length/time": math.sqrt(self.slowest * self.speed),
             "force/length": self.force / math.sqrt(self.stroke * self.shortest),
@@ -44,8 +44,8 @@ class Scales(NamedTuple):
             "force/time": self.force / math.sqrt(self.sample_time * self.duration),
         }
         powers = exponents_of(variable.quantity)
-        if variable.quantity in known or not powers or set(powers) - {"force", "length", "time"}:
-            return known.get(variable.quantity, variable.nominal)
+        if variable.quantity in typical or not powers or set(powers) - {"force", "length", "time"}:
+            return typical.get(variable.quantity, variable.nominal)
         length, time = powers.get("length", 0.0), powers.get("time", 0.0)
         # A speed and an acceleration have every power of a length and a time between them.
         parts = (

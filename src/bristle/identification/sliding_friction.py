@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -17,15 +18,18 @@ from bristle.identification.dataset import Dataset
 from bristle.identification.estimation import Context
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Sliding, linear
-from bristle.identification.request import PriorKnowledge, parameters_of
+from bristle.identification.parameters import PriorKnowledge, parameters_of
 from bristle.identification.roles import Role, names_of, offset_of
 from bristle.identification.scales import scales_of
 from bristle.identification.settings import DEFAULT, Settings
-from bristle.identification.slot_parameters import pitch_in
 
 __all__ = ["context_of", "with_pitch"]
 
 LEAST_LEVEL = 0.01  # of the effort: a Coulomb force that says nothing of the magnitude of friction
+TURNS_LEAST = 3.0  # over the range, for a pitch to be looked for
+STEPS_A_TURN = 8.0  # of the scan, over one more turn in the whole range
+SCAN_MOST = 20_000
+REFINED = 40
 PUT_IN = 0.1  # share of the work besides inertia from which friction that puts energy in is a wrong sign
 
 
@@ -59,8 +63,8 @@ def with_pitch(context: Context, component: FrictionModel) -> Context:
     if PITCH not in component.variables.values() or context.prior.pitch is not None:
         return context
     sliding = context.sliding
-    values = {**sliding.known, "F_C": sliding.coulomb, "F_v": sliding.viscous}
-    pitch = pitch_in(_sliding_problem(context.dataset, context.prior), values)
+    values = {**sliding.values, "F_C": sliding.coulomb, "F_v": sliding.viscous}
+    pitch = _pitch_in(_sliding_problem(context.dataset, context.prior), values)
     return replace(context, prior=replace(context.prior, pitch=pitch))
 
 
@@ -96,3 +100,45 @@ def _refuse_reversed_effort(dataset: Dataset, prior: PriorKnowledge) -> None:
             value=dissipated + with_unit(mass, unit_of("mass", dataset.kind)),
             mend="Turn the sign of the effort in the axis file: sign = -1 where it has none or 1, else 1",
         )  # fmt: skip
+
+
+def _pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:
+    """Return the period over the position of what a model leaves of a log [m or rad].
+
+    The wave that takes most of the residual is looked for, evenly in the number of turns over the range, and refined.
+
+    Parameters
+    ----------
+    problem : InverseDynamics
+        A simple model, without the slot.
+    values : mapping of str to float
+        All of its parameters [SI].
+
+    Raises
+    ------
+    InputError
+        If the log goes through less than three turns of any pitch that passes its filter.
+    """
+    dataset = problem.dataset
+    x, residual = dataset.position, dataset.effort - problem.predicted(values)
+    stroke = float(np.ptp(x))
+    # At half of the speeds the wave passes the filter.
+    most = stroke * dataset.cutoff / float(np.median(np.abs(dataset.velocity)))
+    if most <= TURNS_LEAST:
+        raise InputError("does not resolve a pitch", path="log.position",
+                         value=f"a range of {with_unit(stroke, unit_of('length', dataset.kind))}",
+                         mend="Give the lead in [transmission] of the axis file")  # fmt: skip
+    turns = np.linspace(TURNS_LEAST, most, int(min(STEPS_A_TURN * (most - TURNS_LEAST) + 2, SCAN_MOST)))
+    step = turns[1] - turns[0]
+    best = turns[int(np.argmax([_explained(x, residual, count / stroke) for count in turns.tolist()]))]
+    near = np.linspace(best - step, best + step, REFINED)
+    best = near[int(np.argmax([_explained(x, residual, count / stroke) for count in near.tolist()]))]
+    return stroke / float(best)
+
+
+def _explained(x: np.ndarray, residual: np.ndarray, frequency: float) -> float:
+    """Return the sum of squares that a wave of this frequency [1/m or 1/rad] takes from a residual."""
+    phase = 2.0 * np.pi * frequency * x
+    waves = np.stack([np.cos(phase), np.sin(phase), np.ones_like(x)], axis=1)
+    gram, right = waves.T @ waves, waves.T @ residual
+    return float(right @ unbounded(gram, right))

@@ -19,12 +19,13 @@ import numpy as np
 from bristle.core.contracts import FrictionModel, Model
 from bristle.core.diagnostic import Diagnostic
 from bristle.friction import find, gms, maxwell_slip
+from bristle.friction.slots import by_direction
 from bristle.identification.element_models import Elements, elements_of
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.fixed_shape import ShapedModel, further_numbers, in_lists, shaped
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import EVALUATIONS, Report
-from bristle.identification.solution import Solution
+from bristle.identification.parameter_space import Solution
 
 __all__ = ["StribeckElements", "estimate_stribeck_elements"]
 
@@ -35,7 +36,6 @@ FALLS = 0.98  # of the sum of squares before: by less it does not fall
 STARTS = 3  # Stribeck velocities
 COULOMB = 0.8  # of the level of elements without a curve, where the search begins
 ATTRACTION = 30.0  # samples in which the force comes to the curve, where the search begins
-SIDES = ("", "_pos", "_neg")
 
 
 class Curve(NamedTuple):
@@ -60,8 +60,8 @@ def estimate_stribeck_elements(context: Context, component: FrictionModel, repor
     assert isinstance(view, ShapedModel)
 
     def residual_without(rows: np.ndarray) -> np.ndarray:
-        there, best = model.on_rows(elements, solution, rows)
-        return there.residual(best.values)
+        refitted, best = model.on_rows(elements, solution, rows)
+        return refitted.residual(best.values)
 
     return Estimation(
         problem, solution, problem, (problem, solution), residual_without, finished=view.finished, written=in_lists,
@@ -89,11 +89,11 @@ class StribeckElements:
         for number in range(ROUNDS):
             report((STARTS + number) / (STARTS + ROUNDS))
             again = self._elements(self._curve(best))
-            there = self._problem(again.solution()[0].parameters.component)
-            solution = self.context.search(there).refit(best.values, limit=EVALUATIONS)
+            trial = self._problem(again.solution()[0].parameters.component)
+            solution = self.context.search(trial).refit(best.values, limit=EVALUATIONS)
             fell = solution.cost < FALLS * best.cost
             if solution.cost < best.cost:
-                problem, best, elements = there, solution, again
+                problem, best, elements = trial, solution, again
             if not fell:
                 break
         return problem, best, elements
@@ -113,19 +113,23 @@ class StribeckElements:
         return self.context.problem(shaped(self.component, *(np.array(part) for part in view.shape)))
 
     def _starts(self, problem: InverseDynamics, first: InverseDynamics, plain: Solution) -> list[dict[str, float]]:
-        known = first.parameters.complete(plain.values)
-        level = {f"F_S{side}": known[f"F_C{side}"] for side in SIDES if f"F_C{side}" in known}
-        level |= {f"F_C{side}": COULOMB * known[f"F_C{side}"] for side in SIDES if f"F_C{side}" in known}
-        attraction = {"C": self.context.scales.force / (ATTRACTION * self.context.scales.sample_time)}
+        values = first.parameters.complete(plain.values)
+        for static, level in self._levels:
+            values |= {static: values[level], level: COULOMB * values[level]}
+        values["C"] = self.context.scales.force / (ATTRACTION * self.context.scales.sample_time)
         low, high = self.context.scales.range(problem.parameters.variables["v_S"])
         return [
-            {name: (known | level | attraction | {"v_S": v_S})[name] for name in problem.parameters.free}
+            {name: (values | {"v_S": v_S})[name] for name in problem.parameters.free}
             for v_S in np.geomspace(low, high, STARTS + 2)[1:-1].tolist()
         ]
 
+    @property
+    def _levels(self) -> list[tuple[str, str]]:
+        """The names of static and Coulomb friction, for each direction where they may differ."""
+        return list(zip(by_direction(self.component, "F_S"), by_direction(self.component, "F_C"), strict=True))
+
     def _curve(self, solution: Solution) -> Curve:
-        F_C, F_S = (
-            float(np.mean([solution.values[name + side] for side in SIDES if name + side in solution.values]))
-            for name in ("F_C", "F_S")
+        F_S, F_C = (
+            float(np.mean([solution.values[name] for name in names])) for names in zip(*self._levels, strict=True)
         )
         return Curve(F_C / F_S, solution.values["v_S"], solution.values["C"] / F_S)

@@ -20,12 +20,12 @@ from bristle.core.status import Status
 from bristle.core.variable import Variable, unit_of
 from bristle.engine import Trace, run_open_loop
 from bristle.engine.checks import finite
-from bristle.files.given import AXIS, LOG
+from bristle.files.given import AXIS, LOG, log_and_axis
 from bristle.friction import is_static, with_presliding
 from bristle.identification.dataset import Dataset
-from bristle.identification.inputs import CUTOFF, checked_model, log_and_axis, treatment_of
 from bristle.identification.merging import treat_all
 from bristle.identification.prediction_interval import Bands, half_width
+from bristle.identification.request import CUTOFF, treatment_of
 from bristle.logs.log import Log
 from bristle.prediction.doubts import with_doubts
 from bristle.prediction.simulated_bands import Widths, simulated_widths
@@ -90,7 +90,7 @@ def predict(
     InputError
         If the log or the axis lacks what the mode needs.
     """
-    plant, friction = checked_model(plant, "plant", "plant"), checked_model(friction, "friction", "friction")
+    plant, friction = _checked_model(plant, "plant", "plant"), _checked_model(friction, "friction", "friction")
     log, axis = log_and_axis(log, axis)
     if plant.kind != log.kind:
         raise InputError(
@@ -314,3 +314,16 @@ def unexplained_force(
         first = int(np.searchsorted(log.time.values, segment.time[0]))
         force[first : first + residual.size] = residual
     return finite(force, friction, "friction")
+
+
+def _checked_model(model: Any, family: str, path: str) -> Model:
+    """Return a model with parameters, refused where it is not of the family that belongs there."""
+    if not isinstance(model, Model):
+        raise InputError(f"must be a {family} model with parameters", path=path, value=model)
+    model_family = model.component.family
+    if model_family != family:
+        raise InputError(
+            f"must be a {family} model, and is a {model_family} model", path=path, value=model,
+            mend="The order is plant, friction, log",
+        )  # fmt: skip
+    return model

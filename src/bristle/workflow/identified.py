@@ -12,12 +12,12 @@ from bristle.core.axis import CHANNELS, Axis, Column, Injected
 from bristle.core.content import Origin
 from bristle.core.lazy import cached_property
 from bristle.files.axis_text import axis_text
+from bristle.files.given import logs_and_axes
 from bristle.files.provenance import provenance
 from bristle.files.results import results_folder
 from bristle.files.user_model import origins_of_code
 from bristle.friction import base_of
 from bristle.identification.identify import identify as models_fitted
-from bristle.identification.inputs import logs_and_axes
 from bristle.identification.request import models_of
 from bristle.identification.result import Identification
 from bristle.identification.settings import Settings

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from benchmarks import bootstrap as benchmark
 from benchmarks.coverage import AXIS, CASES, FITTED, MAXWELL, SCATTER, UNSEEN, motion, recorded
 from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
 
@@ -11,9 +12,9 @@ from bristle.identification import identify
 from bristle.identification.bootstrap import basic_interval
 from bristle.identification.disturbance import Disturbance
 from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.parameters import PriorKnowledge, parameters_of
 from bristle.identification.preprocessing import treat
 from bristle.identification.replicates import RowReplicates
-from bristle.identification.request import PriorKnowledge, parameters_of
 from bristle.prediction import predict
 
 PAIRS = 15
@@ -107,3 +108,10 @@ def test_errors_of_a_logarithmic_parameter_are_factors():
 def test_too_few_draws_are_refused():
     with pytest.raises(InputError, match="draws"):
         identify(log_of(sines(), sliding_effort(sines())), draws=5)
+
+
+def test_what_intervals_cost_can_be_timed(monkeypatch):
+    for name, count in {"DRAWS": 4, "RUNS": 1, "AFRESH": 1}.items():
+        monkeypatch.setattr(benchmark, name, count)
+    (ratio,) = benchmark.bootstrap()
+    assert min(ratio.ours, ratio.theirs) > 0.0

@@ -15,10 +15,10 @@ from bristle.core.variable import Kind, Variable, unit_of
 from bristle.identification.covariance import Covariance
 from bristle.identification.diagnostics.excitation import Excitation
 from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import Fixed
 from bristle.identification.result import Estimate
 from bristle.identification.roles import Role
-from bristle.identification.solution import Solution
 
 __all__ = ["Judgement", "about_estimates", "about_held", "combinations_of"]
 

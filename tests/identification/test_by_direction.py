@@ -1,0 +1,52 @@
+"""What is by direction is what ``+asymmetry`` made so: the ending of a name tells nothing."""
+
+from typing import Annotated, NamedTuple
+
+import pytest
+from tests.identification.known_logs import slow_log
+
+from bristle.core import FrictionModel, Variable
+from bristle.core.mathematics import direction
+from bristle.friction import find
+from bristle.friction.slots import by_direction, directional, slotted
+from bristle.identification import identify
+
+
+class Parameters(NamedTuple):
+    F_neg: Annotated[float, Variable("force", "level against the motion", min=0.0, excitation="sliding")]
+
+
+class State(NamedTuple):
+    pass
+
+
+def trial(state, memory, motion, dt, p):
+    return p.F_neg * direction(motion.v), State()
+
+
+def commit(state, memory, move, p):
+    return state
+
+
+OWN = FrictionModel(
+    name="against", description="a level whose name ends as one of a direction", Parameters=Parameters, State=State,
+    trial=trial, commit=commit, linear=True,
+)  # fmt: skip
+
+
+def test_a_level_whose_name_ends_as_one_of_a_direction_holds_no_offset():
+    log = slow_log(find("coulomb_viscous")(F_C=5.0, F_v=0.0, offset=1.5), duration=10.0)
+    fit = identify(log, OWN, blocks=0, draws=0).best
+    assert fit.parameters["offset"].status == "identified"
+    assert fit.parameters["offset"].value == pytest.approx(1.5, abs=0.1)
+
+
+@pytest.mark.parametrize("name", ["stribeck", "stribeck+position+asymmetry", "gms+asymmetry"])
+def test_a_component_tells_what_it_calls_a_parameter_by_direction(name):
+    component, sided = find(name), "asymmetry" in name
+    assert by_direction(component, "F_S") == (("F_S_pos", "F_S_neg") if sided else ("F_S",))
+    assert by_direction(component, "v_S") == ("v_S",)
+    assert by_direction(component, "offset") == ("offset",)
+    assert set(directional(component)) == {key for key in component.variables if key[-4:] in ("_pos", "_neg")}
+    assert directional(slotted(OWN, asymmetry=False)) == ()
+    assert directional(OWN) == ()
