@@ -281,8 +281,8 @@ class Elements:
         if r == DIFFERENCE:
             return np.ones_like(one.velocity)
         if isinstance(r, str):
-            return one.answer(self._empty.model(self._empty.unit(TOTAL, r)), self.dataset.sample_time)
-        return one.answer(self.element(r), self.dataset.sample_time)
+            return one.friction(self._empty.model(self._empty.unit(TOTAL, r)), self.dataset.sample_time)
+        return one.friction(self.element(r), self.dataset.sample_time)
 
     def _cause(self, name: str, one: Segment) -> np.ndarray:
         """Return what a factor multiplies along a segment, shape (sample,), by the kernels of the slots.

@@ -28,8 +28,8 @@ from bristle.identification.estimators import Simulation
 from bristle.identification.fitting import fit
 from bristle.identification.inputs import logs_and_axes, treatment_of
 from bristle.identification.least_squares import Report
-from bristle.identification.merging import treat_all
 from bristle.identification.output_error import loop_error
+from bristle.identification.preprocessing import treat_all
 from bristle.identification.request import (
     METHODS,
     PriorKnowledge,

@@ -67,7 +67,7 @@ class RowReplicates:
         efforts, positions, segments, first = [], [], [], 0
         for segment, starts, residual in zip(self._motion, self._starts, self._residual, strict=True):
             pure = force_with_scatter(self._friction, segment, starts, dataset.sample_time, scatter, rng)
-            pure += mechanical(self._plant, segment.position, segment.velocity, segment.acceleration)
+            pure += mechanical(self._plant, segment)
             pure += side * disturbance.unexplained * signs(pure.size, rng) * residual
             efforts.append(pure + noise * rng.standard_normal(pure.size))
             positions.append(segment.position + jitter * rng.standard_normal(pure.size))

@@ -24,8 +24,8 @@ from bristle.files.given import AXIS, LOG
 from bristle.friction import is_static, with_presliding
 from bristle.identification.dataset import Dataset
 from bristle.identification.inputs import CUTOFF, checked_model, log_and_axis, treatment_of
-from bristle.identification.merging import treat_all
 from bristle.identification.prediction_interval import Bands, half_width
+from bristle.identification.preprocessing import treat_all
 from bristle.logs.log import Log
 from bristle.prediction.doubts import with_doubts
 from bristle.prediction.simulated_bands import Widths, simulated_widths
