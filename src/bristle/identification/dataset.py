@@ -136,7 +136,7 @@ class Dataset:
         By which the effort lagged the position before it was moved back [s].
     keeps_rests : bool
         Whether rows at rest are kept.
-    kept : ndarray or None
+    row_mask : ndarray or None
         Which of the decimated samples are rows, shape (sample,) of bool; those in motion where not given.
     """
 
@@ -151,7 +151,7 @@ class Dataset:
     held: bool | None = None
     keeps_rests: bool = False
     delay: float = 0.0
-    kept: np.ndarray | None = None
+    row_mask: np.ndarray | None = None
     effort_noise: float = 0.0
 
     def explained(
@@ -226,8 +226,8 @@ class Dataset:
     @cached_property
     def in_motion(self) -> np.ndarray:
         """Which of the decimated samples are rows, shape (sample,) of bool."""
-        if self.kept is not None:
-            return self.kept
+        if self.row_mask is not None:
+            return self.row_mask
         if self.keeps_rests:
             return np.ones(self._thinned([segment.time for segment in self.segments]).size, dtype=bool)
         rests = [self.filtered((segment.velocity == 0.0).astype(float)) for segment in self.segments]

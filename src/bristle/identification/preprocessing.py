@@ -154,7 +154,7 @@ def treat(
         moving = tuple(replace(segment, first_cycle=_first_cycle(segment, log.kind)) for segment in moving)
     dataset = Dataset(
         moving, log.kind, dt, resolution, float(np.mean(noise)), cutoff, decimation, dropped, axis.held,
-        axis.keeps_rests, kept=None if like is None else like.in_motion, effort_noise=float(np.mean(effort_noise)),
+        axis.keeps_rests, row_mask=None if like is None else like.in_motion, effort_noise=float(np.mean(effort_noise)),
     )  # fmt: skip
     if not moving or dataset.time.size < ROWS_MIN:
         raise InputError(
