@@ -22,7 +22,7 @@ sight workbench twin room thing things whole
 VAGUE = frozenset(WORDS.split())
 RATE = 3.0  # per 1000 identifiers
 CEILINGS = {  # of the folders that still wait for better names: these numbers only fall
-    "identification": 140,
+    "identification": 104,
     "simulation": 3,
 }
 
