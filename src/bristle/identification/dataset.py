@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Protocol
 
 import numpy as np
 
@@ -47,19 +46,8 @@ def _taps(decimation: int) -> np.ndarray:
     return np.asarray(firwin(2 * REACH * decimation + 1, 1.0 / decimation, window="hamming"))
 
 
-class Motion(Protocol):
-    """Position [m or rad] with its derivatives, shape (sample,) each."""
-
-    @property
-    def position(self) -> np.ndarray: ...
-    @property
-    def velocity(self) -> np.ndarray: ...
-    @property
-    def acceleration(self) -> np.ndarray: ...
-
-
-def mechanical(plant: Model, motion: Motion) -> np.ndarray:
-    """Return the effort [N or N*m] that a plant takes along a motion, friction apart, shape (sample,)."""
+def mechanical(plant: Model, motion: Segment | Dataset) -> np.ndarray:
+    """Return the effort [N or N*m] that a plant takes along a motion or in rows, friction apart, shape (sample,)."""
     inverse = plant.component.inverse
     if inverse is None:
         raise InputError("has no inverse: it cannot be identified from a motion", path="plant", value=plant.name,
