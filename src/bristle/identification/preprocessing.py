@@ -33,6 +33,7 @@ from bristle.core.variable import Kind, unit_of
 from bristle.identification.dataset import Dataset, Segment, low_passed
 from bristle.identification.delay import delay_in, shifted
 from bristle.logs.log import Log
+from bristle.logs.segmentation import rests, whole_cycle, with_sides
 
 __all__ = ["CUTOFF_SHARE", "segment_of", "treat", "treat_all"]
 
@@ -42,7 +43,6 @@ EDGE_PERIODS = 5  # of the cut-off frequency: the transient of the filter
 REST_PERIODS = 5  # of the cut-off frequency, without an encoder step, make a rest
 ROWS_MIN = 50
 ALIKE = 1e-3  # relative difference of sample times that is none
-COVERED, RETURNED = 0.9, 0.02  # of the range: a whole cycle is through, the motion is back
 
 
 def treat_all(
@@ -233,11 +233,11 @@ def segment_of(
     noise, effort_noise = noises or _noises(raw - filtered, cutoff * dt)
     velocity = np.gradient(smooth, dt)
     window = max(round(REST_PERIODS / (cutoff * dt)), 1)
-    rest = _rests(smooth, window, max(1.5 * resolution, 4.0 * noise))
+    rest = rests(smooth, window, max(1.5 * resolution, 4.0 * noise))
     segment = Segment(
         time=log.time.values[part],
         position=smooth + origin,
-        velocity=_with_sides(velocity, rest),
+        velocity=with_sides(velocity, rest),
         acceleration=np.gradient(velocity, dt),
         effort=smooth_effort,
         load=None if log.load is None else low_passed(log.load.values[part], cutoff, dt),
@@ -254,44 +254,12 @@ def _noises(removed: np.ndarray, cutoff: float) -> tuple[float, float]:
 
 
 def _first_cycle(segment: Segment, kind: Kind) -> int:
-    """Return after how many samples a motion that repeats is where it began, and moves on alike.
-
-    Raises
-    ------
-    InputError
-        If it never is.
-    """
-    covered = np.maximum.accumulate(segment.position) - np.minimum.accumulate(segment.position)
-    away = np.abs(segment.position - segment.position[0])
-    back = (covered > COVERED * covered[-1]) & (away < RETURNED * covered[-1])
-    back &= np.signbit(segment.velocity) == np.signbit(segment.velocity[0])
-    if not back.any():
+    """Return after how many samples a motion that repeats is where it began, and moves on alike."""
+    first = whole_cycle(segment.position, segment.velocity)
+    if first is None:
         raise InputError(
             "does not come back to where it began, so that its first cycle is not known", path="log.start",
             value=f"cycle, from {with_unit(float(segment.position[0]), unit_of('length', kind))}",
             mend='Write start = "moving" under [log] of the axis file, or begin with a whole cycle',
         )  # fmt: skip
-    first = int(np.argmax(back))
-    stay = int(np.argmin(back[first:])) or back.size - first
-    return first + int(np.argmin(away[first : first + stay]))
-
-
-def _rests(position: np.ndarray, window: int, step: float) -> np.ndarray:
-    """Return the windows in which the position goes no further than a step, shape (sample,) of bool.
-
-    From its middle to either end, because around a turning point both ends are alike though the body moves.
-    """
-    padded = np.pad(position, window, mode="edge")
-    before, after = padded[: -2 * window], padded[2 * window :]
-    middles = (np.abs(after - position) <= step) & (np.abs(position - before) <= step)
-    counted = np.concatenate([[0], np.cumsum(np.pad(middles, window))])
-    return counted[2 * window + 1 :] > counted[: -2 * window - 1]
-
-
-def _with_sides(velocity: np.ndarray, rest: np.ndarray) -> np.ndarray:
-    """Return the velocity with a zero at rest, which carries the sign of the last motion."""
-    if rest.all():
-        return np.zeros_like(velocity)
-    first = int(np.argmin(rest))
-    last = np.maximum.accumulate(np.where(rest, first, np.arange(velocity.size)))
-    return np.where(rest, np.copysign(0.0, velocity[last]), velocity)
+    return first
