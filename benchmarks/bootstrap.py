@@ -25,17 +25,17 @@ def bootstrap() -> Iterator[Ratio]:
     """Time 500 draws of the bootstrap of a fit by non-negative least squares, the treatment of each log included."""
     log = recorded(MAXWELL, motion(*FITTED, pairs=11), seed=0)
     component, known = find("maxwell_slip"), prior_knowledge_of(AXIS, None, None, log.kind)
-    regression = treat(log, AXIS)
+    dataset = treat(log, AXIS)
 
     def elements() -> Elements:
         prototype = shaped(component, np.ones(1), np.ones(1))
-        return Elements(regression, component, parameters_of(prototype, known, regression))
+        return Elements(dataset, component, parameters_of(prototype, known, dataset))
 
-    problem, space = elements().space()
-    resampled(problem, space, 20)
-    afresh = DRAWS * min(wall(lambda: elements().space()) for _ in range(AFRESH))
-    ours = min(wall(lambda: resampled(problem, space, DRAWS)) for _ in range(RUNS))
+    problem, solution = elements().all_elements()
+    resampled(problem, solution, 20)
+    afresh = DRAWS * min(wall(lambda: elements().all_elements()) for _ in range(AFRESH))
+    ours = min(wall(lambda: resampled(problem, solution, DRAWS)) for _ in range(RUNS))
     yield Ratio(
-        f"{DRAWS} draws, {len(log)} samples, {len(space.names)} columns", ours, afresh, ours / afresh, None,
+        f"{DRAWS} draws, {len(log)} samples, {len(solution.space.names)} columns", ours, afresh, ours / afresh, None,
         "as many fits from scratch", "best of 3", most=2.0,
     )  # fmt: skip

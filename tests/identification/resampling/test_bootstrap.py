@@ -1,5 +1,6 @@
 """Intervals from twins of the log: what they hold, and where the plain ones do not."""
 
+import benchmarks.bootstrap
 import numpy as np
 import pytest
 from benchmarks.coverage import AXIS, CASES, FITTED, MAXWELL, SCATTER, UNSEEN, motion, recorded
@@ -107,3 +108,10 @@ def test_errors_of_a_logarithmic_parameter_are_factors():
 def test_too_few_draws_are_refused():
     with pytest.raises(InputError, match="draws"):
         identify(log_of(sines(), sliding_effort(sines())), draws=5)
+
+
+def test_the_benchmark_of_intervals_still_finds_what_it_times(monkeypatch):
+    for name, count in (("DRAWS", 2), ("RUNS", 1), ("AFRESH", 1)):
+        monkeypatch.setattr(benchmarks.bootstrap, name, count)
+    (ratio,) = benchmarks.bootstrap.bootstrap()
+    assert ratio.ours > 0.0
