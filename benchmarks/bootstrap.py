@@ -26,11 +26,11 @@ def bootstrap() -> Iterator[Ratio]:
     """Time 500 draws of the bootstrap of a fit by non-negative least squares, the treatment of each log included."""
     log = recorded(MAXWELL, motion(*FITTED, pairs=11), seed=0)
     component, known = find("maxwell_slip"), prior_knowledge_of(AXIS, None, None, log.kind)
-    regression = treat(log, AXIS)
+    dataset = treat(log, AXIS)
 
     def elements() -> Elements:
         prototype = shaped(component, np.ones(1), np.ones(1))
-        return Elements(regression, component, parameters_of(prototype, known, regression))
+        return Elements(dataset, component, parameters_of(prototype, known, dataset))
 
     problem, solution = elements().all_elements()
     resampled(problem, solution, 20)

@@ -30,6 +30,11 @@ def test_the_truth_costs_least(compared):
     assert bic["coulomb_viscous+asymmetry"] > 0.0
 
 
+@pytest.mark.parametrize("criterion", ["aic", "bic"])
+def test_each_criterion_is_the_difference_to_its_own_smallest(compared, criterion):
+    assert min(getattr(fit.information, criterion) for fit in compared.values()) == 0.0
+
+
 def test_both_criteria_differ_by_the_price_of_a_parameter(compared):
     one, other = compared["coulomb_viscous"], compared["coulomb_viscous+asymmetry"]
     more = len(other.correlation_names) - len(one.correlation_names)

@@ -23,8 +23,13 @@ def with_position(log, position):
     return replace(log, position=replace(log.position, values=position))
 
 
-def fit_to(log, model="lugre"):
-    return identify(log, model, axis=Axis(held=True), blocks=0, draws=0).best
+@pytest.fixture(scope="module")
+def presliding():
+    return slow_log(friction.lugre(F_C=8.0, F_S=11.0, v_S=4e-3, sigma_0=1e5, sigma_1=100.0, sigma_2=30.0))
+
+
+def fit_to(log, model="lugre", settings=None):
+    return identify(log, model, axis=Axis(held=True), blocks=0, draws=0, settings=settings).best
 
 
 def doubted(fit, words):
@@ -55,12 +60,19 @@ def test_a_fine_encoder_shows_presliding(stiff):
     assert fit_to(stiff).parameters["sigma_0"].status == "identified"
 
 
-def test_a_static_model_is_told_to_lack_presliding():
-    log = slow_log(friction.lugre(F_C=8.0, F_S=11.0, v_S=4e-3, sigma_0=1e5, sigma_1=100.0, sigma_2=30.0))
-    warning = next(one for one in warnings_of(fit_to(log, "coulomb_viscous")) if "around reversals" in one)
+def test_a_static_model_is_told_to_lack_presliding(presliding):
+    warning = next(one for one in warnings_of(fit_to(presliding, "coulomb_viscous")) if "around reversals" in one)
     assert "`lugre`" in warning
     assert "units" not in warning
-    assert not any("unexplained" in one for one in warnings_of(fit_to(log)))
+    assert not any("unexplained" in one for one in warnings_of(fit_to(presliding)))
+
+
+@pytest.mark.parametrize("threshold", ["reversal_share", "reversal_excess", "reversal_lag"])
+def test_presliding_is_lacking_only_where_much_is_left_over_and_lags(presliding, threshold):
+    most = {"reversal_share": 1.0, "reversal_excess": 1e3, "reversal_lag": 10.0}[threshold]
+    assert any(one.code == "no-presliding" for one in fit_to(presliding, "coulomb_viscous").diagnostics)
+    doubtful = fit_to(presliding, "coulomb_viscous", settings={threshold: most})
+    assert not any(one.code == "no-presliding" for one in doubtful.diagnostics)
 
 
 def test_what_is_left_over_in_waves_is_told_and_white_noise_is_not():

@@ -120,7 +120,7 @@ def basic_interval(draws: np.ndarray, estimate: float, *, logarithmic: bool) -> 
 
 def bootstrap(
     problem: Problem, solution: Solution, count: int, *, free: np.ndarray | None = None, linear: bool = False,
-    seed: int = SEED, report: Callable[[float], None] = lambda share: None,
+    report: Callable[[float], None] = lambda share: None,
 ) -> Bootstrap:  # fmt: skip
     """Return fits to replicates of a log.
 
@@ -134,8 +134,6 @@ def bootstrap(
         Coordinates that are fitted; all where not given.
     linear : bool
         Whether a fit to a replicate may be taken for linear around the solution.
-    seed : int
-        Of the random numbers.
     report : callable
         Is told the share of the work done.
     """
@@ -145,7 +143,7 @@ def bootstrap(
     visible = scatter_in(cycles, slope, residual) if cycles.count >= FEWEST_CYCLES else 0.0
     fits = _Fits(problem.replicates(values, slope, residual), disturbance_of(problem.dataset, visible),
                  Refit(solution, free, linear=linear), cycles, slope)  # fmt: skip
-    rng = np.random.SeedSequence(seed)
+    rng = np.random.SeedSequence(SEED)
     with Abreast() as pool:
         # A fit takes part of the scatter into its parameters: what is visible of it is less than there is.
         pilot = _squares(pool.map(fits.fit, rng.spawn(PILOT)))

@@ -2,7 +2,8 @@ r"""How sure a fit is of its parameters, and whether the log determines them at 
 
 The standard errors are those of least squares, :math:`s^2 (J^T J)^{-1}`, which take the residuals for independent.
 They are not where the model misses something. Intervals, and whether a parameter counts as identified, therefore rest
-on the larger of these and the errors that hold for residuals correlated over time (clustered by block [1]_).
+on the larger of these and the errors that hold for residuals correlated over time (clustered by block [1]_). The
+jackknife over half-cycles, a cross-check of the bootstrap, takes nothing for known but the model.
 
 References
 ----------
@@ -60,17 +61,17 @@ def covariance_of(solution: Solution, residual: np.ndarray) -> Covariance:
     sensitive = scale > 0.0
     columns = jacobian[:, sensitive] / scale[sensitive]
     _, singular, directions = np.linalg.svd(columns, full_matrices=False)
-    inverse = _inverse(singular, directions)
+    regular = singular > SINGULAR * np.max(singular, initial=0.0)
+    inverse = (directions[regular].T / singular[regular] ** 2) @ directions[regular]
     variance = float(residual @ residual) / max(residual.size - len(names), 1)
     plain = variance * inverse
     robust = inverse @ _scatter(columns * residual[:, None], len(names)) @ inverse
-    blind = _undetermined(singular, directions)
-    index = np.flatnonzero(inner)[sensitive]
-    back = solution.derivative[:, index] / scale[sensitive]
+    # Columns that take part in a direction that the rows do not see, and those that no row sees.
+    blind = np.any(np.abs(directions[~regular]) > 1e-3, axis=0)
+    derivative = solution.derivative[:, inner]
+    back, without_effect = derivative[:, sensitive] / scale[sensitive], derivative[:, ~sensitive]
     covariance = back @ plain @ back.T
-    lost = (np.abs(back[:, blind]) > 0.0).any(axis=1) | (
-        solution.derivative[:, np.flatnonzero(inner)[~sensitive]] != 0
-    ).any(1)
+    lost = (back[:, blind] != 0.0).any(axis=1) | (without_effect != 0.0).any(axis=1)
     std = np.where(lost, np.inf, np.sqrt(np.diag(covariance)))
     robust_std = np.where(lost, np.inf, np.sqrt(np.diag(back @ robust @ back.T)))
     std[~inner], robust_std[~inner] = np.nan, np.nan
@@ -79,17 +80,6 @@ def covariance_of(solution: Solution, residual: np.ndarray) -> Covariance:
     correlation[np.ix_(usable, usable)] = covariance[np.ix_(usable, usable)] / np.outer(std[usable], std[usable])
     condition = float(singular[0] / max(singular[-1], np.finfo(float).tiny)) if singular.size else 1.0
     return Covariance(std, robust_std, correlation, condition)
-
-
-def _inverse(singular: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    regular = singular > SINGULAR * np.max(singular, initial=0.0)
-    return (directions[regular].T / singular[regular] ** 2) @ directions[regular]
-
-
-def _undetermined(singular: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Return which columns take part in a direction that the rows do not see, shape (column,) of bool."""
-    null = directions[singular <= SINGULAR * np.max(singular, initial=0.0)]
-    return np.any(np.abs(null) > 1e-3, axis=0)
 
 
 def _scatter(scores: np.ndarray, fitted: int) -> np.ndarray:
@@ -136,7 +126,7 @@ def jackknife_std(solution: Solution, cycles: Groups, residual: np.ndarray) -> d
     columns = jacobian[:, inner]
     scale = np.linalg.norm(columns, axis=0)
     columns = columns / scale
-    parts = np.stack([columns[rows].T @ columns[rows] for rows in cycles.parts])
+    parts = np.stack([part.T @ part for part in cycles.split(columns)])
     pulls = cycles.summed(columns * residual[:, None])
     total = np.sum(parts, axis=0)
     moved = np.stack([-unbounded(total - part, pull, rcond=1e-12) for part, pull in zip(parts, pulls, strict=True)])

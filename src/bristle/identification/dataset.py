@@ -46,13 +46,13 @@ def _taps(decimation: int) -> np.ndarray:
     return np.asarray(firwin(2 * REACH * decimation + 1, 1.0 / decimation, window="hamming"))
 
 
-def mechanical(plant: Model, x: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
-    """Return the effort [N or N*m] that a plant takes along a motion, friction apart, shape (sample,)."""
+def mechanical(plant: Model, motion: Segment | Dataset) -> np.ndarray:
+    """Return the effort [N or N*m] that a plant takes along a motion or in rows, friction apart, shape (sample,)."""
     inverse = plant.component.inverse
     if inverse is None:
         raise InputError("has no inverse: it cannot be identified from a motion", path="plant", value=plant.name,
                          allowed="inertia, oscillator")  # fmt: skip
-    return inverse(x, v, a, plant.parameters)
+    return inverse(motion.position, motion.velocity, motion.acceleration, plant.parameters)
 
 
 @dataclass(frozen=True)
@@ -88,26 +88,13 @@ class Segment:
         signals = {"v": self.velocity, "x": self.position + 0.5 * dt * self.velocity} | self.surroundings
         return {name: np.concatenate([values[: self.first_cycle], values]) for name, values in signals.items()}
 
-    def contact(self, friction: Model, dt: float, plant: Model) -> float:
-        """Return where the contact stood before the segment, from -1 to 1, that fits the effort best beside `plant`."""
-        friction_force = self.effort - mechanical(plant, self.position, self.velocity, self.acceleration)
-        ahead = {name: values[self.first_cycle :] for name, values in self.signals(dt).items()}
-        return place_of(friction, ahead, dt, friction_force)
+    def friction(self, model: Model, dt: float, contact: float | None = None) -> np.ndarray:
+        """Return the force of a friction model along the segment [N or N*m], after its first cycle if that is known.
 
-    def answer(self, friction: Model, dt: float, place: float | None = None) -> np.ndarray:
-        """Return the force of a friction model along the segment, after its first cycle where that is known.
-
-        Parameters
-        ----------
-        friction : Model
-            The friction model.
-        dt : float
-            Sample time [s].
-        place : float or None
-            Where the contact stood before, from -1 to 1; virgin where not given.
+        `contact` is where it stood before, from -1 to 1; virgin where not given.
         """
-        state = None if place is None else state_at(friction, place)
-        return along(friction, dt=dt, state=state, **self.signals(dt))[self.first_cycle :]
+        state = None if contact is None else state_at(model, contact)
+        return along(model, dt=dt, state=state, **self.signals(dt))[self.first_cycle :]
 
 
 @dataclass(frozen=True)
@@ -122,10 +109,9 @@ class Dataset:
         The kind of axis.
     sample_time : float
         Of the log [s].
-    resolution : float
-        Step of the position encoder [m or rad].
-    noise : float
-        Standard deviation of the noise of the position [m or rad].
+    resolution, noise, effort_noise : float
+        Step of the position encoder, standard deviation of the noise of the position [m or rad], and of that of the
+        effort, sample by sample [N or N*m].
     cutoff : float
         Of the zero-phase filter [Hz].
     decimation : int
@@ -138,10 +124,8 @@ class Dataset:
         By which the effort lagged the position before it was moved back [s].
     keeps_rests : bool
         Whether rows at rest are kept.
-    kept : ndarray or None
+    row_mask : ndarray or None
         Which of the decimated samples are rows, shape (sample,) of bool; those in motion where not given.
-    effort_noise : float
-        Standard deviation of the noise of the effort, sample by sample [N or N*m].
     """
 
     segments: tuple[Segment, ...]
@@ -155,30 +139,15 @@ class Dataset:
     held: bool | None = None
     keeps_rests: bool = False
     delay: float = 0.0
-    kept: np.ndarray | None = None
+    row_mask: np.ndarray | None = None
     effort_noise: float = 0.0
-
-    def rows_of(self, parts: Sequence[np.ndarray]) -> np.ndarray:
-        """Return the rows of a signal, which is given along each whole segment, shape (row,)."""
-        return self._thinned(parts)[self.in_motion]
 
     def explained(
         self, plant: Model, friction: Model, contacts: Sequence[float | None] | None = None
     ) -> list[np.ndarray]:
         """Return the effort that plant and friction take along each segment [N or N*m]; `contacts` as below."""
-        return [
-            mechanical(plant, segment.position, segment.velocity, segment.acceleration) + force
-            for segment, force in zip(self.segments, self.friction_along(friction, plant, contacts), strict=True)
-        ]
-
-    def contacts(self, friction: Model, plant: Model | None) -> tuple[float | None, ...]:
-        """Return where the contact stood before each segment: what fits the effort best beside `plant`.
-
-        None of a model to which that does not matter, and where no plant is given.
-        """
-        if plant is None or friction.component.start is None:
-            return (None,) * len(self.segments)
-        return tuple(segment.contact(friction, self.sample_time, plant) for segment in self.segments)
+        forces = self.friction_along(friction, plant, contacts)
+        return [mechanical(plant, segment) + force for segment, force in zip(self.segments, forces, strict=True)]
 
     def friction_along(
         self, friction: Model, plant: Model | None = None, contacts: Sequence[float | None] | None = None
@@ -188,17 +157,31 @@ class Dataset:
         Where the state of the contact before the log matters, it is that of `contacts`, or else the one that fits the
         effort best beside `plant`.
         """
-        dt, places = self.sample_time, self.contacts(friction, plant) if contacts is None else contacts
+        contacts = self.contacts(friction, plant) if contacts is None else contacts
         return [
-            self.filtered(segment.answer(friction, dt, at)) for segment, at in zip(self.segments, places, strict=True)
+            self.filtered(segment.friction(friction, self.sample_time, contact))
+            for segment, contact in zip(self.segments, contacts, strict=True)
         ]
+
+    def contacts(self, friction: Model, plant: Model | None) -> tuple[float | None, ...]:
+        """Return where the contact stood before each segment, from -1 to 1: what fits the effort best beside `plant`.
+
+        None of a model to which that does not matter, and where no plant is given.
+        """
+        if plant is None or friction.component.start is None:
+            return (None,) * len(self.segments)
+        places = []
+        for segment in self.segments:
+            ahead = {name: values[segment.first_cycle :] for name, values in segment.signals(self.sample_time).items()}
+            places.append(place_of(friction, ahead, self.sample_time, segment.effort - mechanical(plant, segment)))
+        return tuple(places)
 
     def break_aways(self, plant: Model, offset: float) -> tuple[BreakAway, ...]:
         """Return the break-aways of the log: of the effort, `plant` and a constant force [N or N*m] are taken off."""
-        recordings = []
-        for segment in self.segments:
-            moving = mechanical(plant, segment.position, segment.velocity, segment.acceleration)
-            recordings.append(Recording(segment.time, segment.position, segment.effort - moving - offset))
+        recordings = [
+            Recording(segment.time, segment.position, segment.effort - mechanical(plant, segment) - offset)
+            for segment in self.segments
+        ]
         return break_aways(
             recordings, cutoff=self.cutoff, sample_time=self.sample_time, resolution=self.resolution, noise=self.noise
         )
@@ -211,24 +194,28 @@ class Dataset:
         """Return a signal along a segment without the transients of the filter at its edges."""
         return part[self.dropped : part.size - self.dropped]
 
+    def rows_of(self, parts: Sequence[np.ndarray]) -> np.ndarray:
+        """Return the rows of a signal, which is given along each whole segment, shape (row,)."""
+        return self._thinned(parts)[self.in_motion]
+
+    def sampled(self, parts: Sequence[np.ndarray]) -> np.ndarray:
+        """Return the values of a signal at the rows, not mixed with those between."""
+        return np.concatenate([self.without_edges(part)[:: self.decimation] for part in parts])[self.in_motion]
+
     def _thinned(self, signals: Sequence[np.ndarray]) -> np.ndarray:
-        parts = [self.without_edges(part) for part in signals]
-        if self.decimation == 1:
-            return np.concatenate(parts)
         from scipy.signal import resample_poly
 
-        return np.concatenate(
-            [
-                np.asarray(resample_poly(part, 1, self.decimation, window=_taps(self.decimation), padtype="edge"))
-                for part in parts
-            ]
-        )
+        parts = [self.without_edges(part) for part in signals]
+        if self.decimation > 1:
+            taps = _taps(self.decimation)
+            parts = [np.asarray(resample_poly(part, 1, self.decimation, window=taps, padtype="edge")) for part in parts]
+        return np.concatenate(parts)
 
     @cached_property
     def in_motion(self) -> np.ndarray:
         """Which of the decimated samples are rows, shape (sample,) of bool."""
-        if self.kept is not None:
-            return self.kept
+        if self.row_mask is not None:
+            return self.row_mask
         if self.keeps_rests:
             return np.ones(self._thinned([segment.time for segment in self.segments]).size, dtype=bool)
         rests = [self.filtered((segment.velocity == 0.0).astype(float)) for segment in self.segments]
@@ -245,30 +232,6 @@ class Dataset:
         """Time of each row [s]."""
         return self.sampled([segment.time for segment in self.segments])
 
-    def sampled(self, parts: Sequence[np.ndarray]) -> np.ndarray:
-        """Return the values of a signal at the rows, not mixed with those between."""
-        return np.concatenate([self.without_edges(part)[:: self.decimation] for part in parts])[self.in_motion]
-
-    @cached_property
-    def samples_from_reversal(self) -> np.ndarray:
-        """Samples between each row and the nearest reversal of its segment; infinite where there is none."""
-        distances = []
-        for segment, inner in zip(self.segments, self.reversals, strict=True):
-            turns, sample = np.array([-math.inf, *inner, math.inf]), np.arange(segment.time.size)
-            after = np.searchsorted(turns, sample)
-            distances.append(np.minimum(sample - turns[after - 1], turns[after] - sample))
-        return self.sampled(distances)
-
-    @cached_property
-    def log_of_row(self) -> np.ndarray:
-        """Which log each row is from."""
-        return self.sampled([np.full(segment.time.size, segment.log) for segment in self.segments])
-
-    @cached_property
-    def segment_of_row(self) -> np.ndarray:
-        """Which segment each row is from."""
-        return self.sampled([np.full(segment.time.size, number) for number, segment in enumerate(self.segments)])
-
     @cached_property
     def position(self) -> np.ndarray:
         """Position of each row [m or rad]."""
@@ -283,6 +246,21 @@ class Dataset:
     def acceleration(self) -> np.ndarray:
         """Acceleration of each row [m/s^2 or rad/s^2]."""
         return self.rows_of([segment.acceleration for segment in self.segments])
+
+    @cached_property
+    def effort(self) -> np.ndarray:
+        """Effort of each row [N or N*m]."""
+        return self.rows_of([segment.effort for segment in self.segments])
+
+    @cached_property
+    def log_of_row(self) -> np.ndarray:
+        """Which log each row is from."""
+        return self.sampled([np.full(segment.time.size, segment.log) for segment in self.segments])
+
+    @cached_property
+    def segment_of_row(self) -> np.ndarray:
+        """Which segment each row is from."""
+        return self.sampled([np.full(segment.time.size, number) for number, segment in enumerate(self.segments)])
 
     @property
     def bandwidth(self) -> float:
@@ -299,11 +277,6 @@ class Dataset:
         square = 0.4 * self.sample_time * self.noise**2 * (2.0 * np.pi) ** 4 * self.bandwidth**5
         total = float(np.mean(self.acceleration**2))
         return min(square / total, 1.0) if total > 0.0 else 1.0
-
-    @cached_property
-    def effort(self) -> np.ndarray:
-        """Effort of each row [N or N*m]."""
-        return self.rows_of([segment.effort for segment in self.segments])
 
     @cached_property
     def all_velocities(self) -> np.ndarray:
@@ -323,3 +296,13 @@ class Dataset:
             tuple(k for k in reversals(segment.velocity, sided=True).tolist() if edge < k < segment.time.size - edge)
             for segment in self.segments
         )
+
+    @cached_property
+    def samples_from_reversal(self) -> np.ndarray:
+        """Samples between each row and the nearest reversal of its segment; infinite where there is none."""
+        distances = []
+        for segment, turns in zip(self.segments, self.reversals, strict=True):
+            ends, sample = np.array([-math.inf, *turns, math.inf]), np.arange(segment.time.size)
+            after = np.searchsorted(ends, sample)
+            distances.append(np.minimum(sample - ends[after - 1], ends[after] - sample))
+        return self.sampled(distances)

@@ -12,7 +12,6 @@ enough the search is refused.
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -52,22 +51,20 @@ def delay_in(dataset: Dataset) -> tuple[float, float]:
         effort = shifted(dataset, float(samples) * dt).effort[fast]
         return float(np.sum((effort - basis @ (basis.T @ effort)) ** 2))
 
-    tried = np.linspace(-FARTHEST, FARTHEST, SCAN)
-    best = float(tried[int(np.argmin([left(shift) for shift in tried.tolist()]))])
-    step = 2.0 * FARTHEST / (SCAN - 1)
+    trials = np.linspace(-FARTHEST, FARTHEST, SCAN)
+    best, step = float(min(trials, key=left)), 2.0 * FARTHEST / (SCAN - 1)
     ends = max(best - step, -FARTHEST), min(best + step, FARTHEST)
-    least_at: Any = minimize_scalar(left, bounds=ends, method="bounded", options={"xatol": 1e-3})
-    least_shift = float(least_at.x)
-    if abs(least_shift) > FARTHEST - EDGE:
+    lag = float(minimize_scalar(left, bounds=ends, method="bounded", options={"xatol": 1e-3}).x)  # pyright: ignore
+    if abs(lag) > FARTHEST - EDGE:
         raise InputError(
             f"cannot be found in this log: it would exceed {FARTHEST:.0f} samples, as where friction before sliding "
             "turns after the motion", path="timing.delay", value="identify",
             mend="Write the delay into the axis file, or record slides to and fro at several speeds as well",
         )  # fmt: skip
-    least, bend = left(least_shift), 0.1
-    curvature = (left(least_shift + bend) - 2.0 * least + left(least_shift - bend)) / bend**2
+    least, bend = left(lag), 0.1
+    curvature = (left(lag + bend) - 2.0 * least + left(lag - bend)) / bend**2
     variance = 2.0 * least / max(basis.shape[0] - basis.shape[1] - 1, 1) / max(curvature, np.finfo(float).tiny)
-    return least_shift * dt, variance**0.5 * dt
+    return lag * dt, variance**0.5 * dt
 
 
 def shifted(dataset: Dataset, delay: float) -> Dataset:
@@ -83,20 +80,17 @@ def shifted(dataset: Dataset, delay: float) -> Dataset:
 
 def _columns(dataset: Dataset) -> np.ndarray:
     """Return what a simple friction model is linear in, filtered as the effort is, shape (row, column)."""
-
-    def rows(signals: list[np.ndarray]) -> np.ndarray:
-        return dataset.rows_of([dataset.filtered(signal) for signal in signals])
-
     velocities = [segment.velocity for segment in dataset.segments]
-    top = max(float(np.max(np.abs(v))) for v in velocities)
-    sides = [np.where(np.signbit(v), -1.0, 1.0) for v in velocities]
+    speeds = (LEVELS * max(float(np.max(np.abs(v))) for v in velocities)).tolist()
+
+    def along(side: float, v: np.ndarray) -> list[np.ndarray]:
+        """Return the columns of one direction along a segment; friction that bends would else count as a delay."""
+        sliding = np.where(np.signbit(v), -1.0, 1.0) == side
+        return [np.where(sliding, shape, 0.0) for shape in (v, side, *(np.exp(-np.abs(v) / speed) for speed in speeds))]
+
     columns = [dataset.acceleration, dataset.position - float(np.mean(dataset.position))]
     for side in (1.0, -1.0):
-        on = [(signs == side).astype(float) for signs in sides]
-        columns.append(rows([v * mask for v, mask in zip(velocities, on, strict=True)]))
-        columns.append(rows([signs * mask for signs, mask in zip(sides, on, strict=True)]))
-        for speed in (top * LEVELS).tolist():
-            # Friction that bends with speed would else be taken for a delay.
-            columns.append(rows([mask * np.exp(-np.abs(v) / speed) for v, mask in zip(velocities, on, strict=True)]))
+        shapes = zip(*(along(side, v) for v in velocities), strict=True)
+        columns += [dataset.rows_of([dataset.filtered(part) for part in parts]) for parts in shapes]
     # A log in one direction has nothing on the other side.
     return np.stack([column for column in columns if np.any(column)], axis=1)

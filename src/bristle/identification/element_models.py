@@ -280,7 +280,7 @@ class Elements:
             model = self._empty.model(self._empty.unit(TOTAL, multiplied))
         else:
             model = self.element(multiplied)
-        return segment.answer(model, self.dataset.sample_time)
+        return segment.friction(model, self.dataset.sample_time)
 
     def _cause(self, name: str, segment: Segment) -> np.ndarray:
         """Return what a factor multiplies along a segment, shape (sample,), by the kernels of the slots.

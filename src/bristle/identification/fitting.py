@@ -15,7 +15,7 @@ from bristle.core.variable import Kind
 from bristle.engine.checks import finite
 from bristle.friction import base_of
 from bristle.identification.covariance import covariance_of
-from bristle.identification.diagnostics.estimates import Judgement, about_estimates, about_held, combinations_of
+from bristle.identification.diagnostics.estimates import Judgement, about_estimates, about_fixed, combinations_of
 from bristle.identification.diagnostics.excitation import Excitation
 from bristle.identification.diagnostics.repetition import about_amplitudes, about_repeated_logs, about_repetition
 from bristle.identification.diagnostics.residual import (
@@ -125,7 +125,7 @@ def fit_of(estimation: Estimation, context: Context) -> Fit:
             *rows,
             *about_rise(problem, values),
             *about_amplitudes(dataset, friction, settings),
-            *about_held(problem),
+            *about_fixed(problem),
             *(estimation.diagnostics if estimation.simulates else ()),
             *about_treatment(dataset),
             *(() if estimation.simulates else estimation.diagnostics),

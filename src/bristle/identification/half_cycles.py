@@ -22,7 +22,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
@@ -63,10 +62,9 @@ class Groups:
         """Number of the group of each row, counted among those that have any."""
         return np.unique(self.of_rows, return_inverse=True)[1]
 
-    @cached_property
-    def parts(self) -> tuple[slice, ...]:
-        """The rows of each group."""
-        return tuple(slice(*ends) for ends in pairwise([*self._first.tolist(), self.of_rows.size]))
+    def split(self, rows: np.ndarray) -> list[np.ndarray]:
+        """Return the rows of each group."""
+        return np.split(rows, self._first[1:])
 
     def summed(self, rows: np.ndarray) -> np.ndarray:
         """Return the sum of a signal over the rows of each group, shape (group, ...)."""

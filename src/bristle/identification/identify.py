@@ -27,9 +27,9 @@ from bristle.identification.dataset import Dataset
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.fitting import fit
 from bristle.identification.least_squares import Report
-from bristle.identification.merging import treat_all
 from bristle.identification.output_error import Simulation, loop_of
 from bristle.identification.parameters import PriorKnowledge
+from bristle.identification.preprocessing import treat_all
 from bristle.identification.request import (
     METHODS,
     freed,

@@ -108,8 +108,7 @@ class InverseDynamics:
 
     def mechanical(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the effort that the plant takes in each row, friction apart [N or N*m]."""
-        rows = self.dataset
-        return mechanical(self.plant(values), rows.position, rows.velocity, rows.acceleration)
+        return mechanical(self.plant(values), self.dataset)
 
     def residual(self, free: Mapping[str, float]) -> np.ndarray:
         """Return measured minus predicted effort of each row [N or N*m], from the free parameters."""

@@ -84,7 +84,7 @@ def half_width(bands: Bands, plant: Model, friction: Model, dataset: Dataset) ->
     for index in range(min(bands.count, MEMBERS)):
         body, contact = (with_parameters(bands, index, model) for model in (plant, friction))
         efforts = [
-            mechanical(body, segment.position, segment.velocity, segment.acceleration)
+            mechanical(body, segment)
             + dataset.filtered(force_with_scatter(contact, segment, turns, dataset.sample_time, bands.scatter, rng))
             for segment, turns in zip(dataset.segments, starts, strict=True)
         ]

@@ -20,8 +20,8 @@ References
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -31,19 +31,80 @@ from bristle.core.normal import DEVIATION_OVER_MEDIAN
 from bristle.core.typography import with_unit
 from bristle.core.variable import Kind, unit_of
 from bristle.identification.dataset import Dataset, Segment, low_passed
+from bristle.identification.delay import delay_in, shifted
+from bristle.logs.log import Log
+from bristle.logs.segmentation import rests, whole_cycle, with_sides
 
-__all__ = ["CUTOFF_SHARE", "segment_of", "treat"]
+__all__ = ["CUTOFF_SHARE", "segment_of", "treat", "treat_all"]
 
 CUTOFF_SHARE = 0.1  # of the sampling frequency
 DECIMATION = 10
 EDGE_PERIODS = 5  # of the cut-off frequency: the transient of the filter
 REST_PERIODS = 5  # of the cut-off frequency, without an encoder step, make a rest
 ROWS_MIN = 50
-COVERED, RETURNED = 0.9, 0.02  # of the range: a whole cycle is through, the motion is back
+ALIKE = 1e-3  # relative difference of sample times that is none
+
+
+def treat_all(
+    logs: Sequence[Log], axes: Sequence[Axis | None], cutoff: float | None = None, decimation: int | None = None,
+    delay: float | None = None,
+) -> Dataset:  # fmt: skip
+    """Return the regression rows of several logs, one after the other.
+
+    Parameters
+    ----------
+    logs, axes : sequence of Log, of Axis or None
+        Logs of the same axis, and what is known of it as each log records it.
+    cutoff, decimation : float, int, optional
+        As in `treat`; the same for all logs.
+    delay : float, optional
+        By how much the effort lags the position [s]. Where it is not given, an axis may ask for it to be found.
+
+    Raises
+    ------
+    InputError
+        If a log does not serve, or they are of different kinds, sample times, or treatments.
+    """
+    parts = [treat(log, axis, cutoff, decimation) for log, axis in zip(logs, axes, strict=True)]
+    first = parts[0]
+    for log, part in zip(logs, parts, strict=True):
+        _refuse_unlike(log, part, first)
+    segments, end = [], first.segments[0].time[0]
+    for number, part in enumerate(parts):
+        # Rows are told apart by their time: a log begins where the one before it ends.
+        later = end - part.segments[0].time[0]
+        segments += [replace(segment, log=number, time=segment.time + later) for segment in part.segments]
+        end = segments[-1].time[-1] + first.sample_time
+    merged = replace(
+        first,
+        segments=tuple(segments),
+        resolution=max(part.resolution for part in parts),
+        noise=float(np.sqrt(np.mean([part.noise**2 for part in parts]))),
+        effort_noise=float(np.sqrt(np.mean([part.effort_noise**2 for part in parts]))),
+    )
+    if delay is None and any(axis is not None and axis.seeks_delay for axis in axes):
+        delay, _ = delay_in(merged)
+    return shifted(merged, delay) if delay else merged
+
+
+def _refuse_unlike(log: Log, part: Dataset, first: Dataset) -> None:
+    path = f"log {log.source.name}"
+    if part.kind != first.kind:
+        raise InputError(
+            "is of another kind of axis than the first log", path=path, value=part.kind, allowed=first.kind
+        )
+    if abs(part.sample_time / first.sample_time - 1.0) > ALIKE:
+        period, first_period = (with_unit(time, "s") for time in (part.sample_time, first.sample_time))
+        raise InputError(f"was sampled every {period}, the first log every {first_period}", path=path,
+                         mend="Resample one of them, or identify them one by one")  # fmt: skip
+    for name in ("cutoff", "decimation", "held"):
+        if getattr(part, name) != getattr(first, name):
+            raise InputError(f"is to be treated with another {name} than the first log", path=path,
+                             value=getattr(part, name), mend="Write the same into both axis files")  # fmt: skip
 
 
 def treat(
-    log: Any, axis: Axis | None, cutoff: float | None = None, decimation: int | None = None,
+    log: Log, axis: Axis | None, cutoff: float | None = None, decimation: int | None = None,
     like: Dataset | None = None,
 ) -> Dataset:  # fmt: skip
     """Return the regression rows of a log.
@@ -67,36 +128,34 @@ def treat(
     InputError
         If the cut-off or the decimation cannot be used, the log is too short for them, or nothing moves.
     """
-    dt = float(log.sample_time)
-    cutoff = _cutoff(cutoff if cutoff is not None else axis and axis.cutoff, dt)
-    decimation = _decimation(decimation if decimation is not None else axis and axis.decimation)
-    position = np.asarray(log.position.values, dtype=float)
+    dt, axis = float(log.sample_time), axis or Axis(kind=log.kind)
+    cutoff = _cutoff(axis.cutoff if cutoff is None else cutoff, dt)
+    decimation = _decimation(axis.decimation if decimation is None else decimation)
     _refuse_non_finite(log)
-    measured = axis.resolution if axis is not None else None
-    held = axis.held if axis is not None else None
-    resolution = _smallest_step(position) if measured is None else measured
+    position = log.position.values
+    resolution = _smallest_step(position) if axis.resolution is None else axis.resolution
     dropped = max(round(EDGE_PERIODS / (cutoff * dt)), 1)
     shortest = 2 * dropped + ROWS_MIN * decimation
-    segments = log.segments or (slice(0, position.size),)
-    lengths = [len(range(*part.indices(position.size))) for part in segments]
-    long_enough = [part for part, length in zip(segments, lengths, strict=True) if length >= shortest]
-    if not long_enough:
+    parts = log.segments or (slice(0, len(log)),)
+    lengths = [len(range(*part.indices(len(log)))) for part in parts]
+    if max(lengths) < shortest:
         raise InputError(
             "is too short for this filter and decimation", path="log", value=f"{max(lengths)} samples without a gap",
             allowed=f"at least {shortest}",
             mend="Record a longer motion, raise the cut-off or lower the decimation",
         )  # fmt: skip
-    noise_of_like = None if like is None else (like.noise, like.effort_noise)
-    treated = [segment_of(log, part, cutoff, resolution, noise_of_like, held=bool(held)) for part in long_enough]
-    moving = tuple(segment for segment, *_ in treated if np.any(segment.velocity != 0.0))
-    if axis is not None and axis.in_cycle:
+    noises = None if like is None else (like.noise, like.effort_noise)
+    segments, noise, effort_noise = zip(*(
+        segment_of(log, part, cutoff, resolution, noises, held=bool(axis.held))
+        for part, length in zip(parts, lengths, strict=True) if length >= shortest
+    ), strict=True)  # fmt: skip
+    moving = tuple(segment for segment in segments if np.any(segment.velocity != 0.0))
+    if axis.in_cycle:
         moving = tuple(replace(segment, first_cycle=_first_cycle(segment, log.kind)) for segment in moving)
-    noise, effort_noise = (
-        float(np.mean(noise)) for noise in ([two for _, two, _ in treated], [two for *_, two in treated])
-    )
-    keeps = axis is not None and axis.keeps_rests
-    dataset = Dataset(moving, log.kind, dt, resolution, noise, cutoff, decimation, dropped, held, keeps,
-                            kept=None if like is None else like.in_motion, effort_noise=effort_noise)  # fmt: skip
+    dataset = Dataset(
+        moving, log.kind, dt, resolution, float(np.mean(noise)), cutoff, decimation, dropped, axis.held,
+        axis.keeps_rests, row_mask=None if like is None else like.in_motion, effort_noise=float(np.mean(effort_noise)),
+    )  # fmt: skip
     if not moving or dataset.time.size < ROWS_MIN:
         raise InputError(
             "the axis hardly moves", path="log.position",
@@ -106,7 +165,7 @@ def treat(
     return dataset
 
 
-def _refuse_non_finite(log: Any) -> None:
+def _refuse_non_finite(log: Log) -> None:
     for name in ("time", "position", "effort"):
         values = getattr(log, name).values
         bad = np.flatnonzero(~np.isfinite(values))
@@ -141,7 +200,7 @@ def _smallest_step(position: np.ndarray) -> float:
 
 
 def segment_of(
-    log: Any, part: slice, cutoff: float, resolution: float, noises: tuple[float, float] | None = None, *,
+    log: Log, part: slice, cutoff: float, resolution: float, noises: tuple[float, float] | None = None, *,
     held: bool = False,
 ) -> tuple[Segment, float, float]:  # fmt: skip
     """Return a segment of a log, and the standard deviations of the noise of its position and of its effort.
@@ -161,23 +220,25 @@ def segment_of(
     held : bool
         Whether the recorded effort acts until the next sample.
     """
-    dt = float(log.sample_time)
-    raw = np.asarray(log.position.values[part], dtype=float)
+    assert log.effort is not None
+    dt, position, effort = log.sample_time, log.position.values[part], log.effort.values[part]
     # The offset of a long stroke would cost digits in the second difference.
-    origin = raw[0]
-    effort = np.asarray(log.effort.values[part], dtype=float)
-    effort = _at_samples(effort) if held else effort
-    smooth, smooth_effort = low_passed(np.stack([raw - origin, effort]), cutoff, dt)
-    noise, effort_noise = noises or _noises(raw - origin - smooth, effort - smooth_effort, cutoff * dt)
+    origin = position[0]
+    if held:
+        # The mean of two values that follow each other acts around the sample between them.
+        effort = 0.5 * (effort + np.concatenate([effort[:1], effort[:-1]]))
+    raw = np.stack([position - origin, effort])
+    filtered = low_passed(raw, cutoff, dt)
+    smooth, smooth_effort = filtered
+    noise, effort_noise = noises or _noises(raw - filtered, cutoff * dt)
     velocity = np.gradient(smooth, dt)
-    acceleration = np.gradient(velocity, dt)
     window = max(round(REST_PERIODS / (cutoff * dt)), 1)
-    rest = _rests(smooth, window, max(1.5 * resolution, 4.0 * noise))
+    rest = rests(smooth, window, max(1.5 * resolution, 4.0 * noise))
     segment = Segment(
-        time=np.asarray(log.time.values[part], dtype=float),
+        time=log.time.values[part],
         position=smooth + origin,
-        velocity=_with_sides(velocity, rest),
-        acceleration=acceleration,
+        velocity=with_sides(velocity, rest),
+        acceleration=np.gradient(velocity, dt),
         effort=smooth_effort,
         load=None if log.load is None else low_passed(log.load.values[part], cutoff, dt),
         temperature=None if log.temperature is None else low_passed(log.temperature.values[part], cutoff, dt),
@@ -185,60 +246,20 @@ def segment_of(
     return segment, noise, effort_noise
 
 
-def _noises(position: np.ndarray, effort: np.ndarray, cutoff: float) -> tuple[float, float]:
-    """Return the standard deviations of the noise, of what a filter takes away; its cut-off over the sampling rate."""
+def _noises(removed: np.ndarray, cutoff: float) -> tuple[float, float]:
+    """Return the noise of position and effort, of what a filter takes away; its cut-off over the sampling rate."""
+    position, effort = (DEVIATION_OVER_MEDIAN * np.median(np.abs(removed), axis=1)).tolist()
     # White noise above the cut-off tells how much there is in all.
-    above = max(1.0 - 2.0 * cutoff, 0.1)
-    position_noise, effort_noise = (
-        DEVIATION_OVER_MEDIAN * float(np.median(np.abs(signal))) for signal in (position, effort)
-    )
-    return position_noise, effort_noise / above**0.5
+    return position, effort / max(1.0 - 2.0 * cutoff, 0.1) ** 0.5
 
 
 def _first_cycle(segment: Segment, kind: Kind) -> int:
-    """Return after how many samples a motion that repeats is where it began, and moves on alike.
-
-    Raises
-    ------
-    InputError
-        If it never is.
-    """
-    covered = np.maximum.accumulate(segment.position) - np.minimum.accumulate(segment.position)
-    away = np.abs(segment.position - segment.position[0])
-    back = (covered > COVERED * covered[-1]) & (away < RETURNED * covered[-1])
-    back &= np.signbit(segment.velocity) == np.signbit(segment.velocity[0])
-    if not back.any():
+    """Return after how many samples a motion that repeats is where it began, and moves on alike."""
+    first = whole_cycle(segment.position, segment.velocity)
+    if first is None:
         raise InputError(
             "does not come back to where it began, so that its first cycle is not known", path="log.start",
             value=f"cycle, from {with_unit(float(segment.position[0]), unit_of('length', kind))}",
             mend='Write start = "moving" under [log] of the axis file, or begin with a whole cycle',
         )  # fmt: skip
-    first = int(np.argmax(back))
-    stay = int(np.argmin(back[first:])) or back.size - first
-    return first + int(np.argmin(away[first : first + stay]))
-
-
-def _at_samples(held: np.ndarray) -> np.ndarray:
-    """Return the effort that acts around each sample, of values that act from theirs until the next one."""
-    return 0.5 * (held + np.concatenate([held[:1], held[:-1]]))
-
-
-def _rests(position: np.ndarray, window: int, step: float) -> np.ndarray:
-    """Return the windows in which the position goes no further than a step, shape (sample,) of bool.
-
-    From its middle to either end, because around a turning point both ends are alike though the body moves.
-    """
-    padded = np.pad(position, window, mode="edge")
-    before, after = padded[: -2 * window], padded[2 * window :]
-    middles = (np.abs(after - position) <= step) & (np.abs(position - before) <= step)
-    counted = np.concatenate([[0], np.cumsum(np.pad(middles, window))])
-    return counted[2 * window + 1 :] > counted[: -2 * window - 1]
-
-
-def _with_sides(velocity: np.ndarray, rest: np.ndarray) -> np.ndarray:
-    """Return the velocity with a zero at rest, which carries the sign of the last motion."""
-    if rest.all():
-        return np.zeros_like(velocity)
-    first = int(np.argmin(rest))
-    last = np.maximum.accumulate(np.where(rest, first, np.arange(velocity.size)))
-    return np.where(rest, np.copysign(0.0, velocity[last]), velocity)
+    return first

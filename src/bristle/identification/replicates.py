@@ -29,7 +29,7 @@ from bristle.core.variable import unit_of
 from bristle.identification.dataset import Dataset, Segment, low_passed, mechanical
 from bristle.identification.disturbance import Disturbance, force_with_scatter, signs
 from bristle.identification.half_cycles import half_cycle_starts
-from bristle.identification.outputs import Output, Reading
+from bristle.identification.outputs import Reading
 from bristle.identification.preprocessing import treat
 from bristle.logs.log import Channel, Log
 
@@ -67,7 +67,7 @@ class RowReplicates:
         efforts, positions, segments, first = [], [], [], 0
         for segment, starts, residual in zip(self._motion, self._starts, self._residual, strict=True):
             pure = force_with_scatter(self._friction, segment, starts, dataset.sample_time, scatter, rng)
-            pure += mechanical(self._plant, segment.position, segment.velocity, segment.acceleration)
+            pure += mechanical(self._plant, segment)
             pure += side * disturbance.unexplained * signs(pure.size, rng) * residual
             efforts.append(pure + noise * rng.standard_normal(pure.size))
             positions.append(segment.position + jitter * rng.standard_normal(pure.size))
@@ -139,26 +139,29 @@ class SignalReplicates:
     def draw(self, disturbance: Disturbance, rng: np.random.Generator, side: float = 1.0) -> Changed:
         """Return the same fit to a log drawn anew, or to its mirror image (-1)."""
         cycles = self.error.half_cycles
-        levels = (disturbance.scatter * rng.standard_normal(cycles.count))[cycles.index]
+        levels = self._split((disturbance.scatter * rng.standard_normal(cycles.count))[cycles.index])
         reading = Reading(disturbance.resolution, disturbance.jitter)
-        changes, first = [], 0
-        for output, pure, leaning in self._pure:
-            part = slice(first, first + pure.size)
-            change = np.nan_to_num(output.read(*self._models, self.values, pure, levels[part] * leaning, reading, rng))
-            changes.append(change + disturbance.unexplained * signs(pure.size, rng) * self.left[part])
-            first += pure.size
-        return Changed(self, np.concatenate([pure for _, pure, _ in self._pure]), side * np.concatenate(changes))
+        pure, changes = [pure for pure, _ in self._pure], []
+        for output, (signal, leaning), level, left in zip(
+            self.error.outputs, self._pure, levels, self._split(self.left), strict=True
+        ):
+            change = output.read(*self._models, self.values, signal, level * leaning, reading, rng)
+            lacking = disturbance.unexplained * signs(signal.size, rng) * left
+            changes.append(np.nan_to_num(change) + lacking)
+        return Changed(self, np.concatenate(pure), side * np.concatenate(changes))
 
     @cached_property
-    def _pure(self) -> list[tuple[Output, np.ndarray, np.ndarray]]:
-        """Each segment, its signal without disturbance, and what a level of friction that is higher adds to it."""
-        segments, first = [], 0
-        for output in self.error.outputs:
-            slope = self.slope[first : first + output.measured.size]
-            leaning = np.nan_to_num(output.leaning(*self._models, self.values, slope))
-            segments.append((output, output.simulated(*self._models, self.values), leaning))
-            first += slope.size
-        return segments
+    def _pure(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Signal of each segment without disturbance, and what a level of friction that is higher adds to it."""
+        return [
+            (output.simulated(*self._models, self.values),
+             np.nan_to_num(output.leaning(*self._models, self.values, slope)))
+            for output, slope in zip(self.error.outputs, self._split(self.slope), strict=True)
+        ]  # fmt: skip
+
+    def _split(self, signal: np.ndarray) -> list[np.ndarray]:
+        """Return the samples of each segment."""
+        return np.split(signal, np.cumsum([output.measured.size for output in self.error.outputs])[:-1])
 
     @property
     def _models(self) -> tuple[Model, Model]:

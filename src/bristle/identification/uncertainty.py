@@ -32,21 +32,7 @@ def with_uncertainty(
     fit: Fit, estimation: Estimation, draws: int, settings: Settings,
     report: Callable[[float], None] = lambda share: None,
 ) -> Fit:  # fmt: skip
-    """Return a fit with what resampling says of it.
-
-    Parameters
-    ----------
-    fit : Fit
-        The fit.
-    estimation : Estimation
-        What was fitted, and how it is fitted again.
-    draws : int
-        Number of replicates.
-    settings : Settings
-        The thresholds.
-    report : callable
-        Is told the share of the work done.
-    """
+    """Return a fit with what so many replicates of its log say of it; `report` is told the share of the work done."""
     problem, solution = estimation.resampled
     clear = frozenset(estimate.name for estimate in fit.estimates if _is_clear(estimate, settings.clear_std))
     lost = unidentifiable(problem, solution, clear, settings)
@@ -68,16 +54,11 @@ def with_uncertainty(
     )
     variables = problem.parameters.variables
     reasons = {parameter.name: parameter.diagnostic for parameter in lost}
-    estimates = tuple(
-        _with_interval(
-            replace(estimate, status="unidentifiable", reason=reasons[estimate.name])
-            if estimate.name in reasons
-            else estimate,
-            replicates,
-            variables.get(estimate.name),
-        )
-        for estimate in fit.estimates
+    judged = (
+        replace(estimate, status="unidentifiable", reason=reasons[name]) if name in reasons else estimate
+        for name, estimate in fit.parameters.items()
     )
+    estimates = tuple(_with_interval(estimate, replicates, variables.get(estimate.name)) for estimate in judged)
     return replace(
         fit, estimates=estimates, resampling=resampling,
         diagnostics=(

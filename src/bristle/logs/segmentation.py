@@ -1,4 +1,4 @@
-"""Where a motion turns: reversals, those of them that are more than noise, and the half-cycles between."""
+"""Where a motion rests, turns and repeats: reversals, those that are more than noise, and half-cycles between."""
 
 from __future__ import annotations
 
@@ -6,7 +6,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
-__all__ = ["alternating", "half_cycle_numbers", "numbered", "reversals", "turning_points", "turns_apart"]
+__all__ = [
+    "alternating",
+    "half_cycle_numbers",
+    "numbered",
+    "rests",
+    "reversals",
+    "turning_points",
+    "turns_apart",
+    "whole_cycle",
+    "with_sides",
+]
+
+COVERED, RETURNED = 0.9, 0.02  # of the range: a whole cycle is through, the motion is back
 
 
 def reversals(velocity: np.ndarray, *, sided: bool = False) -> np.ndarray:
@@ -128,3 +140,59 @@ def half_cycle_numbers(turns: Sequence[Sequence[int]], counts: Sequence[int]) ->
     """
     first = np.cumsum([0, *(len(places) + 1 for places in turns)]).tolist()
     return [start + numbered(places, count) for start, places, count in zip(first[:-1], turns, counts, strict=True)]
+
+
+def rests(position: np.ndarray, window: int, step: float) -> np.ndarray:
+    """Return the windows in which the position goes no further than a step, shape (sample,) of bool.
+
+    From its middle to either end, because around a turning point both ends are alike though the body moves.
+
+    Parameters
+    ----------
+    position : ndarray, shape (sample,)
+        The motion [m or rad].
+    window : int
+        Half of its samples.
+    step : float
+        The largest way of a rest [m or rad].
+    """
+    padded = np.pad(position, window, mode="edge")
+    before, after = padded[: -2 * window], padded[2 * window :]
+    middles = (np.abs(after - position) <= step) & (np.abs(position - before) <= step)
+    counted = np.concatenate([[0], np.cumsum(np.pad(middles, window))])
+    return counted[2 * window + 1 :] > counted[: -2 * window - 1]
+
+
+def with_sides(velocity: np.ndarray, rest: np.ndarray) -> np.ndarray:
+    """Return the velocity with a zero at rest, which carries the sign of the last motion.
+
+    Examples
+    --------
+    >>> with_sides(np.array([0.1, -1.0, 0.1, 2.0]), np.array([True, False, True, False]))
+    array([-0., -1., -0.,  2.])
+    """
+    if rest.all():
+        return np.zeros_like(velocity)
+    first = int(np.argmin(rest))
+    last = np.maximum.accumulate(np.where(rest, first, np.arange(velocity.size)))
+    return np.where(rest, np.copysign(0.0, velocity[last]), velocity)
+
+
+def whole_cycle(position: np.ndarray, velocity: np.ndarray) -> int | None:
+    """Return after how many samples a motion that repeats is where it began, and moves on alike; None if it never is.
+
+    Examples
+    --------
+    >>> phase = 2.0 * np.pi * np.arange(25) / 10.0
+    >>> whole_cycle(np.sin(phase), np.cos(phase))
+    10
+    """
+    covered = np.maximum.accumulate(position) - np.minimum.accumulate(position)
+    away = np.abs(position - position[0])
+    back = (covered > COVERED * covered[-1]) & (away < RETURNED * covered[-1])
+    back &= np.signbit(velocity) == np.signbit(velocity[0])
+    if not back.any():
+        return None
+    first = int(np.argmax(back))
+    stay = int(np.argmin(back[first:])) or back.size - first
+    return first + int(np.argmin(away[first : first + stay]))

@@ -23,8 +23,8 @@ from bristle.engine.checks import finite
 from bristle.files.given import AXIS, LOG, log_and_axis
 from bristle.friction import is_static, with_presliding
 from bristle.identification.dataset import Dataset
-from bristle.identification.merging import treat_all
 from bristle.identification.prediction_interval import Bands, half_width
+from bristle.identification.preprocessing import treat_all
 from bristle.identification.request import CUTOFF, treatment_of
 from bristle.logs.log import Log
 from bristle.prediction.doubts import with_doubts

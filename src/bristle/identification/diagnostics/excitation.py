@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bristle.core.diagnostic import Diagnostic, Number
+from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
 from bristle.identification.dataset import Dataset
 from bristle.identification.roles import Role, name_of
@@ -24,7 +25,7 @@ class Excitation:
 
     Parameters
     ----------
-    regression, scales : Regression, Scales
+    dataset, scales : Dataset, Scales
         The log.
     values, variables : mapping
         All parameters of the fit [SI] and what they are; the `excitation` of a variable names what it takes.
@@ -40,21 +41,8 @@ class Excitation:
 
     def cause(self, name: str) -> Diagnostic:
         """Return what the log lacks to identify a parameter."""
-        match self.variables[name].excitation:
-            case "acceleration":
-                top = float(np.max(np.abs(self.dataset.acceleration)))
-                return self._lacking("low-acceleration", name, acceleration=top)
-            case "speed":
-                return self._about_speed(name)
-            case "stribeck":
-                return self._about_fall(name)
-            case "presliding":
-                return self._about_presliding(name)
-            case "displacement":
-                return self._lacking("no-bend", name, stroke=self.scales.stroke)
-            case "sliding":
-                return self._lacking("few-strokes", name, reversals=self._reversals, stroke=self.scales.stroke)
-        return self._lacking("small-effect", name)
+        code, numbers = self._lacking(self.variables[name].excitation)
+        return Diagnostic(code, name, "warning", numbers, self.dataset.kind)
 
     def is_hidden(self, name: str, *, filtered: bool = True) -> bool:
         """Return whether a parameter shapes only what lasts less than a period of the filter, or less than the noise.
@@ -67,13 +55,69 @@ class Excitation:
         """
         if self.variables[name].excitation != "presliding":
             return False
-        if not self._reversals:
-            return True
-        zone = self._zone()
-        if zone is None:
-            return False
+        if not self._reversals or self._zone is None:
+            return not self._reversals
         period = self._filter_period if filtered else 2.0
-        return self._samples_within(zone) < period or self._below_the_noise(name, zone) is not None
+        return self._samples_within(self._zone) < period or self._below_the_noise(self._zone) is not None
+
+    def _lacking(self, excitation: str) -> tuple[str, dict[str, Number]]:
+        """Return which kind of excitation a log lacks, as a code with its numbers."""
+        dataset, scales = self.dataset, self.scales
+        match excitation:
+            case "acceleration":
+                return "low-acceleration", {"acceleration": float(np.max(np.abs(dataset.acceleration)))}
+            case "speed":
+                low, high = np.quantile(np.abs(dataset.velocity), [0.1, 0.9])
+                return "one-speed" if high < self.settings.one_speed * low else "low-speed", {"speed": scales.speed}
+            case "stribeck":
+                return self._without_fall()
+            case "presliding":
+                return self._without_presliding()
+            case "displacement":
+                return "no-bend", {"stroke": scales.stroke}
+            case "sliding":
+                return "few-strokes", {"reversals": self._reversals, "stroke": scales.stroke}
+        return "small-effect", {}
+
+    def _without_fall(self) -> tuple[str, dict[str, Number]]:
+        speeds, fall = self.dataset.all_velocities, name_of(Role.FALL, self.variables)
+        slow = self.scales.slowest if fall is None else self.values[fall]
+        numbers: dict[str, Number] = {
+            "slow_samples": int(np.sum(np.abs(speeds) < slow)),
+            "samples": speeds.size,
+            "speed": slow,
+        }
+        grain = max(self.settings.zone_counts * self.dataset.resolution, self.settings.zone_noise * self.dataset.noise)
+        steady = [
+            speed
+            for segment in self.dataset.segments
+            for passage in passages_along(segment.time, segment.position, segment.effort, grain)
+            if passage.kind == "constant_velocity"
+            for speed in passage.speeds
+        ]
+        if not steady:
+            return "no-steady-slide", numbers
+        return "no-fall", numbers | {"slowest": min(steady), "fastest": max(steady)}
+
+    def _without_presliding(self) -> tuple[str, dict[str, Number]]:
+        count, zone = self._reversals, self._zone
+        if not count:
+            return "no-reversal", {}
+        if zone is None:
+            return "few-reversals", {"reversals": count}
+        return self._below_the_noise(zone) or ("fast-reversals", {
+            "reversals": count, "zone": zone, "samples": self._samples_within(zone),
+            "filter_samples": self._filter_period,
+        })  # fmt: skip
+
+    def _below_the_noise(self, zone: float) -> tuple[str, dict[str, Number]] | None:
+        """Return why a displacement [m or rad] is too short for the position that was recorded, if it is."""
+        dataset, least = self.dataset, self.settings
+        if zone < least.zone_counts * dataset.resolution:
+            return "coarse-position", {"zone": zone, "counts": least.zone_counts, "resolution": dataset.resolution}
+        if zone < least.zone_noise * dataset.noise:
+            return "noisy-position", {"zone": zone, "deviations": least.zone_noise, "noise": dataset.noise}
+        return None
 
     @property
     def _reversals(self) -> int:
@@ -84,69 +128,11 @@ class Excitation:
         """Samples of one period of the cut-off."""
         return 1.0 / (self.dataset.cutoff * self.dataset.sample_time)
 
-    def _lacking(self, code: str, parameter: str, **numbers: Number) -> Diagnostic:
-        return Diagnostic(code, parameter, "warning", numbers, self.dataset.kind)
-
-    def _about_speed(self, name: str) -> Diagnostic:
-        low, high = np.quantile(np.abs(self.dataset.velocity), [0.1, 0.9])
-        code = "one-speed" if high < self.settings.one_speed * low else "low-speed"
-        return self._lacking(code, name, speed=self.scales.speed)
-
-    def _about_fall(self, name: str) -> Diagnostic:
-        speeds = self.dataset.all_velocities
-        fall = name_of(Role.FALL, self.variables)
-        slow = self.scales.slowest if fall is None else self.values[fall]
-        numbers = {"slow_samples": int(np.sum(np.abs(speeds) < slow)), "samples": speeds.size, "speed": slow}
-        steady = self._steady_speeds()
-        if not steady:
-            return self._lacking("no-steady-slide", name, **numbers)
-        return self._lacking("no-fall", name, **numbers, slowest=min(steady), fastest=max(steady))
-
-    def _steady_speeds(self) -> list[float]:
-        """Return the speeds at which the log slides steadily [m/s or rad/s], both ends of each passage."""
-        dataset = self.dataset
-        grain = max(self.settings.zone_counts * dataset.resolution, self.settings.zone_noise * dataset.noise)
-        return [
-            end
-            for part in dataset.segments
-            for passage in passages_along(part.time, part.position, part.effort, grain)
-            if passage.kind == "constant_velocity"
-            for end in passage.speeds
-        ]
-
-    def _about_presliding(self, name: str) -> Diagnostic:
-        count, zone = self._reversals, self._zone()
-        if not count:
-            return self._lacking("no-reversal", name)
-        if zone is None:
-            return self._lacking("few-reversals", name, reversals=count)
-        blurred = self._below_the_noise(name, zone)
-        if blurred is not None:
-            return blurred
-        return self._lacking(
-            "fast-reversals", name, reversals=count, zone=zone, samples=self._samples_within(zone),
-            filter_samples=self._filter_period,
-        )  # fmt: skip
-
+    @cached_property
     def _zone(self) -> float | None:
-        """Return the displacement [m or rad] over which friction builds up, where the model has a stiffness."""
-        stiffness = [
-            value
-            for name, value in self.values.items()
-            if self.variables[name].quantity == "force/length" and value > 0.0
-        ]
-        return self.scales.force / max(stiffness) if stiffness else None
-
-    def _below_the_noise(self, name: str, zone: float) -> Diagnostic | None:
-        """Return why a displacement [m or rad] is too short for the position that was recorded, if it is."""
-        dataset, least = self.dataset, self.settings
-        if zone < least.zone_counts * dataset.resolution:
-            return self._lacking(
-                "coarse-position", name, zone=zone, counts=least.zone_counts, resolution=dataset.resolution
-            )
-        if zone < least.zone_noise * dataset.noise:
-            return self._lacking("noisy-position", name, zone=zone, deviations=least.zone_noise, noise=dataset.noise)
-        return None
+        """Displacement [m or rad] over which friction builds up, where the model has a stiffness."""
+        stiffness = [value for name, value in self.values.items() if self.variables[name].quantity == "force/length"]
+        return self.scales.force / max(stiffness) if max(stiffness, default=0.0) > 0.0 else None
 
     def _samples_within(self, zone: float) -> float:
         """Return the median number of samples from a reversal until the body has moved by `zone`."""
