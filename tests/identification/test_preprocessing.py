@@ -157,3 +157,18 @@ def test_an_axis_that_stands_still_is_refused():
     still = motion._replace(position=np.full(motion.time.size, 0.3))
     with pytest.raises(InputError, match="hardly moves"):
         treat(log_of(still, sliding_effort(motion)), None)
+
+
+@pytest.mark.parametrize(("cutoff", "decimation"), [(None, 1), (None, 10), (20.0, 4)])
+def test_a_log_as_short_as_is_allowed_serves_and_one_sample_less_does_not(cutoff, decimation):
+    motion = sines(10.0)
+    with pytest.raises(InputError, match="too short") as caught:
+        treat(short(motion, 20), None, cutoff, decimation)
+    least = int(caught.value.allowed.split()[-1])
+    assert treat(short(motion, least), None, cutoff, decimation).time.size >= 50
+    with pytest.raises(InputError, match="too short"):
+        treat(short(motion, least - 1), None, cutoff, decimation)
+
+
+def short(motion, count):
+    return log_of(type(motion)(*(one[:count] for one in motion)), np.ones(count))
