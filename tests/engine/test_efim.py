@@ -35,3 +35,11 @@ def test_a_body_that_friction_brings_to_rest_does_not_turn_around():
     assert np.all(trace.velocity >= 0.0)
     assert np.all(trace.velocity[:, 6:] == 0.0)
     assert trace.position[:, -1] == pytest.approx(0.5 * M * v**2 / F_C, rel=1e-12)
+
+
+@pytest.mark.parametrize("steps", [1, 3, 8])
+def test_an_effort_that_runs_straight_between_samples_gives_the_momentum_under_it(steps):
+    effort, dt = np.random.default_rng(1).normal(0.0, 5.0, 30), 0.01
+    trace = run_open_loop(inertia(M=2.0), friction.viscous(F_v=0.0), effort, dt, steps=steps, hold="linear")
+    momentum = np.concatenate(([0.0], np.cumsum(0.5 * dt * (effort[1:] + effort[:-1]))))
+    assert 2.0 * trace.velocity == pytest.approx(momentum, abs=1e-12)
