@@ -172,3 +172,14 @@ def test_a_log_as_short_as_is_allowed_serves_and_one_sample_less_does_not(cutoff
 
 def short(motion, count):
     return log_of(type(motion)(*(one[:count] for one in motion)), np.ones(count))
+
+
+@pytest.mark.parametrize("decimation", [1, 3, 10])
+def test_a_sample_shows_in_rows_as_far_as_the_filters_are_told_to_reach(decimation):
+    motion = sines(10.0)
+    dataset = treat(log_of(motion, np.ones(motion.time.size)), None, 50.0, decimation)
+    impulse = np.zeros(motion.time.size)
+    impulse[5000] = 1.0
+    shown = np.abs(dataset.rows_of([dataset.filtered(impulse)]))
+    first, last = np.flatnonzero(shown > 1e-2 * np.max(shown))[[0, -1]]
+    assert (last - first) / 2 <= dataset.reach <= 2 * (last - first) + 10
