@@ -40,6 +40,15 @@ def test_a_body_that_friction_brings_to_rest_does_not_turn_around():
 @pytest.mark.parametrize("steps", [1, 3, 8])
 def test_an_effort_that_runs_straight_between_samples_gives_the_momentum_under_it(steps):
     effort, dt = np.random.default_rng(1).normal(0.0, 5.0, 30), 0.01
-    trace = run_open_loop(inertia(M=2.0), friction.viscous(F_v=0.0), effort, dt, steps=steps, hold="linear")
-    momentum = np.concatenate(([0.0], np.cumsum(0.5 * dt * (effort[1:] + effort[:-1]))))
-    assert 2.0 * trace.velocity == pytest.approx(momentum, abs=1e-12)
+    trace = run_open_loop(inertia(M=2.0), friction.viscous(F_v=30.0), effort, dt, steps=steps, hold="linear")
+    given = np.cumsum(0.5 * dt * (effort[1:] + effort[:-1]))
+    taken = np.cumsum(dt * trace.friction[:-1])
+    assert 2.0 * trace.velocity[1:] == pytest.approx(given - taken, abs=1e-12)
+
+
+def test_a_body_at_rest_stays_where_it_is_to_the_bit():
+    effort = np.random.default_rng(2).uniform(-1.0, 1.0, 200)
+    trace = run_open_loop(inertia(M=0.3), friction.coulomb(F_C=1.0), effort, 1e-3, steps=3, x=0.1)
+    assert np.all(trace.velocity == 0.0)
+    assert np.all(trace.position == 0.1)
+    assert trace.friction == pytest.approx(effort, abs=1e-15)

@@ -55,3 +55,15 @@ def test_far_away_no_error_is_asked_for_that_is_less_than_rounding(method):
     assert far.status == Status.OK
     assert far.position - 1e6 == pytest.approx(here.position, abs=1e-7)
     assert far.steps + far.rejected <= here.steps + here.rejected
+
+
+@pytest.mark.parametrize("time", [1e-3, 1.0, 1e3])
+def test_break_away_is_found_whatever_the_time_that_it_takes(time):
+    # The spring pulls with F_S after 0.7 of that time.
+    F_S, k = 2.0, 100.0
+    plant = pulled_inertia(M=1e-3 * time**2, k=k, v_e=F_S / k / (0.7 * time))
+    model = friction.stribeck(F_C=1.0, F_S=F_S, v_S=1e-3 / time, F_v=0.0)
+    trace = run_adaptive(plant, model, np.zeros(101), 0.01 * time, tolerance=1e-7)
+    assert np.all(trace.velocity[:70] == 0.0)
+    assert np.all(trace.position[72:75] > 0.0)
+    assert np.all(np.diff(trace.friction[:70]) > 0.0)
