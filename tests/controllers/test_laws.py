@@ -179,6 +179,15 @@ def test_friction_along_the_measured_motion_is_that_of_the_model_there():
     assert np.array_equal(trace.motor_velocity, trace.velocity)
 
 
+def test_what_is_fed_forward_in_a_loop_rises_no_faster_than_its_limit():
+    model = friction.maxwell_slip(F_C=2.0, k_i=[2e4, 1e4], nu_i=[0.5, 0.5])
+    reference = 5e-3 * np.sin(15.0 * DT * np.arange(600))
+    shape = Shape(rate_limit=100.0)
+    trace = drive(LAWS["sliding_mode"], reference, model=model, compensator=Compensator(model, shape))
+    assert np.max(np.abs(np.diff(trace.compensation))) == pytest.approx(100.0 * DT, rel=1e-9)
+    assert np.max(np.abs(trace.compensation)) == pytest.approx(2.0, rel=1e-3)
+
+
 @pytest.mark.parametrize("name", ["gms", "maxwell_stribeck"])
 def test_along_a_path_with_dwells_the_desired_and_the_measured_motion_are_fed_alike(name):
     model = friction.MODELS[name](**friction.MODELS[name].example)
