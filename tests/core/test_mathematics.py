@@ -142,3 +142,13 @@ def test_means_of_a_decay_are_exact_to_rounding_for_every_argument():
 def test_powers_of_a_half_are_square_roots():
     for x in np.abs(decades(-300.0, 300.0, 200)).tolist():
         assert mathematics.power(x, 0.5) == math.sqrt(x)
+
+
+def test_the_fitted_weight_is_exact_to_the_last_places_on_both_sides_of_its_seams():
+    rates = np.concatenate(
+        [np.geomspace(1e-8, 50.0, 400), [np.nextafter(0.03, 0.0), 0.03, np.nextafter(0.25, 0.0), 0.25]]
+    )
+    with mpmath.workprec(300):
+        for rate in rates.tolist():
+            x = mpmath.mpf(rate)
+            assert abs(mathematics.fitted_weight(rate) - (1 / (1 - mpmath.exp(-x)) - 1 / x)) < 2e-15

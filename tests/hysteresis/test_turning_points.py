@@ -9,7 +9,7 @@ from bristle.core.errors import InputWarning
 from bristle.core.status import Status
 from bristle.engine import run_open_loop
 from bristle.engine.path import after
-from bristle.hysteresis.turning_points import Stack, branch_at, branch_output, branch_slope
+from bristle.hysteresis.turning_points import Stack, branch_at, branch_output, branch_point, branch_slope
 
 
 def stored(operator, path):
@@ -92,6 +92,7 @@ def test_a_branch_holds_from_its_beginning_to_its_end(kernel):
         if min(abs(u - branch.begin), abs(u - branch.end), abs(u)) > 3e-6:
             rise = (branch_output(branch, u + step, q) - branch_output(branch, u - step, q)) / (2.0 * step)
             assert abs(branch_slope(branch, u, q) - rise) < 1e-8
+            assert branch_point(branch, u, q) == (branch_output(branch, u, q), branch_slope(branch, u, q))
 
 
 def test_at_the_end_of_a_branch_the_next_one_goes_on():

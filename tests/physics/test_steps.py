@@ -109,6 +109,28 @@ def test_a_solve_of_the_composite_takes_few_rounds(transition, n, monkeypatch):
     assert max(whole) <= 60
 
 
+@pytest.mark.parametrize(("transition", "n"), TRANSITIONS)
+def test_a_short_step_of_the_composite_asks_its_curve_three_times_at_most(transition, n, monkeypatch):
+    asked = []
+    for name in ("branch_output", "branch_point"):
+        plain = getattr(deflection, name)
+        monkeypatch.setattr(deflection, name, lambda *a, plain=plain: asked.append(1) or plain(*a))
+    model = preisach_lugre(**preisach_lugre.example | {"transition": transition, "n": n})
+    v = 2e-4 * np.sin(np.linspace(0.0, 20.0, 2000))
+    with interpreted():
+        force_along(model, v, 1e-5)
+    assert len(asked) <= {"paper": 2.2, "elastoplastic": 3.2, "leuven": 3.2}[transition] * v.size
+
+
+@pytest.mark.parametrize(("transition", "n"), TRANSITIONS)
+def test_a_step_of_hardly_any_length_keeps_the_force(transition, n):
+    model = preisach_lugre(**preisach_lugre.example | {"transition": transition, "n": n})
+    for v in (1e-200, 1e-306, 1e-312, 5e-321):
+        force = force_along(model, np.array([1e-3] * 20 + [v, v]), DT)
+        still = force_along(model, np.array([1e-3] * 20 + [0.0, 0.0]), DT)
+        assert force == pytest.approx(still, rel=1e-12), v
+
+
 def steep_at_the_end(x):
     return 1e-9 * x - 1e-7 + (1e3 * (x - 0.9) if x > 0.9 else 0.0)
 

@@ -278,7 +278,15 @@ def fitted_weight(rate):
     if rate < 0.03:
         # The two terms cancel for small arguments: series with error below 1e-17 here.
         square = rate * rate
-        return 0.5 + rate * (1.0 / 12.0 - square * (1.0 / 720.0 - square / 30240.0))
+        return 0.5 + rate * (1.0 / 12.0 - square * (1.0 / 720.0 - square * (1.0 / 30240.0)))
+    if rate < 0.25:
+        # More terms of the same series cost less than an exponential.
+        square = rate * rate
+        fourth = square * square
+        low = 1.0 / 12.0 - square * (1.0 / 720.0)
+        middle = 1.0 / 30240.0 - square * (1.0 / 1209600.0)
+        high = 1.0 / 47900160.0 - square * (691.0 / 1307674368000.0)
+        return 0.5 + rate * (low + fourth * (middle + fourth * high))
     return -1.0 / expm1(-rate) - 1.0 / rate
 
 

@@ -58,6 +58,12 @@ def evaluate(state, memory, v, x, dt, p):
     return friction_trial(state, memory, Motion(v, x + dt * v, NOMINAL_LOAD, NOMINAL_TEMPERATURE), dt, p)
 
 
+@kernel(inline=False)
+def evaluate_apart(state, memory, v, x, dt, p):
+    """Return what `evaluate` does: one copy of the model for all that is rarely done."""
+    return evaluate(state, memory, v, x, dt, p)
+
+
 @kernel
 def next_guess(bracket, v, residual, slope):
     """Return where to evaluate next: the secant where it stays inside the bracket, else the bracket's own guess."""
@@ -126,8 +132,8 @@ def solve(state, memory, x, dt, p, a, b, start):
 @kernel(inline=False)
 def is_set_valued(state, memory, x, dt, p):
     """Return whether the force at rest is an interval: the one-sided limits at zero velocity differ."""
-    forward, _ = evaluate(state, memory, 0.0, x, dt, p)
-    backward, _ = evaluate(state, memory, -0.0, x, dt, p)
+    forward, _ = evaluate_apart(state, memory, 0.0, x, dt, p)
+    backward, _ = evaluate_apart(state, memory, -0.0, x, dt, p)
     return forward > backward
 
 
@@ -140,7 +146,7 @@ def stopping_time(plant_state, friction_state, memory, effort, dt, q, p):
     time = dt
     for _ in range(ITERATIONS):
         a, b = plant_port(plant_state, effort, time, q)
-        force, _ = evaluate(friction_state, memory, half, plant_state.x, time, p)
+        force, _ = evaluate_apart(friction_state, memory, half, plant_state.x, time, p)
         residual = sign * (half - a - b * force)
         if abs(residual) <= 1e-15 * abs(half):
             return time
@@ -155,7 +161,7 @@ def stopping_time(plant_state, friction_state, memory, effort, dt, q, p):
 def stop_and_go_on(plant_state, friction_state, memory, effort, dt, q, p, slope):
     """Return the `Advance` of a step in which the body stops: it is split where the velocity reaches zero."""
     first = stopping_time(plant_state, friction_state, memory, effort, dt, q, p)
-    force_1, move = evaluate(friction_state, memory, 0.5 * plant_state.v, plant_state.x, first, p)
+    force_1, move = evaluate_apart(friction_state, memory, 0.5 * plant_state.v, plant_state.x, first, p)
     friction_state = friction_commit(friction_state, memory, move, p)
     _, plant_state = plant_step(plant_state, effort, force_1, first, q)
     plant_state = plant_rest(plant_state, effort, 0.0, q)

@@ -20,7 +20,7 @@ from typing import NamedTuple
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import NEWTON_LAST, fitted_weight, newton_from, newton_next
 from bristle.friction.slip_law import FIRST, GROWTH, PARTS, slip, slip_slope, slip_weight
-from bristle.hysteresis.turning_points import Branch, StackMove, branch_at, branch_output, branch_slope
+from bristle.hysteresis.turning_points import Branch, StackMove, branch_at, branch_output, branch_point, branch_slope
 
 __all__ = ["TOLERANCE", "Deflection", "deflect", "mean_output"]
 
@@ -29,6 +29,7 @@ RELATIVE = 1e-7
 OF_SLIDING = 1e-9
 TOLERANCE = 1e-12
 CHORD = 0.125  # of the step without feedback
+SHORTEST = 1e-300  # chord: one over it is a number
 
 
 class Deflection(NamedTuple):
@@ -65,10 +66,30 @@ def deflect(stack, memory, dx, side, G, law, q, scale):
     `scale` [m or rad] the length over which it turns, f_p/s. A return by no more than `TOLERANCE` of that is not
     remembered.
     """
-    inverse, longest = side / G, FIRST * scale
-    z, f, left, total, branch = stack.z, stack.f, dx, 0.0, onward(stack, memory, side)
-    # A long step is made in parts that deflect by no more than a length that grows. The last one takes what is left,
-    # however little: a step that grows goes through no jump.
+    inverse = side / G
+    free = 1.0 - slip(inverse * stack.f, law)
+    far = dx * free
+    if far == 0.0:
+        return Deflection(stack.f, 0.0, StackMove(stack.z, stack.f, stack.side, stack.depth))
+    if abs(far) <= FIRST * scale:
+        start = onward(stack, memory, side if free > 0.0 else -side)
+        done = stroke(stack, memory, stack.z, stack.f, dx, far, inverse, law, q, start)
+    else:
+        done = in_parts(stack, memory, dx, inverse, law, q, scale)
+    change = done.z - stack.z
+    if change == 0.0 or (abs(change) <= TOLERANCE * scale and change * stack.side < 0.0):
+        return Deflection(done.mean, change, StackMove(stack.z, stack.f, stack.side, stack.depth))
+    return Deflection(done.mean, change, StackMove(done.z, done.f, done.branch.side, done.branch.depth))
+
+
+@kernel(inline=False)
+def in_parts(stack, memory, dx, inverse, law, q, scale):
+    """Return the `Stroke` of a long step: none of its parts deflects by more than a length that grows.
+
+    The last one takes what is left, however little: a step that grows goes through no jump.
+    """
+    z, f, left, total, longest = stack.z, stack.f, dx, 0.0, FIRST * scale
+    branch = onward(stack, memory, math.copysign(1.0, dx))
     for k in range(PARTS):
         free = 1.0 - slip(inverse * f, law)
         part = left
@@ -77,18 +98,14 @@ def deflect(stack, memory, dx, side, G, law, q, scale):
         if part * free == 0.0:
             total += f * part
         else:
-            stroked = stroke(stack, memory, z, f, part, part * free, inverse, law, q)
+            stroked = stroke(stack, memory, z, f, part, part * free, inverse, law, q, branch)
             total += stroked.mean * part
             z, f, branch = stroked.z, stroked.f, stroked.branch
         left -= part
         longest *= GROWTH
         if left == 0.0:
             break
-    change = z - stack.z
-    mean = total / dx if dx != 0.0 else stack.f
-    if change == 0.0 or (abs(change) <= TOLERANCE * scale and change * stack.side < 0.0):
-        return Deflection(mean, change, StackMove(stack.z, stack.f, stack.side, stack.depth))
-    return Deflection(mean, change, StackMove(z, f, branch.side, branch.depth))
+    return Stroke(total / dx, z, f, branch)
 
 
 @kernel
@@ -111,51 +128,72 @@ def mean_output(stack, memory, u, f, q, scale):
 
 
 @kernel
-def stroke(stack, memory, z, f, dx, far, inverse, law, q):
-    """Return the `Stroke` from the deflection `z` with the force `f`; it would be `far` [m or rad] without feedback."""
+def stroke(stack, memory, z, f, dx, far, inverse, law, q, start):
+    """Return the `Stroke` from the deflection `z` with the force `f`; it would be `far` [m or rad] without feedback.
+
+    `start` is the branch that it begins on.
+    """
     r = inverse * f
-    branch = branch_at(stack, memory, z + far)
-    after = branch_output(branch, z + far, q)
-    weight = slip_weight(r, inverse * after, law)
-    change, theta = far, 0.5
+    if law.rho < 0.0 and law.exponent == 1.0 and law.unloading == 1.0:
+        # The slope of the slip is the same wherever the step ends: where it would without feedback need not be known.
+        branch, after, weight = start, f, 1.0
+    else:
+        branch = branch_at(stack, memory, z + far)
+        after = branch_output(branch, z + far, q)
+        weight = slip_weight(r, inverse * after, law)
     if weight > 0.0:
-        change, theta, branch = slipping(stack, memory, z, f, dx, far, weight, inverse, law, q, branch)
-        after = branch_output(branch, z + change, q)
-        if (inverse * after - 1.0) * (r - 1.0) < 0.0:
-            change, branch = reaching(stack, memory, z, change, 1.0 / inverse, q, branch)
-            after = branch_output(branch, z + change, q)
-    return Stroke(f + theta * (after - f), z + change, after, branch)
+        return slipping(stack, memory, z, f, dx, far, weight, inverse, law, q, branch, branch_slope(start, z, q))
+    return Stroke(f + 0.5 * (after - f), z + far, after, branch)
 
 
 @kernel
-def slipping(stack, memory, z, f, dx, far, weight, inverse, law, q, branch):
-    """Return deflection, weight of its end in the mean, and branch, where the contact slips."""
+def slipping(stack, memory, z, f, dx, far, weight, inverse, law, q, branch, tangent):
+    """Return the `Stroke` where the contact slips."""
     r = inverse * f
     way = 1.0 if far > 0.0 else -1.0
     travel, reach = abs(dx * inverse), abs(far)
     # A chord of the curve that the step runs on has no jump where a loop is wiped out; the tangent at its start has.
     ahead = z + CHORD * far
-    k = max((branch_output(branch_at(stack, memory, ahead), ahead, q) - f) / (CHORD * far), 0.0)
+    if is_beside(branch, way, ahead):
+        branch = branch_at(stack, memory, ahead)
+    k = max(way * (branch_output(branch, ahead, q) - f) * (1.0 / max(CHORD * reach, SHORTEST)), 0.0)
     theta = fitted_weight(travel * k * weight)
-    # The first step of Newton's method from the start, or from the far end while a gate is closed at the start.
-    search = newton_from(reach, reach / (1.0 + travel * theta * k * slip_slope(r, law)))
+    # The first step of Newton's method from the start, or from the far end while a gate is closed at the start: it
+    # takes the tangent, which waits for nothing.
+    feedback = 0.5 * travel * max(tangent, 0.0) * slip_slope(r, law)
+    search = newton_from(reach, reach / (1.0 + feedback))
     steepest = k
+    u, after = z, f
     for _ in range(NEWTON_LAST):
         u = z + way * search.x
-        if way * (u - branch.begin) < 0.0 or way * (u - branch.end) >= 0.0:
+        if is_beside(branch, way, u):
             branch = branch_at(stack, memory, u)
-        mean = r + theta * (inverse * branch_output(branch, u, q) - r)
-        k = branch_slope(branch, u, q)
+        after, k = branch_point(branch, u, q)
+        mean = r + theta * (inverse * after - r)
         steepest = max(steepest, k)
         residual = search.x - way * dx * (1.0 - slip(mean, law))
         search = newton_next(search, residual, 1.0 + travel * theta * k * slip_slope(mean, law))
         # The residual rises with a slope of 1 at least: the root is no farther away than it is large.
         if abs(residual) <= RELATIVE * search.x or steepest * abs(inverse * residual) <= OF_SLIDING:
             break
-    u = z + way * search.x
-    if way * (u - branch.begin) < 0.0 or way * (u - branch.end) >= 0.0:
-        branch = branch_at(stack, memory, u)
-    return way * search.x, theta, branch
+    last = z + way * search.x
+    if is_beside(branch, way, last) or k * abs(inverse * (last - u)) > OF_SLIDING:
+        branch = branch_at(stack, memory, last)
+        after = branch_output(branch, last, q)
+    else:
+        # So short a step runs along the tangent: what it leaves out is of second order.
+        after += k * (last - u)
+    change = way * search.x
+    if (inverse * after - 1.0) * (r - 1.0) < 0.0:
+        change, branch = reaching(stack, memory, z, change, 1.0 / inverse, q, branch)
+        after = branch_output(branch, z + change, q)
+    return Stroke(f + theta * (after - f), z + change, after, branch)
+
+
+@kernel
+def is_beside(branch, way, u):
+    """Return whether the deflection `u`, ahead in the direction `way`, lies on another branch."""
+    return way * (u - branch.begin) < 0.0 or way * (u - branch.end) >= 0.0
 
 
 @kernel(inline=False)
@@ -165,7 +203,7 @@ def reaching(stack, memory, z, far, level, q, branch):
     search = newton_from(abs(far), abs(far))
     for _ in range(NEWTON_LAST):
         u = z + way * search.x
-        if way * (u - branch.begin) < 0.0 or way * (u - branch.end) >= 0.0:
+        if is_beside(branch, way, u):
             branch = branch_at(stack, memory, u)
         residual = way * (branch_output(branch, u, q) - level)
         search = newton_next(search, residual, branch_slope(branch, u, q))

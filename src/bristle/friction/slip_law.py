@@ -63,7 +63,7 @@ def slip(r, law):
         return 0.0
     if r >= 1.0:
         return r
-    return smooth_step((r - law.rho) / (1.0 - law.rho)) * r
+    return smooth_step((r - law.rho) * (1.0 / (1.0 - law.rho))) * r
 
 
 @kernel
@@ -76,8 +76,9 @@ def slip_slope(r, law):
         return 0.0
     if r >= 1.0:
         return 1.0
-    opened = (r - law.rho) / (1.0 - law.rho)
-    return smooth_step(opened) + smooth_step_slope(opened) * r / (1.0 - law.rho)
+    steepness = 1.0 / (1.0 - law.rho)
+    opened = (r - law.rho) * steepness
+    return smooth_step(opened) + smooth_step_slope(opened) * (r * steepness)
 
 
 @kernel
@@ -90,7 +91,7 @@ def slip_weight(r, r_far, law):
     end = max(r, min(r_far, 1.0))
     if law.rho < 0.0:
         return slip_slope(end, law)
-    return min(max((end - law.rho) / (1.0 - law.rho), 0.0), 1.0)
+    return min(max((end - law.rho) * (1.0 / (1.0 - law.rho)), 0.0), 1.0)
 
 
 @kernel

@@ -75,7 +75,7 @@ def loading_curve(x, shape, exponent):
     if shape == EXP_MASING or abs(exponent - 1.0) < 1e-12:
         return -expm1(-x)
     if exponent == 2.0:
-        return x / (1.0 + x)
+        return x * (1.0 / (1.0 + x))  # the quotient that the slope needs too
     m = exponent - 1.0
     if m * x <= -1.0:
         return 1.0
@@ -90,7 +90,8 @@ def loading_slope(x, shape, exponent):
     if shape == EXP_MASING or abs(exponent - 1.0) < 1e-12:
         return exp(-x)
     if exponent == 2.0:
-        return 1.0 / ((1.0 + x) * (1.0 + x))
+        share = 1.0 / (1.0 + x)
+        return share * share
     m = exponent - 1.0
     if m * x <= -1.0:
         return 0.0
@@ -119,7 +120,7 @@ def value(alpha, beta, q):
     if q.kernel == REFORMED_DAHL_EXACT:
         reach = q.f_p * (1.0 + loop_tip(q.s * max(alpha, -beta) / q.f_p))
         return 0.5 * reach * (x / (reach + x))
-    return q.f_p * loading_curve(0.5 * x / q.f_p, q.kernel, q.exponent)
+    return q.f_p * loading_curve((alpha - beta) * (0.5 * q.s / q.f_p), q.kernel, q.exponent)
 
 
 @kernel
@@ -127,7 +128,7 @@ def slope(alpha, beta, side, q):
     """Return the derivative of E to its moving end [N/m or N*m/rad]: alpha for side > 0, -beta otherwise."""
     x = q.s * (alpha - beta)
     if q.kernel != REFORMED_DAHL_EXACT:
-        return 0.5 * q.s * loading_slope(0.5 * x / q.f_p, q.kernel, q.exponent)
+        return 0.5 * q.s * loading_slope((alpha - beta) * (0.5 * q.s / q.f_p), q.kernel, q.exponent)
     moving, fixed = (alpha, -beta) if side > 0.0 else (-beta, alpha)
     k = q.s * max(alpha, -beta) / q.f_p
     reach = q.f_p * (1.0 + loop_tip(k))

@@ -33,6 +33,7 @@ __all__ = [
     "StackMove",
     "branch_at",
     "branch_output",
+    "branch_point",
     "branch_slope",
     "stack_commit",
     "stack_size",
@@ -116,6 +117,15 @@ def branch_slope(branch, u, q):
     if branch.depth == 0:
         return virgin_slope(u, q)
     return 2.0 * everett_slope(max(u, branch.z), min(u, branch.z), branch.side, q)
+
+
+@kernel
+def branch_point(branch, u, q):
+    """Return `branch_output` and `branch_slope` at the input `u`: together they cost little more than one."""
+    if branch.depth == 0:
+        return virgin_curve(u, q), virgin_slope(u, q)
+    alpha, beta = max(u, branch.z), min(u, branch.z)
+    return branch.f + 2.0 * branch.side * everett(alpha, beta, q), 2.0 * everett_slope(alpha, beta, branch.side, q)
 
 
 @kernel
