@@ -18,7 +18,6 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel, Model
-from bristle.core.cores import abreast
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.errors import InputError
 from bristle.core.interruption import BestSoFar
@@ -146,12 +145,11 @@ class OutputError:
         return self.measured - self.simulated(self.parameters.complete(free))
 
     def residuals(self, several: Sequence[Mapping[str, float]]) -> list[np.ndarray]:
-        """Return what `residual` does, for each of several sets of free parameters: short open loops as one batch."""
-        if len(several) == 1 or not all(output.in_batches(self.parameters.plant) for output in self.outputs):
-            return abreast(self.residual)(several)
+        """Return what `residual` does, for each of several sets of free parameters."""
         values = [self.parameters.complete(free) for free in several]
         plants, frictions = ([part(each) for each in values] for part in (self.inverse.plant, self.inverse.model))
-        return list(self.measured - np.hstack([output.all_simulated(plants, frictions) for output in self.outputs]))
+        signals = [output.all_simulated(plants, frictions, values) for output in self.outputs]
+        return list(self.measured - np.hstack(signals))
 
     def effort_residual(self, free: Mapping[str, float], residual: np.ndarray) -> np.ndarray:
         """Return measured minus predicted effort along the measured motion, of each row of the data set [N or N*m]."""

@@ -10,7 +10,8 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.core.contracts import Model, Plant
+from bristle.core.contracts import Model
+from bristle.core.cores import abreast
 from bristle.friction import is_static, with_presliding
 from bristle.identification.roles import offset_of
 from bristle.logs.log import Log
@@ -78,13 +79,12 @@ class Output(ABC):
     def simulated(self, plant: Model, friction: Model, values: Mapping[str, float]) -> np.ndarray:
         """Return the signal of the model, NaN from where it left the finite numbers, shape (sample,)."""
 
-    def in_batches(self, plant: Plant) -> bool:
-        """Return whether several models are simulated in less time together."""
-        return False
-
-    def all_simulated(self, plants: Sequence[Model], frictions: Sequence[Model]) -> np.ndarray:
+    def all_simulated(
+        self, plants: Sequence[Model], frictions: Sequence[Model], values: Sequence[Mapping[str, float]]
+    ) -> np.ndarray:  # fmt: skip
         """Return the signal of each of several models, as `simulated` does, shape (model, sample)."""
-        raise NotImplementedError
+        numbers = range(len(plants))
+        return np.stack(abreast(lambda k: self.simulated(plants[k], frictions[k], values[k]))(numbers))
 
     @abstractmethod
     def rough(self, most: int) -> Output:
@@ -150,12 +150,13 @@ class Position(Output):
         """Return the position of the model [m or rad]."""
         return self.loop.position(plant, friction)[0]
 
-    def in_batches(self, plant: Plant) -> bool:
-        """Return whether the record is short: calls from Python then take long; a batch knows no screw."""
-        return self.loop.is_short and plant.screw is None
-
-    def all_simulated(self, plants: Sequence[Model], frictions: Sequence[Model]) -> np.ndarray:
-        """Return the position of each of several models [m or rad], shape (model, sample)."""
+    def all_simulated(
+        self, plants: Sequence[Model], frictions: Sequence[Model], values: Sequence[Mapping[str, float]]
+    ) -> np.ndarray:  # fmt: skip
+        """Return the position of each of several models [m or rad], shape (model, sample); short records as a batch."""
+        has_screw = any(plant.component.screw is not None for plant in plants)  # which a batch does not know
+        if len(plants) == 1 or has_screw or not self.loop.is_short:
+            return super().all_simulated(plants, frictions, values)
         return self.loop.positions(plants, frictions)
 
     def rough(self, most: int) -> Position:
