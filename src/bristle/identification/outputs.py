@@ -83,8 +83,11 @@ class Output(ABC):
         self, plants: Sequence[Model], frictions: Sequence[Model], values: Sequence[Mapping[str, float]]
     ) -> np.ndarray:  # fmt: skip
         """Return the signal of each of several models, as `simulated` does, shape (model, sample)."""
-        numbers = range(len(plants))
-        return np.stack(abreast(lambda k: self.simulated(plants[k], frictions[k], values[k]))(numbers))
+
+        def alone(number: int) -> np.ndarray:
+            return self.simulated(plants[number], frictions[number], values[number])
+
+        return np.stack(abreast(alone)(range(len(plants))))
 
     @abstractmethod
     def rough(self, most: int) -> Output:
