@@ -22,10 +22,9 @@ from bristle.engine import run_closed_loop
 from bristle.identification import Fit, identify
 from bristle.identification.disturbance import Disturbance, disturbance_of
 from bristle.identification.half_cycles import Groups, scatter_in
-from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.inverse_dynamics import InverseDynamics, RowReplicates
 from bristle.identification.parameters import PriorKnowledge, parameters_of
 from bristle.identification.preprocessing import treat
-from bristle.identification.replicates import RowReplicates
 from bristle.logs.log import Channel, Log
 from bristle.prediction import predict
 

@@ -1,4 +1,13 @@
-"""What keeps two logs of one motion from being the same: noise, encoder, the level of friction, what a model lacks."""
+"""What keeps two logs of one motion from being the same: noise, encoder, the level of friction, what a model lacks.
+
+What a model lacks is added to a replicate of a log block by block, each with a sign drawn by chance (wild bootstrap
+[1]_).
+
+References
+----------
+.. [1] A. C. Cameron, J. B. Gelbach, D. L. Miller, "Bootstrap-based improvements for inference with clustered errors",
+   Review of Economics and Statistics 90(3), 2008. doi:10.1162/rest.90.3.414
+"""
 
 from __future__ import annotations
 

@@ -16,24 +16,28 @@ References
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bristle.core.axis import Axis
 from bristle.core.contracts import Model
+from bristle.core.cores import abreast
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
-from bristle.identification.dataset import Dataset, mechanical
-from bristle.identification.disturbance import scaled
-from bristle.identification.half_cycles import NUDGE, Groups, half_cycles
+from bristle.core.variable import unit_of
+from bristle.identification.dataset import Dataset, Segment, low_passed, mechanical
+from bristle.identification.disturbance import Disturbance, force_with_scatter, scaled, signs
+from bristle.identification.half_cycles import NUDGE, Groups, half_cycle_starts, half_cycles
 from bristle.identification.parameters import ParameterSet
+from bristle.identification.preprocessing import treat
 from bristle.identification.problem import Fold
-from bristle.identification.replicates import RowReplicates
 from bristle.identification.settings import Settings
 from bristle.identification.time_blocks import beside, room_for_blocks, time_blocks
+from bristle.logs.log import Channel, Log
 
-__all__ = ["InverseDynamics"]
+__all__ = ["InverseDynamics", "RowReplicates"]
 
 CONTACT_NUDGE = 1e-4  # of where a contact stood, from -1 to 1
 
@@ -113,6 +117,10 @@ class InverseDynamics:
     def residual(self, free: Mapping[str, float]) -> np.ndarray:
         """Return measured minus predicted effort of each row [N or N*m], from the free parameters."""
         return self.dataset.effort - self.predicted(self.parameters.complete(free))
+
+    def residuals(self, several: Sequence[Mapping[str, float]]) -> Sequence[np.ndarray]:
+        """Return what `residual` does, for each of several sets of free parameters."""
+        return abreast(self.residual)(several)
 
     def errors(self, free: Mapping[str, float]) -> dict[str, float]:
         """Return nothing: the error of the effort along the motion is known of every fit."""
@@ -206,3 +214,90 @@ class InverseDynamics:
                 allowed=f"2 to {max(most, 2)}, or 0 for no comparison on held-out blocks",
             )  # fmt: skip
         return self.folds(blocks)
+
+
+@dataclass(frozen=True)
+class RowReplicates:
+    """Replicates of the rows of a `problem` as it was fitted, all its parameters `values` [SI].
+
+    On the motion of the log act the friction of the model, whose level scatters from reversal to reversal, and the
+    plant; the effort is read with noise, the position through the axis's own encoder, of which nobody knows where its
+    steps lie. What the filters, the encoder and the scatter do to an estimate, they do to one from a replicate alike.
+    """
+
+    problem: InverseDynamics
+    values: Mapping[str, float]
+
+    def draw(self, disturbance: Disturbance, rng: np.random.Generator, side: float = 1.0) -> InverseDynamics:
+        """Return the same problem on a log drawn anew."""
+        dataset, log = self.problem.dataset, self.log(disturbance, rng, side)
+        axis = Axis(kind=dataset.kind, resolution=dataset.resolution)
+        drawn = treat(log, axis, dataset.cutoff, dataset.decimation, like=dataset)
+        segments = tuple(
+            replace(new, load=old.load, temperature=old.temperature, first_cycle=old.first_cycle, log=old.log)
+            for new, old in zip(drawn.segments, dataset.segments, strict=True)
+        )
+        return replace(self.problem, dataset=replace(drawn, segments=segments))
+
+    def log(self, disturbance: Disturbance, rng: np.random.Generator, side: float = 1.0) -> Log:
+        """Return a log drawn anew: the segments of the motion, one after the other."""
+        dataset = self.problem.dataset
+        scatter, noise, jitter = (side * size for size in (disturbance.scatter, disturbance.noise, disturbance.jitter))
+        efforts, positions, segments, first = [], [], [], 0
+        for segment, starts, residual in zip(self._motion, self._starts, self._residual, strict=True):
+            pure = force_with_scatter(self._friction, segment, starts, dataset.sample_time, scatter, rng)
+            pure += mechanical(self._plant, segment)
+            pure += side * disturbance.unexplained * signs(pure.size, rng) * residual
+            efforts.append(pure + noise * rng.standard_normal(pure.size))
+            positions.append(segment.position + jitter * rng.standard_normal(pure.size))
+            segments.append(slice(first, first + pure.size))
+            first += pure.size
+        position, step = np.concatenate(positions), disturbance.resolution
+        if step > 0.0:
+            phase = side * rng.uniform(0.0, step)
+            position = step * np.round((position + phase) / step) - phase
+        length, force = (unit_of(quantity, dataset.kind) for quantity in ("length", "force"))
+        return Log(
+            time=Channel(np.concatenate([segment.time for segment in dataset.segments]), "s", "time"),
+            position=Channel(position, length, "position"),
+            effort=Channel(np.concatenate(efforts), force, "effort"),
+            sample_time=dataset.sample_time,
+            segments=tuple(segments),
+            kind=dataset.kind,
+        )
+
+    @cached_property
+    def _friction(self) -> Model:
+        return self.problem.model(self.values)
+
+    @cached_property
+    def _plant(self) -> Model:
+        return self.problem.plant(self.values)
+
+    @cached_property
+    def _starts(self) -> tuple[tuple[int, ...], ...]:
+        return half_cycle_starts(self.problem.dataset)
+
+    @cached_property
+    def _motion(self) -> tuple[Segment, ...]:
+        """The motion of the log, with what the filter took from its corners put back once."""
+        return tuple(_sharpened(segment, self.problem.dataset) for segment in self.problem.dataset.segments)
+
+    @cached_property
+    def _residual(self) -> tuple[np.ndarray, ...]:
+        """What the model leaves over along each segment [N or N*m]."""
+        dataset = self.problem.dataset
+        explained = dataset.explained(self._plant, self._friction)
+        return tuple(segment.effort - effort for segment, effort in zip(dataset.segments, explained, strict=True))
+
+
+def _sharpened(segment: Segment, dataset: Dataset) -> Segment:
+    dt, origin = dataset.sample_time, segment.position[0]
+    lost = segment.position - origin - low_passed(segment.position - origin, dataset.cutoff, dt)
+    position = segment.position + lost
+    velocity = np.gradient(position - origin, dt)
+    at_rest = segment.velocity == 0.0
+    return replace(
+        segment, position=position, velocity=np.where(at_rest, segment.velocity, velocity),
+        acceleration=np.gradient(velocity, dt),
+    )  # fmt: skip

@@ -14,7 +14,6 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from bristle.core.cores import abreast
 from bristle.core.interruption import BestSoFar, obey
 from bristle.core.lazy import cached_property
 from bristle.core.least_squares import bounded, unbounded
@@ -22,7 +21,7 @@ from bristle.core.variable import Variable
 from bristle.identification.global_search import EVOLUTION_SEED, box_of, evolved
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameter_space import ParameterSpace, Solution, Transform, TransformedSpace
-from bristle.identification.problem import InBatches, Problem
+from bristle.identification.problem import Problem
 from bristle.identification.scales import Scales
 
 __all__ = ["EVALUATIONS", "Differences", "Report", "Search", "Sliding", "between", "linear", "silent"]
@@ -241,10 +240,9 @@ class Search:
         self, thetas: Sequence[np.ndarray], rows: np.ndarray | slice = slice(None), problem: Problem | None = None
     ) -> list[np.ndarray]:
         """Return the residual over its unit at each of several coordinates, finite wherever a model went."""
-        chosen = problem or self.problem
-        together = chosen.residuals if isinstance(chosen, InBatches) else abreast(chosen.residual)
+        several = [self.space.values(theta) for theta in thetas]
         with np.errstate(over="ignore", invalid="ignore"):
-            scaled = [signal / self._unit for signal in together([self.space.values(theta) for theta in thetas])]
+            scaled = [signal / self._unit for signal in (problem or self.problem).residuals(several)]
         finite = (np.nan_to_num(residual, nan=FAR, posinf=FAR, neginf=-FAR) for residual in scaled)
         return [np.clip(residual, -FAR, FAR)[rows] for residual in finite]
 

@@ -24,7 +24,7 @@ from bristle.core.interruption import BestSoFar
 from bristle.core.lazy import cached_property
 from bristle.core.variable import Variable
 from bristle.identification.dataset import Dataset
-from bristle.identification.disturbance import scaled
+from bristle.identification.disturbance import Disturbance, scaled, signs
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.half_cycles import NUDGE, Groups, least_way
 from bristle.identification.inverse_dynamics import InverseDynamics
@@ -34,14 +34,13 @@ from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import ParameterSet
 from bristle.identification.problem import Fold
 from bristle.identification.refit import Refit
-from bristle.identification.replicates import SignalReplicates
 from bristle.identification.settings import Settings
 from bristle.identification.time_blocks import TIME
 from bristle.logs.log import Log
 from bristle.logs.segmentation import half_cycle_numbers, reversals, turns_apart
 from bristle.simulation.result import relative_error_percent
 
-__all__ = ["OutputError", "Simulation", "loop_of"]
+__all__ = ["OutputError", "SignalReplicates", "Simulation", "loop_of"]
 
 AWAY = 0.3  # standard deviation of the logarithm by which further starts are away from the first
 FURTHER_STARTS = 2
@@ -52,18 +51,14 @@ SEED = 7_110_601
 START = 0.25  # of the work, which finds where a simulation begins
 EXPLORED = 12_000  # samples of all logs, which are enough to see whether a place is worth a closer look
 LAG_MOST = 20.0  # samples
+FAR = 1e12  # of a signal that left the finite numbers
 
 
 @dataclass(frozen=True)
 class OutputError:
-    """The error of a simulation as a least-squares problem.
+    """The error of a simulation as a least-squares problem: the segments of the logs are its `outputs`.
 
-    Parameters
-    ----------
-    inverse : InverseDynamics
-        The same model as inverse dynamics; it knows what is free and what is fixed.
-    outputs : tuple of Output
-        The segments of the logs.
+    `inverse` is the same model as inverse dynamics; it knows what is free and what is fixed.
     """
 
     inverse: InverseDynamics
@@ -141,7 +136,7 @@ class OutputError:
         return columns
 
     def residual(self, free: Mapping[str, float]) -> np.ndarray:
-        """Return measured minus simulated signal of each sample, from the free parameters."""
+        """Return measured minus simulated signal of each sample."""
         return self.measured - self.simulated(self.parameters.complete(free))
 
     def residuals(self, several: Sequence[Mapping[str, float]]) -> list[np.ndarray]:
@@ -196,10 +191,7 @@ class OutputError:
         return self.loop.refits_linearly(friction)
 
     def folds(self, count: int) -> tuple[str, list[Fold]]:
-        """Return the logs where there are several, else parts of one: `count` of its period, if it repeats itself.
-
-        Another period would only be the same again.
-        """
+        """Return the logs where there are several, else `count` parts of one, of its period if it repeats itself."""
         rows = self.dataset
         if len(self.outputs) > 1:
             sizes = [output.measured.size for output in self.outputs]
@@ -231,13 +223,7 @@ def _with_lag(parameters: ParameterSet, sample_time: float) -> ParameterSet:
 
 
 def loop_of(logs: Sequence[Log], axes: Sequence[Axis | None]) -> type[Output]:
-    """Return which loop is simulated: as the axis says, else as it can be.
-
-    Raises
-    ------
-    InputError
-        If the axes of several logs disagree, or a lag is asked of an open loop.
-    """
+    """Return which loop is simulated: as the axis says, else as it can be; axes that disagree are refused."""
     requested = {axis.loop for axis in axes if axis is not None} or {None}
     if len(requested) > 1:
         raise InputError("differs from axis to axis", path="identification.loop", mend="Say the same in all of them")
@@ -253,16 +239,70 @@ def loop_of(logs: Sequence[Log], axes: Sequence[Axis | None]) -> type[Output]:
 
 
 @dataclass(frozen=True)
-class Simulation:
-    """The estimator of least output error, which goes on from where inverse dynamics ends.
+class SignalReplicates:
+    """Replicates of the signal of a simulation: `error` as it was fitted, and all its parameters `values` [SI].
 
-    Parameters
-    ----------
-    logs, axes : sequence of Log, of Axis
-        The logs.
-    loop : type of Output
-        What is simulated.
+    All that disturbs a log is small beside its signal, so each cause changes the signal by itself: the encoder as far
+    as it shows in the loop, the level of friction, by which the signal rises with `slope`, and what the fit `left`
+    over, shape (sample,) each.
     """
+
+    error: OutputError
+    values: Mapping[str, float]
+    slope: np.ndarray
+    left: np.ndarray
+
+    def draw(self, disturbance: Disturbance, rng: np.random.Generator, side: float = 1.0) -> Changed:
+        """Return the same fit to a log drawn anew."""
+        cycles = self.error.half_cycles
+        levels = self._split((disturbance.scatter * rng.standard_normal(cycles.count))[cycles.index])
+        pure, changes = [pure for pure, _ in self._pure], []
+        for output, (signal, leaning), level, left in zip(
+            self.error.outputs, self._pure, levels, self._split(self.left), strict=True
+        ):
+            change = output.read(*self._models, self.values, signal, level * leaning, disturbance, rng)
+            lacking = disturbance.unexplained * signs(signal.size, rng) * left
+            changes.append(np.nan_to_num(change) + lacking)
+        return Changed(self, np.concatenate(pure), side * np.concatenate(changes))
+
+    @cached_property
+    def _pure(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Signal of each segment without disturbance, and what a level of friction that is higher adds to it."""
+        return [
+            (output.simulated(*self._models, self.values),
+             np.nan_to_num(output.leaning(*self._models, self.values, slope)))
+            for output, slope in zip(self.error.outputs, self._split(self.slope), strict=True)
+        ]  # fmt: skip
+
+    def _split(self, signal: np.ndarray) -> list[np.ndarray]:
+        """Return the samples of each segment."""
+        return np.split(signal, np.cumsum([output.measured.size for output in self.error.outputs])[:-1])
+
+    @property
+    def _models(self) -> tuple[Model, Model]:
+        return self.error.inverse.plant(self.values), self.error.inverse.model(self.values)
+
+
+@dataclass(frozen=True)
+class Changed:
+    """The same fit to its own signal with a change, shape (sample,)."""
+
+    replicates: SignalReplicates
+    pure: np.ndarray
+    change: np.ndarray
+
+    def residual(self, free: Mapping[str, float]) -> np.ndarray:
+        """Return what these parameters leave of the changed signal; at the solution of the fit it is the change."""
+        error, values = self.replicates.error, self.replicates.values
+        if all(free[name] == values[name] for name in error.parameters.free):
+            return self.change
+        simulated = error.simulated(error.parameters.complete(free))
+        return self.pure + self.change - np.where(np.isfinite(simulated), simulated, FAR)
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """The estimator of least output error, which goes on from where inverse dynamics ends."""
 
     logs: Sequence[Log]
     axes: Sequence[Axis]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar, NamedTuple
+from typing import ClassVar
 
 import numpy as np
 
@@ -13,13 +13,14 @@ from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.cores import abreast
 from bristle.friction import is_static, with_presliding
+from bristle.identification.disturbance import Disturbance
 from bristle.identification.roles import offset_of
 from bristle.logs.log import Log
 from bristle.sensors import encoder
 from bristle.simulation.recorded.closed_loop import ClosedLoop, closed_loop_of
 from bristle.simulation.recorded.open_loop import FINE, OpenLoop, open_loop_of
 
-__all__ = ["LAG", "Effort", "Output", "Position", "Reading", "slices_of"]
+__all__ = ["LAG", "Effort", "Output", "Position", "slices_of"]
 
 LAG = "lag"
 COARSE = 4  # steps for one sample of an open loop, on the way
@@ -29,13 +30,6 @@ SEEDS = 2**31
 def slices_of(log: Log) -> tuple[slice, ...]:
     """Return the segments of a log; all of it where it has none."""
     return log.segments or (slice(0, len(log)),)
-
-
-class Reading(NamedTuple):
-    """How a position is read: step of the encoder, standard deviation of the noise before it [m or rad]."""
-
-    resolution: float
-    noise: float
 
 
 @dataclass(frozen=True)
@@ -96,7 +90,7 @@ class Output(ABC):
     @abstractmethod
     def read(
         self, plant: Model, friction: Model, values: Mapping[str, float], pure: np.ndarray, push: np.ndarray,
-        reading: Reading, rng: np.random.Generator,
+        disturbance: Disturbance, rng: np.random.Generator,
     ) -> np.ndarray:  # fmt: skip
         """Return what a force that pushes against the motion and an encoder add to the `pure` signal.
 
@@ -169,14 +163,14 @@ class Position(Output):
 
     def read(
         self, plant: Model, friction: Model, values: Mapping[str, float], pure: np.ndarray, push: np.ndarray,
-        reading: Reading, rng: np.random.Generator,
+        disturbance: Disturbance, rng: np.random.Generator,
     ) -> np.ndarray:  # fmt: skip
         """Return what an encoder adds to that position, and the push, which is a change of the position [m or rad]."""
-        change = push + reading.noise * rng.standard_normal(self.measured.size)
-        if reading.resolution <= 0.0:
+        change = push + disturbance.jitter * rng.standard_normal(self.measured.size)
+        if disturbance.resolution <= 0.0:
             return change
-        phase = rng.uniform(0.0, reading.resolution)
-        return reading.resolution * np.round((pure + change + phase) / reading.resolution) - phase - pure
+        phase = rng.uniform(0.0, disturbance.resolution)
+        return disturbance.resolution * np.round((pure + change + phase) / disturbance.resolution) - phase - pure
 
     def leaning(self, plant: Model, friction: Model, values: Mapping[str, float], slope: np.ndarray) -> np.ndarray:
         """Return the change of the position [m or rad]: no force is simulated again."""
@@ -228,12 +222,12 @@ class Effort(Output):
 
     def read(
         self, plant: Model, friction: Model, values: Mapping[str, float], pure: np.ndarray, push: np.ndarray,
-        reading: Reading, rng: np.random.Generator,
+        disturbance: Disturbance, rng: np.random.Generator,
     ) -> np.ndarray:  # fmt: skip
         """Return what both add to that effort [N or N*m]; the controller sees the position through the encoder."""
-        moved = self.loop.moved_by(rng.uniform(0.0, reading.resolution))
+        moved = self.loop.moved_by(rng.uniform(0.0, disturbance.resolution))
         seed = int(rng.integers(SEEDS))
-        sensor = encoder(kind=plant.kind, resolution=reading.resolution, noise=reading.noise, seed=seed)
+        sensor = encoder(kind=plant.kind, resolution=disturbance.resolution, noise=disturbance.jitter, seed=seed)
         return self._command(moved, plant, friction, values, sensor, push) - pure
 
     def leaning(self, plant: Model, friction: Model, values: Mapping[str, float], slope: np.ndarray) -> np.ndarray:

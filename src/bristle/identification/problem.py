@@ -7,7 +7,7 @@ validation and the ranking do the rest with what is written here.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple, Protocol, runtime_checkable
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from bristle.identification.half_cycles import Groups
 from bristle.identification.parameters import ParameterSet
 from bristle.identification.settings import Settings
 
-__all__ = ["Fold", "InBatches", "Problem", "Replicates", "Residual"]
+__all__ = ["Fold", "Problem", "Replicates", "Residual"]
 
 
 class Residual(Protocol):
@@ -26,15 +26,6 @@ class Residual(Protocol):
 
     def residual(self, free: Mapping[str, float]) -> np.ndarray:
         """Return measured minus predicted signal, shape (row,), from the free parameters."""
-        ...
-
-
-@runtime_checkable
-class InBatches(Protocol):
-    """A residual that is found for many parameters at once in less time than one by one."""
-
-    def residuals(self, several: Sequence[Mapping[str, float]]) -> list[np.ndarray]:
-        """Return what `residual` does, for each of several sets of free parameters."""
         ...
 
 
@@ -92,6 +83,10 @@ class Problem(Residual, Protocol):
     @property
     def half_cycles(self) -> Groups:
         """The rows of each half-cycle."""
+        ...
+
+    def residuals(self, several: Sequence[Mapping[str, float]]) -> Sequence[np.ndarray]:
+        """Return what `residual` does, for each of several sets of free parameters, on all cores."""
         ...
 
     def near(self, free: Mapping[str, float]) -> Problem:

@@ -11,10 +11,9 @@ from bristle.core import Axis, InputError
 from bristle.identification import identify
 from bristle.identification.bootstrap import basic_interval
 from bristle.identification.disturbance import Disturbance
-from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.inverse_dynamics import InverseDynamics, RowReplicates
 from bristle.identification.parameters import PriorKnowledge, parameters_of
 from bristle.identification.preprocessing import treat
-from bristle.identification.replicates import RowReplicates
 from bristle.prediction import predict
 
 PAIRS = 15
