@@ -46,18 +46,12 @@ EDGE = 3.0  # standard deviations beyond which an estimated square went astray
 
 @dataclass(frozen=True)
 class Bootstrap:
-    """Fits to logs drawn anew.
+    """Fits to logs drawn anew, by `disturbance`, of the log with this `solution`.
 
     Parameters
     ----------
-    solution : Solution
-        The fit to the log itself.
     draws : ndarray, shape (draw, reported and curve)
-        What was fitted to each replicate, as the space of the solution reports it [SI].
-    members : tuple of mapping
-        The same, as the model takes it.
-    disturbance : Disturbance
-        What the logs were drawn with.
+        What was fitted to each replicate, as the space reports it [SI]; `members` is the same as the model takes it.
     scatter : Scatter
         From reversal to reversal.
     unexplained : float
@@ -122,20 +116,9 @@ def bootstrap(
     problem: Problem, solution: Solution, count: int, *, free: np.ndarray | None = None, linear: bool = False,
     report: Callable[[float], None] = lambda share: None,
 ) -> Bootstrap:  # fmt: skip
-    """Return fits to replicates of a log.
+    """Return fits to `count` replicates of a log, of the `free` coordinates.
 
-    Parameters
-    ----------
-    problem, solution : Problem, Solution
-        What was fitted, and where that ended.
-    count : int
-        Number of replicates.
-    free : ndarray, shape (free,) of bool, optional
-        Coordinates that are fitted; all where not given.
-    linear : bool
-        Whether a fit to a replicate may be taken for linear around the solution.
-    report : callable
-        Is told the share of the work done.
+    They may be taken for `linear` around the solution; `report` is told the share of the work done.
     """
     free = np.ones(len(solution.space.names), dtype=bool) if free is None else free
     values, cycles = problem.parameters.complete(solution.values), problem.half_cycles
@@ -178,10 +161,7 @@ class ChiSquare(NamedTuple):
 
     @classmethod
     def of(cls, squares: np.ndarray) -> ChiSquare:
-        """Return the distribution of squares, shape (estimate,); nothing but zero where one of them is zero.
-
-        An estimate that went astray counts for no more than one at the edge of the others.
-        """
+        """Return the distribution of squares, shape (estimate,); nothing but zero where one of them is zero."""
         from scipy.special import psi
 
         if not np.all(squares > 0.0):
@@ -189,6 +169,7 @@ class ChiSquare(NamedTuple):
         logs = np.log(squares)
         median = np.median(logs)
         reach = EDGE * DEVIATION_OVER_MEDIAN * np.median(np.abs(logs - median))
+        # An estimate that went astray counts for no more than one at the edge of the others.
         logs = np.clip(logs, median - reach, median + reach)
         variance, middle = float(np.var(logs, ddof=1)), float(np.mean(logs))
         if variance == 0.0:
@@ -208,10 +189,9 @@ CERTAIN = ChiSquare(0.0, math.inf)
 
 
 class _Drawn(NamedTuple):
-    """A fit to one replicate.
+    """A fit to one replicate: parameters as reported and as the model takes them, and the mean square of the residual.
 
-    The parameters as they are reported and as the model takes them, the scatter that is visible in units of the
-    estimated one, and the mean square of the residual.
+    The scatter is the one that is visible, in units of the estimated one.
     """
 
     numbers: np.ndarray
@@ -228,8 +208,7 @@ def _squares(drawn: Iterable[_Drawn]) -> ChiSquare:
 class _Fits:
     """What fits a model to its replicates.
 
-    Nobody knows the scatter exactly: each replicate has another one, as far from the estimate as the `squares` of
-    those that are visible in others lie from theirs.
+    Nobody knows the scatter exactly: that of a replicate is as far from the estimate as `squares` of others are.
     """
 
     replicates: Replicates

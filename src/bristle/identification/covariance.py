@@ -83,14 +83,12 @@ def covariance_of(solution: Solution, residual: np.ndarray) -> Covariance:
 
 
 def _scatter(scores: np.ndarray, fitted: int) -> np.ndarray:
-    """Return the scatter of the scores summed over blocks of consecutive rows, shape (column, column).
-
-    Its factor makes up for the freedom that the fit took from the residuals.
-    """
+    """Return the scatter of the scores summed over blocks of consecutive rows, shape (column, column)."""
     rows = scores.shape[0]
     count = min(CLUSTERS, rows)
     starts = np.linspace(0, rows, count, endpoint=False).astype(int)
     sums = np.add.reduceat(scores, starts, axis=0)
+    # Makes up for the freedom that the fit took from the residuals.
     factor = count / max(count - 1, 1) * (rows - 1) / max(rows - fitted, 1)
     return factor * (sums.T @ sums)
 
@@ -103,21 +101,7 @@ def jackknife_std(solution: Solution, cycles: Groups, residual: np.ndarray) -> d
     .. math:: \delta_k = -\left(J^T J - J_k^T J_k\right)^{-1} J_k^T r_k
 
     and :math:`\tfrac{n - 1}{n} \sum_k (\delta_k - \bar\delta)^2` is the variance. What is common to all half-cycles, as
-    the error of the encoder is, it does not see.
-
-    Parameters
-    ----------
-    solution : Solution
-        What was fitted; coordinates on a bound stay there.
-    cycles : Groups
-        Of its log.
-    residual : ndarray, shape (row,)
-        Measured minus predicted effort [N or N*m].
-
-    Returns
-    -------
-    dict
-        Empty with fewer than five half-cycles.
+    the error of the encoder is, it does not see. With fewer than five there is none.
     """
     if cycles.count < FEWEST_CYCLES:
         return {}

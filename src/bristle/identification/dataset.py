@@ -154,8 +154,7 @@ class Dataset:
     ) -> list[np.ndarray]:
         """Return the friction force along each segment [N or N*m], filtered as the effort is.
 
-        Where the state of the contact before the log matters, it is that of `contacts`, or else the one that fits the
-        effort best beside `plant`.
+        `contacts` are those before each segment; where not given, what fits the effort best beside `plant`.
         """
         contacts = self.contacts(friction, plant) if contacts is None else contacts
         return [
@@ -164,10 +163,7 @@ class Dataset:
         ]
 
     def contacts(self, friction: Model, plant: Model | None) -> tuple[float | None, ...]:
-        """Return where the contact stood before each segment, from -1 to 1: what fits the effort best beside `plant`.
-
-        None of a model to which that does not matter, and where no plant is given.
-        """
+        """Return where the contact stood before each segment, from -1 to 1; None where a model has no such state."""
         if plant is None or friction.component.start is None:
             return (None,) * len(self.segments)
         places = []

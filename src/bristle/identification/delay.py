@@ -28,18 +28,7 @@ LEVELS = np.geomspace(0.02, 0.3, 4)  # of the largest speed: where friction may 
 
 
 def delay_in(dataset: Dataset) -> tuple[float, float]:
-    """Return by how much the effort lags the position [s], and the standard error of that.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        The rows of a log, not yet shifted.
-
-    Raises
-    ------
-    InputError
-        If the best delay is none of a drive.
-    """
+    """Return by how much the effort lags the position [s], and the standard error of that."""
     from scipy.optimize import minimize_scalar
 
     speeds = np.abs(dataset.velocity)

@@ -67,18 +67,10 @@ def signs(count: int, rng: np.random.Generator) -> np.ndarray:
 
 
 def correlation_time(residual: np.ndarray, row_time: float, unexplained: float) -> float:
-    """Return how long what a model lacks keeps its side [s].
+    """Return how long what a model lacks keeps its side [s]; of the residual, each half-cycle has its own level.
 
-    All that does not average out over a block is put down to it; longer than a block it is not followed.
-
-    Parameters
-    ----------
-    residual : ndarray, shape (row,)
-        What the model leaves over, each half-cycle at its own level.
-    row_time : float
-        Time from row to row [s].
-    unexplained : float
-        Root mean square of what the model lacks, in the unit of the residual.
+    All that does not average out over a block is put down to it; longer than a block it is not followed. `unexplained`
+    is the root mean square of what the model lacks, in the unit of the residual.
     """
     slow = float(np.mean([np.mean(part) ** 2 for part in np.array_split(residual, BLOCKS)]))
     share = min(slow / unexplained**2, 1.0) if unexplained > 0.0 else 0.0
@@ -109,20 +101,7 @@ def force_with_scatter(
 ) -> np.ndarray:
     """Return the force of friction whose level is drawn anew at each reversal [N or N*m], shape (sample,), unfiltered.
 
-    Parameters
-    ----------
-    friction : Model
-        The friction model at its mean level.
-    segment : Segment
-        The motion.
-    starts : sequence of int
-        First sample of each half-cycle.
-    dt : float
-        Time between samples [s].
-    scatter : float
-        Standard deviation of the level, as a share of it.
-    rng : Generator
-        Draws the levels.
+    `starts` are the first samples of half-cycles, `scatter` is the standard deviation of the level as a share of it.
     """
     levels = np.maximum(1.0 + scatter * rng.standard_normal(len(starts)), LEAST)
     mean = pack(friction.parameters)

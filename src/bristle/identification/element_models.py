@@ -127,18 +127,9 @@ class Weights(NamedTuple):
 
 @dataclass(frozen=True)
 class Elements:
-    """The problem of one log.
+    """The problem of one log: ``maxwell_slip`` with its slots, the elements told by their level and stiffness.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        The rows.
-    component : FrictionModel
-        ``maxwell_slip`` with its slots.
-    unknowns : ParameterSet
-        What is free and what is held, the elements by their level and stiffness.
-    element : callable
-        Returns an element of stiffness 1 that slips at a deflection [m or rad].
+    `element` returns an element of stiffness 1 that slips at a deflection [m or rad].
     """
 
     dataset: Dataset

@@ -27,22 +27,8 @@ __all__ = ["Context", "Estimation", "Estimator", "along_the_motion"]
 class Context:
     """What the fits of all models to one log share.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        The log as rows of inverse dynamics.
-    prior : PriorKnowledge
-        What is known of the axis beforehand.
-    sliding : Sliding
-        Coulomb and viscous friction with the plant, as a linear fit finds them [SI].
-    scales : Scales
-        Typical magnitudes of the log.
-    everywhere : bool
-        Whether the whole range of each parameter is looked at.
-    settings : Settings
-        The thresholds of what is said of a fit.
-    estimator : callable or None
-        What estimates a model in place of least squares along the measured motion.
+    `sliding` and `scales` are its friction, as a linear fit finds it, and its typical magnitudes. The whole range of
+    each parameter is looked at where `everywhere`; an `estimator` takes the place of `along_the_motion`.
     """
 
     dataset: Dataset
@@ -68,16 +54,12 @@ class Context:
 
 @dataclass(frozen=True)
 class Estimation:
-    """What one model was fitted with.
+    """What one model was fitted with: `inverse`, the model along the measured motion, and the `problem` made small.
 
     Parameters
     ----------
-    inverse : InverseDynamics
-        The model along the measured motion.
     solution : Solution
         Where its search ended, in the parameters that are reported.
-    problem : Problem
-        What was made small.
     resampled : tuple of Problem and Solution
         The same in the coordinates in which it is fitted to replicates.
     residual_without : callable
@@ -88,8 +70,6 @@ class Estimation:
         Returns the friction model as it is written and run, from the one that was fitted.
     further : int
         Free numbers besides the parameters.
-    diagnostics : tuple of Diagnostic
-        What there is to say of how it was fitted.
     """
 
     inverse: InverseDynamics

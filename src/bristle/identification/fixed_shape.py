@@ -99,15 +99,7 @@ class ShapedModel(FrictionModel):
 
 
 def shaped(model: FrictionModel, stiffness: np.ndarray, levels: np.ndarray) -> ShapedModel:
-    """Return a `maxwell_slip` model whose elements have these shares.
-
-    Parameters
-    ----------
-    model : SlottedModel
-        The model.
-    stiffness, levels : ndarray, shape (element,)
-        Stiffness [N/m or N*m/rad] of each element, and the force [N or N*m] at which it slips.
-    """
+    """Return a `maxwell_slip` model whose elements, shape (element,), have shares like these stiffnesses and levels."""
     return _shaped(model, (tuple((stiffness / np.sum(stiffness)).tolist()), tuple((levels / np.sum(levels)).tolist())))
 
 
@@ -140,16 +132,9 @@ def further_numbers(model: ShapedModel) -> int:
 
 @dataclass(frozen=True, kw_only=True)
 class ElementSpace(ParameterSpace):
-    """One stiffness for each element, then the other free parameters.
+    """One stiffness for each element, which slips at `thresholds` [m or rad], then the other free parameters.
 
-    Parameters
-    ----------
-    thresholds : ndarray, shape (element,)
-        Deflections at which elements slip [m or rad].
-    levels : mapping of str to float
-        The parameters that tell the level of the elements, and the sign of the difference in each.
-    rest : tuple of str
-        All other free parameters, as they are reported.
+    `levels` tell the level of the elements, with the sign of the difference in each; the `rest` is reported as it is.
     """
 
     thresholds: np.ndarray

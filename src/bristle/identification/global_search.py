@@ -47,15 +47,7 @@ class Side(NamedTuple):
 
 
 def box_of(coordinates: Sequence[Transform], theta: np.ndarray) -> tuple[Side, ...]:
-    """Return a finite box around what is known: the bounds of each coordinate, or ten times what is typical.
-
-    Parameters
-    ----------
-    coordinates : sequence of Coordinate
-        What is sought.
-    theta : ndarray, shape (coordinate,)
-        Where another search ended; the box holds it.
-    """
+    """Return a finite box that holds `theta`: the bounds of each coordinate, or ten times what is typical."""
     sides = []
     for limits, at in zip(coordinates, theta.tolist(), strict=True):
         most = min(limits.high, FAR * max(1.0, abs(at)))
@@ -73,22 +65,9 @@ def evolved(
     costs: Callable[[Sequence[np.ndarray]], Sequence[float]], box: Sequence[Side], start: np.ndarray, best: BestSoFar,
     report: Callable[[float], None], seed: int = EVOLUTION_SEED,
 ) -> np.ndarray:  # fmt: skip
-    """Return the coordinates of the best member that differential evolution came to.
+    """Return the coordinates of the best member that differential evolution came to; `start` is one of the first.
 
-    Parameters
-    ----------
-    costs : callable
-        Of the coordinates of each of several members.
-    box : sequence of Side
-        Where to look.
-    start : ndarray, shape (coordinate,)
-        One of the first members.
-    best : BestSoFar
-        Takes note of all that is tried.
-    report : callable
-        Is told the share of the work done.
-    seed : int
-        Of the random numbers.
+    `best` takes note of all that is tried, `report` is told the share of the work done.
     """
     from scipy.optimize import differential_evolution
 

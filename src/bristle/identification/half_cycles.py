@@ -102,12 +102,7 @@ def least_way(resolution: float, noise: float) -> float:
 def scatter_in(cycles: Groups, slope: np.ndarray, residual: np.ndarray) -> float:
     """Return the standard deviation of the level of friction from half-cycle to half-cycle, as a residual shows it.
 
-    Parameters
-    ----------
-    cycles : Groups
-        Half-cycles of the log.
-    slope, residual : ndarray, shape (row,)
-        By how much the signal rises with the level of friction; measured minus predicted signal.
+    `slope`, shape (row,), is by how much the signal rises with the level of friction.
     """
     power, excess = _excess(cycles, slope, residual)
     if not np.any(excess):
@@ -138,9 +133,6 @@ def neighbour_correlation(residual: np.ndarray) -> float:
 
 
 def independent_rows(residual: np.ndarray) -> float:
-    r"""Return as how many independent rows those of a residual count, :math:`N (1 - \rho) / (1 + \rho)`.
-
-    Neighbours have the correlation :math:`\rho`.
-    """
+    r"""Return as how many independent rows those of a residual count, :math:`N (1 - \rho) / (1 + \rho)`."""
     correlation = min(max(neighbour_correlation(residual), 0.0), 0.999)
     return residual.size * (1.0 - correlation) / (1.0 + correlation)

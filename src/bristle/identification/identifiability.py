@@ -33,20 +33,16 @@ CHUNKS = 40
 
 @dataclass(frozen=True)
 class Unidentifiable:
-    """A parameter that the log does not see.
+    """A parameter that the log does not see, and by how much it was changed [%].
 
     Parameters
     ----------
-    name : str
-        The parameter.
     rise : float
         By how much the error on rows that were held out rises at most, in units of the variance of the residual.
     flat : bool
         Whether the error on the fitted rows does not rise either: nothing in the log depends on it.
     instead : tuple of str
         Parameters that take its place: the log sees its combination with them only.
-    percent : float
-        By how much it was changed [%].
     """
 
     name: str
@@ -68,14 +64,7 @@ def unidentifiable(
 ) -> tuple[Unidentifiable, ...]:
     """Return the parameters that a log does not see, each with those found before it held.
 
-    Parameters
-    ----------
-    problem, solution : Problem, Solution
-        What was fitted, and where that ended.
-    candidates : frozenset of str
-        Parameters that are asked about; those that are zero, or on an edge, have no 30 %.
-    settings : Settings
-        The thresholds.
+    Only `candidates` are asked about; those that are zero, or on an edge, have no 30 %.
     """
     names = solution.space.names
     free = np.ones(len(names), dtype=bool)

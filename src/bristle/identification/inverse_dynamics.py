@@ -46,14 +46,7 @@ CONTACT_NUDGE = 1e-4  # of where a contact stood, from -1 to 1
 class InverseDynamics:
     """Rows ``effort = M acceleration + ... + F(motion)`` for one plant and one friction model.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        The rows.
-    parameters : ParameterSet
-        The model, what is free and what is fixed.
-    contacts : tuple of float or None, optional
-        Where the contact stood before each segment; found from the effort where not given.
+    `contacts` is where the contact stood before each segment; found from the effort where not given.
     """
 
     dataset: Dataset
@@ -151,10 +144,7 @@ class InverseDynamics:
 
     @cached_property
     def columns(self) -> np.ndarray:
-        """Regressor of a model that is linear in its parameters, shape (row, free), by its own trial.
-
-        Each column is what the model answers to one parameter of 1 with all others 0.
-        """
+        """Regressor of a linear model, shape (row, free): what it answers to one parameter of 1 with all others 0."""
         plant = self.parameters.plant.variables
         columns = [
             self.mechanical(self.unit(name)) if name in plant else self.friction(self.unit(name))
@@ -198,13 +188,7 @@ class InverseDynamics:
         return name, [Fold(block, beside(block, self.dataset.reach), block) for block in blocks]
 
     def parts_of(self, blocks: int, settings: Settings) -> tuple[str, list[Fold]]:
-        """Return the logs where there are several, else so many time blocks.
-
-        Raises
-        ------
-        InputError
-            If the log is too short for so many blocks.
-        """
+        """Return the logs where there are several, else so many time blocks; a log too short for them is refused."""
         log = self.dataset.log_of_row
         if log[0] != log[-1]:
             return "logs", [Fold(log == number, log != number, log == number) for number in np.unique(log)]

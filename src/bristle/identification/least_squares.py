@@ -72,15 +72,7 @@ class Sliding(NamedTuple):
 
 
 def linear(problem: InverseDynamics, rows: np.ndarray | slice = slice(None)) -> Solution:
-    """Return the least-squares parameters of a model that is linear in them.
-
-    Parameters
-    ----------
-    problem : InverseDynamics
-        A problem whose friction model is linear.
-    rows : ndarray or slice
-        The rows to use.
-    """
+    """Return the least-squares parameters, from some rows, of a model that is linear in them."""
     space = ParameterSpace.of(problem.parameters)
     columns = problem.columns[rows]
     target = (problem.dataset.effort - problem.fixed_effort)[rows]
@@ -97,16 +89,9 @@ def linear(problem: InverseDynamics, rows: np.ndarray | slice = slice(None)) -> 
 
 @dataclass
 class Differences:
-    """A residual whose last value is remembered, with its Jacobian.
+    """A residual, of each of several coordinates, whose last value is remembered, with its Jacobian.
 
-    Parameters
-    ----------
-    residuals : callable
-        Returns the residual at each of several coordinates, shape (row,) each.
-    high : ndarray, shape (coordinate,)
-        Upper bounds, beyond which no difference is taken.
-    step : float
-        Of a coordinate, or of 1.
+    No difference is taken beyond the bound `high`; a `step` is of a coordinate, or of 1.
     """
 
     residuals: Callable[[Sequence[np.ndarray]], Sequence[np.ndarray]]
@@ -132,20 +117,10 @@ class Differences:
 
 @dataclass(frozen=True)
 class Search:
-    """The search for the parameters of one model.
+    """The search for the parameters of one problem, within typical magnitudes of its log.
 
-    Parameters
-    ----------
-    problem : Problem
-        What is minimised: the sum of squares of its residual.
-    scales : Scales
-        Typical magnitudes of the log, which bound the parameters of unknown magnitude.
-    sliding : Sliding
-        Coulomb and viscous friction of the same log, where starts are drawn around.
-    unit : float, optional
-        Typical magnitude of the residual; that of the friction force where not given.
-    simulates : bool
-        Whether each residual takes a simulation: then all cores share a Jacobian.
+    Starts are drawn around the `sliding` friction of the same log. `unit` is the typical magnitude of the residual;
+    that of the friction force where not given. Where it `simulates`, all cores share a Jacobian.
     """
 
     problem: Problem
@@ -160,11 +135,9 @@ class Search:
         return TransformedSpace.within(self.problem.parameters, self.scales)
 
     def solve(self, report: Report = silent, *, everywhere: bool = False) -> Solution:
-        """Return the best solution from several starts; `report` is told the share of the work done.
+        """Return the best solution from several starts; where a person interrupts, the best until then, which says so.
 
         Where it is to look `everywhere`, it goes on in the whole range of each parameter.
-
-        One that a person interrupts is the best found until then, and says so.
         """
         first = STARTS_SHARE if everywhere else 1.0
 

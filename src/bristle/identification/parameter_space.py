@@ -33,18 +33,8 @@ BREAK_AWAY_MOST = 2.0  # times the largest effort of the log
 class ParameterSpace:
     """Coordinates of free parameters, within bounds; these ones are the parameters themselves [SI].
 
-    Parameters
-    ----------
-    names : tuple of str
-        The coordinates.
-    low, high : ndarray, shape (coordinate,)
-        Bounds.
-    linear : bool
-        Whether the signal is linear in the coordinates.
-    logarithmic : frozenset of str
-        Those that are sought in their logarithm.
-    curve : tuple of float
-        Displacements [m or rad] at which the virgin curve is reported, too.
+    A signal is `linear` in them, or not; some are the logarithm of a parameter. At the displacements `curve` [m or rad]
+    the virgin curve is reported, too.
     """
 
     names: tuple[str, ...]
@@ -118,13 +108,7 @@ class TransformedSpace(ParameterSpace):
 
     @classmethod
     def within(cls, parameters: ParameterSet, scales: Scales) -> TransformedSpace:
-        """Return the coordinates of the free parameters; what further relations say is left to the finished model.
-
-        Raises
-        ------
-        InputError
-            If no value that the model allows is of the extent of the log.
-        """
+        """Return the coordinates of the free parameters; what further relations say is left to the finished model."""
         floors = _floors(parameters)
         transforms = tuple(
             _transform(name, parameters.variables[name], scales, floors.get(name))
@@ -171,12 +155,8 @@ class Solution:
 
     Parameters
     ----------
-    space : ParameterSpace
-        The coordinates in which they were sought.
-    theta : ndarray, shape (coordinate,)
-        Where the search ended.
     jacobian : ndarray, shape (row, coordinate)
-        Derivative of the predicted signal with respect to the coordinates.
+        Derivative of the predicted signal with respect to the coordinates `theta` of `space`.
     at_edge : mapping of str to str
         Of the reported parameters on an edge of their range, which one: ``"smallest"`` or ``"largest"``.
     cost : float

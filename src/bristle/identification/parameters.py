@@ -41,20 +41,9 @@ class Fixed(NamedTuple):
 
 @dataclass(frozen=True)
 class ParameterSet:
-    """The parameters of a plant with a friction model, free and fixed.
+    """The parameters of a plant with a friction model: the `free` ones, plant first, and all others `fixed`.
 
-    Parameters
-    ----------
-    component : FrictionModel
-        The friction model.
-    free : tuple of str
-        The plant first, then friction in the order of the model.
-    fixed : mapping of str to Fixed
-        All others.
-    plant : Plant
-        What the friction acts on.
-    loop : mapping of str to Variable
-        What is unknown of the loop that both are simulated in.
+    `loop` is what is unknown of the loop that both are simulated in.
     """
 
     component: FrictionModel

@@ -70,14 +70,7 @@ class Bands:
 def half_width(bands: Bands, plant: Model, friction: Model, dataset: Dataset) -> np.ndarray:
     """Return the half-width of the 95 % band around the effort of each row [N or N*m], shape (row,).
 
-    Parameters
-    ----------
-    bands : Bands
-        What the width is made of.
-    plant, friction : Model
-        The model; parameters that were not fitted are those of it.
-    dataset : Dataset
-        The motion.
+    Parameters that were not fitted are those of the models.
     """
     starts, rng = half_cycle_starts(dataset), np.random.default_rng(SEED)
     members = []

@@ -49,16 +49,9 @@ def treat_all(
     logs: Sequence[Log], axes: Sequence[Axis | None], cutoff: float | None = None, decimation: int | None = None,
     delay: float | None = None,
 ) -> Dataset:  # fmt: skip
-    """Return the regression rows of several logs, one after the other.
+    """Return the regression rows of several logs of one axis, one after the other, each treated as `treat` does.
 
-    Parameters
-    ----------
-    logs, axes : sequence of Log, of Axis or None
-        Logs of the same axis, and what is known of it as each log records it.
-    cutoff, decimation : float, int, optional
-        As in `treat`; the same for all logs.
-    delay : float, optional
-        By how much the effort lags the position [s]. Where it is not given, an axis may ask for it to be found.
+    Where no `delay` is given, by which the effort lags the position [s], an axis may ask for it to be found.
 
     Raises
     ------
@@ -109,19 +102,9 @@ def treat(
 ) -> Dataset:  # fmt: skip
     """Return the regression rows of a log.
 
-    Parameters
-    ----------
-    log : Log
-        Position and effort over time, in SI.
-    axis : Axis or None
-        Its cut-off, decimation and encoder resolution hold where no argument overrides them; whether the effort is
-        held until the next sample.
-    cutoff : float, optional
-        Cut-off of the zero-phase filter [Hz]; a tenth of the sampling frequency where nothing is given.
-    decimation : int, optional
-        Of how many samples one row is kept; 10 where nothing is given.
-    like : Dataset, optional
-        One of the same motion, which noise and rows are taken from instead of being found once more.
+    The axis has the cut-off [Hz], the decimation and the encoder resolution, where no argument overrides them; a tenth
+    of the sampling frequency and 10 where nothing is given. Noise and rows are taken from a data set `like` it, of the
+    same motion, instead of being found once more.
 
     Raises
     ------
@@ -205,20 +188,8 @@ def segment_of(
 ) -> tuple[Segment, float, float]:  # fmt: skip
     """Return a segment of a log, and the standard deviations of the noise of its position and of its effort.
 
-    Parameters
-    ----------
-    log : Log
-        Position and effort over time, in SI.
-    part : slice
-        Samples without a gap.
-    cutoff : float
-        Of the zero-phase filter [Hz].
-    resolution : float
-        Step of the position encoder [m or rad].
-    noises : tuple of float, optional
-        Those standard deviations, where they need not be found.
-    held : bool
-        Whether the recorded effort acts until the next sample.
+    `part` has no gap, `cutoff` is that of the filter [Hz], `resolution` the step of the encoder [m or rad]. The
+    `noises` are found where they are not given. An effort that is `held` acts until the next sample.
     """
     assert log.effort is not None
     dt, position, effort = log.sample_time, log.position.values[part], log.effort.values[part]

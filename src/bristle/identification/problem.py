@@ -122,11 +122,5 @@ class Problem(Residual, Protocol):
         ...
 
     def parts_of(self, blocks: int, settings: Settings) -> tuple[str, list[Fold]]:
-        """Return the logs where there are several, else so many parts of one.
-
-        Raises
-        ------
-        InputError
-            If the log is too short for so many.
-        """
+        """Return the logs where there are several, else so many parts of one; one too short is refused."""
         ...

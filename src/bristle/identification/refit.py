@@ -31,18 +31,9 @@ SINGULAR = 1e-7  # of the largest singular value
 
 @dataclass(frozen=True)
 class Refit:
-    """Fits like the first one, with some coordinates free and, where wanted, on some rows only.
+    """Fits like the first one, of which `solution` is the end, on some rows.
 
-    Parameters
-    ----------
-    solution : Solution
-        Where the first fit ended.
-    free : ndarray, shape (coordinate,) of bool
-        Coordinates that are fitted again; the others stay where a fit begins.
-    rows : ndarray or slice
-        Rows that are fitted.
-    linear : bool
-        Whether the first step is all, as where the signal is linear in the coordinates.
+    Coordinates that are not `free` stay where a fit begins. Of a `linear` signal the first step is all.
     """
 
     solution: Solution
@@ -73,15 +64,7 @@ class Refit:
         return step
 
     def solve(self, problem: Residual, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the coordinates that fit a problem best, and the residual of all its rows there.
-
-        Parameters
-        ----------
-        problem : Residual
-            The same model on a log of the same rows.
-        start : ndarray, shape (coordinate,)
-            Where to begin.
-        """
+        """Return the coordinates that fit a problem on the same rows best, and the residual of all its rows there."""
         space, jacobian = self.solution.space, self.solution.jacobian[:, self.free]
         theta, residual, longest = start, problem.residual(space.values(start)), 0.0
         for _ in range(STEPS):

@@ -126,13 +126,7 @@ def _refuse_arrays(component: FrictionModel) -> None:
 
 
 def freed(free: Sequence[str], components: Sequence[FrictionModel]) -> tuple[str, ...]:
-    """Return the shapes that are to be identified.
-
-    Raises
-    ------
-    InputError
-        If none of the models has a shape of that name.
-    """
+    """Return the shapes that are to be identified; one that none of the models has is refused."""
     shapes = {
         name
         for component in components
@@ -156,13 +150,7 @@ def with_method(
 
 
 def settings_of(axis: Axis | None, beside: Settings | Mapping[str, float] | None) -> Settings:
-    """Return the thresholds: those of the axis, and those `beside` it.
-
-    Raises
-    ------
-    InputError
-        If there is no such threshold, or its value is out of range.
-    """
+    """Return the thresholds: those of the axis, and those `beside` it."""
     of_axis = dict(axis.settings) if axis is not None else {}
     Settings.of(of_axis, "identification.settings")
     return Settings.of(of_axis | (beside.as_data() if isinstance(beside, Settings) else dict(beside or {})))
@@ -171,15 +159,7 @@ def settings_of(axis: Axis | None, beside: Settings | Mapping[str, float] | None
 def prior_knowledge_of(
     axis: Axis | None, mass: float | str | None, offset: float | str | None, kind: Kind
 ) -> PriorKnowledge:
-    """Return what is known beforehand: the arguments, else the axis file.
-
-    Numbers are in SI of the kind of axis; text has a unit.
-
-    Raises
-    ------
-    InputError
-        If a mass is not positive or an offset is not a number.
-    """
+    """Return what is known beforehand: the arguments, in SI of the axis or text with a unit, else the axis file."""
     axis = axis or Axis(kind=kind, offset="identify")
     value = number_or_text(mass if mass is not None else axis.mass, MASS, kind, "mass")
     if value is not None and not (math.isfinite(value) and value >= 1e-15):
@@ -205,12 +185,6 @@ def number_or_text(value: Any, variable: Variable, kind: Kind, path: str) -> flo
 
 
 def treatment_of(cutoff: Any, decimation: Any, kind: Kind) -> tuple[float | None, int | None]:
-    """Return the cut-off [Hz] and the decimation that are asked for, None where none is.
-
-    Raises
-    ------
-    InputError
-        If one is no number, or has the wrong unit.
-    """
+    """Return the cut-off [Hz] and the decimation that are asked for, None where none is."""
     rows = optional(whole(1, 10_000))(decimation, "decimation", kind)
     return number_or_text(cutoff, CUTOFF, kind, "cutoff"), rows

@@ -36,13 +36,7 @@ PUT_IN = 0.1  # share of the work besides inertia from which friction that puts 
 def context_of(
     dataset: Dataset, prior: PriorKnowledge, *, everywhere: bool = False, settings: Settings = DEFAULT
 ) -> Context:  # fmt: skip
-    """Return what the fits of all models to a log share.
-
-    Raises
-    ------
-    InputError
-        If the effort is zero, or pushes the other way.
-    """
+    """Return what the fits of all models to a log share; an effort of zero, or the other way round, is refused."""
     effort = float(np.sqrt(np.mean(dataset.effort**2)))
     if effort == 0.0:
         raise InputError("is zero throughout", path="log.effort", mend="Check which column holds the effort")
@@ -73,13 +67,7 @@ def _sliding_problem(dataset: Dataset, prior: PriorKnowledge) -> InverseDynamics
 
 
 def _refuse_reversed_effort(dataset: Dataset, prior: PriorKnowledge) -> None:
-    """Refuse a log whose effort drives the friction backward: friction would put energy in.
-
-    Raises
-    ------
-    InputError
-        If so.
-    """
+    """Refuse a log whose effort drives the friction backward: friction would put energy in."""
     # A mass that is known must not hide that the effort pushes the other way.
     problem = _sliding_problem(dataset, PriorKnowledge(plant=prior.plant))
     free = unbounded(problem.columns, dataset.effort - problem.fixed_effort).tolist()
@@ -103,21 +91,9 @@ def _refuse_reversed_effort(dataset: Dataset, prior: PriorKnowledge) -> None:
 
 
 def _pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:
-    """Return the period over the position of what a model leaves of a log [m or rad].
+    """Return the period over the position of what a simple model without the slot leaves of a log [m or rad].
 
     The wave that takes most of the residual is looked for, evenly in the number of turns over the range, and refined.
-
-    Parameters
-    ----------
-    problem : InverseDynamics
-        A simple model, without the slot.
-    values : mapping of str to float
-        All of its parameters [SI].
-
-    Raises
-    ------
-    InputError
-        If the log goes through less than three turns of any pitch that passes its filter.
     """
     dataset = problem.dataset
     x, residual = dataset.position, dataset.effort - problem.predicted(values)

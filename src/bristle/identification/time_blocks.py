@@ -38,15 +38,7 @@ def room_for_blocks(dataset: Dataset, settings: Settings) -> int:
 
 
 def time_blocks(dataset: Dataset, count: int) -> tuple[str, list[np.ndarray]]:
-    """Return what the parts of a log are, and the rows of each, shape (row,) of bool.
-
-    Parameters
-    ----------
-    dataset : Dataset
-        The rows.
-    count : int
-        How many parts.
-    """
+    """Return what the parts of a log are called, and the rows of each of so many, shape (row,) of bool."""
     rows = dataset.effort.size
     edges = np.linspace(0, rows, count + 1).astype(int)[1:-1]
     of, part = TIME, np.searchsorted(edges, np.arange(rows), side="right")

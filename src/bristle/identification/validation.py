@@ -40,13 +40,7 @@ FEWEST = 10.0  # measurements
 def held_out_error(
     estimation: Estimation, blocks: int, settings: Settings, report: Callable[[float], None] = lambda share: None
 ) -> HeldOut:
-    """Return the error on each of so many parts of a log, fitted to all others; of several logs, on each of them.
-
-    Raises
-    ------
-    InputError
-        If the log is too short for so many blocks.
-    """
+    """Return the error on each of so many parts of a log, fitted to all others; of several logs, on each of them."""
     name, folds = estimation.problem.parts_of(blocks, settings)
     measured, errors = estimation.problem.measured, []
     for number, fold in enumerate(folds):

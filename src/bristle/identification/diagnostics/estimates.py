@@ -27,16 +27,9 @@ STATED_UP_TO = 10.0  # relative standard error that is worth a number
 
 @dataclass(frozen=True)
 class Judgement:
-    """What one fit tells of each parameter.
+    """What one fit tells of each parameter: where it ended, how sure that is, and what the log shows.
 
-    Parameters
-    ----------
-    problem, solution, uncertainty : InverseDynamics, Solution, Covariance
-        What was fitted, where it ended, and how sure that is.
-    excitation : Excitation
-        What the log shows, with the values of the fit and the thresholds.
-    filtered : bool
-        Whether the rows that were fitted are filtered.
+    The rows that were fitted are `filtered`, or not.
     """
 
     problem: InverseDynamics
@@ -138,17 +131,7 @@ def about_fixed(problem: InverseDynamics) -> tuple[Diagnostic, ...]:
 def about_estimates(
     estimates: Sequence[Estimate], correlation: np.ndarray, names: Sequence[str], inseparable: float
 ) -> tuple[Diagnostic, ...]:
-    """Return what is to be known of parameters: those that are not identified, and pairs that go together.
-
-    Parameters
-    ----------
-    estimates : sequence of Estimate
-        The parameters.
-    correlation, names : ndarray, sequence of str
-        Correlation of those of these names.
-    inseparable : float
-        Correlation above which two go together.
-    """
+    """Return what is to be known of parameters: those not identified, and pairs of these `names` that go together."""
     reasons = [estimate.reason for estimate in estimates if estimate.status != "held" and estimate.reason is not None]
     sure = {estimate.name for estimate in estimates if estimate.status == "identified"}
     pairs = [

@@ -21,17 +21,7 @@ __all__ = ["Excitation"]
 
 @dataclass(frozen=True)
 class Excitation:
-    """What a log shows of the parameters of a fit.
-
-    Parameters
-    ----------
-    dataset, scales : Dataset, Scales
-        The log.
-    values, variables : mapping
-        All parameters of the fit [SI] and what they are; the `excitation` of a variable names what it takes.
-    settings : Settings
-        The thresholds.
-    """
+    """What a log shows of the parameters of a fit [SI]; the `excitation` of a variable names what it takes."""
 
     dataset: Dataset
     scales: Scales

@@ -20,10 +20,7 @@ DESIGN = (1.0, 0.4, 0.7, 0.2, 1.0)  # of the amplitude: turning points that clos
 
 
 def stroke_lengths(dataset: Dataset, tremble: float = DEFAULT.tremble) -> np.ndarray:
-    """Return how far the body goes between reversals [m or rad], shape (half-cycle,).
-
-    A way below the share `tremble` of the range is none.
-    """
+    """Return how far the body goes between reversals [m or rad], shape (half-cycle,); a `tremble` of it is no way."""
     ways = []
     for segment, turns in zip(dataset.segments, dataset.reversals, strict=True):
         least = tremble * float(np.ptp(segment.position))
