@@ -9,6 +9,8 @@ References
 ----------
 .. [1] J. G. MacKinnon, M. O. Nielsen, M. D. Webb, "Cluster-robust inference: a guide to empirical practice",
    Journal of Econometrics 232(2), 2023. doi:10.1016/j.jeconom.2022.04.001
+.. [2] G. M. Ljung, G. E. P. Box, "On a measure of lack of fit in time series models", Biometrika 65(2), 1978.
+   doi:10.1093/biomet/65.2.297
 """
 
 from __future__ import annotations
@@ -121,13 +123,7 @@ def jackknife_std(solution: Solution, cycles: Groups, residual: np.ndarray) -> d
 
 
 def is_white(residual: np.ndarray, settings: Settings = DEFAULT) -> bool:
-    """Return whether the autocorrelation of a residual, shape (row,), is that of independent errors.
-
-    References
-    ----------
-    .. [1] G. M. Ljung, G. E. P. Box, "On a measure of lack of fit in time series models", Biometrika 65(2), 1978.
-       doi:10.1093/biomet/65.2.297
-    """
+    """Return whether the autocorrelation of a residual, shape (row,), is that of independent errors [2]_."""
     from scipy.stats import chi2
 
     most = int(settings.white_lags)

@@ -42,7 +42,6 @@ from bristle.identification.fixed_shape import (
     TOTAL,
     ElementSpace,
     ShapedModel,
-    further_numbers,
     in_lists,
     shaped,
 )
@@ -96,7 +95,7 @@ def estimate_elements(context: Context, component: FrictionModel, report: Report
     assert isinstance(view, ShapedModel)
     return Estimation(
         problem, solution, problem, elements.all_elements(), residual_without, written=in_lists,
-        further=further_numbers(view),
+        further=view.further,
     )  # fmt: skip
 
 

@@ -24,7 +24,6 @@ __all__ = [
     "TOTAL",
     "ElementSpace",
     "ShapedModel",
-    "further_numbers",
     "in_lists",
     "shaped",
 ]
@@ -53,6 +52,11 @@ class ShapedModel(FrictionModel):
     def __reduce__(self) -> tuple[Any, ...]:
         # There are as many as shapes were tried, and nothing tells them apart but that: made anew, they are as good.
         return _shaped, (self.inner, self.shape)
+
+    @property
+    def further(self) -> int:
+        """How many free numbers the elements are, besides their level and their stiffness."""
+        return max(len(self.shape[0]) - 2, 0)
 
     @cached_property
     def variables(self) -> ReadOnly[str, Variable]:
@@ -123,11 +127,6 @@ def _shaped(model: FrictionModel, shape: tuple[tuple[float, ...], tuple[float, .
 def in_lists(friction: Model) -> Model:
     """Return a model of a fixed shape as the one with its lists, as it is written and run."""
     return Model(friction.component.inner, friction.parameters, friction.kind)
-
-
-def further_numbers(model: ShapedModel) -> int:
-    """Return how many free numbers the elements are, besides their level and their stiffness."""
-    return max(len(model.shape[0]) - 2, 0)
 
 
 @dataclass(frozen=True, kw_only=True)

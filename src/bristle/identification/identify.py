@@ -1,10 +1,4 @@
-r"""From a log to friction models with their uncertainty, by inverse dynamics.
-
-.. math:: u = M \ddot q + F(\dot q, \dots) + \text{offset}
-
-holds in every row of a regression; the parameters minimise the sum of squares of what is left over. No simulation is
-involved, and the controller that was running does not matter.
-"""
+"""From a log to friction models with their uncertainty, best first: what is done, in order."""
 
 from __future__ import annotations
 

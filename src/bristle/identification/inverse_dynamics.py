@@ -7,9 +7,7 @@ controller that was running does not matter.
 
 References
 ----------
-.. [1] A. Janot, P.-O. Vandanjon, M. Gautier, "A generic instrumental variable approach for industrial robot
-   identification", IEEE Transactions on Control Systems Technology 22(1), 2014. doi:10.1109/TCST.2013.2246163
-.. [2] L. Kaufman, "A variable projection method for solving separable nonlinear least squares problems", BIT 15(1),
+.. [1] L. Kaufman, "A variable projection method for solving separable nonlinear least squares problems", BIT 15(1),
    1975. doi:10.1007/BF01932995
 """
 
@@ -22,7 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bristle.core.axis import Axis
-from bristle.core.contracts import Model
+from bristle.core.contracts import Component, Model
 from bristle.core.cores import abreast
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
@@ -72,7 +70,7 @@ class InverseDynamics:
         """Return derivatives of the residual, shape (row, free), without what the start of the contact makes up for.
 
         Where the contact stood follows the parameters: what of a derivative it can explain is none (variable
-        projection [2]_). At an end of its range it does not follow.
+        projection [1]_). At an end of its range it does not follow.
         """
         if self.contacts is None or self.parameters.component.start is None:
             return columns
@@ -89,13 +87,13 @@ class InverseDynamics:
 
     def model(self, values: Mapping[str, float]) -> Model:
         """Return the friction model with these values, whether or not it allows them."""
-        component = self.parameters.component
-        parameters = component.assemble({name: values[name] for name in component.variables})
-        return Model(component, parameters, self.dataset.kind)
+        return self._with(self.parameters.component, values)
 
     def plant(self, values: Mapping[str, float]) -> Model:
         """Return the plant with these values, whether or not it allows them."""
-        component = self.parameters.plant
+        return self._with(self.parameters.plant, values)
+
+    def _with(self, component: Component, values: Mapping[str, float]) -> Model:
         parameters = component.assemble({name: values[name] for name in component.variables})
         return Model(component, parameters, self.dataset.kind)
 
@@ -133,13 +131,9 @@ class InverseDynamics:
         """Time from row to row [s]."""
         return self.dataset.decimation * self.dataset.sample_time
 
-    @property
+    @cached_property
     def half_cycles(self) -> Groups:
         """The rows of each half-cycle."""
-        return self._half_cycles
-
-    @cached_property
-    def _half_cycles(self) -> Groups:
         return half_cycles(self.dataset)
 
     @cached_property

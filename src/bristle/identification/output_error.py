@@ -164,13 +164,9 @@ class OutputError:
         }
         return errors | ({LAG: free[LAG]} if LAG in free else {})
 
-    @property
+    @cached_property
     def half_cycles(self) -> Groups:
         """The samples of each half-cycle of the logs, trembles and steps of the encoder left out."""
-        return self._half_cycles
-
-    @cached_property
-    def _half_cycles(self) -> Groups:
         least = least_way(self.dataset.resolution, self.dataset.noise)
         positions = [output.position for output in self.outputs]
         # The step from a sample to the next one has the number of the first: there the motion turns.

@@ -12,6 +12,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from bristle.core.contracts import Model
+from bristle.core.lazy import cached_property
 from bristle.identification.dataset import Dataset
 from bristle.identification.disturbance import Disturbance
 from bristle.identification.half_cycles import Groups
@@ -80,7 +81,7 @@ class Problem(Residual, Protocol):
         """Time from row to row of the signal [s]."""
         ...
 
-    @property
+    @cached_property
     def half_cycles(self) -> Groups:
         """The rows of each half-cycle."""
         ...

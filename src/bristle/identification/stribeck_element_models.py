@@ -22,7 +22,7 @@ from bristle.friction import find, gms, maxwell_slip
 from bristle.friction.slots import by_direction
 from bristle.identification.element_models import Elements, elements_of
 from bristle.identification.estimation import Context, Estimation
-from bristle.identification.fixed_shape import ShapedModel, further_numbers, in_lists, shaped
+from bristle.identification.fixed_shape import ShapedModel, in_lists, shaped
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import EVALUATIONS, Report
 from bristle.identification.parameter_space import Solution
@@ -65,7 +65,7 @@ def estimate_stribeck_elements(context: Context, component: FrictionModel, repor
 
     return Estimation(
         problem, solution, problem, (problem, solution), residual_without, finished=view.finished, written=in_lists,
-        further=further_numbers(view), diagnostics=(OF_THIS_SHAPE,),
+        further=view.further, diagnostics=(OF_THIS_SHAPE,),
     )  # fmt: skip
 
 
