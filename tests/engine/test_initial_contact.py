@@ -8,6 +8,7 @@ from bristle.engine import force_along
 from bristle.identification.dataset import Dataset, Segment
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameters import PriorKnowledge, parameters_of
+from bristle.identification.sliding_friction import context_of
 from bristle.logs.log import Channel, Log
 from bristle.plants import inertia
 from bristle.report.messages import notes_of
@@ -48,6 +49,16 @@ def test_the_derivative_is_that_of_the_fit_with_its_start_found_anew(problem):
         left, size = np.linalg.norm(found - anew), np.linalg.norm(anew)
         assert left < 0.05 * size
         assert left < 0.4 * np.linalg.norm(held - anew)
+
+
+def test_a_search_follows_the_start_too(problem):
+    search = context_of(problem.dataset, PriorKnowledge(plant=inertia)).search(problem)
+    theta = search.space.theta(TRUTH | {"M": 2.0, "offset": 0.0})
+    solution = search.descend(theta, limit=1)
+    for step, found in zip(0.02 * np.eye(theta.size), solution.jacobian.T, strict=True):
+        low, high = (problem.residual(search.space.values(theta + side * step)) for side in (-1.0, 1.0))
+        anew = (low - high) / 0.04
+        assert np.linalg.norm(found - anew) < 0.08 * np.linalg.norm(anew)
 
 
 def test_a_prediction_tells_where_the_contact_began(problem):

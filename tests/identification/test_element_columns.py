@@ -6,6 +6,7 @@ from tests.identification.test_elements import MASS, elements_log
 
 from bristle import plants
 from bristle.friction import find
+from bristle.identification.covariance import covariance_of
 from bristle.identification.element_models import elements_of
 from bristle.identification.fixed_shape import shaped
 from bristle.identification.inverse_dynamics import InverseDynamics
@@ -49,3 +50,19 @@ def test_columns_times_values_are_the_effort_of_the_model_with_its_slots(name, p
     wanted = InverseDynamics(dataset, parameters).predicted(values)
     held = dataset.effort - elements._target
     assert said + held == pytest.approx(wanted, rel=1e-9, abs=1e-9 * float(np.max(np.abs(wanted))))
+
+
+def test_errors_of_level_and_stiffness_are_those_of_sums_over_elements_that_are_free():
+    dataset = treat(elements_log(duration=3.0, noise=0.5), None, cutoff=80.0, decimation=2)
+    elements = elements_of(context_of(dataset, PriorKnowledge(None, {"M": MASS})), find("maxwell_slip"))
+    problem, solution = elements.solution()
+    residual = problem.residual(solution.values)
+    found = dict(zip(solution.space.reported, covariance_of(solution, residual).std.tolist(), strict=True))
+    best = elements._best(slice(None))
+    pressed, count = best.stiffness > 0.0, best.stiffness.size
+    assert np.sum(pressed) > 2
+    columns = best.columns[:, np.concatenate([pressed, np.ones(best.columns.shape[1] - count, dtype=bool)])]
+    square = float(residual @ residual) / (residual.size - len(found))
+    covariance = square * np.linalg.inv(columns.T @ columns)[: np.sum(pressed), : np.sum(pressed)]
+    for name, share in (("F_C", elements.thresholds[pressed]), ("s", np.ones(np.sum(pressed)))):
+        assert found[name] == pytest.approx((share @ covariance @ share) ** 0.5, rel=1e-3), name

@@ -10,7 +10,8 @@ from bristle import friction
 from bristle.core import InputError
 from bristle.identification import identify
 from bristle.identification.inverse_dynamics import InverseDynamics
-from bristle.identification.output_error import OutputError
+from bristle.identification.output_error import OutputError, loop_of
+from bristle.identification.outputs import Effort, Position
 from bristle.prediction import predict
 from bristle.report.messages import assumptions_of, warnings_of
 
@@ -44,6 +45,15 @@ def test_inverse_dynamics_of_the_same_log_is_further_off(fit, log):
     for name in ("M", "F_v"):
         off = [abs(one.parameters[name].value / {**TRUTH.values, "M": MASS}[name] - 1.0) for one in (fit, start)]
         assert off[0] < 0.2 * off[1], name
+
+
+def test_the_loop_is_what_the_axis_says_and_else_what_the_log_has(log):
+    assert loop_of([log], [AXIS]) is Effort
+    assert loop_of([log, log], [replace(AXIS, loop="open")] * 2) is Position
+    assert loop_of([replace(log, reference=None)], [AXIS]) is Position
+    assert loop_of([log], [None]) is Position
+    with pytest.raises(InputError, match="differs from axis to axis"):
+        loop_of([log, log], [AXIS, replace(AXIS, loop="open")])
 
 
 def test_the_prediction_of_the_same_loop_errs_as_the_fit_does(fit, log):

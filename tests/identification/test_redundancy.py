@@ -73,6 +73,16 @@ def test_friction_too_small_to_tell_is_no_reversed_effort():
         )
 
 
+@pytest.mark.parametrize(("length", "force"), [(1.0, 1.0), (2.0**10, 2.0**-10), (2.0**-10, 2.0**10)])
+def test_friction_that_puts_energy_in_is_refused_whatever_the_magnitudes(length, force):
+    moved = sines(4.0)
+    motion = Motion(moved.time, *(length * one for one in moved[1:]))
+    # The inertia has its sign, which is no excuse.
+    effort = 500.0 * moved.position + sliding_effort(moved, F_C=-8.0, F_v=-30.0, offset=0.0)
+    with pytest.raises(InputError, match="sign of effort seems reversed"):
+        identify(log_of(motion, force * effort), axis=Axis(plant="oscillator"), draws=0)
+
+
 def test_an_effort_of_zero_is_refused():
     motion = sines()
     with pytest.raises(InputError, match="zero throughout"):

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import log_of, sines, strokes
+from tests.identification.known_logs import log_of, sines, sliding_effort, strokes
 from tests.identification.test_elements import elements_log
 
 from bristle.core import Axis
@@ -12,8 +12,9 @@ from bristle.core.errors import InputError
 from bristle.engine import force_along
 from bristle.friction import find
 from bristle.identification import identify
-from bristle.identification.diagnostics.repetition import repeats_after, stroke_lengths
-from bristle.identification.preprocessing import treat
+from bristle.identification.diagnostics.repetition import about_repeated_logs, repeats_after, stroke_lengths
+from bristle.identification.preprocessing import treat, treat_all
+from bristle.identification.settings import DEFAULT
 from bristle.report.messages import warnings_of
 
 TRUTH = {"F_C": 20.0, "nu_i": [0.3, 0.4, 0.3], "k_i": [3e6, 8e6 / 6.0, 0.4e6]}
@@ -107,3 +108,11 @@ def test_logs_that_repeat_one_another_are_no_test_of_the_model():
     assert any(one.startswith("2 of 3 logs repeat the motion") for one in warnings_of(fit))
     fit = identify([halves[0], third], "coulomb", mass=1.0, draws=0).best
     assert not any("repeat" in one for one in warnings_of(fit))
+
+
+@pytest.mark.parametrize(("larger", "repeats"), [(1.05, True), (1.5, False)])
+@pytest.mark.parametrize("first", [0, 1])
+def test_the_same_motion_at_another_amplitude_is_another_one(larger, repeats, first):
+    logs = [log_of(motion, sliding_effort(motion)) for motion in (strokes(3), strokes(3, length=0.05 * larger))]
+    dataset = treat_all([logs[first], logs[1 - first]], [None, None])
+    assert bool(about_repeated_logs(dataset, DEFAULT)) == repeats

@@ -157,14 +157,17 @@ def _share_compiled(benches: list[Bench]) -> None:
 
 
 def within(tests: list[str], seconds: dict[str, float | None], budget: float) -> list[str]:
-    """Return the test files to be run for a fault: the nearest that take no longer than the budget [s] together."""
+    """Return the test files to be run for a fault: the nearest that take no longer than the budget [s] together.
+
+    One that takes longer by itself is run where no other can be.
+    """
     found, took = [], 0.0
-    for test in tests:
-        long = seconds.get(test)
-        if long is not None and (not found or took + long <= budget):
+    told = {test: long for test in tests if (long := seconds.get(test)) is not None}
+    for test, long in told.items():
+        if took + long <= budget:
             found.append(test)
             took += long
-    return found
+    return found or list(told)[:1]
 
 
 def report(found: list[dict[str, Any]], sources: dict[str, bytes], sample: list[Mutant]) -> str:

@@ -125,6 +125,13 @@ def test_what_no_test_notices_is_told_and_the_tree_stays_as_it_is(house, tmp_pat
     assert "0 of them to be tried" in capsys.readouterr().out
 
 
+def test_one_long_test_file_does_not_keep_the_others_from_being_asked():
+    seconds = {"long": 90.0, "near": 20.0, "failed": None, "further": 30.0, "last": 30.0}
+    assert mutants.within(list(seconds), seconds, 60.0) == ["near", "further"]
+    assert mutants.within(["long", "failed"], seconds, 60.0) == ["long"]
+    assert mutants.within(["failed"], seconds, 60.0) == []
+
+
 def test_what_is_told_to_be_no_fault_is_there_and_has_a_reason():
     sources = {path: (ROOT / path).read_bytes() for path in
                {one["path"] for one in mutants.told_equivalent()}}  # fmt: skip

@@ -9,9 +9,10 @@ from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
 from bristle import friction
 from bristle.core import Axis, InputError
 from bristle.identification import identify
-from bristle.identification.bootstrap import basic_interval
+from bristle.identification.bootstrap import basic_interval, bootstrap
 from bristle.identification.disturbance import Disturbance
 from bristle.identification.inverse_dynamics import InverseDynamics, RowReplicates
+from bristle.identification.least_squares import linear
 from bristle.identification.parameters import PriorKnowledge, parameters_of
 from bristle.identification.preprocessing import treat
 from bristle.prediction import predict
@@ -56,6 +57,29 @@ def test_a_twin_and_its_mirror_image_lie_on_both_sides_of_the_model():
         middle = 0.5 * (getattr(one, signal).values + getattr(other, signal).values)
         np.testing.assert_allclose(middle, getattr(still, signal).values, atol=1e-9)
         assert np.std(getattr(one, signal).values - middle) > 0.0
+
+
+def test_a_twin_has_the_segments_of_its_log_each_where_it_was():
+    parts = (slice(0, 4000), slice(4000, 7000), slice(7000, 10_000))
+    dataset = treat(log_of(sines(), sliding_effort(sines()), segments=parts), Axis(), 50.0, 5)
+    problem = InverseDynamics(dataset, parameters_of(friction.find("coulomb_viscous"), PriorKnowledge(), dataset))
+    twin = RowReplicates(problem, TRUTH).log(Disturbance(0.0, 0.0, 0.0), np.random.default_rng(5))
+    assert twin.segments == parts
+    for part in parts:
+        np.testing.assert_allclose(twin.position.values[part], sines().position[part], atol=1e-4)
+        np.testing.assert_array_equal(twin.time.values[part], sines().time[part])
+
+
+def test_without_a_word_all_coordinates_are_fitted_again():
+    dataset = treat(log_of(sines(2.0), sliding_effort(sines(2.0))), Axis(), 50.0, 5)
+    problem = InverseDynamics(dataset, parameters_of(friction.find("coulomb_viscous"), PriorKnowledge(), dataset))
+    solution, names = linear(problem), list(TRUTH)
+    every, mass_held = (np.array([name != held for name in solution.space.names]) for held in ("", "M"))
+    fits = (bootstrap(problem, solution, 4, free=free, linear=True) for free in (None, every, mass_held))
+    silent, said, less = (np.array([[one[name] for name in names] for one in fit.members]) for fit in fits)
+    np.testing.assert_array_equal(silent, said)
+    assert np.all(np.ptp(silent, axis=0) > 0.0)
+    assert np.ptp(less, axis=0).tolist().index(0.0) == names.index("M")
 
 
 def test_the_jackknife_agrees_where_the_model_is_right(dahl):

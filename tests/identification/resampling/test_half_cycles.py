@@ -19,11 +19,15 @@ def treated(motion, step=0.0, noise=0.0):
 
 @pytest.mark.parametrize(("step", "noise"), [(0.0, 0.0), (1e-5, 0.0), (0.0, 2e-6)])
 def test_every_turn_of_a_sine_is_one(step, noise):
-    (starts,) = half_cycle_starts(treated(sines(10.0, DT, (0.01,), (0.5,), (0.0,)), step, noise))
-    # Ten turns in ten seconds, the first quarter of a second before the first one.
-    assert len(starts) == 11
+    dataset = treated(sines(10.0, DT, (0.01,), (0.5,), (0.0,)), step, noise)
+    (starts,) = half_cycle_starts(dataset)
+    # Ten turns in ten seconds, the first half of a second before the first one.
+    assert len(starts) == half_cycles(dataset).count == 11
     turns = DT * np.array(starts[1:])
     np.testing.assert_allclose(turns, 0.5 + np.arange(10), atol=0.02)
+    # No row belongs to a half-cycle with another one that goes the other way.
+    for velocity in half_cycles(dataset).split(dataset.velocity):
+        assert abs(np.sum(np.sign(velocity))) >= velocity.size - 2
 
 
 def test_a_rest_in_noise_is_no_turn():

@@ -7,6 +7,7 @@ from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
 from bristle import friction
 from bristle.identification import identifiability, identify
 from bristle.identification.covariance import is_white
+from bristle.identification.settings import Settings
 from bristle.report.messages import warnings_of
 
 
@@ -54,4 +55,7 @@ def test_only_independent_residuals_are_white():
     assert is_white(white)
     assert not is_white(np.convolve(white, np.ones(3), "valid"))
     assert not is_white(np.zeros(100))
-    assert not is_white(white[:10])
+    # Of twice as many rows as lags there is nothing to be told, from one more on there is.
+    for lags in (4, 20):
+        judged = [is_white(white[: 2 * lags + more], Settings.of({"white_lags": lags})) for more in (0, 1)]
+        assert judged == [False, True]
