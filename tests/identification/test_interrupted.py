@@ -1,6 +1,7 @@
 """Ctrl-C in the middle of an identification: the best found until then, marked unfinished."""
 
 import json
+import sys
 
 import numpy as np
 import pytest
@@ -101,6 +102,22 @@ def test_who_asks_the_program_to_end_is_obeyed(log, interrupted_after):
     interrupted_after(60, SignalledError(15))
     with pytest.raises(SignalledError):
         identify(log, "lugre", blocks=0)
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt(), SignalledError(15)])
+def test_intervals_that_were_interrupted_leave_the_fit_and_who_asks_to_end_is_obeyed(monkeypatch, error):
+    def interrupted(*given):
+        raise error
+
+    monkeypatch.setattr(sys.modules[identify.__module__], "with_uncertainty", interrupted)
+    log = log_of(sines(2.0), sliding_effort(sines(2.0)))
+    if isinstance(error, SignalledError):
+        with pytest.raises(SignalledError):
+            identify(log, blocks=0)
+        return
+    found = identify(log, blocks=0)
+    assert found.unfinished == "interrupted: the intervals are not those of simulated logs"
+    assert found.best.parameters["F_C"].status == "identified"
 
 
 def test_the_command_line_writes_what_there_is_and_says_so(tmp_path, log, interrupted_after, capsys):

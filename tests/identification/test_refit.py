@@ -10,10 +10,13 @@ ANYWHERE = ParameterSpace(("x",), np.array([-np.inf]), np.array([np.inf]), linea
 
 
 class Steep:
-    """One row, x + x^3: far from its zero it is much steeper than there."""
+    """One row, x + x^3 in some unit of force: far from its zero it is much steeper than there."""
+
+    def __init__(self, unit=1.0):
+        self.unit = unit
 
     def residual(self, free):
-        return np.array([-(free["x"] + free["x"] ** 3)])
+        return self.unit * np.array([-(free["x"] + free["x"] ** 3)])
 
 
 @pytest.mark.parametrize("start", [-1.8, 1.2, 2.0])
@@ -25,3 +28,16 @@ def test_where_a_whole_step_leads_uphill_a_part_of_it_is_taken(start):
     assert abs(overshot + overshot**3) > abs(start + start**3)
     assert abs(x[0]) < 0.5 * abs(start)
     assert residual[0] == pytest.approx(-(x[0] + x[0] ** 3))
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1e6])
+def test_where_it_ends_depends_on_no_unit(unit):
+    plain, other = (
+        Refit(Solution(ANYWHERE, np.zeros(1), np.full((1, 1), size)), np.ones(1, dtype=bool)).solve(
+            Steep(size), np.array([0.6])
+        )[0]
+        for size in (1.0, unit)
+    )
+    assert other == pytest.approx(plain, rel=1e-9)
+    # Not after the first step, which leaves more than a third.
+    assert abs(plain[0]) < 0.05
