@@ -142,12 +142,12 @@ def stroke(stack, memory, z, f, dx, far, inverse, law, q, start):
         after = branch_output(branch, z + far, q)
         weight = slip_weight(r, inverse * after, law)
     if weight > 0.0:
-        return slipping(stack, memory, z, f, dx, far, weight, inverse, law, q, branch, branch_slope(start, z, q))
+        return slipping(stack, memory, z, f, dx, far, weight, inverse, law, q, branch)
     return Stroke(f + 0.5 * (after - f), z + far, after, branch)
 
 
 @kernel
-def slipping(stack, memory, z, f, dx, far, weight, inverse, law, q, branch, tangent):
+def slipping(stack, memory, z, f, dx, far, weight, inverse, law, q, branch):
     """Return the `Stroke` where the contact slips."""
     r = inverse * f
     way = 1.0 if far > 0.0 else -1.0
@@ -160,7 +160,7 @@ def slipping(stack, memory, z, f, dx, far, weight, inverse, law, q, branch, tang
     theta = fitted_weight(travel * k * weight)
     # The first step of Newton's method from the start, or from the far end while a gate is closed at the start: it
     # takes the tangent, which waits for nothing.
-    feedback = 0.5 * travel * max(tangent, 0.0) * slip_slope(r, law)
+    feedback = 0.5 * travel * max(branch_slope(branch, z, q), 0.0) * slip_slope(r, law)
     search = newton_from(reach, reach / (1.0 + feedback))
     steepest = k
     u, after = z, f
