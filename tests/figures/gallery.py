@@ -38,8 +38,8 @@ def simulated(names, moved=1.0):
     """Variants of a loop; how much of its reference it follows."""
     return {
         name: Some(
-            time=T, reference=X, measured=moved * (X - 1e-5 * (k + 1) * np.tanh(V / 1e-3)), effort=F,
-            status=Status.OK,
+            name=name, time=T, reference=X, measured=moved * (X - 1e-5 * (k + 1) * np.tanh(V / 1e-3)), effort=F,
+            position=X, velocity=V, friction=F, status=Status.OK,
         )
         for k, name in enumerate(names)
     }  # fmt: skip
@@ -123,6 +123,7 @@ def gallery(names=PLAIN, many=None):
         "minor_loops": lambda: figures.minor_loops(traces),
         "model_comparison": lambda: figures.model_comparison(fits),
         "motion": lambda: figures.motion(planned),
+        "open_loop": lambda: figures.open_loop(looped(many)),
         "parameters": lambda: figures.parameters(best),
         "passages": lambda: figures.passages(*recorded),
         "prediction": lambda: figures.prediction(predicted()),

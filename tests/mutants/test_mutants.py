@@ -82,7 +82,7 @@ def test_the_nearest_tests_come_first():
     imports = Imports(ROOT)
     assert imports.tests_of("src/bristle/engine/efim.py")[0] == "tests/engine/test_efim.py"
     assert imports.tests_of("src/bristle/controllers/velocity.py")[0] == "tests/controllers/test_laws.py"
-    assert imports.tests_of("src/bristle/engine/step_doubling.py")[0] == "tests/engine/test_adaptive.py"
+    assert imports.tests_of("src/bristle/engine/step_doubling.py")[0] == "tests/engine/test_step_doubling.py"
     assert "tests/certificates/test_passive.py" in imports.tests_of("src/bristle/friction/elastoplastic.py")
 
 

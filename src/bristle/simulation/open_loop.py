@@ -61,7 +61,7 @@ def open_loop_experiment(
     >>> lugre = br.friction.lugre(F_C=1.0, F_S=1.5, v_S=1e-3, sigma_0=1e5, sigma_1=316.2, sigma_2=0.4)
     >>> experiment = open_loop_experiment(pulled, lugre, [0.0] * 2000, "10 ms", tolerance="1 um")
     >>> br.simulate(experiment).variants["base"].motion.max.__round__(4)
-    1.4851
+    1.2726
     """
     run = Run(
         duration=sample_time * effort.size, sample_time=sample_time, substeps=substeps, tolerance=tolerance,
