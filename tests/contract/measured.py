@@ -1,8 +1,7 @@
 """Numbers with a unit for kernels, which are plain Python: every sum, comparison and function of them is checked.
 
 The numbers are quantities of the unit library. A zero or an infinity that is written in a kernel has any unit, as the
-start of a sum or the end of a range; so has the least number, which keeps a divisor from being zero. Any other number
-there has none.
+start of a sum or the end of a range; any other number there has none.
 """
 
 from __future__ import annotations
@@ -20,7 +19,6 @@ from bristle.core.motion import NOMINAL_TEMPERATURE
 from bristle.core.variable import Variable, variables_of
 
 Quantity: Any = units._registry().Quantity
-LEAST = 1e-300
 
 
 class Measured(Quantity):
@@ -52,7 +50,7 @@ def _scaled(operation: str) -> Any:
 
 
 def _has_any_unit(x: Any) -> bool:
-    return isinstance(x, float) and (abs(x) <= LEAST or math.isinf(x))
+    return isinstance(x, float) and (x == 0.0 or math.isinf(x))
 
 
 for name in ("add", "radd", "sub", "rsub", "lt", "le", "gt", "ge", "eq"):

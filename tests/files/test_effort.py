@@ -138,3 +138,25 @@ def test_the_command_runs_it_and_reports_it(tmp_path, capsys):
     assert "An open loop: no controller acts" in page
     assert "1 µm" in page.replace("\u202f", " ").replace("\xa0", " ")
     assert (out / "log.csv").read_text().splitlines()[0] == "time [s],position [m],effort [N]"
+
+
+@pytest.mark.parametrize("effort", ['model = "constant"\nlevel = "0.3 N*m"', 'model = "recorded"\nfile = "log.csv"'])
+def test_an_open_loop_that_turns_has_a_reference_that_turns(tmp_path, effort):
+    (tmp_path / "log.csv").write_text(LOG.replace("[m]", "[rad]").replace("[N]", "[N*m]"))
+    text = f"""
+        schema = 1
+        kind = "rotational"
+        [plant]
+        model = "inertia"
+        M = "0.1 kg*m^2"
+        [friction]
+        model = "coulomb"
+        F_C = "0.1 N*m"
+        [effort]
+        {effort}
+        [run]
+        {'duration = "1 s"' if "constant" in effort else ""}
+        sample_time = "10 ms"
+    """
+    variant = read(tmp_path, text)
+    assert variant.reference.kind == variant.plant.kind == "rotational"

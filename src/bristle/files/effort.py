@@ -47,11 +47,11 @@ def recorded_in(table: Mapping[str, Any], axis: Axis | None, sources: Sources, p
     return log
 
 
-def at_rest(log: Log | None) -> Model:
+def at_rest(kind: Kind, log: Log | None = None) -> Model:
     """Return the reference of an open loop, which nothing follows: a rest, as long as its log."""
     if log is None:
-        return sine(amplitude=0.0, frequency=1.0)
-    return recorded(position=np.zeros(len(log)), sample_time=log.sample_time)
+        return sine(kind=kind, amplitude=0.0, frequency=1.0)
+    return recorded(kind=kind, position=np.zeros(len(log)), sample_time=log.sample_time)
 
 
 def effort_from(table: Mapping[str, Any], log: Log | None, run: Run, kind: Kind, path: str) -> Effort:

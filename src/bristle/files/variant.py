@@ -105,7 +105,7 @@ def _open_loop(tables: Tables, mechanism: dict[str, Any], kind: Kind, sources: S
             )  # fmt: skip
     path, entries = tables.path("effort"), tables.table("effort")
     log = recorded_in(entries, mechanism["axis"], sources, path)
-    reference = at_rest(log)
+    reference = at_rest(kind, log)
     run = run_from(tables.table("run"), mechanism["axis"], reference, kind, tables.path("run"))
     return Variant(
         **mechanism, controller=open_loop(kind=kind), reference=reference, feedforward=Feedforward(), run=run,

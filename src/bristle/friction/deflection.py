@@ -29,7 +29,7 @@ RELATIVE = 1e-7
 OF_SLIDING = 1e-9
 TOLERANCE = 1e-12
 CHORD = 0.125  # of the step without feedback
-SHORTEST = 1e-300  # chord: one over it is a number
+SHORTEST = 1e-280  # chord, of the length over which the operator turns: one over it is a number
 
 
 class Deflection(NamedTuple):
@@ -73,7 +73,7 @@ def deflect(stack, memory, dx, side, G, law, q, scale):
         return Deflection(stack.f, 0.0, StackMove(stack.z, stack.f, stack.side, stack.depth))
     if abs(far) <= FIRST * scale:
         start = onward(stack, memory, side if free > 0.0 else -side)
-        done = stroke(stack, memory, stack.z, stack.f, dx, far, inverse, law, q, start)
+        done = stroke(stack, memory, stack.z, stack.f, dx, far, inverse, law, q, scale, start)
     else:
         done = in_parts(stack, memory, dx, inverse, law, q, scale)
     change = done.z - stack.z
@@ -98,7 +98,7 @@ def in_parts(stack, memory, dx, inverse, law, q, scale):
         if part * free == 0.0:
             total += f * part
         else:
-            stroked = stroke(stack, memory, z, f, part, part * free, inverse, law, q, branch)
+            stroked = stroke(stack, memory, z, f, part, part * free, inverse, law, q, scale, branch)
             total += stroked.mean * part
             z, f, branch = stroked.z, stroked.f, stroked.branch
         left -= part
@@ -128,7 +128,7 @@ def mean_output(stack, memory, u, f, q, scale):
 
 
 @kernel
-def stroke(stack, memory, z, f, dx, far, inverse, law, q, start):
+def stroke(stack, memory, z, f, dx, far, inverse, law, q, scale, start):
     """Return the `Stroke` from the deflection `z` with the force `f`; it would be `far` [m or rad] without feedback.
 
     `start` is the branch that it begins on.
@@ -142,12 +142,12 @@ def stroke(stack, memory, z, f, dx, far, inverse, law, q, start):
         after = branch_output(branch, z + far, q)
         weight = slip_weight(r, inverse * after, law)
     if weight > 0.0:
-        return slipping(stack, memory, z, f, dx, far, weight, inverse, law, q, branch)
+        return slipping(stack, memory, z, f, dx, far, weight, inverse, law, q, scale, branch)
     return Stroke(f + 0.5 * (after - f), z + far, after, branch)
 
 
 @kernel
-def slipping(stack, memory, z, f, dx, far, weight, inverse, law, q, branch):
+def slipping(stack, memory, z, f, dx, far, weight, inverse, law, q, scale, branch):
     """Return the `Stroke` where the contact slips."""
     r = inverse * f
     way = 1.0 if far > 0.0 else -1.0
@@ -156,7 +156,7 @@ def slipping(stack, memory, z, f, dx, far, weight, inverse, law, q, branch):
     ahead = z + CHORD * far
     if is_beside(branch, way, ahead):
         branch = branch_at(stack, memory, ahead)
-    k = max(way * (branch_output(branch, ahead, q) - f) * (1.0 / max(CHORD * reach, SHORTEST)), 0.0)
+    k = max(way * (branch_output(branch, ahead, q) - f) * (1.0 / max(CHORD * reach, SHORTEST * scale)), 0.0)
     theta = fitted_weight(travel * k * weight)
     # The first step of Newton's method from the start, or from the far end while a gate is closed at the start: it
     # takes the tangent, which waits for nothing.

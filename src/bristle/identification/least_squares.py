@@ -31,6 +31,7 @@ STARTS = 3
 EVALUATIONS = 60
 SEED = 20_240_229
 STARTS_SHARE = 0.3  # of the work, where the whole range is looked at too
+AT_ONCE = 32  # residuals of a generation that are kept until their cost is known
 FAR = 1e6  # times a typical residual: a model that left the finite numbers, or nearly
 STEP = 1e-5  # of a coordinate, or of 1: a stick or a reversal that moves by a step of the integration is far below
 DIFFERENCE = float(np.sqrt(np.finfo(float).eps))  # of a coordinate, for a derivative
@@ -207,7 +208,8 @@ class Search:
 
     def costs_at(self, thetas: Sequence[np.ndarray]) -> list[float]:
         """Return half the sum of squares at each of several coordinates."""
-        return [0.5 * float(residual @ residual) for residual in self._residuals(thetas)]
+        blocks = (thetas[first : first + AT_ONCE] for first in range(0, len(thetas), AT_ONCE))
+        return [0.5 * float(residual @ residual) for block in blocks for residual in self._residuals(block)]
 
     def _residuals(
         self, thetas: Sequence[np.ndarray], rows: np.ndarray | slice = slice(None), problem: Problem | None = None

@@ -10,7 +10,7 @@ from bristle.core.contracts import Model
 from bristle.core.edge import TEXT, Amount, amount, array, guarded, model, optional, whole
 from bristle.core.experiment import RUN, Effort, Experiment, Feedforward, Run, Variant
 from bristle.engine.checks import FRICTION
-from bristle.references import sine
+from bristle.files.effort import at_rest
 from bristle.sensors import encoder
 
 __all__ = ["open_loop_experiment"]
@@ -70,7 +70,7 @@ def open_loop_experiment(
     variant = Variant(
         name="base", plant=plant, friction=friction, controller=open_loop(kind=plant.kind),
         sensor=sensor or encoder(kind=plant.kind, resolution=0.0),
-        reference=sine(kind=plant.kind, amplitude=0.0, frequency=1.0), feedforward=Feedforward(), run=run,
+        reference=at_rest(plant.kind), feedforward=Feedforward(), run=run,
         effort=Effort(effort),
     )  # fmt: skip
     return Experiment(name=name, kind=plant.kind, variants=(variant,))
