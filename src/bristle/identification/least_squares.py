@@ -280,8 +280,11 @@ class Search:
         variables = self.problem.parameters.variables
         values = self.problem.parameters.complete({})
         for transform in self.space.transforms:
-            drawn = self._draw(transform, variables[transform.name], rng)
-            inside = transform.theta(drawn + (values[transform.above] if transform.above else 0.0), values)
+            if transform.form == "below":
+                inside = rng.uniform(transform.low, transform.high)
+            else:
+                drawn = self._draw(transform, variables[transform.name], rng)
+                inside = transform.theta(drawn + (values[transform.above] if transform.above else 0.0), values)
             values[transform.name] = transform.value(inside, values)
         return self.space.theta(values)
 

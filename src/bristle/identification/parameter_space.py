@@ -1,8 +1,9 @@
 """The coordinates θ in which least squares seeks parameters, and the point where it ended.
 
 Parameters that are positive and of unknown magnitude (a stiffness, a Stribeck velocity) are sought in their logarithm;
-one that may not fall below another (F_S >= F_C) as an excess over it, so that the relation holds at every step; all
-others over a typical magnitude. What a model is linear in needs no transform.
+one that may not fall below another (F_S >= F_C) as an excess over it, one whose product with a second must stay below
+a third as a share of the largest value, so that the relation holds at every step; all others over a typical magnitude.
+What a model is linear in needs no transform.
 """
 
 from __future__ import annotations
@@ -25,6 +26,8 @@ from bristle.identification.scales import Scales
 __all__ = ["ParameterSpace", "Solution", "Transform", "TransformedSpace"]
 
 ABOVE = re.compile(r"(\w+) (>=?) (\w+)")
+MULTIPLE_BELOW = re.compile(r"(\w+) \* (\w+) < (\w+)")
+SHARE_MOST = 0.95  # of what a multiple must stay below: at 1 a gate would be a jump
 CLEARLY = 0.1  # of the force scale: by how much a force is above another one that it must exceed
 BREAK_AWAY_MOST = 2.0  # times the largest effort of the log
 
@@ -69,10 +72,26 @@ class ParameterSpace:
         return np.eye(len(self.names))
 
 
-class Transform(NamedTuple):
-    """One free parameter as the solver sees it: ``plain``, ``log`` or ``excess`` over the parameter `above`.
+class Ceiling(NamedTuple):
+    """What the product of a parameter and a `factor` must stay below: the smallest of the parameters `below`."""
 
-    `low` and `high` bound the coordinate, `least` and `most` the parameter.
+    factor: str
+    below: tuple[str, ...]
+
+    def smallest(self, values: Mapping[str, float]) -> str:
+        """Return which parameter the product must stay below."""
+        return min(self.below, key=lambda name: values[name])
+
+    def largest_value(self, values: Mapping[str, float]) -> float:
+        """Return what the parameter itself must stay below [SI]."""
+        return values[self.smallest(values)] / values[self.factor]
+
+
+class Transform(NamedTuple):
+    """One free parameter as the solver sees it: ``plain``, ``log``, ``excess`` over another or ``below`` a ceiling.
+
+    `low` and `high` bound the coordinate, `least` and `most` the parameter, which is in excess of the parameter `above`
+    or below a `ceiling`.
     """
 
     name: str
@@ -83,20 +102,38 @@ class Transform(NamedTuple):
     least: float
     most: float
     above: str = ""
+    ceiling: Ceiling | None = None
 
     def value(self, theta: float, values: Mapping[str, float]) -> float:
         """Return the parameter [SI] at this coordinate, given those computed before it."""
-        value = math.exp(theta) if self.form == "log" else self.scale * theta
+        value = math.exp(theta) if self.form == "log" else self._unit(values) * theta
         # Rounding must not lead out of what the model allows.
-        return min(max(value + (values[self.above] if self.above else 0.0), self.least), self.most)
+        return min(max(value + self._base(values), self.least), self.most)
 
     def theta(self, value: float, values: Mapping[str, float]) -> float:
         """Return the coordinate of a parameter, put inside its range."""
         if self.form == "log":
             inside = math.log(max(value, 1e-300))
         else:
-            inside = (value - (values[self.above] if self.above else 0.0)) / self.scale
+            inside = (value - self._base(values)) / self._unit(values)
         return min(max(inside, self.low), self.high)
+
+    def derivative(self, values: Mapping[str, float]) -> dict[str, float]:
+        """Return the derivative of the parameter: by its own coordinate, and by each parameter computed before it."""
+        value = values[self.name]
+        if self.ceiling is not None:
+            below, factor = self.ceiling.smallest(values), self.ceiling.factor
+            return {
+                self.name: self._unit(values), below: value / values[below], factor: -value / values[factor],
+            }  # fmt: skip
+        own = {self.name: value if self.form == "log" else self.scale}
+        return own | ({self.above: 1.0} if self.above else {})
+
+    def _base(self, values: Mapping[str, float]) -> float:
+        return values[self.above] if self.above else 0.0
+
+    def _unit(self, values: Mapping[str, float]) -> float:
+        return self.scale if self.ceiling is None else self.ceiling.largest_value(values)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,10 +146,12 @@ class TransformedSpace(ParameterSpace):
     @classmethod
     def within(cls, parameters: ParameterSet, scales: Scales) -> TransformedSpace:
         """Return the coordinates of the free parameters; what further relations say is left to the finished model."""
-        floors = _floors(parameters)
+        floors, ceilings = _floors(parameters), _ceilings(parameters)
+        after = {name: (floor.name,) for name, floor in floors.items()}
+        after |= {name: (ceiling.factor, *ceiling.below) for name, ceiling in ceilings.items()}
         transforms = tuple(
-            _transform(name, parameters.variables[name], scales, floors.get(name))
-            for name in _in_turn(parameters.free, floors)
+            _transform(name, parameters.variables[name], scales, floors.get(name), ceilings.get(name))
+            for name in _in_turn(parameters.free, after)
         )
         return cls(
             tuple(transform.name for transform in transforms),
@@ -141,11 +180,14 @@ class TransformedSpace(ParameterSpace):
 
     def derivative(self, theta: np.ndarray) -> np.ndarray:
         """Return the derivative of the parameters [SI], shape (parameter, coordinate)."""
-        values, derivative = self.values(theta), np.zeros((len(self.names), len(self.names)))
+        values = self.parameters.complete(self.values(theta))
+        derivative = np.zeros((len(self.names), len(self.names)))
         for row, transform in enumerate(self.transforms):
-            derivative[row, row] = values[transform.name] if transform.form == "log" else transform.scale
-            if transform.above in self.names:
-                derivative[row] += derivative[self.names.index(transform.above)]
+            for name, slope in transform.derivative(values).items():
+                if name == transform.name:
+                    derivative[row, row] += slope
+                elif name in self.names:
+                    derivative[row] += slope * derivative[self.names.index(name)]
         return derivative
 
 
@@ -183,8 +225,12 @@ class Solution:
         return self.space.derivative(self.theta)
 
 
-def _transform(name: str, variable: Variable, scales: Scales, floor: Floor | None) -> Transform:
+def _transform(
+    name: str, variable: Variable, scales: Scales, floor: Floor | None, ceiling: Ceiling | None
+) -> Transform:
     scale, allowed = scales.magnitude(variable), (variable.min, variable.max)
+    if ceiling is not None:
+        return Transform(name, "below", 1.0, 0.0, SHARE_MOST, *allowed, ceiling=ceiling)
     if floor is not None:
         # A log shows no force that its effort never came near.
         most = BREAK_AWAY_MOST * scales.peak / scale if variable.quantity == "force" else math.inf
@@ -237,12 +283,27 @@ def _stands_on(name: str, base: str, floors: Mapping[str, Floor]) -> bool:
     return name == base
 
 
-def _in_turn(names: Sequence[str], floors: Mapping[str, Floor]) -> list[str]:
-    """Return names in their order, but each after its floor."""
+def _ceilings(parameters: ParameterSet) -> dict[str, Ceiling]:
+    """Return the ceiling of each free parameter whose multiple a relation keeps below another one."""
+    matches = (MULTIPLE_BELOW.fullmatch(relation.condition) for relation in parameters.component.relations)
+    return {
+        match[2]: Ceiling(match[1], tuple(by_direction(parameters.component, match[3])))
+        for match in matches
+        if match is not None and match[2] in parameters.free
+    }
+
+
+def _in_turn(names: Sequence[str], after: Mapping[str, Sequence[str]]) -> list[str]:
+    """Return names in their order, but each after those that it must come `after`."""
     placed: list[str] = []
+
+    def place(name: str) -> None:
+        for other in after.get(name, ()):
+            if other in names:
+                place(other)
+        if name not in placed:
+            placed.append(name)
+
     for name in names:
-        chain = [name]
-        while chain[-1] in floors and floors[chain[-1]].name in names:
-            chain.append(floors[chain[-1]].name)
-        placed += [floor for floor in reversed(chain) if floor not in placed]
+        place(name)
     return placed
