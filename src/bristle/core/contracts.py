@@ -26,7 +26,6 @@ import numpy as np
 from bristle.core import dispatch
 from bristle.core.documented import Documented, WithParameters
 from bristle.core.errors import InputError
-from bristle.core.lazy import cached_property
 from bristle.core.motion import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion, Reference
 from bristle.core.packing import pack
 from bristle.core.read_only import ReadOnly
@@ -35,7 +34,7 @@ from bristle.core.transmission import Screw
 from bristle.core.travel import component_in, whereabouts
 from bristle.core.typography import typed
 from bristle.core.values import check_relations, check_value, coerced, looked_at
-from bristle.core.variable import KINDS, Kind, Variable, is_array, is_integer, variables_of
+from bristle.core.variable import KINDS, Kind
 
 __all__ = [
     "NOMINAL_LOAD",
@@ -77,23 +76,11 @@ class Component(Documented):
         Typical values of the parameters, in SI of a translational axis: for docs, and for the contract suite.
     """
 
-    name: str
-    description: str
-    Parameters: type
-    State: type
-    reference: str = ""
-    relations: tuple[Relation, ...] = ()
-    redundancies: tuple[Redundancy, ...] = ()
-    example: Mapping[str, Any] = field(default_factory=dict, compare=False)
-    module: str = field(default="", compare=False)
-
-    family: ClassVar[str] = "component"
     functions: ClassVar[tuple[str, ...]] = ()
     optional: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "module", self.module or self.Parameters.__module__)
-        object.__setattr__(self, "example", ReadOnly(self.example))
+        super().__post_init__()
         functions = {name: getattr(self, name) for name in (*self.functions, *self.optional)}
         dispatch.register(
             self.family,
@@ -117,36 +104,6 @@ class Component(Documented):
     def _made_by(self) -> tuple[Callable[..., Component], tuple[Any, ...]] | None:
         """Return the factory of this component and its arguments, where one makes it, the same one every time."""
         return None
-
-    @cached_property
-    def variables(self) -> ReadOnly[str, Variable]:
-        """Each parameter that a person sets, with its description, in order."""
-        return ReadOnly(variables_of(self.Parameters))
-
-    @property
-    def defaults(self) -> dict[str, Any]:
-        """The parameters that have a default value."""
-        return self._written(getattr(self.Parameters, "_field_defaults", {}))
-
-    def is_array(self, name: str) -> bool:
-        """Return whether this parameter is a 1-D array."""
-        return is_array(self.Parameters, name)
-
-    def is_integer(self, name: str) -> bool:
-        """Return whether this parameter is a whole number."""
-        return is_integer(self.Parameters, name)
-
-    def assemble(self, values: Mapping[str, Any]) -> Any:
-        """Return the `Parameters` that kernels receive, from the values that a person sets."""
-        return self.Parameters(**values)
-
-    def values(self, parameters: Any) -> dict[str, Any]:
-        """Return the values that a person sets, from the `Parameters` that kernels receive."""
-        return self._written(parameters._asdict())
-
-    def _written(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        described = variables_of(self.Parameters)
-        return {name: described[name].written(value) for name, value in values.items()}
 
     def initial_state(self, parameters: Any) -> Any:
         """Return the virgin state."""

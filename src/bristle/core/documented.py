@@ -12,12 +12,12 @@ import sys
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
+from bristle.core.described import Described
 from bristle.core.errors import did_you_mean
 from bristle.core.typography import typed
 from bristle.core.variable import KINDS, Variable
 
 if TYPE_CHECKING:
-    from bristle.core.contracts import Component
     from bristle.core.docstring import Paragraph
 
 __all__ = ["Documented", "WithParameters"]
@@ -39,7 +39,7 @@ class _Special:
         return self.own
 
 
-class Documented:
+class Documented(Described):
     """A component, as it is shown: its `explanation` is what the docstring of its file says."""
 
     def __init_subclass__(cls, **arguments: Any) -> None:
@@ -54,10 +54,9 @@ class Documented:
         """What the docstring of its file says; then that of each of its slots."""
         from bristle.core.docstring import paragraphs_of  # which nobody waits for who only computes
 
-        component: Any = self
         inner = getattr(self, "inner", None)
         if inner is None:
-            return paragraphs_of(getattr(sys.modules.get(component.module), "__doc__", None) or "")
+            return paragraphs_of(getattr(sys.modules.get(self.module), "__doc__", None) or "")
         own = paragraphs_of(getattr(sys.modules.get(type(self).__module__), "__doc__", None) or "")
         return (*inner.explanation, *own[1:])
 
@@ -71,17 +70,16 @@ class Documented:
         return tuple(line for formula in formulas for line in lines_of(formula))
 
     def __repr__(self) -> str:
-        component: Any = self
-        parameters = ", ".join(_with_default(component, name) for name in component.variables)
-        return f"<{component.family} {component.name}({parameters})>"
+        parameters = ", ".join(_with_default(self, name) for name in self.variables)
+        return f"<{self.family} {self.name}({parameters})>"
 
 
-def _with_default(component: Component, name: str) -> str:
+def _with_default(component: Described, name: str) -> str:
     defaults = component.defaults
     return f"{name}={typed(defaults[name])}" if name in defaults else name
 
 
-def _unit_of(component: Component, name: str, variable: Variable) -> str:
+def _unit_of(component: Described, name: str, variable: Variable) -> str:
     """Return what is to be given for a parameter, in words and units of both kinds of axis."""
     if variable.choices:
         return " or ".join(map(repr, variable.choices))
@@ -92,7 +90,7 @@ def _unit_of(component: Component, name: str, variable: Variable) -> str:
     return f"a list, {unit}" if component.is_array(name) else unit
 
 
-def _signature_of(component: Component) -> inspect.Signature:
+def _signature_of(component: Documented) -> inspect.Signature:
     def parameter(name: str, annotation: Any, default: Any = inspect.Parameter.empty) -> inspect.Parameter:
         return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=annotation, default=default)
 
@@ -104,7 +102,7 @@ def _signature_of(component: Component) -> inspect.Signature:
     return inspect.Signature([*own, parameter("kind", KIND, None), parameter("validate", "bool", True)])
 
 
-def _docstring_of(component: Component) -> str:
+def _docstring_of(component: Documented) -> str:
     from bristle.core.docstring import REFERENCE, TEXT, Paragraph, laid_out
 
     explained = component.explanation or (Paragraph(TEXT, component.description),)
@@ -138,12 +136,12 @@ def _written(value: Any) -> str:
     return repr(value) if isinstance(value, str) else typed(value)
 
 
-def _default_of(component: Component, name: str) -> str:
+def _default_of(component: Described, name: str) -> str:
     defaults = component.defaults
     return f", default {_written(defaults[name])}" if name in defaults else ""
 
 
-def _said_of(component: Component, variable: Variable) -> str:
+def _said_of(component: Described, variable: Variable) -> str:
     """Return meaning and range of a parameter, the range in the unit that stands before it."""
     bounded = not variable.choices and (variable.min > -math.inf or variable.max < math.inf)
     allowed = f"; {variable.allowed().removesuffix(f' {variable.unit()}')}" if bounded else ""

@@ -10,12 +10,10 @@ import importlib
 import pickle
 import sys
 from types import ModuleType
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
+from bristle.core.described import Described
 from bristle.core.errors import InputError
-
-if TYPE_CHECKING:
-    from bristle.core.contracts import Component
 
 __all__ = ["Source", "component_in", "whereabouts"]
 
@@ -31,7 +29,7 @@ class Source(Protocol):
         ...
 
 
-def whereabouts(component: Component) -> tuple[Source | str, str]:
+def whereabouts(component: Described) -> tuple[Source | str, str]:
     """Return the module of a component, or its source, and its name there: the arguments of `component_in`.
 
     Raises
@@ -50,7 +48,7 @@ def whereabouts(component: Component) -> tuple[Source | str, str]:
     )
 
 
-def _homes(component: Component) -> tuple[str, ...]:
+def _homes(component: Described) -> tuple[str, ...]:
     """Return the modules that a component may stand in, its own first: hardly ever is it in another.
 
     Then come all others in the order in which they were imported, so that what defines it comes before what has it from
@@ -59,7 +57,7 @@ def _homes(component: Component) -> tuple[str, ...]:
     return component.module, *sorted(sys.modules, key=MAIN.__contains__)
 
 
-def component_in(source: Source | str, name: str) -> Component:
+def component_in(source: Source | str, name: str) -> Described:
     """Return the component of this name in a module.
 
     Parameters

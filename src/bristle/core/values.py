@@ -5,16 +5,14 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from bristle.core.described import Described
 from bristle.core.errors import BristleError, InputError, InputWarning, told_by
 from bristle.core.typography import typed
 from bristle.core.variable import Kind, Variable
-
-if TYPE_CHECKING:
-    from bristle.core.contracts import Component
 
 __all__ = ["Converter", "check_relations", "check_value", "coerced", "looked_at", "shown"]
 
@@ -46,7 +44,7 @@ def shown(value: Any) -> Any:
     return "None" if value is None else value
 
 
-def check_relations(component: Component, parameters: Any, path: str, *, structural_only: bool = False) -> None:
+def check_relations(component: Described, parameters: Any, path: str, *, structural_only: bool = False) -> None:
     """Refuse parameters that break a relation of the component; warn of those that break an advisory one."""
     for relation in component.relations:
         if (structural_only and not relation.structural) or relation.holds(parameters):
@@ -61,7 +59,7 @@ def check_relations(component: Component, parameters: Any, path: str, *, structu
             raise InputError(f"needs {relation.condition}, but {facts}", path=path, mend=relation.mend)
 
 
-def coerced(component: Component, name: str, variable: Variable, value: Any, path: str, kind: Kind) -> Any:
+def coerced(component: Described, name: str, variable: Variable, value: Any, path: str, kind: Kind) -> Any:
     """Return a given value as kernels receive it: a number in SI, a 1-D array, or the place of a choice.
 
     Raises
@@ -90,7 +88,7 @@ def coerced(component: Component, name: str, variable: Variable, value: Any, pat
     return units.quantity(value, variable, kind, path=path, infinite=True)
 
 
-def check_value(component: Component, name: str, variable: Variable, value: Any, kind: Kind, path: str) -> None:
+def check_value(component: Described, name: str, variable: Variable, value: Any, kind: Kind, path: str) -> None:
     """Refuse a number that is not finite or out of range; a default that is infinite may stay so.
 
     Raises
