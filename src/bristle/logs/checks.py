@@ -13,8 +13,8 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
+from bristle.logs.channel import Channel
 from bristle.logs.gather import Gathered
-from bristle.logs.log import Channel
 from bristle.logs.spikes import SMALLEST, far_outside, spikes
 
 __all__ = ["FEWEST_SAMPLES", "longest_run", "problems_of", "quantisation"]

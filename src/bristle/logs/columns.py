@@ -18,12 +18,12 @@ from bristle.core.edge import KIND, amount, instance, optional
 from bristle.core.errors import InputError, did_you_mean, told_by
 from bristle.core.values import looked_at, shown
 from bristle.core.variable import KINDS, Kind, Variable, unit_of
+from bristle.logs.assembly import record_of
 from bristle.logs.choice import USUAL_NAMES
-from bristle.logs.log import Log
-from bristle.logs.read import log_of
+from bristle.logs.log_data import LogData
 from bristle.logs.table import Table, some_of
 
-__all__ = ["is_table", "log_of_columns", "table_of"]
+__all__ = ["is_table", "record_of_columns", "table_of"]
 
 # What a log cannot do without may be called otherwise; of the rest any letter may stand for something else.
 NAMES = {name: (USUAL_NAMES[name] if name in ("time", "position", "effort") else (name,)) for name in CHANNELS}
@@ -35,8 +35,10 @@ PERIOD = optional(amount(Variable("time", "time between samples", min=0.0), excl
 AXIS = optional(instance(Axis, "an axis"))
 
 
-def log_of_columns(source: Any, *, axis: Axis | None = None, kind: str | None = None, sample_time: Any = None) -> Log:
-    """Return the log in a table of columns; `Log.from_columns` tells more."""
+def record_of_columns(
+    source: Any, *, axis: Axis | None = None, kind: str | None = None, sample_time: Any = None
+) -> LogData:
+    """Return what was recorded in a table of columns; `Log.from_columns` tells more."""
     described: Axis | None = looked_at(AXIS, axis, "axis", None)
     chosen: Kind | None = looked_at(optional(KIND), kind, "kind", None)
     period = looked_at(PERIOD, sample_time, "sample_time", None)
@@ -48,9 +50,9 @@ def log_of_columns(source: Any, *, axis: Axis | None = None, kind: str | None = 
         table = replace(table, notes=tuple(_notes_on(table, used)))
     if chosen is not None and used.kind != chosen:
         raise InputError("is not that of the axis", path="kind", value=chosen, allowed=used.kind)
-    log = log_of(table, used if period is None else replace(used, sample_time=period))
-    renamed = (replace(channel, column=channel.column.removeprefix(KNOWN_INPUT)) for channel in log.injected)
-    return replace(log, injected=tuple(renamed)) if by_name else log
+    record = record_of(table, used if period is None else replace(used, sample_time=period))
+    renamed = (replace(channel, column=channel.column.removeprefix(KNOWN_INPUT)) for channel in record.injected)
+    return replace(record, injected=tuple(renamed)) if by_name else record
 
 
 def is_table(source: Any) -> bool:

@@ -11,8 +11,8 @@ from bristle.core import units
 from bristle.core.axis import Axis, Column
 from bristle.core.errors import InputError, close_names
 from bristle.core.variable import KINDS, Kind, unit_of
+from bristle.logs.channel import CHANNELS, Channel
 from bristle.logs.choice import USUAL_NAMES
-from bristle.logs.log import CHANNELS, Channel
 from bristle.logs.table import Table, some_of, split_unit
 
 __all__ = ["Gathered", "axis_of", "gather"]

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from bristle.core.typography import with_unit
-from bristle.logs.log import Log
+from bristle.logs.log_data import LogData
 
 __all__ = ["doubts_about_jumps"]
 
@@ -19,7 +19,7 @@ FACTOR = 10.0  # over the largest step of the rest; a motion has steps of all si
 SHARE = 0.01  # of the steps: what happens more often is how this axis moves
 
 
-def doubts_about_jumps(log: Log) -> Iterator[str]:
+def doubts_about_jumps(log: LogData) -> Iterator[str]:
     """Yield in words where the position jumps, but for gaps in time.
 
     Parameters

@@ -6,7 +6,7 @@ import numpy as np
 
 from bristle.core.edge import guarded, instance
 from bristle.core.least_squares import unbounded
-from bristle.logs.log import Log
+from bristle.logs.log_data import LogData
 
 __all__ = ["REVERSED", "dissipated_share", "sign_of_effort"]
 
@@ -18,15 +18,15 @@ STRIDE = 10  # samples over which velocity and effort are averaged, against quan
 DOUBT = 0.1  # share of the work below which the log says nothing
 
 
-@guarded(log=instance(Log, "a log", "Write read_log(...)"))
-def sign_of_effort(log: Log) -> str | None:
+@guarded(log=instance(LogData, "a log", "Write read_log(...)"))
+def sign_of_effort(log: LogData) -> str | None:
     """Return a warning if the effort of `log` seems to have the wrong sign, else None."""
     if log.effort is None:
         return None
     return REVERSED if dissipated_share(log) < -DOUBT else None
 
 
-def dissipated_share(log: Log) -> float:
+def dissipated_share(log: LogData) -> float:
     """Return the work that friction takes, over the work that would be taken if it always opposed the motion.
 
     What is proportional to the acceleration (inertia) and what is constant (gravity) is taken off the effort

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
 from bristle.core.errors import InputError
-from bristle.logs.log import CHANNELS, Channel, Log
+from bristle.logs.channel import CHANNELS, Channel
+from bristle.logs.log_data import LogData
 
 __all__ = ["within"]
+
+R = TypeVar("R", bound=LogData)
 
 FEWEST = 10
 
 
-def within(log: Log, span: tuple[float, float]) -> Log:
+def within(log: R, span: tuple[float, float]) -> R:
     """Return the part of a log between two times [s] of its own clock.
 
     Raises

@@ -11,10 +11,11 @@ from bristle.core.content import SIZE_LIMIT, Readable, size_of
 from bristle.core.edge import guarded, instance, optional
 from bristle.core.errors import InputError
 from bristle.core.typography import printable
+from bristle.logs.assembly import assembled, clock_for
 from bristle.logs.checks import problems_of, quantisation
 from bristle.logs.gather import axis_of, gather
+from bristle.logs.log import log_of
 from bristle.logs.passages import passages
-from bristle.logs.read import assembled, clock_for
 from bristle.logs.readers import read_table
 from bristle.logs.table import Table
 
@@ -96,7 +97,7 @@ def _as_log(table: Table, axis: Axis) -> dict[str, Any]:
         part |= {"sample_time": clock.sample_time, "segments": len(clock.pieces)}
         part |= {"duration": clock.time.size * clock.sample_time, "notes": [*gathered.notes, *clock.notes]}
     if clock is not None and not problems:
-        log = assembled(table, axis, gathered, clock)
+        log = log_of(assembled(table, axis, gathered, clock))
         part["notes"] = list(log.notes)
         part["passages"] = [passage.as_data() for passage in passages(log, axis)]
     return part | {"problems": [_sentence_of(problem, table) for problem in problems]}

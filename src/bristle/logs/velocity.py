@@ -9,7 +9,7 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.typography import with_unit
 from bristle.core.variable import unit_of
-from bristle.logs.log import Log
+from bristle.logs.log_data import LogData
 
 __all__ = ["doubts_about_velocity"]
 
@@ -19,7 +19,7 @@ SCALE = 0.05  # relative deviation from the unit that is none
 BEYOND = 0.02  # of the limit: what noise may add to a velocity
 
 
-def doubts_about_velocity(log: Log, axis: Axis) -> Iterator[str]:
+def doubts_about_velocity(log: LogData, axis: Axis) -> Iterator[str]:
     """Yield in words where the recorded velocity contradicts the position, and where the axis exceeds its limit.
 
     Parameters
@@ -58,7 +58,7 @@ def _contradictions(column: str, moved: np.ndarray, recorded: np.ndarray) -> Ite
         )
 
 
-def _velocities(log: Log) -> tuple[np.ndarray, np.ndarray]:
+def _velocities(log: LogData) -> tuple[np.ndarray, np.ndarray]:
     """Return the mean velocity over each stride, by the position and as recorded [m/s or rad/s]."""
     moved, recorded = [np.empty(0)], [np.empty(0)]
     for segment in log.segments:

@@ -1,0 +1,105 @@
+"""From the columns of a table to what was recorded: looked at, on a grid of time, with what is doubtful in it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bristle.core.axis import Axis
+from bristle.core.errors import InputError
+from bristle.logs.channel import Channel
+from bristle.logs.checks import problems_of
+from bristle.logs.clock import Clock, clock_of
+from bristle.logs.gather import Gathered, gather
+from bristle.logs.jumps import doubts_about_jumps
+from bristle.logs.log_data import LogData
+from bristle.logs.sign import sign_of_effort
+from bristle.logs.span import within
+from bristle.logs.table import Table
+from bristle.logs.velocity import doubts_about_velocity
+
+__all__ = ["assembled", "clock_for", "record_of"]
+
+
+def record_of(table: Table, axis: Axis) -> LogData:
+    """Return what was recorded in a table, in SI of the axis, on a uniform grid of time.
+
+    Raises
+    ------
+    InputError
+        If a column is missing, of the wrong unit, not finite, constant or saturated, or time is not even.
+    """
+    gathered = gather(table, axis)
+    for problem in (*gathered.problems, *problems_of(gathered, axis, str(table.source))):
+        raise problem
+    record = assembled(table, axis, gathered, clock_for(table, axis, gathered))
+    return within(record, axis.span) if axis.span else record
+
+
+def clock_for(table: Table, axis: Axis, gathered: Gathered) -> Clock:
+    """Return the time base of a log: from its column of time, else from the sample time that is known.
+
+    Raises
+    ------
+    InputError
+        If there is neither, both sample times differ, or time is not even.
+    """
+    time = gathered.channels.get("time")
+    if time is not None:
+        place = f"{table.source}: column {time.column!r}"
+        return clock_of(time.values, place, delay=axis.delay, sample_time=axis.sample_time)
+    period = axis.sample_time or table.sample_time
+    if period is None:
+        raise InputError(
+            "has no column of time and no sample time", path=str(table.source),
+            mend="Name the column of time in [columns] of the axis file, or write sample_time in [timing]",
+        )  # fmt: skip
+    if table.sample_time and abs(period / table.sample_time - 1) > 0.01:
+        raise InputError(
+            f"was sampled every {table.sample_time:g} s and the axis file says otherwise",
+            path=str(table.source), value=period, mend="Leave sample_time out of the axis file",
+        )  # fmt: skip
+    stamps = period * np.arange(gathered.channels["position"].values.size)
+    return clock_of(stamps, str(table.source), delay=axis.delay)
+
+
+def assembled(table: Table, axis: Axis, gathered: Gathered, clock: Clock) -> LogData:
+    """Return the record of channels that were examined, on the grid of `clock`."""
+
+    def on_grid(name: str, lag: float = 0.0) -> Channel | None:
+        channel = gathered.channels.get(name)
+        return None if channel is None else replace(channel, values=clock.sampled(channel.values, lag))
+
+    position = on_grid("position")
+    if position is None:
+        raise InputError("has no position", path=str(table.source))
+    time = gathered.channels.get("time")
+    notes = [*gathered.notes, *clock.notes]
+    if axis.delay:
+        notes.append(f"effort was moved by its delay of {axis.delay:g} s")
+    record = LogData(
+        time=Channel(clock.time, "s", time.column if time else ""),
+        position=position,
+        velocity=on_grid("velocity"),
+        effort=on_grid("effort", axis.delay),
+        reference=on_grid("reference"),
+        load=on_grid("load"),
+        temperature=on_grid("temperature"),
+        injected=tuple(
+            Channel(clock.sampled(injected.values, axis.delay, smooth=False), injected.unit, injected.column)
+            for injected in gathered.injected
+        ),
+        sample_time=clock.sample_time,
+        segments=clock.segments,
+        source=table.source,
+        origin=table.origin,
+        notes=tuple(notes),
+        kind=axis.kind,
+    )
+    reversed_effort = sign_of_effort(record)
+    doubts = [
+        *doubts_about_jumps(record), *doubts_about_velocity(record, axis),
+        *([reversed_effort] if reversed_effort else []),
+    ]  # fmt: skip
+    return replace(record, notes=(*record.notes, *doubts))
