@@ -108,13 +108,9 @@ class OutputError:
         """The log as rows of inverse dynamics."""
         return self.inverse.dataset
 
-    @property
+    @cached_property
     def measured(self) -> np.ndarray:
         """The signal of all segments, shape (sample,)."""
-        return self._measured
-
-    @cached_property
-    def _measured(self) -> np.ndarray:
         return np.concatenate([output.measured for output in self.outputs])
 
     @property
