@@ -121,7 +121,7 @@ class InverseDynamics:
         """Return the residual: it is that of the effort of each row [N or N*m]."""
         return residual
 
-    @property
+    @cached_property
     def measured(self) -> np.ndarray:
         """Effort of each row [N or N*m]."""
         return self.dataset.effort

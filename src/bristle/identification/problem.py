@@ -71,7 +71,7 @@ class Problem(Residual, Protocol):
         """The log as rows of inverse dynamics."""
         ...
 
-    @property
+    @cached_property
     def measured(self) -> np.ndarray:
         """The signal, shape (row,)."""
         ...
