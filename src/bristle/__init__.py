@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from bristle.loop_design import design
     from bristle.prediction import predict
     from bristle.simulation import simulate
-    from bristle.workflow import identify, load
+    from bristle.workflow import compare, identify, load
 
 __version__ = "0.1.0"
 
@@ -54,6 +54,7 @@ _FROM = {
     "Axis": "bristle.core.axis",
     "Log": "bristle.logs.log",
     "check": "bristle.certificates",
+    "compare": "bristle.workflow",
     "design": "bristle.loop_design",
     "excite": "bristle.excitation",
     "load": "bristle.workflow",
@@ -80,6 +81,7 @@ __all__ = [
     "Log",
     "__version__",
     "check",
+    "compare",
     "controllers",
     "core",
     "design",

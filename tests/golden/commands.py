@@ -33,6 +33,8 @@ COMMANDS = {
     "predict_open_loop": "predict model.toml log.csv --axis axis.toml --mode open-loop",
     "predict_with_band": "predict fit/model.toml log.csv --axis axis.toml --mode closed-loop",
     "predict_curves": "predict operator/model.toml curves.csv --axis curves.toml",
+    "compare": "compare log.csv fed.csv --axis axis.toml",
+    "compare_without_reference": "compare late.csv slower.csv --axis late.toml",
     "run": "run experiment.toml --log --out run",
     "run_seeds": "run seeds.toml",
     "run_learning": "run learning.toml",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import tempfile
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -97,7 +98,9 @@ def yard() -> Path:
     shutil.copyfile(axis_simulated.AXIS_FILE, folder / "axis_of_demo.toml")
     shutil.copyfile(logs.EXAMPLES / "bouc_wen" / "axis.toml", folder / "ringing.toml")
     _write_loop(folder)
-    _write_rows(folder / "late.csv", simulated.late())
+    late = simulated.late()
+    _write_rows(folder / "late.csv", late)
+    _write_rows(folder / "slower.csv", replace(late, effort=1.1 * np.asarray(late.effort)))
     _write_rows(folder / "pulls.csv", simulated.pulls()[0])
     steady = simulated.ringing()
     assert steady.effort is not None
@@ -108,9 +111,12 @@ def yard() -> Path:
 
 def _write_loop(folder: Path) -> None:
     """Write the log of the bench, once whole, once with holes, and once as MAT with a constant."""
-    variant = simulate(read_experiment(folder / "experiment.toml")).variants["none"]
-    columns = np.column_stack((variant.time, variant.measured, variant.reference, variant.effort))
-    for name, rows in {"log.csv": columns, "second.csv": columns[:4000]}.items():
+    variants = simulate(read_experiment(folder / "experiment.toml")).variants
+    columns, fed = (
+        np.column_stack((variant.time, variant.measured, variant.reference, variant.effort))
+        for variant in (variants["none"], next(one for name, one in variants.items() if name != "none"))
+    )
+    for name, rows in {"log.csv": columns, "second.csv": columns[:4000], "fed.csv": fed}.items():
         np.savetxt(folder / name, rows, delimiter=",", header="t,q,r,u", comments="", fmt="%.9g")
     lines = (folder / "log.csv").read_text().splitlines()
     for row in (100, 300):

@@ -10,6 +10,7 @@ from bristle.figures import loading  # noqa: F401  (before all others: with it m
 from bristle.figures.break_away import break_away
 from bristle.figures.circles import circles
 from bristle.figures.closure import closure
+from bristle.figures.comparison import comparison
 from bristle.figures.control_effort import control_effort
 from bristle.figures.control_scheme import control_scheme, rig_layout
 from bristle.figures.correlation import correlation
@@ -53,6 +54,7 @@ __all__ = [
     "break_away",
     "circles",
     "closure",
+    "comparison",
     "control_effort",
     "control_scheme",
     "correlation",

@@ -1,0 +1,160 @@
+"""Cycles of a motion, to and fro, and which of two logs move alike.
+
+A motion is cut where it turns forward. Two cycles are of one motion if they last as long and pass the same positions;
+where a motion hardly turns, pieces of equal length stand for cycles, told by where they lie from where the log begins.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from bristle.comparison.recording import Recording
+from bristle.logs.legs import graininess
+from bristle.logs.segmentation import turning_points
+
+__all__ = ["Cycle", "alike", "cut", "with_turns"]
+
+PHASES = 33  # at which the positions of two cycles are compared
+ALIKE = 0.02  # of the range of a cycle, and of its duration: a difference of references that is none
+ALIKE_MEASURED = 0.06  # the same of positions, which the loop makes
+TREMBLE, TREMBLE_MEASURED = 1e-3, 1e-2  # of the range of the motion: a turn by less is none
+PIECES = 20  # of the shorter of two motions that never turn
+FEWEST = 8  # samples of a cycle
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """A stretch of a recording that is a whole motion.
+
+    Parameters
+    ----------
+    recording : int
+        Number of the recording on its side.
+    samples : slice
+        Its samples there.
+    kind : int
+        Number of the motion; of two cycles that move alike it is the same.
+    """
+
+    recording: int
+    samples: slice
+    kind: int = -1
+
+    @property
+    def count(self) -> int:
+        """Number of samples."""
+        return self.samples.stop - self.samples.start
+
+
+def with_turns(recordings: Sequence[Recording], *, measured: bool) -> list[Recording]:
+    """Return recordings that know where their motion turns.
+
+    Parameters
+    ----------
+    recordings : sequence of Recording
+        Of both sides: what turns by less than a share of the widest motion turns on neither.
+    measured : bool
+        Whether the motion is a position that was measured, with its noise, and no reference.
+    """
+    widest = max((float(np.ptp(one.motion)) for one in recordings), default=0.0)
+    least = (TREMBLE_MEASURED if measured else TREMBLE) * widest
+    found = (turning_points(one.motion, max(graininess(one.motion, None), least)) for one in recordings)
+    return [replace(one, turns=np.array(turns, dtype=int)) for one, turns in zip(recordings, found, strict=True)]
+
+
+def cut(before: Sequence[Recording], after: Sequence[Recording]) -> tuple[list[Cycle], list[Cycle], bool]:
+    """Return the cycles of two sides, and whether they are whole ones, which begin where the motion turns forward."""
+    sides = [_whole(recordings) for recordings in (before, after)]
+    if min(len(cycles) for cycles in sides) >= 2:
+        return sides[0], sides[1], True
+    longest = [max((_moving(one) for one in recordings), key=_count) for recordings in (before, after)]
+    length = max(min(map(_count, longest)) // PIECES, FEWEST)
+    first, second = (_pieces(recordings, length) for recordings in (before, after))
+    return first, second, False
+
+
+def _whole(recordings: Sequence[Recording]) -> list[Cycle]:
+    found = []
+    for number, recording in enumerate(recordings):
+        # A turn is forward where the next one is farther up.
+        places = recording.turns
+        ends = np.append(places[1:], recording.motion.size - 1)
+        forward = places[recording.motion[ends] > recording.motion[places]]
+        found += [Cycle(number, slice(int(a), int(b))) for a, b in pairwise(forward) if b - a >= FEWEST]
+    return found
+
+
+def _moving(recording: Recording) -> slice:
+    """Return the samples from the first to the last that move."""
+    moved = np.abs(np.diff(recording.motion)) > 0.0
+    if not moved.any():
+        return slice(0, 0)
+    return slice(int(np.argmax(moved)), int(moved.size - np.argmax(moved[::-1])) + 1)
+
+
+def _count(part: slice) -> int:
+    return part.stop - part.start
+
+
+def _pieces(recordings: Sequence[Recording], length: int) -> list[Cycle]:
+    return [
+        Cycle(number, slice(first, first + length))
+        for number, part in enumerate(map(_moving, recordings))
+        for first in range(part.start, part.stop - length + 1, length)
+    ]
+
+
+def alike(
+    before: tuple[Sequence[Recording], Sequence[Cycle]], after: tuple[Sequence[Recording], Sequence[Cycle]], *,
+    whole: bool, measured: bool,
+) -> tuple[list[Cycle], list[Cycle]]:  # fmt: skip
+    """Return the cycles of two sides with the number of their motion, counted through both.
+
+    Parameters
+    ----------
+    before, after : tuple of sequence of Recording and sequence of Cycle
+        The two sides.
+    whole : bool
+        Whether cycles are whole ones: else places count from where each log begins to move.
+    measured : bool
+        Whether the motion is a measured position.
+    """
+    share = ALIKE_MEASURED if measured else ALIKE
+    grain = max(graininess(one.motion, None) for one in (*before[0], *after[0]))
+    shapes: list[np.ndarray] = []
+    counts: list[int] = []
+    sides: tuple[list[Cycle], list[Cycle]] = ([], [])
+    for (recordings, cycles), numbered in zip((before, after), sides, strict=True):
+        for cycle in cycles:
+            motion = recordings[cycle.recording].motion
+            origin = 0.0 if whole else float(motion[_moving(recordings[cycle.recording]).start])
+            shape, step = _shape(motion[cycle.samples] - origin)
+            least = share * float(np.ptp(shape)) + step + grain
+            kind = _first_alike(shape, cycle.count, shapes, counts, least, share)
+            if kind == len(shapes):
+                shapes.append(shape)
+                counts.append(cycle.count)
+            numbered.append(replace(cycle, kind=kind))
+    return sides
+
+
+def _shape(motion: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return the positions at even phases of a cycle, and the largest step between samples."""
+    phases = np.linspace(0.0, motion.size - 1.0, PHASES)
+    return np.interp(phases, np.arange(motion.size), motion), float(np.max(np.abs(np.diff(motion))))
+
+
+def _first_alike(
+    shape: np.ndarray, count: int, shapes: Sequence[np.ndarray], counts: Sequence[int], least: float, share: float
+) -> int:
+    """Return the number of the first motion that is like this one; the next number where none is."""
+    if not shapes:
+        return 0
+    away = np.max(np.abs(np.asarray(shapes) - shape), axis=1)
+    lasting = np.abs(np.asarray(counts) - count) <= share * count + 2.0
+    fits = np.flatnonzero((away <= least) & lasting)
+    return int(fits[0]) if fits.size else len(shapes)

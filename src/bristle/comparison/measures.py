@@ -1,0 +1,197 @@
+r"""What is measured of each cycle, and the quantities that sums over cycles give.
+
+Every quantity is a function of sums over cycles, so that any choice of cycles has one: of root mean squares the sum of
+squares, of peaks their sum and their number, of friction the normal equations.
+
+The friction level comes from :math:`u = M a + c + \sum_b F_b\, \mathrm{sign}(v)\, [|v| \in b]` by least squares, `b`
+being ranges of speed that both logs have in both directions: each :math:`F_b` is half the difference between the
+directions at one speed. The mass `M` is that of the axis file, or fitted with the rest; the level is the mean of
+:math:`F_b` with the same weights in both logs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from bristle.comparison.cycles import Cycle
+from bristle.comparison.recording import Recording
+from bristle.comparison.sides import Side
+from bristle.core.lazy import cached_property
+
+__all__ = ["Measure", "SlidingRows", "effort_measures", "error_measures", "turn_measures", "turns_in"]
+
+RANGES = 4  # of speed
+SLOWEST = 0.1  # of the speed that 95 % stay below: slower rows are close to a reversal
+FEWEST = 20  # rows of a range, in each direction of each log
+SMALL = 1e-10  # of the diagonal of normal equations, added to it: a mass that no acceleration tells is 0 then
+
+Sums = np.ndarray
+SumsOf = Callable[[Side], np.ndarray]
+
+
+class Measure(NamedTuple):
+    """A quantity: its name, what it is of (``length``, ``force``), its sums by cycle, and its value from sums.
+
+    Parameters
+    ----------
+    name : str
+        As in JSON.
+    quantity : str
+        Generalised quantity.
+    sums : callable
+        From a side to sums, shape (cycle, sum).
+    value : callable
+        From sums, shape (..., sum), to values, shape (...,).
+    """
+
+    name: str
+    quantity: str
+    sums: SumsOf
+    value: Callable[[Sums], np.ndarray]
+
+
+def _root_mean(sums: Sums) -> np.ndarray:
+    return np.sqrt(_mean(sums))
+
+
+def _mean(sums: Sums) -> np.ndarray:
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return sums[..., 0] / sums[..., 1]
+
+
+def _parts(side: Side, signal: str) -> list[np.ndarray]:
+    return [getattr(side.recordings[one.recording], signal)[one.samples] for one in side.cycles]
+
+
+def _squares(signal: str) -> SumsOf:
+    def sums(side: Side) -> np.ndarray:
+        parts = _parts(side, signal)
+        return np.array([(float(part @ part), part.size) for part in parts])
+
+    return sums
+
+
+def _peaks(signal: str) -> SumsOf:
+    def sums(side: Side) -> np.ndarray:
+        parts = _parts(side, signal)
+        return np.array([(float(np.max(np.abs(part))), 1.0) for part in parts])
+
+    return sums
+
+
+def error_measures() -> list[Measure]:
+    """Return root mean square of the following error, and its largest value in a cycle, mean over cycles."""
+    return [
+        Measure("following_error.rms", "length", _squares("error"), _root_mean),
+        Measure("following_error.peak", "length", _peaks("error"), _mean),
+    ]
+
+
+def effort_measures() -> list[Measure]:
+    """Return root mean square of the effort, and its largest value in a cycle, mean over cycles."""
+    return [
+        Measure("effort.rms", "force", _squares("effort"), _root_mean),
+        Measure("effort.peak", "force", _peaks("effort"), _mean),
+    ]
+
+
+def turns_in(recording: Recording, cycle: Cycle, window: int, *, forward: bool) -> list[int]:
+    """Return the samples in a cycle at which the motion turns into one direction, those whose window the log holds."""
+    motion, places = recording.motion, recording.turns
+    inside = places[(places >= cycle.samples.start) & (places < cycle.samples.stop)]
+    inside = inside[inside + window < motion.size]
+    rises = motion[inside + window] > motion[inside]
+    return inside[rises == forward].tolist()
+
+
+def turn_measures(window: int) -> list[Measure]:
+    """Return the largest following error in so many samples behind a reversal, mean over reversals, each direction."""
+
+    def peaks(forward: bool) -> SumsOf:
+        def sums(side: Side) -> np.ndarray:
+            found = []
+            for cycle in side.cycles:
+                recording = side.recordings[cycle.recording]
+                assert recording.error is not None
+                size = np.abs(recording.error)
+                places = turns_in(recording, cycle, window, forward=forward)
+                found.append((sum(float(np.max(size[k : k + window + 1])) for k in places), float(len(places))))
+            return np.array(found)
+
+        return sums
+
+    return [
+        Measure("reversals.forward_to_backward", "length", peaks(False), _mean),
+        Measure("reversals.backward_to_forward", "length", peaks(True), _mean),
+    ]
+
+
+class SlidingRows:
+    """Rows of sliding of two sides, in ranges of speed that both have in both directions."""
+
+    def __init__(self, before: Side, after: Side, mass: float | None) -> None:
+        self.mass = mass
+        sides = [np.concatenate([_rows(side, cycle)[0] for cycle in side.cycles]) for side in (before, after)]
+        pooled = np.abs(np.concatenate(sides))
+        top = float(np.quantile(pooled, 0.95)) if pooled.size else 0.0
+        sliding = pooled[pooled > SLOWEST * top]
+        fastest = float(np.max(sliding, initial=0.0)) * (1.0 + 1e-9)
+        self.edges = np.linspace(SLOWEST * top, fastest, RANGES + 1)
+        counts = np.array([[np.histogram(side * v, self.edges)[0] for v in (1.0, -1.0)] for side in sides])
+        self.ranges = np.flatnonzero(counts.min(axis=(0, 1)) >= FEWEST)
+        self.weights = counts.sum(axis=(0, 1))[self.ranges]
+        self._speeds = sliding
+
+    @cached_property
+    def speeds(self) -> list[float]:
+        """Mean speed of each range [m/s or rad/s]."""
+        place = np.searchsorted(self.edges, self._speeds, side="right") - 1
+        return [float(np.mean(self._speeds[place == number])) for number in self.ranges]
+
+    def measures(self) -> list[Measure]:
+        """Return the friction level, and friction in each range of speed; nothing where no range serves."""
+        if not self.ranges.size:
+            return []
+        shares = self.weights / self.weights.sum()
+        level = Measure("friction.level", "force", self._sums, lambda sums: self._friction(sums) @ shares)
+        return [level, *(self._at(number) for number in range(self.ranges.size))]
+
+    def _at(self, number: int) -> Measure:
+        name = f"friction.at_speeds.{number}"
+        return Measure(name, "force", self._sums, lambda sums: self._friction(sums)[..., number])
+
+    def _sums(self, side: Side) -> np.ndarray:
+        """Return the normal equations of each cycle, their matrix behind their right side."""
+        equations = []
+        for cycle in side.cycles:
+            v, a, u = _rows(side, cycle)
+            place = np.searchsorted(self.edges, np.abs(v), side="right") - 1
+            member = place == self.ranges[:, None]
+            used = member.any(axis=0)
+            columns = np.vstack([np.ones(v.size), np.sign(v) * member])
+            if self.mass is None:
+                columns = np.vstack([columns, a])
+            columns, effort = columns[:, used], (u - (self.mass or 0.0) * a)[used]
+            equations.append(np.concatenate([columns @ effort, (columns @ columns.T).ravel()]))
+        return np.array(equations)
+
+    def _friction(self, sums: Sums) -> np.ndarray:
+        """Return friction in each range, shape (..., range)."""
+        size = 1 + self.ranges.size + (self.mass is None)
+        right, matrix = sums[..., :size], sums[..., size:].reshape(*sums.shape[:-1], size, size)
+        scale = np.sqrt(np.maximum(np.diagonal(matrix, axis1=-2, axis2=-1), np.finfo(float).tiny))
+        scaled = matrix / (scale[..., :, None] * scale[..., None, :])
+        solved = np.linalg.solve(scaled + SMALL * np.eye(size), (right / scale)[..., None])
+        return (solved[..., 0] / scale)[..., 1 : 1 + self.ranges.size]
+
+
+def _rows(side: Side, cycle: Cycle) -> np.ndarray:
+    """Return velocity, acceleration and effort of a cycle, shape (3, row)."""
+    sliding = side.recordings[cycle.recording].sliding
+    if sliding is None:
+        return np.empty((3, 0))
+    part = sliding[:, cycle.samples]
+    return part[:, np.all(np.isfinite(part), axis=0)]

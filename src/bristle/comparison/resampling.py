@@ -1,0 +1,208 @@
+r"""The interval of a change: from cycles drawn anew.
+
+The samples of a log are no independent numbers: errors keep their side for long, and the motion itself comes again.
+What is drawn with replacement are whole cycles [1]_, each a block that keeps its samples together. Where each motion of
+two logs has several cycles in each, every log is drawn by itself and each motion keeps its share; where a motion comes
+once, its two cycles, one of each log, are drawn together, and the interval is that of the ratio of both sides: how
+large an error is differs from motion to motion more than by what factor it changes.
+
+Cycles may be like their neighbours, as while an axis warms up. With the correlations :math:`\rho_k` of what the
+quantity owes to a cycle and to the `k`-th one behind it, up to the first that is none, :math:`\tau = 1 + 2 \sum_k
+\rho_k` cycles count as one [2]_. Few cycles show less scatter than there is: a variance from `n` of them is raised by
+:math:`\tau\, n / (n - 1)`, and the interval is that of Student's t with :math:`n / \tau - 1` degrees of freedom, of
+two logs by the rule of Welch and Satterthwaite [3]_.
+
+References
+----------
+.. [1] A. C. Davison, D. V. Hinkley, "Bootstrap Methods and their Application", Cambridge University Press, 1997.
+   doi:10.1017/CBO9780511802843
+.. [2] C. J. Geyer, "Practical Markov chain Monte Carlo", Statistical Science 7(4), 1992. doi:10.1214/ss/1177011137
+.. [3] B. L. Welch, "The generalization of 'Student's' problem when several different population variances are
+   involved", Biometrika 34(1-2), 1947. doi:10.1093/biomet/34.1-2.28
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+__all__ = ["Changed", "Plan", "changed", "plan_of"]
+
+DRAWS = 1000
+SEED = 20_261_121
+TAIL = 0.975
+PAIRS, OFTEN = 6, 4  # so many motions, each fewer times in a log than this, are drawn as pairs
+NONE = 0.5  # standard deviations of a correlation that is none
+LARGEST = 100.0  # logarithm of a ratio that is told
+LAGS = 3  # a correlation is looked for over no more than one in so many cycles
+
+Value = Callable[[np.ndarray], np.ndarray]
+
+
+class Plan(NamedTuple):
+    """Which cycles of two logs are compared, and how they are drawn.
+
+    Parameters
+    ----------
+    before, after : ndarray of int, shape (cycle,)
+        Numbers of the cycles of each side.
+    kinds_before, kinds_after : ndarray of int, shape (cycle,)
+        The motion of each.
+    paired : bool
+        Whether a motion of one side is drawn together with that of the other.
+    """
+
+    before: np.ndarray
+    after: np.ndarray
+    kinds_before: np.ndarray
+    kinds_after: np.ndarray
+    paired: bool
+
+
+class Changed(NamedTuple):
+    """A quantity before and after, the 95 % interval of the change, and how many neighbouring cycles count as one."""
+
+    before: float
+    after: float
+    interval: tuple[float, float] | None
+    as_one: float
+
+
+def plan_of(kinds_before: ArrayLike, kinds_after: ArrayLike) -> Plan:
+    """Return which cycles to compare, by their motions: those of both sides; none where they share no motion."""
+    sides = np.asarray(kinds_before, dtype=int), np.asarray(kinds_after, dtype=int)
+    shared = np.intersect1d(*sides)
+    repeated = [kind for kind in shared if min(np.sum(side == kind) for side in sides) >= 2]
+    often = sum(int(np.sum(side == kind)) for side in sides for kind in repeated)
+    every = sum(int(np.sum(side == kind)) for side in sides for kind in shared)
+    paired = 2 * often < every or (len(shared) >= PAIRS and every < 2 * OFTEN * len(shared))
+    numbers = [np.flatnonzero(np.isin(side, shared if paired else repeated)) for side in sides]
+    return Plan(numbers[0], numbers[1], sides[0][numbers[0]], sides[1][numbers[1]], paired)
+
+
+def changed(value: Value, before: np.ndarray, after: np.ndarray, plan: Plan) -> Changed | None:
+    """Return a quantity of both sides and the interval of its change; None where one side does not tell it.
+
+    Cycles that tell nothing of the quantity, whose sums are zero, do not count.
+
+    Parameters
+    ----------
+    value : callable
+        The quantity, from sums over cycles.
+    before, after : ndarray, shape (cycle, sum)
+        Sums of each cycle of the plan.
+    plan : Plan
+        Which motion each of them is.
+    """
+    told = before.any(axis=1), after.any(axis=1)
+    own = plan_of(plan.kinds_before[told[0]], plan.kinds_after[told[1]])
+    if not own.before.size:
+        return None
+    before, after, plan = before[told[0]][own.before], after[told[1]][own.after], own
+    if plan.paired:
+        return _pairs(value, before, after, plan)
+    shares = _shares(plan)
+    low, high = (
+        _drawn(value, sums, kinds, shares) for sums, kinds in ((before, plan.kinds_before), (after, plan.kinds_after))
+    )
+    variance = low.variance + high.variance
+    spread = low.variance**2 / low.freedom + high.variance**2 / high.freedom
+    freedom = variance**2 / spread if spread > 0.0 else low.freedom + high.freedom
+    interval = _interval(high.value - low.value, variance, freedom)
+    return Changed(low.value, high.value, interval, max(low.as_one, high.as_one))
+
+
+class _Drawn(NamedTuple):
+    """A quantity of a side, its variance, the degrees of freedom of that, and how many cycles count as one."""
+
+    value: float
+    variance: float
+    freedom: float
+    as_one: float
+
+
+def _shares(plan: Plan) -> dict[int, float]:
+    """Return how much each motion counts: as often as the side has it that has it less often."""
+    counts = (np.bincount(kinds) for kinds in (plan.kinds_before, plan.kinds_after))
+    return {kind: float(min(pair)) for kind, pair in enumerate(zip(*counts, strict=True)) if min(pair)}
+
+
+def _drawn(value: Value, sums: np.ndarray, kinds: np.ndarray, shares: dict[int, float]) -> _Drawn:
+    weights = np.array([shares[kind] / np.sum(kinds == kind) for kind in kinds])
+    as_one = _as_one(_influence(value, sums, weights, kinds))
+    rng = np.random.default_rng(SEED)
+    drawn = np.zeros((DRAWS, kinds.size))
+    for kind in shares:
+        members = np.flatnonzero(kinds == kind)
+        drawn[:, members] = _draws(members.size, rng)
+    spread = _spread(value((drawn * weights) @ sums), kinds.size, len(shares), as_one)
+    return _Drawn(float(value(weights @ sums)), *spread, as_one)
+
+
+def _pairs(value: Value, before: np.ndarray, after: np.ndarray, plan: Plan) -> Changed:
+    """Return the change of a quantity, with motions drawn on both sides together."""
+    kinds = plan.kinds_before[np.sort(np.unique(plan.kinds_before, return_index=True)[1])]
+    low, high = (
+        np.stack([sums[own == kind].mean(axis=0) for kind in kinds])
+        for sums, own in ((before, plan.kinds_before), (after, plan.kinds_after))
+    )
+    first, second = float(value(low.sum(axis=0))), float(value(high.sum(axis=0)))
+    if kinds.size < 2:
+        return Changed(first, second, None, 1.0)
+    even, one = np.ones(kinds.size), np.zeros(kinds.size, dtype=int)
+    influences = _influence(value, low, even, one), _influence(value, high, even, one)
+    as_one = _as_one(first * influences[1] - second * influences[0])  # that of the ratio
+    drawn = _draws(kinds.size, np.random.default_rng(SEED))
+    draws = value(drawn @ low), value(drawn @ high)
+    if not min(first, second, *map(np.min, draws)) > 0.0:  # no factor leads from one to the other
+        interval = _interval(second - first, *_spread(draws[1] - draws[0], kinds.size, 1, as_one))
+        return Changed(first, second, interval, as_one)
+    ratio = _interval(math.log(second / first), *_spread(np.log(draws[1] / draws[0]), kinds.size, 1, as_one))
+    ends = None if ratio is None else tuple(first * math.expm1(min(end, LARGEST)) for end in ratio)
+    return Changed(first, second, ends, as_one)  # type: ignore[arg-type]
+
+
+def _influence(value: Value, sums: np.ndarray, weights: np.ndarray, kinds: np.ndarray) -> np.ndarray:
+    """Return by how much the quantity rests on each cycle, above the mean of its motion, shape (cycle,)."""
+    weighted = weights[:, None] * sums
+    without = value(weighted.sum(axis=0) - weighted)
+    members = np.bincount(kinds)
+    mean = np.bincount(kinds, weights=without) / np.maximum(members, 1)
+    return np.nan_to_num(mean[kinds] - without)
+
+
+def _as_one(influence: np.ndarray) -> float:
+    """Return how many neighbours count as one cycle, from 1 to half of them."""
+    count, square, as_one = influence.size, float(influence @ influence), 1.0
+    for lag in range(1, max(count // LAGS, 2)):
+        # Taken about their own mean, numbers without correlation have one of -1 / count.
+        correlation = float(influence[lag:] @ influence[:-lag]) / square + 1.0 / count if square > 0.0 else 0.0
+        if correlation * math.sqrt(count) <= NONE:
+            break
+        as_one += 2.0 * correlation
+    return max(min(as_one, 0.5 * count), 1.0)
+
+
+def _draws(count: int, rng: np.random.Generator) -> np.ndarray:
+    """Return how often each of `count` cycles is drawn, shape (draw, cycle)."""
+    return rng.multinomial(count, np.full(count, 1.0 / count), DRAWS).astype(float)
+
+
+def _spread(draws: np.ndarray, count: int, motions: int, as_one: float) -> tuple[float, float]:
+    """Return the variance that draws show, raised for few cycles that are alike, and its degrees of freedom."""
+    finite = draws[np.isfinite(draws)]
+    variance = float(np.var(finite)) if finite.size > 1 else math.nan
+    return as_one * variance * count / (count - motions), max(count / as_one - motions, 1.0)
+
+
+def _interval(change: float, variance: float, freedom: float) -> tuple[float, float] | None:
+    from scipy.special import stdtrit
+
+    if not (math.isfinite(change) and math.isfinite(variance)):
+        return None
+    half = float(stdtrit(freedom, TAIL)) * math.sqrt(variance)
+    return change - half, change + half

@@ -1,0 +1,73 @@
+"""The two sides of a comparison: stretches of their logs on one grid of time, in cycles with numbers of motions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bristle.comparison.cycles import Cycle, alike, cut, with_turns
+from bristle.comparison.recording import Recording, common_sample_time, recordings_of
+from bristle.core.axis import Axis
+from bristle.core.errors import InputError
+from bristle.logs.log import Log
+
+__all__ = ["LogAndAxis", "Side", "sides_of"]
+
+LogAndAxis = tuple[Log, Axis | None]
+
+
+@dataclass(frozen=True)
+class Side:
+    """One side.
+
+    Parameters
+    ----------
+    recordings : sequence of Recording
+        Stretches of its logs without a gap.
+    cycles : sequence of Cycle
+        Its cycles, with the numbers of their motions.
+    why : InputError or None
+        Why it tells no friction.
+    """
+
+    recordings: Sequence[Recording]
+    cycles: Sequence[Cycle]
+    why: InputError | None = None
+
+    def of(self, numbers: np.ndarray) -> Side:
+        """Return the side with some of its cycles."""
+        return replace(self, cycles=[self.cycles[number] for number in numbers])
+
+    @property
+    def kinds(self) -> list[int]:
+        """The motion of each cycle."""
+        return [cycle.kind for cycle in self.cycles]
+
+
+def sides_of(
+    before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], *, follows: bool, tells_effort: bool
+) -> tuple[Side, Side, bool]:
+    """Return both sides, and whether their cycles are whole ones.
+
+    Parameters
+    ----------
+    before, after : sequence of (Log, Axis or None)
+        The logs of each side, with what is known of the axis.
+    follows, tells_effort : bool
+        Whether all have a reference, and an effort.
+    """
+    sample_time = common_sample_time([log for log, _ in (*before, *after)])
+    recordings: tuple[list[Recording], list[Recording]] = ([], [])
+    why: list[InputError | None] = [None, None]
+    for number, given in enumerate((before, after)):
+        for log, axis in given:
+            parts, reason = recordings_of(log, axis, sample_time, follows=follows, tells_effort=tells_effort)
+            recordings[number].extend(parts)
+            why[number] = why[number] or reason
+    turned = with_turns([*recordings[0], *recordings[1]], measured=not follows)
+    first, second = turned[: len(recordings[0])], turned[len(recordings[0]) :]
+    *cycles, whole = cut(first, second)
+    low, high = alike((first, cycles[0]), (second, cycles[1]), whole=whole, measured=not follows)
+    return Side(first, low, why[0]), Side(second, high, why[1]), whole

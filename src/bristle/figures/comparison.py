@@ -1,0 +1,133 @@
+"""Two logs of one axis: following error over a cycle and at reversals, friction, and each change with its interval."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from bristle.core.typography import Scale
+from bristle.figures import style
+from bristle.figures.envelope import line
+from bristle.figures.labels import effort_scale, position_word, scale_for, time_scale
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from bristle.comparison.result import Change, Comparison, Turn
+    from bristle.core.variable import Kind
+
+__all__ = ["comparison"]
+
+BEFORE: style.Look = style.MEASURED
+AFTER: style.Look = style.PREDICTED
+TURNS = {"forward_to_backward": "forward to backward", "backward_to_forward": "backward to forward"}
+WORDS = {
+    "following_error.rms": "error, rms",
+    "following_error.peak": "error, peak",
+    "reversals.forward_to_backward": "forward to back",
+    "reversals.backward_to_forward": "back to forward",
+    "effort.rms": "effort, rms",
+    "effort.peak": "effort, peak",
+    "friction.level": "friction",
+}
+POINTS: style.Look = {"color": AFTER["color"], "linestyle": "none", "marker": "o", "markersize": 5.5}
+
+
+@style.styled
+def comparison(compared: Comparison) -> Figure:
+    """Return what two logs differ by: the mean cycle, the mean reversals, friction over speed, and the changes.
+
+    Parameters
+    ----------
+    compared : Comparison
+        Two logs, held against each other.
+    """
+    small = len(compared.turns) + bool(compared.friction_curve)
+    told = [change for change in compared.changes.values() if change.interval_percent is not None]
+    heights = [0.55, 1.2, *([1.1] * bool(small)), *([0.18 + 0.145 * len(told)] * bool(told))]
+    rows = len(heights)
+    figure, grid = style.panels(
+        0.5 + 0.66 * (rows - 1) + 1.25 * sum(heights), rows=rows, columns=max(small, 1), heights=heights,
+        undivided=[row for row in range(rows) if not (small and row == 2)], left=1.2, between=0.68,
+    )  # fmt: skip
+    _draw_course(grid[0][0], grid[1][0], compared)
+    if small:
+        _draw_turns(grid[2], compared.turns, compared.window, compared.kind)
+        if compared.friction_curve:
+            _draw_friction(grid[2][-1], compared)
+    if told:
+        _draw_changes(grid[-1][0], told)
+    style.legend(grid[1][0])
+    return figure
+
+
+def _draw_course(motion: style.Axes, course: style.Axes, compared: Comparison) -> None:
+    one, kind = compared.course, compared.kind
+    follows = "following_error.rms" in compared.changes
+    length, span = scale_for("length", kind, one.motion), time_scale(one.time)
+    x, y = line(one.time, one.motion)
+    motion.plot(x * span.factor, y * length.factor, color=style.INK, linewidth=1.0)
+    motion.set_ylabel(length.label(position_word(kind)))
+    motion.set_title("reference" if follows else "position")
+    scale, word = (scale_for("length", kind, one.before, one.after), "Following error")
+    if not follows:
+        scale, word = effort_scale(kind, one.before, one.after)
+    _draw_pair(course, one.time, one.before, one.after, scale)
+    course.set_ylabel(scale.label(word))
+    for axes in (motion, course):
+        axes.set_xlabel(span.label("Time"))
+
+
+def _draw_pair(axes: style.Axes, time: np.ndarray, before: np.ndarray, after: np.ndarray, scale: Scale) -> None:
+    span = time_scale(time)
+    for signal, look, name in ((before, BEFORE, "before"), (after, AFTER, "after")):
+        x, y = line(time, signal)
+        axes.plot(x * span.factor, y * scale.factor, label=name, **look)
+
+
+def _draw_turns(panels: Sequence[style.Axes], turns: Sequence[Turn], window: float | None, kind: Kind) -> None:
+    scale = scale_for("length", kind, *(signal for turn in turns for signal in (turn.before, turn.after)))
+    for axes, turn in zip(panels, turns, strict=False):
+        span = time_scale(turn.time)
+        _draw_pair(axes, turn.time, turn.before, turn.after, scale)
+        axes.axhline(0.0, color=style.GREY, linewidth=0.6, zorder=0)
+        style.mark_window(axes, np.array([0.0, window or 0.0]) * span.factor)
+        axes.set_title(TURNS[turn.name])
+        axes.set_xlabel(span.label("Time"))
+    if turns:
+        panels[0].set_ylabel(scale.label("Following error"))
+        limits = [axes.get_ylim() for axes, _ in zip(panels, turns, strict=False)]
+        for axes, _ in zip(panels, turns, strict=False):
+            axes.set_ylim(min(low for low, _ in limits), max(high for _, high in limits))
+
+
+def _draw_friction(axes: style.Axes, compared: Comparison) -> None:
+    speeds = np.array([speed for speed, _ in compared.friction_curve])
+    sides = [np.array([getattr(change, side) for _, change in compared.friction_curve]) for side in ("before", "after")]
+    speed, (force, word) = scale_for("length/time", compared.kind, speeds), effort_scale(compared.kind, *sides)
+    for values, look, name, marker in zip(sides, (BEFORE, AFTER), ("before", "after"), ("o", "s"), strict=True):
+        axes.plot(speeds * speed.factor, values * force.factor, label=name, marker=marker, **look)
+    axes.margins(0.08)
+    axes.set_title("friction")
+    axes.set_xlabel(speed.label("Speed"))
+    axes.set_ylabel(force.label(word))
+
+
+def _draw_changes(axes: style.Axes, told: Sequence[Change]) -> None:
+    """Draw each change with its interval; a full point is one whose interval leaves out zero."""
+    places = np.arange(len(told), dtype=float)
+    ends = np.array([change.interval_percent for change in told], dtype=float)
+    x = np.column_stack([ends, np.full(len(told), np.nan)]).ravel()
+    axes.plot(x, np.repeat(places, 3), label="_95 % interval", color=AFTER["color"], linewidth=1.4)
+    shown = np.array([change.change_percent for change in told])
+    sure = np.array([change.verdict in ("lower", "higher") for change in told])
+    for part, face, name in ((sure, POINTS["color"], "_change"), (~sure, "white", "_no change told")):
+        if part.any():
+            axes.plot(shown[part], places[part], label=name, markerfacecolor=face, **POINTS)
+    axes.axvline(0.0, color=style.INK, linewidth=0.8, zorder=0)
+    axes.set_yticks(places, [WORDS[change.name] for change in told])
+    axes.set_ylim(len(told) - 0.4, -0.6)
+    axes.set_xlabel("Change [%]")
+    axes.set_title("change, with its 95 % interval")

@@ -1,0 +1,244 @@
+"""`compare`: two logs of one axis, from before and after a change, as a result that is looked at, told and kept."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+from bristle.comparison import Comparison
+from bristle.comparison import compare as sides_compared
+from bristle.core.axis import Axis
+from bristle.core.card import Card, WithCard
+from bristle.core.edge import Amount, amount, guarded, optional
+from bristle.core.errors import InputError
+from bristle.core.lazy import cached_property
+from bristle.core.tabular import library
+from bristle.core.variable import Variable
+from bristle.files.given import logs_and_axes
+from bristle.files.provenance import provenance
+from bristle.files.results import Results, results_folder
+
+__all__ = ["Compared", "compare"]
+
+
+@dataclass(frozen=True, eq=False)
+class Compared(WithCard, Comparison):
+    """Two logs of one axis, held against each other.
+
+    Parameters
+    ----------
+    axis_name : str
+        What people call the axis.
+    call : str
+        What repeats it.
+    read : mapping
+        What was read beside the logs, by what it is.
+    """
+
+    axis_name: str
+    call: str
+    read: Mapping[str, Any]
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """The numbers, as ``summary.json`` holds them."""
+        from bristle.report.comparison import comparison_summary
+
+        return comparison_summary(self, name=self.axis_name, provenance=self.provenance)
+
+    @cached_property
+    def page(self) -> str:
+        """The report, one HTML page."""
+        from bristle.report.comparison import comparison_report
+
+        return comparison_report(self, name=self.axis_name, command=self.call, provenance=self.provenance)
+
+    @property
+    def provenance(self) -> dict[str, str]:
+        """Versions, files, checksums."""
+        return provenance(self.call, before=self.logs_before, after=self.logs_after, **self.read)
+
+    @property
+    def sentences(self) -> list[str]:
+        """Whether it helped, then each quantity with its numbers."""
+        return self.summary["sentences"]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the numbers as plain data, as ``summary.json`` holds them.
+
+        Returns
+        -------
+        dict
+            Of text, numbers and lists.
+        """
+        from bristle.files.summary import plain
+
+        return plain(self.summary)
+
+    def to_dataframe(self) -> Any:
+        """Return the changes as a data frame of pandas, one row a quantity, in SI.
+
+        Returns
+        -------
+        pandas.DataFrame
+            With the columns ``quantity``, ``before``, ``after``, ``change``, ``low``, ``high``, ``unit``, ``verdict``.
+
+        Raises
+        ------
+        MissingExtraError
+            If pandas is not installed.
+        """
+        pandas = library("pandas", "to_dataframe()")
+        rows = [
+            (name, one.before, one.after, one.change, *(one.interval or (None, None)), one.unit, one.verdict)
+            for name, one in self.changes.items()
+        ]
+        columns = ["quantity", "before", "after", "change", "low", "high", "unit", "verdict"]
+        return pandas.DataFrame(rows, columns=columns)
+
+    def report(self, path: str | PathLike[str]) -> Path:
+        """Write the report, one HTML file that needs nothing else.
+
+        Parameters
+        ----------
+        path : path-like
+            The file; one that is there is replaced.
+
+        Returns
+        -------
+        Path
+            The file.
+        """
+        file = Path(path)
+        file.write_text(self.page, encoding="utf-8")
+        return file
+
+    def save(self, folder: str | PathLike[str], *, force: bool = False) -> Path:
+        """Write ``summary.json`` and ``report.html`` into a folder.
+
+        Parameters
+        ----------
+        folder : path-like
+            A new folder.
+        force : bool
+            Whether results that are there already are replaced.
+
+        Returns
+        -------
+        Path
+            The folder.
+
+        Raises
+        ------
+        InputError
+            If it is there already, or cannot be written.
+        """
+        with results_folder(folder, force=force) as results:
+            self.write(results)
+        return Path(folder)
+
+    def write(self, folder: Results) -> None:
+        """Write report and numbers into a folder of results that is open."""
+        from bristle.report.results import write_report
+
+        write_report(folder, self.page, self.summary)
+
+    def plot(self) -> Any:
+        """Return following error over a cycle and at reversals, friction, and the changes, as a figure."""
+        from bristle.figures import comparison
+
+        return comparison(self)
+
+    def _card(self) -> Card:
+        from bristle.report.comparison import HEADS, change_rows, remarks_of
+
+        return Card(f"{self.axis_name}: {self.sentences[0]}", HEADS, tuple(change_rows(self)), tuple(remarks_of(self)))
+
+
+@guarded(window=optional(amount(Variable("time", "time behind a reversal", min=0.0), exclusive=True)))
+def compare(before: Any, after: Any, *, axis: Any = None, window: Amount | None = None) -> Compared:
+    """Compare two logs of one axis, from before and after a change, to see whether it helped on the machine.
+
+    Parameters
+    ----------
+    before, after : Log, path-like, or table of columns; or list of these
+        The log from before the change and that from after it, or several of each: the file, or columns ``time``,
+        ``position``, and ``reference`` or ``effort`` or both, in SI.
+    axis : Axis or path-like, or list of either, optional
+        One for all logs, or one for each, those before first. With a mass it takes inertia off the effort.
+    window : float or str, optional
+        Time behind a reversal in which the peak of the following error is looked for [s]; a tenth of the median time
+        between two reversals by default.
+
+    Returns
+    -------
+    Compared
+        Following error, its peaks at reversals, effort and friction, each with the 95 % interval of its change.
+
+    Raises
+    ------
+    InputError
+        If a log or the axis does not serve, both sides are the same log, or they share no motion.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> t = np.arange(20000) * 1e-3
+    >>> reference = 0.02 * np.sin(6.0 * t)
+    >>> noise = np.random.default_rng(1).normal(0.0, 1e-6, (2, t.size))
+    >>> before, after = (
+    ...     {"time": t, "reference": reference, "position": reference - 1e-5 * size * np.cos(6.0 * t) + own}
+    ...     for size, own in zip((2.0, 1.0), noise)
+    ... )
+    >>> found = compare(before, after)
+    >>> found.helped, round(found.changes["following_error.rms"].change_percent)
+    (True, -50)
+    """
+    return compared_as(before, after, axis=axis, window=window)
+
+
+def compared_as(
+    before: Any, after: Any, *, axis: Any = None, window: float | None = None, call: str = "", name: str = "",
+    read: Mapping[str, Any] | None = None,
+) -> Compared:  # fmt: skip
+    """Return what `compare` does, told in words of one's own.
+
+    Parameters
+    ----------
+    before, after, axis, window
+        As for `compare`.
+    call : str
+        What repeats it.
+    name : str
+        What people call the axis.
+    read : mapping, optional
+        What was read beside the logs, by what it is.
+    """
+    sides = [list(side) if isinstance(side, (list, tuple)) else [side] for side in (before, after)]
+    for side, path in zip(sides, ("before", "after"), strict=True):
+        if not side:
+            raise InputError("names no log", path=path, mend="Give at least one")
+    pairs = logs_and_axes([*sides[0], *sides[1]], axis)
+    first, second = pairs[: len(sides[0])], pairs[len(sides[0]) :]
+    found = sides_compared(first, second, window)
+    fields = {field: getattr(found, field) for field in Comparison.__dataclass_fields__}
+    return Compared(**fields, axis_name=name or _name(pairs), call=call or _call(sides, pairs, window), read=read or {})
+
+
+def _name(pairs: list[tuple[Any, Axis | None]]) -> str:
+    log, axis = pairs[0]
+    return axis.name if axis is not None else Path(log.source.name.strip("<>")).stem or "axis"
+
+
+def _call(sides: list[list[Any]], pairs: list[tuple[Any, Axis | None]], window: float | None) -> str:
+    """Return the call that repeats a comparison, for who has the same logs and axis."""
+    names = [log.origin.name or log.source.name.strip("<>") for log, _ in pairs]
+    words = []
+    for side, listed in (("before", names[: len(sides[0])]), ("after", names[len(sides[0]) :])):
+        told = [name or side for name in listed]
+        words.append(repr(told[0]) if len(told) == 1 else repr(told))
+    words += ["axis=axis"] * any(axis is not None for _, axis in pairs) + [f"window={window!r}"] * (window is not None)
+    return f"bristle.compare({', '.join(words)})"
