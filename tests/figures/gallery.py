@@ -7,6 +7,7 @@ from tests.loop_design.conftest import loop
 from tests.stability.laws import rig
 
 from bristle import figures, hysteresis
+from bristle.comparison import Change, Course, Turn
 from bristle.core import Status
 from bristle.identification.result import Estimate
 from bristle.logs.passage import Passage
@@ -50,6 +51,19 @@ def looped(names):
     run = Some(settle=0.5, sample_time=float(T[1]))
     experiment = Some(kind="translational", variants=[Some(name=name, run=run) for name in names])
     return Some(experiment=experiment, variants=simulated(names))
+
+
+def compared():
+    """Two logs held against each other, with a change that they tell and one that they do not."""
+    changes = {
+        name: Change(name, quantity, 2e-5, after, (after - 2.4e-5, after - 1.6e-5))
+        for name, quantity, after in (("following_error.rms", "length", 1e-5), ("friction.level", "force", 2.1e-5))
+    }
+    turn = Turn("forward_to_backward", T[:90] - T[30], 1e-5 * np.tanh(V[:90]), 8e-6 * np.tanh(V[:90]))
+    return Some(
+        kind="translational", changes=changes, course=Course(T, X, 1e-5 * np.tanh(V / 1e-3), 8e-6 * V / V.max()),
+        turns=(turn,), window=0.15, friction_curve=[(speed, changes["friction.level"]) for speed in (0.01, 0.05)],
+    )  # fmt: skip
 
 
 def log():
@@ -99,6 +113,7 @@ def gallery(names=PLAIN, many=None):
         "break_away": lambda: figures.break_away(few, dict.fromkeys(names, 1e-5), 7e-6),
         "circles": lambda: figures.circles(circles(names), "translational"),
         "closure": lambda: figures.closure(traces, shares),
+        "comparison": lambda: figures.comparison(compared()),
         "control_effort": lambda: figures.control_effort(simulated(names), 0.5, (1.0, 2.0)),
         "control_scheme": lambda: figures.control_scheme(variant),
         "correlation": lambda: figures.correlation(best),

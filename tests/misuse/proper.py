@@ -32,13 +32,13 @@ class Call:
 
 
 @cache
-def recorded() -> Log:
-    """A log of 0.6 s of two sines, without a simulation."""
+def recorded(effort: float = 1.0) -> Log:
+    """A log of 0.6 s of two sines, without a simulation; with more effort, of an axis that changed."""
     dt = 1e-3
     t = dt * np.arange(600)
     x = 0.01 * np.sin(20.0 * t) + 0.002 * np.sin(61.0 * t)
     v = np.gradient(x, dt)
-    u = MASS * np.gradient(v, dt) + 8.0 * np.sign(v) + 30.0 * v
+    u = effort * (MASS * np.gradient(v, dt) + 8.0 * np.sign(v) + 30.0 * v)
     return Log(
         time=Channel(t, "s", "t"), position=Channel(x, "m", "q"), effort=Channel(u, "N", "u"),
         reference=Channel(x, "m", "r"), sample_time=dt, segments=(slice(0, t.size),),
@@ -106,6 +106,7 @@ def calls() -> dict[str, Call]:
             "axis": axis(), "duration": 20.0, "travel": 0.01, "purposes": "presliding", "model": None,
             "rehearsed": False, "draws": 0, "allow_code": False, "progress": None,
         }),
+        "compare": Call(br.compare, {"before": recorded(), "after": recorded(1.1), "axis": None, "window": None}),
         "identify": Call(br.identify, {
             "log": recorded(), "model": "coulomb_viscous", "axis": None, "cutoff": None, "decimation": None,
             "blocks": 0, "offset": None, "mass": None, "free": (), "draws": 0, "method": None, "global_search": None,

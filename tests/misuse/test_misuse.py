@@ -25,7 +25,7 @@ from bristle.logs.log import Log
 
 CALLS = calls()
 # Where what is right takes its time, only what is wrong is handed in.
-SLOW = ("design", "simulate", "excite", "identify", "predict")
+SLOW = ("design", "simulate", "excite", "identify", "compare", "predict")
 # Arguments that may be a file: what is wrong in it is told with its place in the file.
 FILES = ("path", "given", "axis", "log", "experiment", "model", "origins")
 # Other names by which an argument may be called: of two that disagree, the message may name the other one.
@@ -76,6 +76,10 @@ def test_what_is_wrong_is_refused_before_the_work_begins(name):
 
 
 WRONG: list[tuple[str, str, list[Any]]] = [
+    ("compare", "before", [None, [], 5, recorded().position]),
+    ("compare", "after", [None, [], 5, True]),
+    ("compare", "axis", [5, True, [axis()] * 3]),
+    ("compare", "window", [0.0, -1.0, math.nan, "5 kg", "x", True]),
     ("identify", "draws", [-1, 1.5, "many", True, None, 5, 10**18, math.nan, math.inf]),
     ("identify", "blocks", [1, -1, 1.5, "x", True, 10**18]),
     ("identify", "progress", [5, "x", [], True]),

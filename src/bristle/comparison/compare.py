@@ -74,7 +74,7 @@ def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: f
         logs_before=sides[0], logs_after=sides[1],
         diagnostics=findings_of(Findings(
             *sides, shared, "friction.level" in found, mass=rows.mass if rows else None, why=low.why or high.why,
-            kind=kind, sure=any(change.interval is not None for change in found.values()),
+            kind=kind, widths=_widths(found),
         )),
     )  # fmt: skip
 
@@ -149,6 +149,12 @@ def _friction_curve(rows: SlidingRows | None, found: dict[str, Change]) -> list[
         return []
     at = [found.get(f"friction.at_speeds.{number}") for number in range(len(rows.speeds))]
     return [(speed, change) for speed, change in zip(rows.speeds, at, strict=True) if change is not None]
+
+
+def _widths(found: dict[str, Change]) -> list[float]:
+    """Return the half-width of each interval over the value before."""
+    told = [change for change in found.values() if change.interval is not None and change.before != 0.0]
+    return [0.5 * float(np.ptp(change.interval)) / abs(change.before) for change in told]  # type: ignore[arg-type]
 
 
 def _shared(sides: Sides, plan: Plan, *, whole: bool, as_one: float) -> Shared:

@@ -13,6 +13,7 @@ from bristle.logs.log import Log
 
 __all__ = ["Findings", "findings_of"]
 
+IDENTICAL = 1e-6  # of a value: an interval so narrow is that of cycles without scatter
 WHOLE = 99.0  # percent of a motion that is all of it
 FEW = 6  # cycles of a side
 NOTED = 2.0  # cycles that count as one, from where on it is said
@@ -37,8 +38,8 @@ class Findings:
         Why a log tells no friction.
     kind : {"translational", "rotational"}
         Kind of axis.
-    sure : bool
-        Whether any change has an interval.
+    widths : sequence of float
+        Half-width of each interval over the value before.
     """
 
     before: Sequence[Log]
@@ -48,7 +49,7 @@ class Findings:
     mass: float | None
     why: InputError | None
     kind: Kind
-    sure: bool
+    widths: Sequence[float]
 
 
 def findings_of(findings: Findings) -> tuple[Diagnostic, ...]:
@@ -91,10 +92,13 @@ def _about_motion(findings: Findings) -> list[Diagnostic]:
     if not shared.whole:
         found.append(Diagnostic("pieces-for-cycles", kind=findings.kind))
     fewest = min(shared.cycles_before, shared.cycles_after)
-    if not findings.sure:
+    if not findings.widths:
         found.append(Diagnostic("no-interval", kind=findings.kind))
-    elif shared.whole and fewest < FEW:
-        found.append(Diagnostic("few-cycles", numbers={"cycles": fewest}, kind=findings.kind))
+    else:
+        if shared.whole and fewest < FEW:
+            found.append(Diagnostic("few-cycles", numbers={"cycles": fewest}, kind=findings.kind))
+        if min(findings.widths) < IDENTICAL:
+            found.append(Diagnostic("cycles-identical", kind=findings.kind))
     if shared.as_one > NOTED:
         found.append(Diagnostic("cycles-alike", "", "note", {"cycles": shared.as_one}, findings.kind))
     return found

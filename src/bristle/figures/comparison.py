@@ -96,8 +96,8 @@ def _draw_turns(panels: Sequence[style.Axes], turns: Sequence[Turn], window: flo
         style.mark_window(axes, np.array([0.0, window or 0.0]) * span.factor)
         axes.set_title(TURNS[turn.name])
         axes.set_xlabel(span.label("Time"))
+        axes.set_ylabel(scale.label("Following error"))
     if turns:
-        panels[0].set_ylabel(scale.label("Following error"))
         limits = [axes.get_ylim() for axes, _ in zip(panels, turns, strict=False)]
         for axes, _ in zip(panels, turns, strict=False):
             axes.set_ylim(min(low for low, _ in limits), max(high for _, high in limits))

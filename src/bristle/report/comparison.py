@@ -37,6 +37,7 @@ HELPED = {
     "unknown": "Whether it helped these logs cannot tell: one cycle gives no interval.",
 }
 HARDLY = f"It helped hardly: the following error is lower, by less than {100.0 * NO_CHANGE:g} %."
+FINEST = 0.1  # percent, told to two digits
 GROUPS = ("following_error", "reversals", "effort", "friction")
 
 
@@ -63,10 +64,11 @@ def _sentence(change: Change) -> str:
 
 
 def _half_width(change: Change) -> float | None:
+    """Return the half-width of the interval [%], but for digits that nobody reads."""
     if change.interval_percent is None:
         return None
     low, high = change.interval_percent
-    return 0.5 * (high - low) or None
+    return max(0.5 * (high - low), FINEST)
 
 
 def _signed(value: float, resolution: float | None) -> str:

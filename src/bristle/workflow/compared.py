@@ -17,9 +17,10 @@ from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.tabular import library
 from bristle.core.variable import Variable
-from bristle.files.given import logs_and_axes
+from bristle.files.given import axes_for, log_and_axis
 from bristle.files.provenance import provenance
 from bristle.files.results import Results, results_folder
+from bristle.logs.log import Log
 
 __all__ = ["Compared", "compare"]
 
@@ -218,14 +219,27 @@ def compared_as(
         What was read beside the logs, by what it is.
     """
     sides = [list(side) if isinstance(side, (list, tuple)) else [side] for side in (before, after)]
+    named = [(path, log) for path, side in zip(("before", "after"), sides, strict=True) for log in side]
     for side, path in zip(sides, ("before", "after"), strict=True):
         if not side:
             raise InputError("names no log", path=path, mend="Give at least one")
-    pairs = logs_and_axes([*sides[0], *sides[1]], axis)
+    axes = axes_for(axis if isinstance(axis, (list, tuple)) else [axis], len(named))
+    pairs = [_read(log, own, path) for (path, log), own in zip(named, axes, strict=True)]
     first, second = pairs[: len(sides[0])], pairs[len(sides[0]) :]
     found = sides_compared(first, second, window)
     fields = {field: getattr(found, field) for field in Comparison.__dataclass_fields__}
     return Compared(**fields, axis_name=name or _name(pairs), call=call or _call(sides, pairs, window), read=read or {})
+
+
+def _read(log: Any, axis: Any, path: str) -> tuple[Log, Axis | None]:
+    """Return a log and its axis; what is neither a log nor its file is refused by the name of its argument."""
+    try:
+        return log_and_axis(log, axis)
+    except InputError as error:
+        if error.path != "log":
+            raise
+        facts = {name: getattr(error, name) for name in ("value", "allowed", "mend")}
+        raise InputError(error.message, path=path, **facts) from None
 
 
 def _name(pairs: list[tuple[Any, Axis | None]]) -> str:

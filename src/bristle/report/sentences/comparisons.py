@@ -35,6 +35,12 @@ COMPARISONS: dict[str, Sentence] = {
         "few cycles tell how much they scatter",
         "record ten cycles or more",
     ),
+    "cycles-identical": says(
+        "the cycles of a quantity are the same to the last digits, as in a simulation without noise: its interval "
+        "tells nothing of a machine",
+        "cycles do not scatter, so that an interval has no width",
+        "record the machine itself",
+    ),
     "no-interval": says(
         "one cycle tells no scatter, so that no change has an interval",
         "a log is too short for intervals",

@@ -1,0 +1,105 @@
+"""``bristle compare``: before and after, in the terminal, as JSON and as a report."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tests.cli.conftest import written_in
+from tests.comparison.machine import STEP, log, sine
+
+QUIET = ("compare", "before.csv", "after.csv", "--axis", "axis.toml")
+
+
+def write(name, recorded, columns=("time", "position", "reference", "effort")):
+    signals = np.column_stack([getattr(recorded, one).values for one in columns])
+    heads = {"time": "t", "position": "q", "reference": "r", "effort": "u"}
+    np.savetxt(name, signals, delimiter=",", header=",".join(heads[one] for one in columns), comments="", fmt="%.9g")
+
+
+@pytest.fixture
+def logs(place):
+    axis = Path("axis.toml").read_text()
+    Path("axis.toml").write_text(axis.replace('"100 Hz"', '"25 Hz"').replace('"0.1 um"', '"1 nm"'))
+    write("before.csv", log(1, sine(9)))
+    write("after.csv", log(2, sine(9), gain=0.7, friction=7.0))
+    return place
+
+
+def test_the_answer_stands_first_and_yes_is_no_error(bristle, logs):
+    found = bristle(*QUIET)
+    assert found.code == 0
+    assert found.out.startswith("It helped: the following error is lower.")
+    assert "Friction level" in found.out
+    assert "Compared: 8 cycles before and 8 after" in found.out
+
+
+def test_no_help_is_the_exit_code_of_no(bristle, logs):
+    assert bristle("compare", "after.csv", "before.csv", "--axis", "axis.toml").code == 1
+    write("again.csv", log(3, sine(9)))
+    found = bristle("compare", "before.csv", "again.csv", "--axis", "axis.toml")
+    assert found.code == 1
+    assert "cannot tell" in found.out
+
+
+def test_without_a_reference_nobody_asks_for_help(bristle, logs):
+    Path("bare.toml").write_text(
+        Path("axis.toml").read_text().replace('reference = { column = "r", unit = "m" }\n', "")
+    )
+    found = bristle("compare", "before.csv", "after.csv", "--axis", "bare.toml", "--json")
+    assert found.code == 0
+    assert found.data["helped"] is None
+    assert found.data["following_error"] is None
+    assert found.data["friction"]["level"]["verdict"] == "lower"
+
+
+def test_results_in_a_folder(bristle, logs):
+    found = bristle(*QUIET, "--out", "compared", "--format", "png", "--data", "csv")
+    assert found.code == 0
+    assert written_in("compared") == {"summary.json", "report.html", "figures"}
+    assert (Path("compared") / "figures" / "comparison.png").is_file()
+    page = Path("compared/report.html").read_text()
+    assert "bristle compare before.csv after.csv --axis axis.toml" in page
+    assert "bench: before and after" in page
+
+
+def test_further_logs_of_a_side(bristle, logs):
+    write("more.csv", log(5, sine(5)))
+    found = bristle(*QUIET, "--before", "more.csv", "--json")
+    assert [one["name"] for one in found.data["logs"]["before"]] == ["before.csv", "more.csv"]
+    assert found.data["shared"]["cycles_before"] == 12
+    assert found.data["provenance"]["before_2"] == "more.csv"
+
+
+def test_the_window_is_taken_with_its_unit(bristle, logs):
+    assert bristle(*QUIET, "--window", "20 ms", "--json").data["reversals"]["window"] == pytest.approx(5 * STEP)
+    for wrong in ("20 mm", "0 s", "soon"):
+        found = bristle(*QUIET, "--window", wrong)
+        assert found.code == 2
+        assert "--window" in found.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("compare", "before.csv"), "AFTER"),
+        (("compare", "before.csv", "gone.csv", "--axis", "axis.toml"), "gone.csv: there is no such file"),
+        (("compare", "before.csv", "before.csv", "--axis", "axis.toml"), "same log on both sides"),
+        ((*QUIET, "--axis", "axis.toml", "--axis", "axis.toml"), "3 for 2 logs"),
+        ((*QUIET, "--format", "png"), "--out"),
+    ],
+)
+def test_what_cannot_be_compared_is_told_in_one_line(bristle, logs, arguments, words):
+    found = bristle(*arguments)
+    assert found.code == 2
+    assert words in found.err
+    assert len(found.err.splitlines()) == 1
+
+
+def test_a_hole_in_a_log_is_told_with_its_place(bristle, logs):
+    lines = Path("after.csv").read_text().splitlines()
+    lines[100] = lines[100].rpartition(",")[0] + ",nan"
+    Path("after.csv").write_text("\n".join(lines))
+    found = bristle(*QUIET)
+    assert found.code == 2
+    assert "after.csv" in found.err
+    assert "sample 99" in found.err

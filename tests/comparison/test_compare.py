@@ -1,0 +1,198 @@
+"""What a comparison finds of logs whose changes are known, and what it refuses."""
+
+import numpy as np
+import pytest
+from tests.comparison.machine import MASS, STEP, log, sine, wandering
+
+import bristle as br
+from bristle.core.errors import InputError
+from bristle.report.messages import message
+
+KNOWN = br.Axis(mass=MASS)
+ERRORS = ("following_error.rms", "following_error.peak", "reversals.forward_to_backward",
+          "reversals.backward_to_forward")  # fmt: skip
+
+
+def codes(found):
+    return {one.code for one in found.diagnostics}
+
+
+def holds(change, value):
+    low, high = change.interval
+    return low <= value <= high
+
+
+def test_a_smaller_error_and_less_friction_are_found_with_their_size():
+    found = br.compare(log(1, sine(12)), log(2, sine(10), gain=0.7, friction=7.0), axis=KNOWN)
+    for name in ERRORS:
+        change = found.changes[name]
+        assert change.verdict == "lower"
+        assert change.interval_percent[0] - 3.0 < -30.0 < change.interval_percent[1] + 3.0
+    assert holds(found.changes["friction.level"], -1.0)
+    assert found.changes["effort.rms"].verdict == "lower"
+    assert found.helped is True
+    assert (found.shared.cycles_before, found.shared.cycles_after, found.shared.motions) == (11, 9, 1)
+    assert len(found.friction_curve) == 4
+    assert all(holds(change, -1.0) for _, change in found.friction_curve)
+
+
+def test_a_larger_error_did_not_help():
+    found = br.compare(log(1, sine(12)), log(2, sine(12), gain=1.3))
+    assert found.changes["following_error.rms"].verdict == "higher"
+    assert found.helped is False
+    assert found.changes["friction.level"].verdict == "no_change"
+
+
+def bumped(seed, times, *, forward):
+    """A log whose error has a bump so long behind each reversal into one direction."""
+    motion = sine(12)
+    error = 1e-6 * np.random.default_rng(seed).standard_normal(motion[0].size)
+    turns = [round((cycle + (0.75 if forward else 0.25)) / STEP) for cycle in range(12)]
+    for turn in turns:
+        error[turn + round(times / STEP)] += 5e-5
+    return log(seed, motion, position=motion[0] - error)
+
+
+def test_a_glitch_behind_one_reversal_is_told_for_that_direction_alone():
+    flat = log(1, sine(12), position=sine(12)[0] - 1e-6 * np.random.default_rng(9).standard_normal(sine(12)[0].size))
+    for forward, lower, same in ((True, ERRORS[3], ERRORS[2]), (False, ERRORS[2], ERRORS[3])):
+        found = br.compare(bumped(2, 0.02, forward=forward), flat)
+        assert found.changes[lower].verdict == "lower"
+        assert found.changes[lower].before == pytest.approx(5e-5, rel=0.1)
+        assert abs(found.changes[same].change) < 1e-6
+
+
+def test_the_window_behind_a_reversal_is_as_long_as_told():
+    pair = bumped(2, 0.08, forward=True), bumped(3, 0.08, forward=False)
+    assert br.compare(*pair).window == pytest.approx(0.05, abs=STEP)  # a tenth of half a second
+    assert br.compare(*pair, window="40 ms").changes[ERRORS[3]].before < 1e-5
+    assert br.compare(*pair, window="100 ms").changes[ERRORS[3]].before > 4e-5
+    assert br.compare(*pair, window=0.1).window == pytest.approx(0.1)
+
+
+def test_a_log_sampled_faster_has_no_larger_peaks_for_it():
+    peaks = []
+    for step in (STEP, STEP / 8.0):
+        motion = sine(12, step=step)
+        noise = 1e-5 * np.random.default_rng(3).standard_normal(motion[0].size)
+        peaks.append(log(1, motion, step=step, position=motion[0] - noise))
+    found = br.compare(*peaks)
+    assert found.changes["following_error.peak"].verdict == "no_change"
+    assert abs(found.changes["following_error.peak"].change_percent) < 10.0
+    assert found.changes["friction.level"].verdict == "no_change"
+    assert "sample-times-differ" in codes(found)
+
+
+def test_only_what_both_logs_move_alike_is_compared():
+    slow, fast = sine(8), sine(16, period=0.5)
+    before = log(1, [np.concatenate(pair) for pair in zip(slow, fast, strict=True)])
+    found = br.compare(before, log(2, sine(9)))
+    assert "motions-differ" in codes(found)
+    assert found.shared.before_percent == pytest.approx(50.0, abs=5.0)
+    assert found.shared.after_percent == 100.0
+    assert found.changes["effort.rms"].verdict == "no_change"  # the fast half takes four times the force
+
+
+@pytest.mark.parametrize("other", [sine(9, amplitude=0.04), sine(9, period=1.2)], ids=["amplitude", "period"])
+def test_logs_without_a_motion_in_common_are_refused(other):
+    with pytest.raises(InputError, match=r"references share no motion.*same reference"):
+        br.compare(log(1, sine(9)), log(2, other))
+
+
+def test_a_motion_that_never_repeats_is_compared_cycle_by_cycle_with_its_counterpart():
+    found = br.compare(log(1, wandering(30.0)), log(2, wandering(20.0), gain=0.8))
+    assert found.shared.paired
+    assert found.shared.motions == found.shared.cycles_after >= 8
+    assert found.shared.before_percent < 75.0
+    change = found.changes["following_error.rms"]
+    assert change.interval_percent[0] < -20.0 < change.interval_percent[1]
+    assert change.interval_percent[1] - change.interval_percent[0] < 10.0
+
+
+def test_a_motion_in_one_direction_is_compared_in_pieces():
+    t = STEP * np.arange(4000)
+    slide = 0.1 * t + 0.002 * np.sin(2.0 * t), 0.1 + 0.004 * np.cos(2.0 * t), -0.008 * np.sin(2.0 * t)
+    found = br.compare(log(1, slide), log(2, slide, gain=0.5))
+    assert not found.shared.whole
+    assert {"pieces-for-cycles", "friction-not-told"} <= codes(found)
+    assert not [name for name in found.changes if name.startswith(("reversals", "friction"))]
+    assert found.changes["following_error.rms"].verdict == "lower"
+
+
+def test_a_peak_that_only_two_pieces_tell_has_no_narrow_interval():
+    found = br.compare(log(1, sine(2)), log(2, sine(2)))
+    assert found.shared.cycles_before > 10
+    for name in ERRORS[2:]:
+        change = found.changes[name]
+        assert change.interval is None or change.verdict == "no_change"
+
+
+def test_without_a_reference_effort_and_friction_are_told_and_that_is_said():
+    found = br.compare(log(1, sine(9), reference=None), log(2, sine(9), friction=7.0))
+    assert set(found.changes) == {"effort.rms", "effort.peak", "friction.level"}
+    assert found.helped is None
+    lacking = next(one for one in found.diagnostics if one.code == "no-reference")
+    assert lacking.numbers["sides"] == ("before",)
+    assert "nothing is said of the following error" in message(lacking)
+    assert "without a reference" in found.sentences[0]
+
+
+def test_without_an_effort_the_following_error_is_told():
+    found = br.compare(log(1, sine(9), effort=None), log(2, sine(9), effort=None, gain=0.5))
+    assert set(found.changes) == set(ERRORS)
+    assert "no-effort" in codes(found)
+    assert found.helped
+
+
+def test_a_mass_that_is_not_told_is_fitted_and_gravity_does_not_count():
+    free = br.compare(log(1, sine(12)), log(2, sine(12), friction=7.0, gravity=30.0))
+    assert holds(free.changes["friction.level"], -1.0)
+    assert "mass-fitted-along" in codes(free)
+    assert "mass-fitted-along" not in codes(br.compare(log(1, sine(9)), log(2, sine(9)), axis=KNOWN))
+
+
+def test_several_logs_of_a_side_are_taken_together():
+    found = br.compare([log(1, sine(5)), log(2, sine(6))], [log(3, sine(5)), log(4, sine(5))])
+    assert (found.shared.cycles_before, found.shared.cycles_after) == (9, 8)
+    assert "one-recording" not in codes(found)
+    assert "one-recording" in codes(br.compare(log(1, sine(9)), log(3, sine(9))))
+
+
+def test_few_cycles_and_cycles_without_scatter_are_doubted():
+    assert "few-cycles" in codes(br.compare(log(1, sine(4)), log(2, sine(9))))
+    assert "few-cycles" not in codes(br.compare(log(1, sine(9)), log(2, sine(9))))
+    motion = sine(9)
+    same = [log(k, motion, position=motion[0] - k * 1e-5, effort=None) for k in (1, 2)]
+    assert "cycles-identical" in codes(br.compare(*same))
+
+
+def test_units_are_those_of_the_axis():
+    turning = [log(seed, sine(9), kind="rotational") for seed in (1, 2)]
+    found = br.compare(*turning)
+    assert found.changes["following_error.rms"].unit == "rad"
+    assert found.changes["friction.level"].unit == "N*m"
+    with pytest.raises(InputError, match="different kinds"):
+        br.compare(turning[0], log(2, sine(9)))
+
+
+@pytest.mark.parametrize("other", ["itself", "a copy"])
+def test_the_same_log_on_both_sides_is_refused(other):
+    one = log(1, sine(9))
+    with pytest.raises(InputError, match="same log on both sides"):
+        br.compare(one, one if other == "itself" else log(1, sine(9)))
+
+
+def test_what_cannot_be_compared_is_refused():
+    one, columns = log(1, sine(9)), {"time": STEP * np.arange(400), "position": np.full(400, np.nan)}
+    refusals = {
+        "names no log": lambda: br.compare([], one),
+        "NaN": lambda: br.compare(one, columns | {"effort": columns["time"]}),
+        "no such file": lambda: br.compare("gone.csv", one),
+        "neither all a reference": lambda: br.compare(log(1, sine(9), effort=None), log(2, sine(9), reference=None)),
+        "must be positive": lambda: br.compare(one, log(2, sine(9)), window=0.0),
+        "1 mm": lambda: br.compare(one, log(2, sine(9)), window="1 mm"),
+        "2 for 3 logs": lambda: br.compare(one, [log(2, sine(9)), log(3, sine(9))], axis=[KNOWN, KNOWN]),
+    }
+    for words, call in refusals.items():
+        with pytest.raises(InputError, match=words):
+            call()

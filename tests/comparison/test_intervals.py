@@ -1,0 +1,77 @@
+"""The interval of a change holds what it says: on logs with memory, cycles that are alike, motions that come once."""
+
+import numpy as np
+import pytest
+from tests.comparison.machine import correlated, log, sine, wandering
+
+import bristle as br
+from bristle.comparison import resampling
+from bristle.comparison.measures import error_measures
+from bristle.comparison.resampling import changed, plan_of
+
+RMS = error_measures()[0].value
+SAMPLES = 100  # of a cycle
+LEVELS = (1.0, 0.8)
+
+
+def errors(rng, cycles, level, likeness):
+    """The following error of some cycles, shape (cycle, sample): its size scatters from cycle to cycle."""
+    size = level * (1.0 + 0.2 * correlated(rng, cycles, likeness))
+    wave = np.sin(np.linspace(0.0, 2.0 * np.pi, SAMPLES, endpoint=False))
+    return size[:, None] * wave + 0.3 * correlated(rng, cycles * SAMPLES, 0.95).reshape(cycles, SAMPLES)
+
+
+TRUE = [np.sqrt(0.5 * level * level * 1.04 + 0.09) for level in LEVELS]
+
+
+def coverage(cycles, *, likeness=0.0, paired=False, single=False, repeats=200):
+    """The share of intervals that hold the true change of the root mean square."""
+    held = 0
+    for seed in range(repeats):
+        rng = np.random.default_rng(seed)
+        sums = []
+        for level in LEVELS:
+            error = errors(rng, cycles, level, likeness).reshape(-1, 1 if single else SAMPLES)
+            sums.append(np.stack([np.sum(error * error, axis=1), np.full(len(error), float(error.shape[1]))], axis=1))
+        kinds = np.arange(len(sums[0])) if paired else np.zeros(len(sums[0]), dtype=int)
+        low, high = changed(RMS, *sums, plan_of(kinds, kinds)).interval
+        held += low <= TRUE[1] - TRUE[0] <= high
+    return held / repeats
+
+
+@pytest.mark.parametrize("cycles", [3, 8, 20])
+def test_intervals_of_cycles_hold_95_percent(cycles):
+    assert 0.90 <= coverage(cycles) <= 0.985
+
+
+@pytest.mark.parametrize("cycles", [6, 30])
+def test_intervals_of_motions_that_come_once_hold_95_percent(cycles):
+    assert 0.90 <= coverage(cycles, paired=True) <= 0.985
+
+
+def test_intervals_of_cycles_that_are_like_their_neighbours_are_wider_for_it(monkeypatch):
+    assert coverage(60, likeness=0.6) >= 0.88
+    monkeypatch.setattr(resampling, "_as_one", lambda influence: 1.0)
+    assert coverage(60, likeness=0.6) < 0.82
+
+
+def test_single_samples_drawn_as_if_independent_hold_nothing(monkeypatch):
+    monkeypatch.setattr(resampling, "_as_one", lambda influence: 1.0)
+    assert coverage(4, single=True, repeats=50) < 0.6
+
+
+@pytest.mark.parametrize("motion", [sine(9), wandering(14.0)], ids=["repeats", "never repeats"])
+def test_of_two_logs_of_one_axis_as_it_was_95_percent_of_the_intervals_hold_zero(motion):
+    found = [br.compare(log(2 * seed, motion), log(2 * seed + 1, motion)) for seed in range(50)]
+    changes = [change for one in found for change in one.changes.values()]
+    assert len(changes) == 7 * len(found)
+    assert 0.90 <= np.mean([change.verdict == "no_change" for change in changes]) <= 0.985
+
+
+def test_of_a_real_change_95_percent_of_the_intervals_hold_it():
+    held = []
+    for seed in range(50):
+        found = br.compare(log(2 * seed, sine(9)), log(2 * seed + 1, sine(9), friction=7.6), axis=br.Axis(mass=12.0))
+        low, high = found.changes["friction.level"].interval
+        held.append(low <= -0.4 <= high)
+    assert 0.88 <= np.mean(held) <= 1.0
