@@ -5,6 +5,7 @@ import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from bristle.cli.main import main
@@ -43,12 +44,21 @@ def blocks(*infos: str) -> list[Block]:
     return [one for one in found if one.info in infos]
 
 
+def write_followed(folder):
+    """Write followed.csv: log.csv with half of its following error."""
+    head = (folder / "log.csv").read_text().splitlines()[1]
+    rows = np.loadtxt(folder / "log.csv", delimiter=",", skiprows=2)
+    rows[:, 1] = rows[:, 2] - 0.5 * (rows[:, 2] - rows[:, 1])
+    np.savetxt(folder / "followed.csv", rows, delimiter=",", header=head, comments="", fmt="%.9g")
+
+
 @pytest.fixture(scope="session")
 def readers_folder(tmp_path_factory):
     """A folder with log.csv, unseen.csv, axis.toml, a model of one's own, and the results of an identification."""
     folder = tmp_path_factory.mktemp("reader")
     axis_simulated.write_log(folder / "log.csv", seed=1)
     axis_simulated.write_log(folder / "unseen.csv", seed=2)
+    write_followed(folder)
     shutil.copyfile(axis_simulated.AXIS_FILE, folder / "axis.toml")
     shutil.copyfile(ROOT / "examples" / "quadratic_drag.py", folder / "quadratic_drag.py")
     with pytest.MonkeyPatch.context() as patch:

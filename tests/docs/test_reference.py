@@ -69,6 +69,7 @@ run = { duration = "1 s", sample_time = "1 ms", seeds = 2 }
 RUNS = {
     "identify": "identify log.csv --axis axis.toml --model coulomb_viscous+asymmetry",
     "predict": "predict results/model.toml log.csv --axis axis.toml --mode closed-loop",
+    "compare": "compare log.csv followed.csv --axis axis.toml",
     "run": "run experiment.toml",
     "paper": "paper --figure 4",
     "design": "design experiment.toml",
