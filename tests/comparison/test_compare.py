@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
-from tests.comparison.machine import MASS, STEP, log, sine, wandering
+from tests.comparison.machine import STEP, log, sine, wandering
 
 import bristle as br
 from bristle.core.errors import InputError
 from bristle.report.messages import message
 
-KNOWN = br.Axis(mass=MASS)
 ERRORS = ("following_error.rms", "following_error.peak", "reversals.forward_to_backward",
           "reversals.backward_to_forward")  # fmt: skip
 
@@ -23,7 +22,7 @@ def holds(change, value):
 
 
 def test_a_smaller_error_and_less_friction_are_found_with_their_size():
-    found = br.compare(log(1, sine(12)), log(2, sine(10), gain=0.7, friction=7.0), axis=KNOWN)
+    found = br.compare(log(1, sine(12)), log(2, sine(10), gain=0.7, friction=7.0))
     for name in ERRORS:
         change = found.changes[name]
         assert change.verdict == "lower"
@@ -112,7 +111,8 @@ def test_a_motion_that_never_repeats_is_compared_cycle_by_cycle_with_its_counter
 def test_a_motion_in_one_direction_is_compared_in_pieces():
     t = STEP * np.arange(4000)
     slide = 0.1 * t + 0.002 * np.sin(2.0 * t), 0.1 + 0.004 * np.cos(2.0 * t), -0.008 * np.sin(2.0 * t)
-    found = br.compare(log(1, slide), log(2, slide, gain=0.5))
+    elsewhere = slide[0] + 1.3, *slide[1:]
+    found = br.compare(log(1, slide), log(2, elsewhere, gain=0.5))
     assert not found.shared.whole
     assert {"pieces-for-cycles", "friction-not-told"} <= codes(found)
     assert not [name for name in found.changes if name.startswith(("reversals", "friction"))]
@@ -137,6 +137,19 @@ def test_without_a_reference_effort_and_friction_are_told_and_that_is_said():
     assert "without a reference" in found.sentences[0]
 
 
+def test_positions_without_a_reference_are_alike_though_noise_and_the_loop_differ():
+    motion = sine(9)
+    noise = 1e-4 * np.random.default_rng(5).standard_normal((2, motion[0].size))
+    pair = [
+        log(seed, motion, reference=None, position=share * motion[0] + own)
+        for seed, share, own in zip((1, 2), (1.0, 0.97), noise, strict=True)
+    ]
+    found = br.compare(*pair)
+    assert (found.shared.cycles_before, found.shared.cycles_after) == (8, 8)
+    with pytest.raises(InputError, match="positions, compared because there is no reference, share no motion"):
+        br.compare(pair[0], log(3, sine(9, amplitude=0.04), reference=None))
+
+
 def test_without_an_effort_the_following_error_is_told():
     found = br.compare(log(1, sine(9), effort=None), log(2, sine(9), effort=None, gain=0.5))
     assert set(found.changes) == set(ERRORS)
@@ -144,11 +157,17 @@ def test_without_an_effort_the_following_error_is_told():
     assert found.helped
 
 
-def test_a_mass_that_is_not_told_is_fitted_and_gravity_does_not_count():
-    free = br.compare(log(1, sine(12)), log(2, sine(12), friction=7.0, gravity=30.0))
-    assert holds(free.changes["friction.level"], -1.0)
-    assert "mass-fitted-along" in codes(free)
-    assert "mass-fitted-along" not in codes(br.compare(log(1, sine(9)), log(2, sine(9)), axis=KNOWN))
+def test_neither_gravity_nor_mass_counts_as_friction():
+    phase = 2.0 * np.pi * STEP * np.arange(3000)
+    position = 0.05 * np.sin(phase + 0.5 * np.sin(phase))  # forth is faster than back
+    velocity = np.gradient(position, STEP)
+    motion = position, velocity, np.gradient(velocity, STEP)
+    inertia = 6.0 * motion[2]
+    loaded = log(2, motion, friction=7.0, gravity=30.0)
+    loaded = log(2, motion, effort=loaded.effort.values + inertia)
+    found = br.compare(log(1, motion), loaded)
+    assert holds(found.changes["friction.level"], -1.0)
+    assert abs(found.changes["friction.level"].change + 1.0) < 0.3
 
 
 def test_several_logs_of_a_side_are_taken_together():
@@ -191,7 +210,7 @@ def test_what_cannot_be_compared_is_refused():
         "neither all a reference": lambda: br.compare(log(1, sine(9), effort=None), log(2, sine(9), reference=None)),
         "must be positive": lambda: br.compare(one, log(2, sine(9)), window=0.0),
         "1 mm": lambda: br.compare(one, log(2, sine(9)), window="1 mm"),
-        "2 for 3 logs": lambda: br.compare(one, [log(2, sine(9)), log(3, sine(9))], axis=[KNOWN, KNOWN]),
+        "2 for 3 logs": lambda: br.compare(one, [log(2, sine(9)), log(3, sine(9))], axis=[br.Axis(), br.Axis()]),
     }
     for words, call in refusals.items():
         with pytest.raises(InputError, match=words):

@@ -71,7 +71,7 @@ def test_of_two_logs_of_one_axis_as_it_was_95_percent_of_the_intervals_hold_zero
 def test_of_a_real_change_95_percent_of_the_intervals_hold_it():
     held = []
     for seed in range(50):
-        found = br.compare(log(2 * seed, sine(9)), log(2 * seed + 1, sine(9), friction=7.6), axis=br.Axis(mass=12.0))
+        found = br.compare(log(2 * seed, sine(9)), log(2 * seed + 1, sine(9), friction=7.6))
         low, high = found.changes["friction.level"].interval
         held.append(low <= -0.4 <= high)
     assert 0.88 <= np.mean(held) <= 1.0

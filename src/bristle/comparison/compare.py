@@ -13,7 +13,6 @@ from bristle.comparison.measures import Measure, SlidingRows, effort_measures, e
 from bristle.comparison.resampling import Plan, changed, plan_of
 from bristle.comparison.result import Change, Comparison, Shared
 from bristle.comparison.sides import LogAndAxis, Side, sides_of
-from bristle.core.axis import Axis
 from bristle.core.errors import InputError
 from bristle.core.variable import Kind
 from bristle.logs.log import Log
@@ -60,7 +59,7 @@ def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: f
         _refuse_other_motion(follows=follows)
     used, kind = (low.of(plan.before), high.of(plan.after)), logs[0].kind
     samples = _window_samples(used, window) if follows else None
-    rows = _sliding_rows(used, before[0][1]) if tells_effort else None
+    rows = SlidingRows(*used) if tells_effort and not (low.why or high.why) else None
     measures = [*(error_measures() if follows else ()), *(turn_measures(samples) if samples else ()),
                 *(effort_measures() if tells_effort else ()), *(rows.measures() if rows else ())]  # fmt: skip
     found, as_one = _changes(measures, used, plan, kind)
@@ -73,7 +72,7 @@ def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: f
         course=course_of(*used, follows=follows), turns=turn_courses(*used, samples) if samples else (),
         logs_before=sides[0], logs_after=sides[1],
         diagnostics=findings_of(Findings(
-            *sides, shared, "friction.level" in found, mass=rows.mass if rows else None, why=low.why or high.why,
+            *sides, shared, "friction.level" in found, why=low.why or high.why,
             kind=kind, widths=_widths(found),
         )),
     )  # fmt: skip
@@ -119,12 +118,6 @@ def _window_samples(sides: Sides, window: float | None) -> int | None:
     if not between:
         between = [cycle.count for side in sides for cycle in side.cycles] if turns else []
     return max(round(WINDOW * float(np.median(between))), LEAST_WINDOW) if between else None
-
-
-def _sliding_rows(sides: Sides, axis: Axis | None) -> SlidingRows | None:
-    if any(side.why is not None for side in sides):
-        return None
-    return SlidingRows(*sides, axis.mass if axis is not None else None)
 
 
 def _changes(

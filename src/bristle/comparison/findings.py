@@ -32,8 +32,6 @@ class Findings:
         What was compared.
     tells_friction : bool
         Whether friction was told.
-    mass : float or None
-        Mass or inertia that was told [kg or kg*m^2].
     why : InputError or None
         Why a log tells no friction.
     kind : {"translational", "rotational"}
@@ -46,7 +44,6 @@ class Findings:
     after: Sequence[Log]
     shared: Shared
     tells_friction: bool
-    mass: float | None
     why: InputError | None
     kind: Kind
     widths: Sequence[float]
@@ -60,12 +57,9 @@ def findings_of(findings: Findings) -> tuple[Diagnostic, ...]:
         return Diagnostic(code, "", severity, numbers or {}, kind)
 
     found = [*_about_channels(findings), *_about_motion(findings)]
-    if all(log.effort is not None for log in (*findings.before, *findings.after)):
-        if not findings.tells_friction:
-            why = str(findings.why) if findings.why else ""
-            found.append(one("friction-not-told", numbers={"why": why}))
-        elif findings.mass is None:
-            found.append(one("mass-fitted-along", "note"))
+    if all(log.effort is not None for log in (*findings.before, *findings.after)) and not findings.tells_friction:
+        why = str(findings.why) if findings.why else ""
+        found.append(one("friction-not-told", numbers={"why": why}))
     times = [log.sample_time for side in (findings.before, findings.after) for log in side]
     if max(times) > min(times) * (1.0 + ALIKE):
         found.append(one("sample-times-differ", "note", {"longest": max(times)}))

@@ -5,8 +5,8 @@ squares, of peaks their sum and their number, of friction the normal equations.
 
 The friction level comes from :math:`u = M a + c + \sum_b F_b\, \mathrm{sign}(v)\, [|v| \in b]` by least squares, `b`
 being ranges of speed that both logs have in both directions: each :math:`F_b` is half the difference between the
-directions at one speed. The mass `M` is that of the axis file, or fitted with the rest; the level is the mean of
-:math:`F_b` with the same weights in both logs.
+directions at one speed. Inertia hardly counts, because a stroke passes each speed once speeding up and once slowing
+down; `M` takes what is left of it. The level is the mean of :math:`F_b` with the same weights in both logs.
 """
 
 from __future__ import annotations
@@ -132,8 +132,7 @@ def turn_measures(window: int) -> list[Measure]:
 class SlidingRows:
     """Rows of sliding of two sides, in ranges of speed that both have in both directions."""
 
-    def __init__(self, before: Side, after: Side, mass: float | None) -> None:
-        self.mass = mass
+    def __init__(self, before: Side, after: Side) -> None:
         sides = [np.concatenate([_rows(side, cycle)[0] for cycle in side.cycles]) for side in (before, after)]
         pooled = np.abs(np.concatenate(sides))
         top = float(np.quantile(pooled, 0.95)) if pooled.size else 0.0
@@ -171,16 +170,13 @@ class SlidingRows:
             place = np.searchsorted(self.edges, np.abs(v), side="right") - 1
             member = place == self.ranges[:, None]
             used = member.any(axis=0)
-            columns = np.vstack([np.ones(v.size), np.sign(v) * member])
-            if self.mass is None:
-                columns = np.vstack([columns, a])
-            columns, effort = columns[:, used], (u - (self.mass or 0.0) * a)[used]
+            columns, effort = np.vstack([np.ones(v.size), np.sign(v) * member, a])[:, used], u[used]
             equations.append(np.concatenate([columns @ effort, (columns @ columns.T).ravel()]))
         return np.array(equations)
 
     def _friction(self, sums: Sums) -> np.ndarray:
         """Return friction in each range, shape (..., range)."""
-        size = 1 + self.ranges.size + (self.mass is None)
+        size = self.ranges.size + 2
         right, matrix = sums[..., :size], sums[..., size:].reshape(*sums.shape[:-1], size, size)
         scale = np.sqrt(np.maximum(np.diagonal(matrix, axis1=-2, axis2=-1), np.finfo(float).tiny))
         scaled = matrix / (scale[..., :, None] * scale[..., None, :])

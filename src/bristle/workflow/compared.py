@@ -169,7 +169,7 @@ def compare(before: Any, after: Any, *, axis: Any = None, window: Amount | None 
         The log from before the change and that from after it, or several of each: the file, or columns ``time``,
         ``position``, and ``reference`` or ``effort`` or both, in SI.
     axis : Axis or path-like, or list of either, optional
-        One for all logs, or one for each, those before first. With a mass it takes inertia off the effort.
+        One for all logs, or one for each, those before first.
     window : float or str, optional
         Time behind a reversal in which the peak of the following error is looked for [s]; a tenth of the median time
         between two reversals by default.

@@ -57,11 +57,6 @@ COMPARISONS: dict[str, Sentence] = {
         "record a motion to and fro, over more than ten samples for each period of the cut-off",
         choose=lambda texts, numbers: f"friction is not told: {texts[1]}" if numbers["why"] else texts[0],
     ),
-    "mass-fitted-along": says(
-        "the mass is not told: it is fitted together with friction, in each log by itself",
-        "the friction level rests on a mass that was fitted with it",
-        "write the mass into the axis file",
-    ),
     "sample-times-differ": says(
         "the logs were sampled differently: of each, a sample about every {longest:time} is taken",
         "logs of different sample times are compared at the longest",
