@@ -119,6 +119,16 @@ def test_a_motion_in_one_direction_is_compared_in_pieces():
     assert found.changes["following_error.rms"].verdict == "lower"
 
 
+@pytest.mark.parametrize("cycles", [3, 4])
+def test_a_motion_that_begins_and_ends_at_a_turn_gives_all_of_its_cycles(cycles):
+    phase = 2.0 * np.pi * STEP * np.arange(round(cycles / STEP) + 1)
+    w = 2.0 * np.pi
+    motion = -0.05 * np.cos(phase), 0.05 * w * np.sin(phase), 0.05 * w * w * np.cos(phase)
+    found = br.compare(log(1, motion), log(2, motion))
+    assert found.shared.whole
+    assert (found.shared.cycles_before, found.shared.motions) == (cycles, 1)
+
+
 def test_a_peak_that_only_two_pieces_tell_has_no_narrow_interval():
     found = br.compare(log(1, sine(2)), log(2, sine(2)))
     assert found.shared.cycles_before > 10

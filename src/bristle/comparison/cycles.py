@@ -23,6 +23,7 @@ ALIKE = 0.02  # of the range of a cycle, and of its duration: a difference of re
 ALIKE_MEASURED = 0.06  # the same of positions, which the loop makes
 TREMBLE, TREMBLE_MEASURED = 1e-3, 1e-2  # of the range of the motion: a turn by less is none
 PIECES = 20  # of the shorter of two motions that never turn
+AT_TURN = 0.01  # of the range of a motion: one that begins or ends so close to its end does so at a turn
 FEWEST = 8  # samples of a cycle
 
 
@@ -71,7 +72,7 @@ def cut(before: Sequence[Recording], after: Sequence[Recording]) -> tuple[list[C
     sides = [_whole(recordings) for recordings in (before, after)]
     if min(len(cycles) for cycles in sides) >= 2:
         return sides[0], sides[1], True
-    longest = [max((_moving(one) for one in recordings), key=_count) for recordings in (before, after)]
+    longest = [max((_moving(one.motion) for one in recordings), key=_count) for recordings in (before, after)]
     length = max(min(map(_count, longest)) // PIECES, FEWEST)
     first, second = (_pieces(recordings, length) for recordings in (before, after))
     return first, second, False
@@ -80,17 +81,25 @@ def cut(before: Sequence[Recording], after: Sequence[Recording]) -> tuple[list[C
 def _whole(recordings: Sequence[Recording]) -> list[Cycle]:
     found = []
     for number, recording in enumerate(recordings):
-        # A turn is forward where the next one is farther up.
-        places = recording.turns
-        ends = np.append(places[1:], recording.motion.size - 1)
-        forward = places[recording.motion[ends] > recording.motion[places]]
+        # A motion may begin and end at a turn. One is forward where the next one is farther up, the
+        # last one where the one before it is.
+        places = np.unique([*recording.turns, *_ends_at_turns(recording.motion)]).astype(int)
+        heights = recording.motion[places]
+        forward = places[np.append(heights[1:] > heights[:-1], heights[-2:-1] > heights[-1:])]
         found += [Cycle(number, slice(int(a), int(b))) for a, b in pairwise(forward) if b - a >= FEWEST]
     return found
 
 
-def _moving(recording: Recording) -> slice:
+def _ends_at_turns(motion: np.ndarray) -> list[int]:
+    """Return the first and the last sample that move, where they lie as far out as the motion goes."""
+    moving, near = _moving(motion), AT_TURN * float(np.ptp(motion))
+    low, high = float(np.min(motion)) + near, float(np.max(motion)) - near
+    return [place for place in (moving.start, moving.stop - 1) if moving.stop and not low < motion[place] < high]
+
+
+def _moving(motion: np.ndarray) -> slice:
     """Return the samples from the first to the last that move."""
-    moved = np.abs(np.diff(recording.motion)) > 0.0
+    moved = np.abs(np.diff(motion)) > 0.0
     if not moved.any():
         return slice(0, 0)
     return slice(int(np.argmax(moved)), int(moved.size - np.argmax(moved[::-1])) + 1)
@@ -103,7 +112,7 @@ def _count(part: slice) -> int:
 def _pieces(recordings: Sequence[Recording], length: int) -> list[Cycle]:
     return [
         Cycle(number, slice(first, first + length))
-        for number, part in enumerate(map(_moving, recordings))
+        for number, part in enumerate(_moving(one.motion) for one in recordings)
         for first in range(part.start, part.stop - length + 1, length)
     ]
 
@@ -131,7 +140,7 @@ def alike(
     for (recordings, cycles), numbered in zip((before, after), sides, strict=True):
         for cycle in cycles:
             motion = recordings[cycle.recording].motion
-            origin = 0.0 if whole else float(motion[_moving(recordings[cycle.recording]).start])
+            origin = 0.0 if whole else float(motion[_moving(motion).start])
             shape, step = _shape(motion[cycle.samples] - origin)
             least = share * float(np.ptp(shape)) + step + grain
             kind = _first_alike(shape, cycle.count, shapes, counts, least, share)
