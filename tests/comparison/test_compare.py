@@ -113,7 +113,7 @@ def test_a_motion_in_one_direction_is_compared_in_pieces():
     slide = 0.1 * t + 0.002 * np.sin(2.0 * t), 0.1 + 0.004 * np.cos(2.0 * t), -0.008 * np.sin(2.0 * t)
     elsewhere = slide[0] + 1.3, *slide[1:]
     found = br.compare(log(1, slide), log(2, elsewhere, gain=0.5))
-    assert not found.shared.whole
+    assert not found.shared.complete
     assert {"pieces-for-cycles", "friction-not-told"} <= codes(found)
     assert not [name for name in found.changes if name.startswith(("reversals", "friction"))]
     assert found.changes["following_error.rms"].verdict == "lower"
@@ -125,7 +125,7 @@ def test_a_motion_that_begins_and_ends_at_a_turn_gives_all_of_its_cycles(cycles)
     w = 2.0 * np.pi
     motion = -0.05 * np.cos(phase), 0.05 * w * np.sin(phase), 0.05 * w * w * np.cos(phase)
     found = br.compare(log(1, motion), log(2, motion))
-    assert found.shared.whole
+    assert found.shared.complete
     assert (found.shared.cycles_before, found.shared.motions) == (cycles, 1)
 
 

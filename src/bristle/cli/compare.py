@@ -26,6 +26,7 @@ def compare(
         Path,
         typer.Argument(metavar="AFTER", help="The log from after it, of the same axis with the same reference."),
     ],
+    *,
     axis: AxisFiles = None,
     before_too: Annotated[
         list[Path] | None,

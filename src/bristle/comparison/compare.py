@@ -53,27 +53,27 @@ def compare(before: Sequence[LogAndAxis], after: Sequence[LogAndAxis], window: f
     if not follows and not tells_effort:
         raise InputError("have neither all a reference nor all an effort: there is nothing to compare", path="logs",
                          mend="Record the reference, or the effort")  # fmt: skip
-    low, high, whole = sides_of(before, after, follows=follows, tells_effort=tells_effort)
+    low, high, complete = sides_of(before, after, follows=follows, tells_effort=tells_effort)
     plan = plan_of(low.kinds, high.kinds)
     if not plan.before.size:
         _refuse_other_motion(follows=follows)
     used, kind = (low.of(plan.before), high.of(plan.after)), logs[0].kind
     samples = _window_samples(used, window) if follows else None
-    rows = SlidingRows(*used) if tells_effort and not (low.why or high.why) else None
+    rows = SlidingRows(*used) if tells_effort and not (low.reason or high.reason) else None
     measures = [*(error_measures() if follows else ()), *(turn_measures(samples) if samples else ()),
                 *(effort_measures() if tells_effort else ()), *(rows.measures() if rows else ())]  # fmt: skip
-    found, as_one = _changes(measures, used, plan, kind)
-    shared = _shared((low, high), plan, whole=whole, as_one=float(np.median(as_one)))
+    changes, as_one = _changes(measures, used, plan, kind)
+    shared = _shared((low, high), plan, complete=complete, as_one=float(np.median(as_one)))
     sides = tuple(log for log, _ in before), tuple(log for log, _ in after)
     return Comparison(
-        kind=kind, changes={name: change for name, change in found.items() if "at_speeds" not in name},
-        friction_curve=_friction_curve(rows, found), shared=shared,
+        kind=kind, changes={name: change for name, change in changes.items() if "at_speeds" not in name},
+        friction_curve=_friction_curve(rows, changes), shared=shared,
         window=samples * used[0].recordings[0].sample_time if samples else None,
         course=course_of(*used, follows=follows), turns=turn_courses(*used, samples) if samples else (),
         logs_before=sides[0], logs_after=sides[1],
         diagnostics=findings_of(Findings(
-            *sides, shared, "friction.level" in found, why=low.why or high.why,
-            kind=kind, widths=_widths(found),
+            *sides, shared, "friction.level" in changes, reason=low.reason or high.reason,
+            kind=kind, widths=_widths(changes),
         )),
     )  # fmt: skip
 
@@ -94,7 +94,7 @@ def _is_same(first: Log, second: Log) -> bool:
     if len(first) != len(second) or names != [name for name, _ in second.channels()]:
         return False
     pairs = zip(first.channels(), second.channels(), strict=True)
-    return all(np.array_equal(one.values, other.values) for (_, one), (_, other) in pairs)
+    return all(np.array_equal(outcome.values, second_channel.values) for (_, outcome), (_, second_channel) in pairs)
 
 
 def _refuse_other_motion(*, follows: bool) -> None:
@@ -124,37 +124,38 @@ def _changes(
     measures: Sequence[Measure], sides: Sides, plan: Plan, kind: Kind
 ) -> tuple[dict[str, Change], list[float]]:
     """Return each quantity that both sides tell, and how many cycles count as one in each."""
-    found: dict[str, Change] = {}
+    changes: dict[str, Change] = {}
     as_one, sums = [], {}
     for measure in measures:
         if measure.sums not in sums:  # several quantities rest on the same ones
             sums[measure.sums] = [measure.sums(side) for side in sides]
         low, high = sums[measure.sums]
-        one = changed(measure.value, low, high, plan)
-        if one is not None and np.isfinite(one.before) and np.isfinite(one.after):
-            found[measure.name] = Change(measure.name, measure.quantity, one.before, one.after, one.interval, kind)
-            as_one.append(one.as_one)
-    return found, as_one
+        outcome = changed(measure.value, low, high, plan)
+        if outcome is not None and np.isfinite(outcome.before) and np.isfinite(outcome.after):
+            values = outcome.before, outcome.after, outcome.interval
+            changes[measure.name] = Change(measure.name, measure.quantity, *values, kind)
+            as_one.append(outcome.as_one)
+    return changes, as_one
 
 
-def _friction_curve(rows: SlidingRows | None, found: dict[str, Change]) -> list[tuple[float, Change]]:
+def _friction_curve(rows: SlidingRows | None, changes: dict[str, Change]) -> list[tuple[float, Change]]:
     if rows is None:
         return []
-    at = [found.get(f"friction.at_speeds.{number}") for number in range(len(rows.speeds))]
+    at = [changes.get(f"friction.at_speeds.{number}") for number in range(len(rows.speeds))]
     return [(speed, change) for speed, change in zip(rows.speeds, at, strict=True) if change is not None]
 
 
-def _widths(found: dict[str, Change]) -> list[float]:
+def _widths(changes: dict[str, Change]) -> list[float]:
     """Return the half-width of each interval over the value before."""
-    told = [change for change in found.values() if change.interval is not None and change.before != 0.0]
-    return [0.5 * float(np.ptp(change.interval)) / abs(change.before) for change in told]  # type: ignore[arg-type]
+    is_told = [change for change in changes.values() if change.interval is not None and change.before != 0.0]
+    return [0.5 * float(np.ptp(change.interval)) / abs(change.before) for change in is_told]  # type: ignore[arg-type]
 
 
-def _shared(sides: Sides, plan: Plan, *, whole: bool, as_one: float) -> Shared:
-    both = set(sides[0].kinds) & set(sides[1].kinds)
-    counts = [[(cycle.count, cycle.kind in both) for cycle in side.cycles] for side in sides]
-    shares = [100.0 * sum(count for count, is_in in one if is_in) / sum(count for count, _ in one) for one in counts]
+def _shared(sides: Sides, plan: Plan, *, complete: bool, as_one: float) -> Shared:
+    in_common = set(sides[0].kinds) & set(sides[1].kinds)
+    counts = [[(cycle.count, cycle.kind in in_common) for cycle in side.cycles] for side in sides]
+    shares = [100.0 * sum(count for count, is_in in side if is_in) / sum(count for count, _ in side) for side in counts]
     return Shared(
-        shares[0], shares[1], plan.before.size, plan.after.size, np.unique(plan.kinds_before).size, whole, plan.paired,
-        as_one,
+        shares[0], shares[1], plan.before.size, plan.after.size, np.unique(plan.kinds_before).size, complete,
+        plan.paired, as_one,
     )  # fmt: skip

@@ -23,30 +23,30 @@ def course_of(before: Side, after: Side, *, follows: bool) -> Course:
     kinds = list(dict.fromkeys(cycle.kind for cycle in before.cycles))
     parts = []
     for kind in kinds:
-        cycles = [[one for one in side.cycles if one.kind == kind] for side in (before, after)]
-        count = min(one.count for own in cycles for one in own)
+        cycles = [[cycle_ for cycle_ in side.cycles if cycle_.kind == kind] for side in (before, after)]
+        count = min(cycle_.count for own in cycles for cycle_ in own)
         parts.append([
             _mean_of(before, cycles[0], "motion", count), _mean_of(before, cycles[0], signal, count),
             _mean_of(after, cycles[1], signal, count),
         ])  # fmt: skip
-    motion, low, high = (np.concatenate(one) for one in zip(*parts, strict=True))
+    motion, low, high = (np.concatenate(cycle_) for cycle_ in zip(*parts, strict=True))
     return Course(sample_time * np.arange(motion.size), motion, low, high)
 
 
 def _mean_of(side: Side, cycles: Sequence[Cycle], signal: str, count: int) -> np.ndarray:
-    rows = (getattr(side.recordings[one.recording], signal)[one.samples][:count] for one in cycles)
+    rows = (getattr(side.recordings[cycle_.recording], signal)[cycle_.samples][:count] for cycle_ in cycles)
     return np.mean(list(rows), axis=0)
 
 
 def turn_courses(before: Side, after: Side, window: int) -> tuple[Turn, ...]:
     """Return the mean following error around the reversals of each direction that both sides have."""
-    found = []
+    collected = []
     steps = np.arange(-round(BEFORE * window), round(BEHIND * window) + 1)
     for name, forward in (("forward_to_backward", False), ("backward_to_forward", True)):
         curves = [_around(side, steps, window, forward=forward) for side in (before, after)]
         if all(curve is not None for curve in curves):
-            found.append(Turn(name, before.recordings[0].sample_time * steps, *curves))  # type: ignore[arg-type]
-    return tuple(found)
+            collected.append(Turn(name, before.recordings[0].sample_time * steps, *curves))  # type: ignore[arg-type]
+    return tuple(collected)
 
 
 def _around(side: Side, steps: np.ndarray, window: int, *, forward: bool) -> np.ndarray | None:

@@ -61,33 +61,33 @@ def with_turns(recordings: Sequence[Recording], *, measured: bool) -> list[Recor
     measured : bool
         Whether the motion is a position that was measured, with its noise, and no reference.
     """
-    widest = max((float(np.ptp(one.motion)) for one in recordings), default=0.0)
+    widest = max((float(np.ptp(part.motion)) for part in recordings), default=0.0)
     least = (TREMBLE_MEASURED if measured else TREMBLE) * widest
-    found = (turning_points(one.motion, max(graininess(one.motion, None), least)) for one in recordings)
-    return [replace(one, turns=np.array(turns, dtype=int)) for one, turns in zip(recordings, found, strict=True)]
+    collected = (turning_points(part.motion, max(graininess(part.motion, None), least)) for part in recordings)
+    return [replace(part, turns=np.array(turns, dtype=int)) for part, turns in zip(recordings, collected, strict=True)]
 
 
 def cut(before: Sequence[Recording], after: Sequence[Recording]) -> tuple[list[Cycle], list[Cycle], bool]:
     """Return the cycles of two sides, and whether they are whole ones, which begin where the motion turns forward."""
-    sides = [_whole(recordings) for recordings in (before, after)]
+    sides = [_complete(recordings) for recordings in (before, after)]
     if min(len(cycles) for cycles in sides) >= 2:
         return sides[0], sides[1], True
-    longest = [max((_moving(one.motion) for one in recordings), key=_count) for recordings in (before, after)]
+    longest = [max((_moving(part.motion) for part in recordings), key=_count) for recordings in (before, after)]
     length = max(min(map(_count, longest)) // PIECES, FEWEST)
     first, second = (_pieces(recordings, length) for recordings in (before, after))
     return first, second, False
 
 
-def _whole(recordings: Sequence[Recording]) -> list[Cycle]:
-    found = []
+def _complete(recordings: Sequence[Recording]) -> list[Cycle]:
+    collected = []
     for number, recording in enumerate(recordings):
         # A motion may begin and end at a turn. One is forward where the next one is farther up, the
         # last one where the one before it is.
         places = np.unique([*recording.turns, *_ends_at_turns(recording.motion)]).astype(int)
         heights = recording.motion[places]
         forward = places[np.append(heights[1:] > heights[:-1], heights[-2:-1] > heights[-1:])]
-        found += [Cycle(number, slice(int(a), int(b))) for a, b in pairwise(forward) if b - a >= FEWEST]
-    return found
+        collected += [Cycle(number, slice(int(a), int(b))) for a, b in pairwise(forward) if b - a >= FEWEST]
+    return collected
 
 
 def _ends_at_turns(motion: np.ndarray) -> list[int]:
@@ -112,14 +112,14 @@ def _count(part: slice) -> int:
 def _pieces(recordings: Sequence[Recording], length: int) -> list[Cycle]:
     return [
         Cycle(number, slice(first, first + length))
-        for number, part in enumerate(_moving(one.motion) for one in recordings)
+        for number, part in enumerate(_moving(part.motion) for part in recordings)
         for first in range(part.start, part.stop - length + 1, length)
     ]
 
 
 def alike(
     before: tuple[Sequence[Recording], Sequence[Cycle]], after: tuple[Sequence[Recording], Sequence[Cycle]], *,
-    whole: bool, measured: bool,
+    complete: bool, measured: bool,
 ) -> tuple[list[Cycle], list[Cycle]]:  # fmt: skip
     """Return the cycles of two sides with the number of their motion, counted through both.
 
@@ -133,14 +133,14 @@ def alike(
         Whether the motion is a measured position.
     """
     share = ALIKE_MEASURED if measured else ALIKE
-    grain = max(graininess(one.motion, None) for one in (*before[0], *after[0]))
+    grain = max(graininess(part.motion, None) for part in (*before[0], *after[0]))
     shapes: list[np.ndarray] = []
     counts: list[int] = []
     sides: tuple[list[Cycle], list[Cycle]] = ([], [])
     for (recordings, cycles), numbered in zip((before, after), sides, strict=True):
         for cycle in cycles:
             motion = recordings[cycle.recording].motion
-            origin = 0.0 if whole else float(motion[_moving(motion).start])
+            origin = 0.0 if complete else float(motion[_moving(motion).start])
             shape, step = _shape(motion[cycle.samples] - origin)
             least = share * float(np.ptp(shape)) + step + grain
             kind = _first_alike(shape, cycle.count, shapes, counts, least, share)

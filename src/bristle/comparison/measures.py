@@ -63,7 +63,7 @@ def _mean(sums: Sums) -> np.ndarray:
 
 
 def _parts(side: Side, signal: str) -> list[np.ndarray]:
-    return [getattr(side.recordings[one.recording], signal)[one.samples] for one in side.cycles]
+    return [getattr(side.recordings[cycle_.recording], signal)[cycle_.samples] for cycle_ in side.cycles]
 
 
 def _squares(signal: str) -> SumsOf:
@@ -112,14 +112,14 @@ def turn_measures(window: int) -> list[Measure]:
 
     def peaks(forward: bool) -> SumsOf:
         def sums(side: Side) -> np.ndarray:
-            found = []
+            collected = []
             for cycle in side.cycles:
                 recording = side.recordings[cycle.recording]
                 assert recording.error is not None
                 size = np.abs(recording.error)
                 places = turns_in(recording, cycle, window, forward=forward)
-                found.append((sum(float(np.max(size[k : k + window + 1])) for k in places), float(len(places))))
-            return np.array(found)
+                collected.append((sum(float(np.max(size[k : k + window + 1])) for k in places), float(len(places))))
+            return np.array(collected)
 
         return sums
 

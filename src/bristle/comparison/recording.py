@@ -66,17 +66,17 @@ def recordings_of(
     follows, tells_effort : bool
         Whether reference and effort are looked at.
     """
-    sliding, why = _sliding(log, axis, sample_time) if tells_effort else (None, None)
+    sliding, reason = _sliding(log, axis, sample_time) if tells_effort else (None, None)
     motion = log.reference if follows else log.position
     assert motion is not None
     error = motion.values - log.position.values if follows else None
     effort = log.effort.values if tells_effort and log.effort is not None else None
-    found = []
+    collected = []
     for part in log.segments:
         picked = _picked(part, log.sample_time, sample_time)
-        signals = (None if one is None else one[..., picked] for one in (error, effort, sliding))
-        found.append(Recording(sample_time, motion.values[picked], *signals))  # type: ignore[arg-type]
-    return tuple(found), why
+        signals = (None if signal is None else signal[..., picked] for signal in (error, effort, sliding))
+        collected.append(Recording(sample_time, motion.values[picked], *signals))  # type: ignore[arg-type]
+    return tuple(collected), reason
 
 
 def _picked(part: slice, own: float, common: float) -> np.ndarray:
@@ -94,10 +94,10 @@ def _sliding(log: Log, axis: Axis | None, sample_time: float) -> tuple[np.ndarra
         dataset = treat(log, axis, cutoff)
     except InputError as error:  # too short for the filter, or nothing that moves
         return None, error
-    found = np.full((3, len(log)), np.nan)
+    collected = np.full((3, len(log)), np.nan)
     for segment in dataset.segments:
         first = int(np.searchsorted(log.time.values, segment.time[0])) + dataset.dropped
         inner = slice(dataset.dropped, segment.time.size - dataset.dropped)
         signals = np.stack([segment.velocity[inner], segment.acceleration[inner], segment.effort[inner]])
-        found[:, first : first + signals.shape[1]] = signals
-    return found, None
+        collected[:, first : first + signals.shape[1]] = signals
+    return collected, None

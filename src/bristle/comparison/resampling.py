@@ -78,8 +78,8 @@ def plan_of(kinds_before: ArrayLike, kinds_after: ArrayLike) -> Plan:
     shared = np.intersect1d(*sides)
     repeated = [kind for kind in shared if min(np.sum(side == kind) for side in sides) >= 2]
     often = sum(int(np.sum(side == kind)) for side in sides for kind in repeated)
-    every = sum(int(np.sum(side == kind)) for side in sides for kind in shared)
-    paired = 2 * often < every or (len(shared) >= PAIRS and every < 2 * OFTEN * len(shared))
+    cycle_count = sum(int(np.sum(side == kind)) for side in sides for kind in shared)
+    paired = 2 * often < cycle_count or (len(shared) >= PAIRS and cycle_count < 2 * OFTEN * len(shared))
     numbers = [np.flatnonzero(np.isin(side, shared if paired else repeated)) for side in sides]
     return Plan(numbers[0], numbers[1], sides[0][numbers[0]], sides[1][numbers[1]], paired)
 
@@ -98,11 +98,11 @@ def changed(value: Value, before: np.ndarray, after: np.ndarray, plan: Plan) -> 
     plan : Plan
         Which motion each of them is.
     """
-    told = before.any(axis=1), after.any(axis=1)
-    own = plan_of(plan.kinds_before[told[0]], plan.kinds_after[told[1]])
+    is_told = before.any(axis=1), after.any(axis=1)
+    own = plan_of(plan.kinds_before[is_told[0]], plan.kinds_after[is_told[1]])
     if not own.before.size:
         return None
-    before, after, plan = before[told[0]][own.before], after[told[1]][own.after], own
+    before, after, plan = before[is_told[0]][own.before], after[is_told[1]][own.after], own
     if plan.paired:
         return _pairs(value, before, after, plan)
     shares = _shares(plan)
@@ -153,8 +153,8 @@ def _pairs(value: Value, before: np.ndarray, after: np.ndarray, plan: Plan) -> C
     first, second = float(value(low.sum(axis=0))), float(value(high.sum(axis=0)))
     if kinds.size < 2:
         return Changed(first, second, None, 1.0)
-    even, one = np.ones(kinds.size), np.zeros(kinds.size, dtype=int)
-    influences = _influence(value, low, even, one), _influence(value, high, even, one)
+    even, alike = np.ones(kinds.size), np.zeros(kinds.size, dtype=int)
+    influences = _influence(value, low, even, alike), _influence(value, high, even, alike)
     as_one = _as_one(first * influences[1] - second * influences[0])  # that of the ratio
     drawn = _draws(kinds.size, np.random.default_rng(SEED))
     draws = value(drawn @ low), value(drawn @ high)

@@ -16,7 +16,7 @@ from bristle.logs.log import Log
 __all__ = ["Change", "Comparison", "Course", "Shared", "Turn", "Verdict"]
 
 Verdict = Literal["lower", "higher", "no_change", "unknown"]
-SAME = 1e-6  # of the larger value: a change that is rounding
+ROUNDING = 1e-6  # of the larger value: a change that is rounding
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class Change:
         """Whether its size is lower or higher, by an interval without zero; ``no_change`` that these logs can tell."""
         if self.interval is None:
             return "unknown"
-        if abs(self.change) <= SAME * max(abs(self.before), abs(self.after)) or math.prod(self.interval) <= 0.0:
+        if abs(self.change) <= ROUNDING * max(abs(self.before), abs(self.after)) or math.prod(self.interval) <= 0.0:
             return "no_change"
         return "lower" if self.change < 0.0 else "higher"
 
@@ -102,7 +102,7 @@ class Shared:
         How many cycles were compared.
     motions : int
         How many different ones.
-    whole : bool
+    complete : bool
         Whether they are whole cycles, to and fro, and not pieces of a motion that hardly turns.
     paired : bool
         Whether cycles of one motion were drawn together, because each motion comes once.
@@ -115,7 +115,7 @@ class Shared:
     cycles_before: int
     cycles_after: int
     motions: int
-    whole: bool
+    complete: bool
     paired: bool
     as_one: float
 

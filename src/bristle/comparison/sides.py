@@ -28,13 +28,13 @@ class Side:
         Stretches of its logs without a gap.
     cycles : sequence of Cycle
         Its cycles, with the numbers of their motions.
-    why : InputError or None
+    reason : InputError or None
         Why it tells no friction.
     """
 
     recordings: Sequence[Recording]
     cycles: Sequence[Cycle]
-    why: InputError | None = None
+    reason: InputError | None = None
 
     def of(self, numbers: np.ndarray) -> Side:
         """Return the side with some of its cycles."""
@@ -60,14 +60,14 @@ def sides_of(
     """
     sample_time = common_sample_time([log for log, _ in (*before, *after)])
     recordings: tuple[list[Recording], list[Recording]] = ([], [])
-    why: list[InputError | None] = [None, None]
-    for number, given in enumerate((before, after)):
-        for log, axis in given:
+    reasons: list[InputError | None] = [None, None]
+    for number, logs_given in enumerate((before, after)):
+        for log, axis in logs_given:
             parts, reason = recordings_of(log, axis, sample_time, follows=follows, tells_effort=tells_effort)
             recordings[number].extend(parts)
-            why[number] = why[number] or reason
+            reasons[number] = reasons[number] or reason
     turned = with_turns([*recordings[0], *recordings[1]], measured=not follows)
     first, second = turned[: len(recordings[0])], turned[len(recordings[0]) :]
-    *cycles, whole = cut(first, second)
-    low, high = alike((first, cycles[0]), (second, cycles[1]), whole=whole, measured=not follows)
-    return Side(first, low, why[0]), Side(second, high, why[1]), whole
+    *cycles, complete = cut(first, second)
+    low, high = alike((first, cycles[0]), (second, cycles[1]), complete=complete, measured=not follows)
+    return Side(first, low, reasons[0]), Side(second, high, reasons[1]), complete

@@ -45,8 +45,8 @@ def comparison(compared: Comparison) -> Figure:
         Two logs, held against each other.
     """
     small = len(compared.turns) + bool(compared.friction_curve)
-    told = [change for change in compared.changes.values() if change.interval_percent is not None]
-    heights = [0.55, 1.2, *([1.1] * bool(small)), *([0.18 + 0.145 * len(told)] * bool(told))]
+    changes_told = [change for change in compared.changes.values() if change.interval_percent is not None]
+    heights = [0.55, 1.2, *([1.1] * bool(small)), *([0.18 + 0.145 * len(changes_told)] * bool(changes_told))]
     rows = len(heights)
     figure, grid = style.panels(
         0.5 + 0.66 * (rows - 1) + 1.25 * sum(heights), rows=rows, columns=max(small, 1), heights=heights,
@@ -57,24 +57,24 @@ def comparison(compared: Comparison) -> Figure:
         _draw_turns(grid[2], compared.turns, compared.window, compared.kind)
         if compared.friction_curve:
             _draw_friction(grid[2][-1], compared)
-    if told:
-        _draw_changes(grid[-1][0], told)
+    if changes_told:
+        _draw_changes(grid[-1][0], changes_told)
     style.legend(grid[1][0])
     return figure
 
 
 def _draw_course(motion: style.Axes, course: style.Axes, compared: Comparison) -> None:
-    one, kind = compared.course, compared.kind
+    course_, kind = compared.course, compared.kind
     follows = "following_error.rms" in compared.changes
-    length, span = scale_for("length", kind, one.motion), time_scale(one.time)
-    x, y = line(one.time, one.motion)
+    length, span = scale_for("length", kind, course_.motion), time_scale(course_.time)
+    x, y = line(course_.time, course_.motion)
     motion.plot(x * span.factor, y * length.factor, color=style.INK, linewidth=1.0)
     motion.set_ylabel(length.label(position_word(kind)))
     motion.set_title("reference" if follows else "position")
-    scale, word = (scale_for("length", kind, one.before, one.after), "Following error")
+    scale, word = (scale_for("length", kind, course_.before, course_.after), "Following error")
     if not follows:
-        scale, word = effort_scale(kind, one.before, one.after)
-    _draw_pair(course, one.time, one.before, one.after, scale)
+        scale, word = effort_scale(kind, course_.before, course_.after)
+    _draw_pair(course, course_.time, course_.before, course_.after, scale)
     course.set_ylabel(scale.label(word))
     for axes in (motion, course):
         axes.set_xlabel(span.label("Time"))
@@ -115,19 +115,19 @@ def _draw_friction(axes: style.Axes, compared: Comparison) -> None:
     axes.set_ylabel(force.label(word))
 
 
-def _draw_changes(axes: style.Axes, told: Sequence[Change]) -> None:
+def _draw_changes(axes: style.Axes, changes_told: Sequence[Change]) -> None:
     """Draw each change with its interval; a full point is one whose interval leaves out zero."""
-    places = np.arange(len(told), dtype=float)
-    ends = np.array([change.interval_percent for change in told], dtype=float)
-    x = np.column_stack([ends, np.full(len(told), np.nan)]).ravel()
+    places = np.arange(len(changes_told), dtype=float)
+    ends = np.array([change.interval_percent for change in changes_told], dtype=float)
+    x = np.column_stack([ends, np.full(len(changes_told), np.nan)]).ravel()
     axes.plot(x, np.repeat(places, 3), label="_95 % interval", color=AFTER["color"], linewidth=1.4)
-    shown = np.array([change.change_percent for change in told])
-    sure = np.array([change.verdict in ("lower", "higher") for change in told])
+    shown = np.array([change.change_percent for change in changes_told])
+    sure = np.array([change.verdict in ("lower", "higher") for change in changes_told])
     for part, face, name in ((sure, POINTS["color"], "_change"), (~sure, "white", "_no change told")):
         if part.any():
             axes.plot(shown[part], places[part], label=name, markerfacecolor=face, **POINTS)
     axes.axvline(0.0, color=style.INK, linewidth=0.8, zorder=0)
-    axes.set_yticks(places, [WORDS[change.name] for change in told])
-    axes.set_ylim(len(told) - 0.4, -0.6)
+    axes.set_yticks(places, [WORDS[change.name] for change in changes_told])
+    axes.set_ylim(len(changes_told) - 0.4, -0.6)
     axes.set_xlabel("Change [%]")
     axes.set_title("change, with its 95 % interval")

@@ -100,16 +100,14 @@ def change_rows(compared: Comparison) -> list[tuple[str, ...]]:
 
 def remarks_of(compared: Comparison) -> list[str]:
     """Return what was compared, and what may mislead, in sentences; the latter begin with ``warning:``."""
-    told = [
-        message(one) if one.severity == "note" else f"{one.severity}: {message(one)}" for one in compared.diagnostics
-    ]
-    return [*told[: sum(one.severity != "note" for one in compared.diagnostics)], _compared(compared),
-            *told[sum(one.severity != "note" for one in compared.diagnostics) :]]  # fmt: skip
+    doubts = [f"{doubt.severity}: {message(doubt)}" for doubt in compared.diagnostics if doubt.severity != "note"]
+    notes = [message(note) for note in compared.diagnostics if note.severity == "note"]
+    return [*doubts, _compared(compared), *notes]
 
 
 def _compared(compared: Comparison) -> str:
     shared = compared.shared
-    pieces = "cycles" if shared.whole else "pieces"
+    pieces = "cycles" if shared.complete else "pieces"
     motions = "one motion" if shared.motions == 1 else f"{shared.motions} motions"
     drawn = "each with its counterpart" if shared.paired else "each side by itself"
     window = f"; a reversal reaches {with_unit(compared.window, 's')}" if compared.window and compared.turns else ""
@@ -140,7 +138,7 @@ def comparison_report(
     from bristle import figures
 
     sides = {"before": compared.logs_before, "after": compared.logs_after}
-    warnings = [message(one) for one in compared.diagnostics if one.severity != "note"]
+    warnings = [message(diagnostic) for diagnostic in compared.diagnostics if diagnostic.severity != "note"]
     return render(
         "comparison.html", provenance=provenance, command=command, banner=banner, name=name,
         sentences=comparison_sentences(compared), warnings=warnings,

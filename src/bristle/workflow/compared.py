@@ -94,8 +94,9 @@ class Compared(WithCard, Comparison):
         """
         pandas = library("pandas", "to_dataframe()")
         rows = [
-            (name, one.before, one.after, one.change, *(one.interval or (None, None)), one.unit, one.verdict)
-            for name, one in self.changes.items()
+            (name, change.before, change.after, change.change, *ends, change.unit, change.verdict)
+            for name, change in self.changes.items()
+            for ends in (change.interval or (None, None),)
         ]
         columns = ["quantity", "before", "after", "change", "low", "high", "unit", "verdict"]
         return pandas.DataFrame(rows, columns=columns)
@@ -219,15 +220,15 @@ def compared_as(
         What was read beside the logs, by what it is.
     """
     sides = [list(side) if isinstance(side, (list, tuple)) else [side] for side in (before, after)]
-    named = [(path, log) for path, side in zip(("before", "after"), sides, strict=True) for log in side]
+    named_logs = [(path, log) for path, side in zip(("before", "after"), sides, strict=True) for log in side]
     for side, path in zip(sides, ("before", "after"), strict=True):
         if not side:
             raise InputError("names no log", path=path, mend="Give at least one")
-    axes = axes_for(axis if isinstance(axis, (list, tuple)) else [axis], len(named))
-    pairs = [_read(log, own, path) for (path, log), own in zip(named, axes, strict=True)]
+    axes = axes_for(axis if isinstance(axis, (list, tuple)) else [axis], len(named_logs))
+    pairs = [_read(log, own_axis, path) for (path, log), own_axis in zip(named_logs, axes, strict=True)]
     first, second = pairs[: len(sides[0])], pairs[len(sides[0]) :]
-    found = sides_compared(first, second, window)
-    fields = {field: getattr(found, field) for field in Comparison.__dataclass_fields__}
+    comparison = sides_compared(first, second, window)
+    fields = {field: getattr(comparison, field) for field in Comparison.__dataclass_fields__}
     return Compared(**fields, axis_name=name or _name(pairs), call=call or _call(sides, pairs, window), read=read or {})
 
 
@@ -252,7 +253,7 @@ def _call(sides: list[list[Any]], pairs: list[tuple[Any, Axis | None]], window: 
     names = [log.origin.name or log.source.name.strip("<>") for log, _ in pairs]
     words = []
     for side, listed in (("before", names[: len(sides[0])]), ("after", names[len(sides[0]) :])):
-        told = [name or side for name in listed]
-        words.append(repr(told[0]) if len(told) == 1 else repr(told))
+        names_told = [name or side for name in listed]
+        words.append(repr(names_told[0]) if len(names_told) == 1 else repr(names_told))
     words += ["axis=axis"] * any(axis is not None for _, axis in pairs) + [f"window={window!r}"] * (window is not None)
     return f"bristle.compare({', '.join(words)})"
