@@ -218,7 +218,8 @@ def run_open_loop(
     table=optional(FRICTION), sensor_at=among(*SIDES), steps=STEPS,
     compensator=optional(instance(Compensator, "a Compensator")), injected=optional(array()),
     disturbance=optional(array()), limit=amount(FORCE, endless=True), delay=whole(0, 10**6),
-    lag=amount(Variable("time", "lag of the drive", min=0.0)), effort_before=amount(FORCE), held=optional(amount(FORCE)),
+    lag=amount(Variable("time", "lag of the drive", min=0.0)), effort_before=amount(FORCE),
+    held=optional(amount(FORCE)),
     acceleration=amount(Variable("length/time^2", "acceleration")),
 )  # fmt: skip
 def run_closed_loop(
