@@ -106,10 +106,10 @@ def explained(error_of):
 
 def test_what_no_number_explains_is_not_explained():
     assert [one.name for one in explained(lambda time, told, true: true)] == ["k_p"]
-    # Beside a factor something else that is not much, so that half of the difference can be explained.
-    assert explained(lambda time, told, true: true + 4e-5 * np.sin(300.0 * time)) == ()
-    # As large as with another factor, peak to peak and root mean square, at other times.
-    assert explained(lambda time, told, true: true[::-1]) == ()
+    # A factor explains most of it in the mean square, and not the peak beside it.
+    assert explained(lambda time, told, true: true + np.where(time == time[2000], 1e-4, 0.0)) == ()
+    # Nothing that a factor would make better.
+    assert explained(lambda time, told, true: told + 2e-6 * np.sin(300.0 * time)) == ()
 
 
 def test_a_loop_that_nothing_explains_says_so(vertical):

@@ -260,8 +260,7 @@ def run_closed_loop(
     effort_before : float or str
         Effort that acts until the first computed one arrives [N or N*m].
     held : float or str, optional
-        Effort that the controller has given until now [N or N*m]: its integral begins with what that takes. Empty where
-        it is not given.
+        Effort that the controller has given until now [N or N*m], for its integral; empty where it is not given.
     x, v : float or str
         Position [m or rad] and velocity [m/s or rad/s] at the first sample.
     acceleration : float or str
@@ -284,8 +283,7 @@ def run_closed_loop(
     control, sense = Instance(controller), Instance(sensor)
     started, _ = _sensed(sensor, x, dt)
     control.state = pack(_begun(controller, Reference(*reference[:, 0]), started, v, acceleration, held, dt))
-    extra = np.zeros(count) if injected is None else injected
-    unseen = np.zeros(count) if disturbance is None else disturbance
+    extra, unseen = (np.zeros(count) if signal is None else signal for signal in (injected, disturbance))
     check_run(count, injected=extra, disturbance=unseen)
     mechanism.out[entry_points.DRIVE_LAG], mechanism.out[entry_points.DRIVE_EFFORT] = lag, effort_before
     history = np.zeros(drivers.ROWS * count)

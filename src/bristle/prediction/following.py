@@ -48,8 +48,8 @@ class Following:
         believed = None if self.contradiction is not None else self.compensated
         sides = {"measured": self.measured, "simulated": self.simulated, "compensated": believed}
         return {
-            name: None if one is None else {"peak_to_peak": one.peak_to_peak, "rms": one.rms}
-            for name, one in sides.items()
+            name: None if error is None else {"peak_to_peak": error.peak_to_peak, "rms": error.rms}
+            for name, error in sides.items()
         }
 
 
@@ -99,13 +99,13 @@ def _contradiction(
     """Return by how much a loop is another one than the log shows, and what would explain that."""
     suspects = explanations(variant, error, settings.loop_differs)
     sides = {"measured": measured, "simulated": simulated} if simulated is not None else {"measured": measured}
-    errors = {name: one.peak_to_peak for name, one in sides.items()}
-    errors |= {f"{name}_rms": one.rms for name, one in sides.items()}
-    told = {
-        "suspects": tuple(one.name if one.name != "reference" else _side(one.value) for one in suspects),
-        "factors": tuple(abs(one.value) for one in suspects),
+    errors = {name: side.peak_to_peak for name, side in sides.items()}
+    errors |= {f"{name}_rms": side.rms for name, side in sides.items()}
+    causes = {
+        "suspects": tuple(_side(cause.value) if cause.name == "reference" else cause.name for cause in suspects),
+        "factors": tuple(abs(cause.value) for cause in suspects),
     }
-    return Diagnostic("loop-contradicts", numbers=errors | told, kind=variant.plant.kind)
+    return Diagnostic("loop-contradicts", numbers=errors | causes, kind=variant.plant.kind)
 
 
 def _side(time: float) -> str:

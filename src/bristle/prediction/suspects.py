@@ -67,7 +67,7 @@ class Suspect(NamedTuple):
 def apart(measured: Statistics, simulated: Statistics) -> float:
     """Return by how much two errors differ, peak to peak or root mean square, relative to the measured one."""
     pairs = ((measured.peak_to_peak, simulated.peak_to_peak), (measured.rms, simulated.rms))
-    return max(abs(there - here) / here if here > 0.0 else np.inf * abs(there - here) for here, there in pairs)
+    return max(abs(second - first) / first if first > 0.0 else np.inf for first, second in pairs)
 
 
 def explanations(variant: Variant, error: np.ndarray, allowed: float) -> tuple[Suspect, ...]:
@@ -84,10 +84,9 @@ def explanations(variant: Variant, error: np.ndarray, allowed: float) -> tuple[S
     """
     trial = _Trial.of(variant, error)
     before = trial.difference(trial.variant)
-    found = [suspect for suspect in _suspects(trial) if suspect.difference <= BETTER * before]
-    found = [suspect for suspect in found if trial.agrees(suspect, allowed)]
-    found.sort(key=lambda suspect: suspect.difference)
-    return tuple(suspect for suspect in found if suspect.difference <= ALIKE * found[0].difference)
+    better = [suspect for suspect in _suspects(trial) if suspect.difference <= BETTER * before]
+    agreeing = sorted((suspect for suspect in better if trial.agrees(suspect, allowed)), key=_difference)
+    return tuple(suspect for suspect in agreeing if suspect.difference <= ALIKE * agreeing[0].difference)
 
 
 class _Trial(NamedTuple):

@@ -157,15 +157,15 @@ def about_loop(gain: Gain | None, following: Following | None, kind: Kind) -> li
     kind : {"translational", "rotational"}
         The kind of axis.
     """
-    told = [] if gain is None else gain.sentences()
+    gained = [] if gain is None else gain.sentences()
     if following is None:
-        return told
+        return gained
     if following.contradiction is not None:
         words = message(following.contradiction)
         return [f"No gain is promised: {words}."]
     unit = unit_of("length", kind)
     beside = "" if following.simulated is None else f"; the simulated loop has {_both(following.simulated, unit)}"
-    return [f"In the log, the following error is {_both(following.measured, unit)}{beside}.", *told]
+    return [f"In the log, the following error is {_both(following.measured, unit)}{beside}.", *gained]
 
 
 def _both(error: Statistics, unit: str) -> str:

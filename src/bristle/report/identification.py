@@ -110,8 +110,8 @@ def identification_report(
 
 def _as_recorded(simulation: SimulationResult) -> SimulationResult:
     """Return the loop as it was recorded alone: what it would gain is not told where the log contradicts it."""
-    recorded = tuple(one for one in simulation.experiment.variants if one.name == AS_RECORDED)
-    results = {one.name: simulation.variants[one.name] for one in recorded}
+    recorded = tuple(variant for variant in simulation.experiment.variants if variant.name == AS_RECORDED)
+    results = {variant.name: simulation.variants[variant.name] for variant in recorded}
     return replace(simulation, experiment=replace(simulation.experiment, variants=recorded), variants=results)
 
 

@@ -74,9 +74,9 @@ def _margin(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
 
 
 def _contradicts(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
-    told = texts[0] if "simulated" in numbers else texts[1]
+    errors = texts[0] if "simulated" in numbers else texts[1]
     ways = [SUSPECTS[name].replace("{factor", f"{{factors[{place}]") for place, name in enumerate(numbers["suspects"])]
-    return told + (texts[2] + " or ".join(ways) if ways else texts[3])
+    return errors + (texts[2] + " or ".join(ways) if ways else texts[3])
 
 
 LOOPS: dict[str, Sentence] = {
