@@ -140,6 +140,7 @@ def test_a_contradicted_loop_promises_nothing(vertical):
     assert "No gain is promised" in page
     assert "lowers the following error" not in page
     shown = page.split('<h2 id="following">')[1].split("<h2")[0]
+    assert "Following error as recorded, measured and simulated" in page
     assert "measured" in shown
     assert "as_recorded" in shown
     assert "compensated" not in shown

@@ -71,7 +71,8 @@ def identification_report(
     segments = passages(identification.log)
     pictures = identification_pictures(identification, table or (), curve, segments)
     gain = None if simulation is None else gain_of(simulation)
-    if simulation is not None and following is not None and following.contradiction is not None:
+    contradicted = following is not None and following.contradiction is not None
+    if simulation is not None and contradicted:
         simulation = _as_recorded(simulation)
     if simulation is not None:
         pictures |= following_picture(simulation, following)
@@ -92,6 +93,7 @@ def identification_report(
         deviation=with_unit(largest_deviation(fit, table or ()), unit_of("force", kind)) if table else None,
         drive_csv=None if not table else as_csv(table, kind),
         variants=None if simulation is None else variant_table(simulation, following.measured if following else None),
+        contradicted=contradicted,
         comparison=comparison_table(identification),
         by_position=fit.position_rmse is not None,
         pictures=pictures,
