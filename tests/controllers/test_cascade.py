@@ -61,6 +61,45 @@ def test_a_cascade_that_takes_over_an_acceleration_goes_on_as_one_that_was_there
     assert efforts[1] == pytest.approx(efforts[0], rel=1e-9)
 
 
+@pytest.mark.parametrize("averaging", [1, 2])
+@pytest.mark.parametrize("k_p", [40.0, 80.0])
+def test_what_is_fed_forward_exactly_leaves_no_error(k_p, averaging):
+    """Velocity and desired velocity are late by the same half of a sample, or of two."""
+    t = DT * np.arange(4000)
+    acceleration = 0.16 * np.cos(4.0 * t)
+    ahead = 0.5 * (acceleration + np.append(acceleration[1:], acceleration[-1]))
+    desired = np.stack((0.01 * (1.0 - np.cos(4.0 * t)), 0.04 * np.sin(4.0 * t), acceleration, 20.0 * ahead))
+    c = controllers.cascade(k_p=k_p, k_v=4000.0, k_ff=1.0, averaging=averaging)
+    trace = run_closed_loop(inertia(M=20.0), friction.viscous(F_v=0.0), c, sensors.encoder(), desired, DT,
+                            acceleration=acceleration[0])  # fmt: skip
+    assert np.ptp(desired[0] - trace.measured) < 1e-9  # one of them alone would leave 4 µm
+
+
+def test_a_loop_that_goes_on_holds_the_weight():
+    """An empty integral would let the axis drop."""
+    weight, still = 300.0, np.full(2000, 0.1)
+    c = controllers.cascade(k_p=60.0, k_v=8000.0, k_i=2e5)
+    axis = {"model": friction.viscous(F_v=50.0), "x": 0.1, "disturbance": np.full(2000, weight)}
+    dropped, held = (drive(c, still, held=effort, **axis) for effort in (None, weight))
+    assert np.ptp(dropped.position) > 1e-5
+    assert np.ptp(held.position) < 1e-12
+    assert held.command == pytest.approx(weight, rel=1e-9)
+
+
+@pytest.mark.parametrize("law", [
+    controllers.cascade(k_p=60.0, k_v=400.0, k_i=8e3, k_ff=1.0),
+    controllers.disturbance_observer(J=2.0, lambda_=60.0, K_1=60.0, g=30.0),
+    controllers.super_twisting(J=2.0, lambda_=60.0, K_1=60.0, k_1=0.1, k_2=0.5),
+])  # fmt: skip
+def test_a_law_that_integrates_takes_over_the_effort_of_a_motion(law):
+    v, effort = 0.05, 9.0
+    reference = 0.1 + v * DT * np.arange(3000)
+    trace = drive(law, reference, x=0.1, v=v, model=friction.viscous(F_v=20.0), held=effort,
+                  disturbance=np.full(3000, effort - 20.0 * v))  # fmt: skip
+    assert np.ptp(trace.command) < 1e-6 if law.name != "super_twisting" else np.ptp(trace.command) < 0.05
+    assert np.ptp(reference - trace.position) < (1e-9 if law.name != "super_twisting" else 1e-6)
+
+
 def test_the_integral_removes_the_error_that_friction_leaves():
     reference = np.concatenate((np.zeros(50), np.full(3000, 1e-3)))
     without = drive(controllers.cascade(k_p=60.0, k_v=400.0), reference, model=friction.viscous(F_v=20.0),

@@ -21,6 +21,19 @@ def test_a_loop_that_diverged_is_left_out(stage):
     assert legend_of(figures.following_error(result)) == ["as_recorded", "feedforward"]
 
 
+def test_the_measured_error_lies_under_the_simulated_ones(stage):
+    result = stage.looped
+    outcome = result.variants["as_recorded"]
+    measured = 3.0 * (outcome.reference - outcome.measured)
+    figure = figures.following_error(result, ("feedforward", "compensated"), measured)
+    assert legend_of(figure) == ["measured", "as_recorded", "feedforward", "compensated"]
+    lines = [[line.get_label() for line in axes.get_lines()] for axes in figure.axes]
+    assert lines[1] == ["measured", "as_recorded", "feedforward", "compensated"]
+    assert lines[2] == ["feedforward", "compensated"]
+    drawn, simulated = (np.ptp(line.get_ydata()) for line in figure.axes[1].get_lines()[:2])
+    assert drawn > 2.9 * simulated
+
+
 def test_there_is_nothing_to_draw_where_all_diverged(stage):
     result = stage.looped
     for name in result.variants:

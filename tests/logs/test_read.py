@@ -47,6 +47,17 @@ def test_scale_unit_and_sign_of_a_column(write, axis, recording):
     np.testing.assert_allclose(log.position.values, recording["q"] * 1e-3, rtol=1e-12)
 
 
+def test_a_following_error_makes_the_reference(write, axis, recording):
+    channels = {name: column for name, column in axis.columns.items() if name != "reference"}
+    error = Column("r", "mm", "m", -1.0)
+    log = read_log(write(), dataclasses.replace(axis, columns=channels | {"following_error": error}))
+    np.testing.assert_allclose(log.reference.values, recording["q"] - 1e-3 * recording["r"], rtol=1e-12)
+    assert any("the reference is position and r" in note for note in log.notes)
+    both = read_log(write(), dataclasses.replace(axis, columns=dict(axis.columns) | {"following_error": error}))
+    np.testing.assert_allclose(both.reference.values, recording["r"], rtol=1e-12)
+    assert any("column r is not used" in note for note in both.notes)
+
+
 def test_units_of_the_log_are_used_where_the_axis_file_says_none(tmp_path, write, axis, recording):
     path = write()
     path.write_text(path.read_text().replace("t,q,r,u", "t [s],q [mm],r [mm],u"))

@@ -56,6 +56,9 @@ def test_the_budget_holds_its_numbers(designed):
         assert row[0] == entry.cause
         assert float(row[1]) == pytest.approx(1e6 * entry.alone.peak_to_peak, abs=0.51)
     assert [row[0] for row in table.rows[-2:]] == ["all of them", "none of them"]
+    assert table.rows[-1][3] == ""
+    late = replace(designed.budget, no_cause=designed.budget.all_causes)
+    assert "the law itself" in budget_table(late, designed).rows[-1][3]
 
 
 @pytest.mark.parametrize(

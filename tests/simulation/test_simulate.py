@@ -155,7 +155,9 @@ def test_feedforward_is_handed_over_ahead_by_the_delay_of_the_loop():
     prompt = simulate(prompt).variants["compensated"]
     # At each instant the effort that acts is the one for that instant: what is left differs by the feedback alone.
     assert np.array_equal(delayed.feedforward[:-4], prompt.feedforward[3:-1])
-    assert delayed.following_error.rms < 1.2 * prompt.following_error.rms
+    # The first effort of the delayed loop comes late, and what that leaves at the start fades with the loop.
+    errors = [(run.reference - run.measured)[2000:] for run in (prompt, delayed)]
+    assert np.sqrt(np.mean(errors[1] ** 2)) < 1.2 * np.sqrt(np.mean(errors[0] ** 2))
 
 
 def test_steps_of_the_integration_follow_the_sample_time():

@@ -132,7 +132,7 @@ def test_the_linear_loop_goes_where_the_simulation_goes(k_v, k_i, delay):
     variant = replace(rig(0), plant=mass, friction=film, controller=law, run=Run(1.0, 1e-3, delay=delay))
     loop = point(assess(variant), Motions.ALL, Friction.SLIDING).loop
     trace = run_closed_loop(mass, film, law, encoder(), np.zeros((4, 120)), 1e-3, steps=4, delay=delay, x=moved)
-    body, state, line = np.zeros(loop.plant.B.size), np.array([moved, moved, 0.0]), [0.0] * delay
+    body, state, line = np.zeros(loop.plant.B.size), np.array([moved, moved, 0.0, 0.0, 0.0]), [0.0] * delay
     body[0] = moved
     for simulated in trace.position:
         position = loop.plant.C @ body
@@ -156,7 +156,7 @@ def test_a_table_behind_a_screw_goes_where_the_simulation_goes(side):
         screw, film, law, encoder(kind="rotational"), np.zeros((4, 300)), 5e-4, table=guide, sensor_at=side, steps=10,
         delay=1, lag=2e-4, x=moved,
     )  # fmt: skip
-    body, state, line = np.zeros(loop.plant.B.size), np.array([moved, moved, 0.0]), [0.0]
+    body, state, line = np.zeros(loop.plant.B.size), np.array([moved, moved, 0.0, 0.0, 0.0]), [0.0]
     body[0] = body[2] = moved
     seen = trace.position if side == "load" else trace.motor_position
     for simulated in seen:

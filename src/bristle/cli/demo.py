@@ -53,7 +53,7 @@ def demo(
         sys.stdout.write(json_text(demonstration.summary))
         return
     say(BANNER)
-    show_identification(demonstration.identification, demonstration.simulation)
+    show_identification(demonstration.identification, demonstration.simulation, demonstration.following)
     _show_unseen(demonstration.prediction)
     say(f"""
 The report: {out / "report.html"} (open it in a browser). Now with a log of your own:

@@ -8,16 +8,19 @@ from bristle.cli.terminal import complain, say, show_table
 
 if TYPE_CHECKING:
     from bristle.identification import Identification
+    from bristle.prediction.following import Following
     from bristle.simulation import SimulationResult
 
 __all__ = ["show_identification"]
 
 
-def show_identification(identification: Identification, simulation: SimulationResult | None) -> None:
+def show_identification(
+    identification: Identification, simulation: SimulationResult | None, following: Following | None = None
+) -> None:  # fmt: skip
     """Write parameters, the models compared, and what compensation gains; warnings go to the error stream."""
     from bristle.core.typography import with_unit
     from bristle.core.variable import unit_of
-    from bristle.report.compensation import gain_of
+    from bristle.report.compensation import about_loop, gain_of
     from bristle.report.messages import warnings_of
     from bristle.report.model_tables import comparison_table, parameter_table
     from bristle.report.passages import break_away_table
@@ -39,7 +42,7 @@ def show_identification(identification: Identification, simulation: SimulationRe
         friction = f"{best.friction_error_percent:.3g} % of what friction takes of it"
         say(f"Force error {best.force_error_percent:.3g} % of the effort, {friction}{held_out}.")
     gain = gain_of(simulation) if simulation else None
-    for sentence in gain.sentences() if gain else ():
+    for sentence in about_loop(gain, following, best.plant.kind):
         say(sentence)
     for note in identification.notes:
         say(f"Note: {note}")

@@ -138,7 +138,7 @@ def _identify_friction(
     if as_json:
         sys.stdout.write(json_text(outcome.summary))
     else:
-        show_identification(identification, outcome.simulation)
+        show_identification(identification, outcome.simulation, outcome.following)
     if out:
         complain(f"wrote {out}; open {out / 'report.html'} in a browser")
     if identification.unfinished:

@@ -127,7 +127,7 @@ def alike(
     ----------
     before, after : tuple of sequence of Recording and sequence of Cycle
         The two sides.
-    whole : bool
+    complete : bool
         Whether cycles are whole ones: else places count from where each log begins to move.
     measured : bool
         Whether the motion is a measured position.

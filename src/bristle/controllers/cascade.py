@@ -1,14 +1,16 @@
 r"""The position-velocity cascade of servo drives, with anti-windup and feedforward.
 
 .. math::
-    v_\text{cmd} &= k_p\,(r - q) + k_{ff}\,\dot r \\
+    v_\text{cmd} &= k_p\,(r - q) + k_{ff}\,\hat{\dot r} \\
     u &= k_v\,(v_\text{cmd} - \hat v) + I + u_{ff}, \qquad
     I \leftarrow I + k_i\,(v_\text{cmd} - \hat v)\,T_s \\
-    \hat v &= \frac{q_k - q_{k-m}}{m\,T_s}
+    \hat v &= \frac{q_k - q_{k-m}}{m\,T_s}, \qquad \hat{\dot r} = \frac{r_k - r_{k-m}}{m\,T_s}
 
 limited to :math:`\pm u_\text{max}`. The integral stands still while the limit is reached and the error would drive it
 further (conditional integration). :math:`u_{ff}` is the feedforward of the reference: inertia and friction along the
-desired trajectory. With ``averaging = 2`` the velocity is the backward difference of the mean of two samples.
+desired trajectory. With ``averaging = 2`` the velocity is the backward difference of the mean of two samples. Both
+velocities are differences of the same samples: a difference is late by half of what it spans, and one of two alone
+would leave an error in proportion to the acceleration.
 
 References
 ----------
@@ -20,7 +22,8 @@ import math
 from typing import Annotated, NamedTuple
 
 from bristle.controllers.quantities import EffortLimit
-from bristle.core.contracts import Controller
+from bristle.controllers.velocity import samples_before
+from bristle.core.contracts import Controller, Reference
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
 
@@ -42,6 +45,8 @@ class State(NamedTuple):
     q_1: Annotated[float, Variable("length", "measured position one sample ago")] = 0.0
     q_2: Annotated[float, Variable("length", "measured position two samples ago")] = 0.0
     integral: Annotated[float, Variable("force", "integral part of the effort")] = 0.0
+    r_1: Annotated[float, Variable("length", "desired position one sample ago")] = 0.0
+    r_2: Annotated[float, Variable("length", "desired position two samples ago")] = 0.0
 
 
 @kernel
@@ -49,23 +54,36 @@ def step(state, reference, measured, dt, p):
     """Return the effort [N or N*m] and the state, for one sample."""
     if p.averaging == 2:
         v_hat = (measured - state.q_2) / (2.0 * dt)
+        r_dot = (reference.position - state.r_2) / (2.0 * dt)
     else:
         v_hat = (measured - state.q_1) / dt
-    v_error = p.k_p * (reference.position - measured) + p.k_ff * reference.velocity - v_hat
+        r_dot = (reference.position - state.r_1) / dt
+    v_error = p.k_p * (reference.position - measured) + p.k_ff * r_dot - v_hat
     integral = state.integral + p.k_i * v_error * dt
     demand = p.k_v * v_error + integral + reference.effort
     effort = max(-p.limit, min(p.limit, demand))
     if effort != demand and v_error * demand > 0.0:
         integral = state.integral
         effort = max(-p.limit, min(p.limit, p.k_v * v_error + integral + reference.effort))
-    return effort, State(measured, state.q_1, integral)
+    return effort, State(measured, state.q_1, integral, reference.position, state.r_1)
 
 
 def start(measured: float, velocity: float, acceleration: float, dt: float, p: Parameters) -> State:
     """Return the state of a cascade that takes over a motion at `velocity` [m/s or rad/s] and `acceleration`."""
-    before = measured - velocity * dt + 0.5 * acceleration * dt * dt
-    two_before = measured - 2.0 * velocity * dt + 2.0 * acceleration * dt * dt
+    before, two_before = samples_before(measured, velocity, acceleration, dt)
     return State(before, two_before, 0.0)
+
+
+def resume(
+    state: State, reference: Reference, measured: float, effort: float | None, dt: float, p: Parameters
+) -> State:  # fmt: skip
+    """Return the state of a cascade that has followed a reference, and has given an effort until now."""
+    r_1, r_2 = samples_before(reference.position, reference.velocity, reference.acceleration, dt)
+    state = state._replace(r_1=r_1, r_2=r_2)
+    if effort is None or p.k_i == 0.0:
+        return state
+    without, _ = step(state, reference, measured, dt, p._replace(k_i=0.0, limit=math.inf))
+    return state._replace(integral=state.integral + effort - without)
 
 
 MODEL = Controller(
@@ -75,5 +93,6 @@ MODEL = Controller(
     State=State,
     step=step,
     start=start,
+    resume=resume,
     reference="doi:10.1016/C2010-0-65994-3",
 )

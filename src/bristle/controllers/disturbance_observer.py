@@ -31,7 +31,7 @@ from bristle.controllers.quantities import (
     VelocityBefore,
 )
 from bristle.controllers.velocity import motion_before, observed
-from bristle.core.contracts import Controller
+from bristle.core.contracts import Controller, Reference
 from bristle.core.kernel import kernel
 from bristle.core.mathematics import expm1
 from bristle.core.variable import Variable
@@ -78,6 +78,16 @@ def start(measured: float, velocity: float, acceleration: float, dt: float, p: P
     return State(before.q, before.v, p.g * p.J * before.v, p.J * acceleration)
 
 
+def resume(
+    state: State, reference: Reference, measured: float, effort: float | None, dt: float, p: Parameters
+) -> State:  # fmt: skip
+    """Return the state of a law that has given an effort until now: beyond its inertia that was a disturbance."""
+    if effort is None:
+        return state
+    feedback = effort - reference.effort
+    return state._replace(z=state.z + feedback - state.feedback, feedback=feedback)
+
+
 MODEL = Controller(
     name="disturbance_observer",
     description="proportional-derivative law with a disturbance observer, and friction fed forward",
@@ -85,5 +95,6 @@ MODEL = Controller(
     State=State,
     step=step,
     start=start,
+    resume=resume,
     reference="doi:10.1109/3516.491410",
 )

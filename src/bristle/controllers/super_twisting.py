@@ -29,7 +29,7 @@ from bristle.controllers.quantities import (
     VelocityBefore,
 )
 from bristle.controllers.velocity import motion_before, observed
-from bristle.core.contracts import Controller
+from bristle.core.contracts import Controller, Reference
 from bristle.core.kernel import kernel
 from bristle.core.variable import Variable
 
@@ -78,6 +78,16 @@ def start(measured: float, velocity: float, acceleration: float, dt: float, p: P
     return State(before.q, before.v, 0.0)
 
 
+def resume(
+    state: State, reference: Reference, measured: float, effort: float | None, dt: float, p: Parameters
+) -> State:  # fmt: skip
+    """Return the state of a law that has given an effort until now: what its surface does not ask for, it has held."""
+    if effort is None or p.k_2 == 0.0 or p.J == 0.0:
+        return state
+    without, _ = step(state, reference, measured, dt, p._replace(k_2=0.0, limit=math.inf))
+    return state._replace(w=state.w + (effort - without) / p.J)
+
+
 MODEL = Controller(
     name="super_twisting",
     description="second-order sliding mode with a continuous effort, and friction fed forward",
@@ -85,5 +95,6 @@ MODEL = Controller(
     State=State,
     step=step,
     start=start,
+    resume=resume,
     reference="doi:10.1080/00207179308923053",
 )

@@ -22,7 +22,7 @@ from bristle.core.kernel import kernel
 from bristle.core.mathematics import exp
 from bristle.core.variable import Variable
 
-__all__ = ["ESTIMATORS", "ObservedMotion", "motion_before", "observed"]
+__all__ = ["ESTIMATORS", "ObservedMotion", "motion_before", "observed", "samples_before"]
 
 ESTIMATORS = ("filtered_difference", "tracking_observer")
 FILTERED_DIFFERENCE, TRACKING_OBSERVER = range(2)
@@ -44,6 +44,14 @@ def observed(q, v, measured, dt, estimator, cutoff):
         surprise = measured - ahead
         return ObservedMotion(ahead + (1.0 - pole * pole) * surprise, v + (1.0 - pole) * (1.0 - pole) / dt * surprise)
     return ObservedMotion(measured, v + (1.0 - pole) * ((measured - q) / dt - v))
+
+
+def samples_before(position: float, velocity: float, acceleration: float, dt: float) -> tuple[float, float]:
+    """Return where a motion was one sample and two samples before."""
+    return (
+        position - velocity * dt + 0.5 * acceleration * dt * dt,
+        position - 2.0 * velocity * dt + 2.0 * acceleration * dt * dt,
+    )
 
 
 def motion_before(measured: float, velocity: float, acceleration: float, dt: float) -> ObservedMotion:

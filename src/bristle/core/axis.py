@@ -25,7 +25,7 @@ from bristle.core.errors import InputError
 from bristle.core.values import looked_at
 from bristle.core.variable import Kind, Variable
 
-__all__ = ["CHANNELS", "Axis", "Column", "Injected"]
+__all__ = ["CHANNELS", "COLUMNS", "Axis", "Column", "Injected"]
 
 
 CHANNELS = {
@@ -38,6 +38,8 @@ CHANNELS = {
     "temperature": "temperature",
 }
 """Channel of a log -> generalised quantity."""
+COLUMNS = CHANNELS | {"following_error": "length"}
+"""What a column may be: a channel, or the following error, which makes the reference with the position."""
 
 _NUMBER = amount(Variable("1", "factor"))
 
@@ -112,7 +114,7 @@ class Injected:
 
 
 @guarded(
-    name=TEXT, kind=KIND, columns=known(CHANNELS, instance(Column, "a Column")),
+    name=TEXT, kind=KIND, columns=known(COLUMNS, instance(Column, "a Column")),
     injected=many(instance(Injected, "an Injected"), single=True), table=optional(TEXT),
     sample_time=_positive("time", "sample time"), delay=amount(Variable("time", "delay of the effort")),
     seeks_delay=FLAG, mass=_positive("mass", "moving mass or inertia"), plant=among("inertia", "oscillator"),

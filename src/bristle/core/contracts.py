@@ -229,10 +229,13 @@ class Controller(Component):
     """A sampled control law: ``step(state, reference, measured, dt, p) -> (effort, state)``.
 
     ``start(measured, velocity, acceleration, dt, p) -> state`` is the state of one that takes over a motion under way.
+    ``resume(state, reference, measured, effort, dt, p) -> state`` is optional, for one that remembers its reference or
+    integrates: the same state of one that has followed it and given an effort until now (None where it is not known).
     """
 
     step: Callable[..., Any]
     start: Callable[..., Any]
+    resume: Callable[..., Any] | None = None
 
     family: ClassVar[str] = "controller"
     functions: ClassVar[tuple[str, ...]] = ("step",)

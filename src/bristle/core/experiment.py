@@ -41,6 +41,7 @@ __all__ = [
     "Feedforward",
     "Learning",
     "Run",
+    "Start",
     "Variant",
     "substeps_for",
 ]
@@ -69,6 +70,11 @@ FEEDFORWARD = {
     "limit": Variable("force", "largest friction fed forward", min=0.0),
     "rate_limit": Variable("force/time", "fastest change of it", min=0.0),
     "conditioning": Variable("length", "amplitude of the decaying sweep before the first sample", min=0.0),
+}
+START = {
+    "position": Variable("length", "position at the first sample"),
+    "velocity": Variable("length/time", "velocity at the first sample"),
+    "acceleration": Variable("length/time^2", "acceleration at the first sample"),
 }
 LEARNING = {
     "trials": Variable("1", "trials, of which the last is reported", min=1.0, max=1000.0),
@@ -231,12 +237,32 @@ class Effort:
     description: str = "given sample by sample"
 
 
+@guarded(**of_variables(START), effort=optional(amount(FEEDFORWARD["offset"])))
+@dataclass(frozen=True)
+class Start:
+    """Where a loop begins that takes over a motion.
+
+    Parameters
+    ----------
+    position, velocity, acceleration : float
+        The motion at the first sample [m, m/s, m/s^2 or rad, rad/s, rad/s^2].
+    effort : float or None
+        Effort that the controller has given until then [N or N*m]: its integral begins with what that takes. None where
+        it is not known: the integral is empty.
+    """
+
+    position: float
+    velocity: float = 0.0
+    acceleration: float = 0.0
+    effort: float | None = None
+
+
 @guarded(
     name=TEXT, plant=model("plant"), friction=model("friction"), controller=model("controller"), sensor=model("sensor"),
     reference=model("reference"), feedforward=instance(Feedforward, "a Feedforward"), run=instance(Run, "a Run"),
     disturbance=optional(array()), learning=optional(instance(Learning, "a Learning")),
     table=optional(model("friction")), sensor_at=among(*SIDES), axis=optional(instance(Axis, "an Axis")),
-    effort=optional(instance(Effort, "an Effort")),
+    effort=optional(instance(Effort, "an Effort")), start=optional(instance(Start, "a Start")),
 )  # fmt: skip
 @dataclass(frozen=True)
 class Variant:
@@ -264,6 +290,8 @@ class Variant:
         How a log of it is written.
     effort : Effort or None
         What drives an open loop, in which nothing follows the reference; None in a loop with a controller.
+    start : Start or None
+        Where the loop begins; None for where its reference does, with an empty integral.
     """
 
     name: str
@@ -280,6 +308,7 @@ class Variant:
     sensor_at: str = "load"
     axis: Axis | None = None
     effort: Effort | None = None
+    start: Start | None = None
 
     def __post_init__(self) -> None:
         if not self.run.tolerance:

@@ -12,11 +12,13 @@ from bristle.demo import axis_simulated
 from bristle.files.log import read_log
 from bristle.files.results import Results
 from bristle.prediction import predict
+from bristle.prediction.following import following_of
 from bristle.simulation import compensation_experiment, simulate
 from bristle.workflow import identify
 
 if TYPE_CHECKING:
     from bristle.identification import Identification
+    from bristle.prediction.following import Following
     from bristle.simulation import Prediction, SimulationResult
 
 __all__ = ["BANNER", "MODELS", "Demonstration", "run"]
@@ -39,6 +41,7 @@ class Demonstration:
     identification: Identification
     prediction: Prediction
     simulation: SimulationResult
+    following: Following | None
     summary: Mapping[str, object]
 
 
@@ -89,10 +92,11 @@ def run(folder: Results, *, command: str, progress: Progress | None = None) -> D
             name=axis.name,
         )
     )
+    following = following_of(unseen, simulation, identification.settings)
     at(0.9, "writing the report")
     outcome = identification.outcome_with(
-        command=command, banner=BANNER, loop=(simulation, prediction),
+        command=command, banner=BANNER, loop=(simulation, prediction, following),
         files={"axis": content_of(folder / "axis.toml")},
     )  # fmt: skip
     outcome.write(folder, simulated=True)
-    return Demonstration(identification, prediction, simulation, outcome.summary | {"simulated": True})
+    return Demonstration(identification, prediction, simulation, following, outcome.summary | {"simulated": True})

@@ -39,6 +39,7 @@ class _Loop(NamedTuple):
     reference: np.ndarray
     error: np.ndarray
     effort: np.ndarray
+    is_measured: bool = False
 
     @property
     def name(self) -> str:
@@ -48,11 +49,13 @@ class _Loop(NamedTuple):
     def between(self, begin: float, end: float) -> _Loop:
         """Return the loop between two times [s]."""
         inside = (self.time >= begin) & (self.time <= end)
-        return self._replace(**{name: getattr(self, name)[inside] for name in self._fields[2:]})
+        return self._replace(**{name: getattr(self, name)[inside] for name in self._fields[2:-1]})
 
 
 @style.styled
-def following_error(result: SimulationResult, focus: Sequence[str] = ()) -> Figure:
+def following_error(
+    result: SimulationResult, focus: Sequence[str] = (), measured: np.ndarray | None = None
+) -> Figure:  # fmt: skip
     """Return the following error of each variant, whole, close up and as a distribution, and the effort.
 
     Parameters
@@ -63,9 +66,13 @@ def following_error(result: SimulationResult, focus: Sequence[str] = ()) -> Figu
     focus : sequence of str, optional
         Names of the variants to be looked at closely, where others err so much more that they would flatten them;
         all of them by default.
+    measured : ndarray, shape (sample,), optional
+        Following error of the axis itself along the same reference [m or rad]: drawn under the simulated ones.
     """
-    loops = _settled(result)
-    near = [loop for loop in loops if loop.variant in focus] or loops
+    loops = _settled(result, measured)
+    simulated = [loop for loop in loops if not loop.is_measured]
+    near = [loop for loop in simulated if loop.variant in focus]
+    near = near if 0 < len(near) < len(simulated) else loops
     rows = 4 if len(near) == len(loops) else 5
     undivided = [row for row in range(rows) if row != rows - 3]
     # More names than a line takes stand at the top, where room can be made for them.
@@ -77,7 +84,7 @@ def following_error(result: SimulationResult, focus: Sequence[str] = ()) -> Figu
     )  # fmt: skip
     motion, *all_, full, close, effort = (row[0] for row in grid)
     spread = grid[-3][1]
-    _draw_signals(motion, effort, loops, result.experiment.kind)
+    _draw_signals(motion, effort, simulated, result.experiment.kind)
     for axes in all_:
         _draw_errors(axes, loops, result.experiment.kind)
     scale = _draw_errors(full, near, result.experiment.kind)
@@ -147,14 +154,17 @@ def _completed(result: VariantResult, part: slice) -> bool:
     return result.status is not Status.NOT_FINITE and result.time[part].size > 0
 
 
-def _settled(result: SimulationResult) -> list[_Loop]:
-    loops = []
-    for number, variant in enumerate(result.experiment.variants):
+def _settled(result: SimulationResult, measured: np.ndarray | None) -> list[_Loop]:
+    loops: list[_Loop] = []
+    for number, variant in enumerate(result.experiment.variants, 0 if measured is None else 1):
         outcome, part = result.variants[variant.name], _judged(variant)
         if not _completed(outcome, part):
             continue
         look = {key: value for key, value in style.SERIES[number % len(style.SERIES)].items() if key != "marker"}
         error = outcome.reference[part] - outcome.measured[part]
+        if measured is not None and not loops:
+            own = (outcome.time[part], outcome.reference[part], measured[: outcome.time.size][part])
+            loops.append(_Loop("measured", style.MEASURED, *own, np.zeros_like(own[2]), is_measured=True))
         loops.append(
             _Loop(variant.name, look, outcome.time[part], outcome.reference[part], error, outcome.effort[part])
         )

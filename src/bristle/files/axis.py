@@ -73,7 +73,7 @@ def axis_from(data: dict[str, Any]) -> Axis:
     drive = _drive_of(file)
     columns = {
         name: _column(name, entry, drive)
-        for name in ("time", "position", "velocity", "effort", "reference")
+        for name in ("time", "position", "velocity", "effort", "reference", "following_error")
         if (entry := getattr(file.columns, name)) is not None
     } | surroundings_of(file)
     axis = Axis(

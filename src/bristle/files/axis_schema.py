@@ -46,6 +46,7 @@ class Columns(Strict):
     velocity: Entry | None = None
     effort: Entry | None = None
     reference: Entry | None = None
+    following_error: Entry | None = None
     load: Entry | None = None
     temperature: Entry | None = None
 

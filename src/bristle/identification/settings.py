@@ -123,6 +123,12 @@ class Settings:
         0.7, "share of the best held-out error below which an interrupted model leads nevertheless"
     )
 
+    # The loop in simulation.
+    loop_differs: float = _set(
+        0.15, "relative difference between measured and simulated following error, peak to peak or root mean square, "
+        "from which no gain is promised"
+    )  # fmt: skip
+
     @classmethod
     def of(cls, values: Mapping[str, Any], path: str = "settings") -> Settings:
         """Return the thresholds that are given, all others at their defaults.

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from bristle.core import units
-from bristle.core.axis import Axis, Column
+from bristle.core.axis import COLUMNS, Axis, Column
 from bristle.core.errors import InputError, close_names
 from bristle.core.variable import KINDS, Kind, unit_of
 from bristle.logs.channel import CHANNELS, Channel
@@ -49,6 +49,7 @@ def gather(table: Table, axis: Axis) -> Gathered:
         )
     _tell_of_shared_columns(gathered)
     _refuse_unequal_lengths(table, gathered)
+    _add_reference(gathered)
     return gathered
 
 
@@ -95,7 +96,7 @@ def _channel(table: Table, column: Column, key: str, kind: Kind, gathered: Gathe
     except InputError as error:
         gathered.problems.append(error)
         return None
-    quantity = CHANNELS.get(key, CHANNELS["effort"])
+    quantity = COLUMNS.get(key, COLUMNS["effort"])
     with np.errstate(over="ignore"):  # what is too large is refused with its sample
         values = table.columns[name] * scale + column.shift
     return Channel(values, unit_of(quantity, kind), name)
@@ -118,6 +119,19 @@ def _factor(table: Table, name: str, column: Column, gathered: Gathered) -> floa
             mend=f"If the log is right, write unit = {unit!r} in the axis file, or leave the unit out there",
         )  # fmt: skip
     return factor
+
+
+def _add_reference(gathered: Gathered) -> None:
+    """Add the reference where the log holds the following error in its place: position and error together."""
+    error, position = gathered.channels.pop("following_error", None), gathered.channels.get("position")
+    if error is None or position is None or error.values.size != position.values.size:
+        return
+    if "reference" in gathered.channels:
+        gathered.notes.append(f"column {error.column} is not used: the reference is in the log itself")
+        return
+    reference = Channel(position.values + error.values, position.unit, error.column)
+    gathered.channels["reference"] = reference
+    gathered.notes.append(f"the reference is position and {error.column}, taken as reference less position")
 
 
 def _tell_of_shared_columns(gathered: Gathered) -> None:

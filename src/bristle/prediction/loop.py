@@ -4,22 +4,27 @@ from __future__ import annotations
 
 import math
 
+from bristle.controllers.limits import within_drive
 from bristle.core.axis import Axis
 from bristle.core.contracts import Model
-from bristle.core.experiment import Experiment
+from bristle.core.experiment import Experiment, Start
 from bristle.friction import is_static, with_presliding
 from bristle.logs.log import Log
 from bristle.prediction.predict import unexplained_force
 from bristle.simulation.compensation import compensation_experiment
+from bristle.simulation.recorded.closed_loop import beginning_of, desired_of, held_at
 
-__all__ = ["loop_of"]
+__all__ = ["longest_of", "loop_of"]
 
 
-def loop_of(plant: Model, friction: Model, log: Log, axis: Axis, *, cutoff: float | None = None) -> Experiment | None:
+def loop_of(
+    plant: Model, friction: Model, log: Log, axis: Axis, *, cutoff: float | None = None, lag: float | None = None
+) -> Experiment | None:  # fmt: skip
     """Return the loop of an axis without and with compensation, on the reference that a log holds.
 
     What the model does not explain of the log is replayed as a disturbance, so that the compensator is not
-    judged on its own model.
+    judged on its own model. The loops begin where the log does, at its position and velocity, with the effort that
+    acted there.
 
     Parameters
     ----------
@@ -31,6 +36,8 @@ def loop_of(plant: Model, friction: Model, log: Log, axis: Axis, *, cutoff: floa
         Controller, encoder, limit and pre-sliding distance.
     cutoff : float, optional
         Cut-off of the identification [Hz]; the axis decides where it is not given.
+    lag : float, optional
+        Time constant with which the drive follows its controller [s]; the axis decides where it is not given.
 
     Returns
     -------
@@ -39,7 +46,7 @@ def loop_of(plant: Model, friction: Model, log: Log, axis: Axis, *, cutoff: floa
     """
     if axis.controller is None or log.reference is None or log.effort is None:
         return None
-    longest = max(log.segments, key=lambda part: part.stop - part.start)
+    longest, limit = longest_of(log), axis.effort_limit or math.inf
     simulated = friction
     if axis.presliding and is_static(friction):
         simulated = with_presliding(friction, axis.presliding)
@@ -51,7 +58,23 @@ def loop_of(plant: Model, friction: Model, log: Log, axis: Axis, *, cutoff: floa
         log.reference.values[longest],
         log.sample_time,
         resolution=axis.resolution or 0.0,
-        effort_limit=axis.effort_limit or math.inf,
-        disturbance=unexplained_force(plant, friction, log, axis, cutoff=cutoff)[longest],
+        effort_limit=limit,
+        lag=axis.lag if lag is None else lag,
+        disturbance=(unexplained_force(plant, friction, log, axis, cutoff=cutoff) - log.injected_effort)[longest],
+        start=_start(within_drive(axis.controller, limit), log, axis, longest),
         name=axis.name,
     )
+
+
+def longest_of(log: Log) -> slice:
+    """Return the longest stretch of a log without a gap, which is followed again."""
+    return max(log.segments, key=lambda part: part.stop - part.start)
+
+
+def _start(law: Model, log: Log, axis: Axis, part: slice) -> Start:
+    """Return the motion and the effort that a stretch of a log begins with."""
+    assert log.reference is not None
+    beginning = beginning_of(log, part.start, axis.resolution)
+    desired = desired_of(log.reference.values[part], log.sample_time)
+    held = held_at(law, desired, log, part.start, beginning)
+    return Start(beginning.x, beginning.v, beginning.acceleration, held)

@@ -9,12 +9,14 @@ import numpy as np
 from bristle.core.status import Status
 from bristle.core.typography import number, scale_of, with_unit
 from bristle.core.variable import Kind, unit_of
+from bristle.report.messages import message
 
 if TYPE_CHECKING:
     from bristle.core.experiment import Experiment, Variant
-    from bristle.simulation.result import SimulationResult, VariantResult
+    from bristle.prediction.following import Following
+    from bristle.simulation.result import SimulationResult, Statistics, VariantResult
 
-__all__ = ["Gain", "gain_of", "pair_in", "pair_of"]
+__all__ = ["Gain", "about_loop", "gain_of", "pair_in", "pair_of"]
 
 NO_CHANGE = 0.05  # relative change below which nothing is claimed
 MOSTLY_LAG = 0.5  # share of the mean square of the following error that is in proportion to velocity
@@ -139,6 +141,35 @@ class Gain(NamedTuple):
 
     def _words(self, length: float) -> str:
         return with_unit(length, unit_of("length", self.kind))
+
+
+def about_loop(gain: Gain | None, following: Following | None, kind: Kind) -> list[str]:
+    """Return how the axis followed its reference, how it does in simulation, and what compensation gains there.
+
+    Where the simulation does not follow as the log does, no gain is told.
+
+    Parameters
+    ----------
+    gain : Gain or None
+        Of the simulated loop.
+    following : Following or None
+        What the log says of it.
+    kind : {"translational", "rotational"}
+        The kind of axis.
+    """
+    gained = [] if gain is None else gain.sentences()
+    if following is None:
+        return gained
+    if following.contradiction is not None:
+        words = message(following.contradiction)
+        return [f"No gain is promised: {words}."]
+    unit = unit_of("length", kind)
+    beside = "" if following.simulated is None else f"; the simulated loop has {_both(following.simulated, unit)}"
+    return [f"In the log, the following error is {_both(following.measured, unit)}{beside}.", *gained]
+
+
+def _both(error: Statistics, unit: str) -> str:
+    return f"{with_unit(error.peak_to_peak, unit)} peak to peak and {with_unit(error.rms, unit)} root mean square"
 
 
 def _times(before: float, after: float) -> str:

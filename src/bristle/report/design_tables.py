@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from bristle.core.experiment import Variant
     from bristle.loop_design import Budget, Circle, Delays, Design, Proposal
 
+NEARLY_NOTHING = 0.01  # of what a loop errs by
 MICROMETRE = 1e-6  # the errors of servos are told in no smaller unit
 
 __all__ = ["budget_table", "circle_table", "controller_text", "delay_table", "margin_table", "proposal_table"]
@@ -77,9 +78,16 @@ def budget_table(budget: Budget, design: Design) -> Table:
     ]
     rows += [
         ("all of them", length.cell(budget.all_causes.peak_to_peak), "–", ""),
-        ("none of them", length.cell(budget.no_cause.peak_to_peak), "–", ""),
+        ("none of them", length.cell(budget.no_cause.peak_to_peak), "–", _about_the_rest(budget)),
     ]
     return Table("Error budget: following error, peak to peak", heads, rows)
+
+
+def _about_the_rest(budget: Budget) -> str:
+    """Return what a loop errs by that errs by none of its causes; nothing where that is nearly nothing."""
+    if not budget.no_cause.peak_to_peak > NEARLY_NOTHING * budget.all_causes.peak_to_peak:
+        return ""
+    return "left by the law itself and its sampling, such as a velocity that is late where the desired one is not"
 
 
 def proposal_table(design: Design) -> Table:

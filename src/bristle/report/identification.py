@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from bristle.core.typography import with_unit
@@ -14,7 +15,7 @@ from bristle.report.certificates import certificate_table
 from bristle.report.compensation import gain_of
 from bristle.report.log_facts import log_facts, scatter_facts, treatment_facts
 from bristle.report.loop_tables import variant_table
-from bristle.report.messages import assumptions_of, notes_of, warnings_of
+from bristle.report.messages import assumptions_of, message, notes_of, warnings_of
 from bristle.report.model_tables import as_csv, comparison_table, drive_rows, parameter_table
 from bristle.report.page import render
 from bristle.report.passages import break_away_table, passage_table
@@ -23,10 +24,12 @@ from bristle.report.prediction import prediction_picture
 from bristle.report.settings import changed_settings, settings_table
 from bristle.report.simulation import following_picture
 from bristle.report.verdict import figures_of_merit, sentences
+from bristle.simulation.compensation import AS_RECORDED
 
 if TYPE_CHECKING:
     from bristle.certificates import Certificate
     from bristle.identification.result import Fit, Identification
+    from bristle.prediction.following import Following
     from bristle.simulation.result import Prediction, SimulationResult
 
 __all__ = ["identification_report"]
@@ -36,7 +39,7 @@ def identification_report(
     identification: Identification, *, prediction: Prediction | None = None,
     simulation: SimulationResult | None = None, table: Sequence[tuple[float, float]] | None = None, command: str,
     axis_name: str, provenance: Mapping[str, str], certificates: Mapping[str, Certificate] | None = None,
-    banner: str | None = None,
+    banner: str | None = None, following: Following | None = None,
 ) -> str:  # fmt: skip
     """Return the report of an identification as one HTML page.
 
@@ -60,31 +63,37 @@ def identification_report(
         Whether the best model is fit to be used.
     banner : str, optional
         What a reader must know before anything else.
+    following : Following, optional
+        How the axis followed its reference in the log.
     """
     fit, kind = identification.best, identification.best.plant.kind
     curve = steady_curve(fit)
     segments = passages(identification.log)
     pictures = identification_pictures(identification, table or (), curve, segments)
+    gain = None if simulation is None else gain_of(simulation)
+    contradicted = following is not None and following.contradiction is not None
+    if simulation is not None and contradicted:
+        simulation = _as_recorded(simulation)
     if simulation is not None:
-        pictures |= following_picture(simulation)
+        pictures |= following_picture(simulation, following)
     if prediction is not None:
         pictures |= prediction_picture(prediction, kind)
-    gain = None if simulation is None else gain_of(simulation)
     return render(
         "identification.html",
         provenance=provenance,
         command=command,
         banner=banner,
         axis_name=axis_name,
-        merits=figures_of_merit(fit, gain),
-        verdict=sentences(identification, axis_name, gain, prediction),
+        merits=figures_of_merit(fit, gain, following),
+        verdict=sentences(identification, axis_name, gain, prediction, following),
         parameters=parameter_table(fit),
-        warnings=warnings_of(fit),
+        warnings=[*warnings_of(fit), *_contradictions(following)],
         next_measurements=next_measurements(fit),
         drive=None if not table else drive_rows(table, kind),
         deviation=with_unit(largest_deviation(fit, table or ()), unit_of("force", kind)) if table else None,
         drive_csv=None if not table else as_csv(table, kind),
-        variants=None if simulation is None else variant_table(simulation),
+        variants=None if simulation is None else variant_table(simulation, following.measured if following else None),
+        contradicted=contradicted,
         comparison=comparison_table(identification),
         by_position=fit.position_rmse is not None,
         pictures=pictures,
@@ -99,6 +108,17 @@ def identification_report(
         certificates=certificate_table(fit.name, certificates) if certificates else None,
         notes=identification.notes,
     )
+
+
+def _as_recorded(simulation: SimulationResult) -> SimulationResult:
+    """Return the loop as it was recorded alone: what it would gain is not told where the log contradicts it."""
+    recorded = tuple(variant for variant in simulation.experiment.variants if variant.name == AS_RECORDED)
+    results = {variant.name: simulation.variants[variant.name] for variant in recorded}
+    return replace(simulation, experiment=replace(simulation.experiment, variants=recorded), variants=results)
+
+
+def _contradictions(following: Following | None) -> list[str]:
+    return [] if following is None or following.contradiction is None else [message(following.contradiction)]
 
 
 def _assumed(fit: Fit, prediction: Prediction | None) -> list[str]:

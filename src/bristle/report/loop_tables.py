@@ -15,13 +15,16 @@ from bristle.report.table import Quantity, Table
 if TYPE_CHECKING:
     from bristle.core.contracts import Model
     from bristle.core.experiment import Variant
-    from bristle.simulation.result import SimulationResult, VariantResult
+    from bristle.simulation.result import SimulationResult, Statistics, VariantResult
 
 __all__ = ["component_table", "direction_table", "run_table", "variant_table"]
 
 
-def variant_table(result: SimulationResult) -> Table:
-    """Return the errors and efforts of the variants of a loop, side by side; of open loops where they went."""
+def variant_table(result: SimulationResult, measured: Statistics | None = None) -> Table:
+    """Return the errors and efforts of the variants of a loop, side by side; of open loops where they went.
+
+    Above them stands what was measured, where that is given.
+    """
     if result.variants and all(variant.is_open for variant in result.variants.values()):
         return _open_table(result)
     completed, length = _following(result)
@@ -32,6 +35,9 @@ def variant_table(result: SimulationResult) -> Table:
         length.head("True error, peak to peak"), effort.head(f"{word}, rms"), effort.head("peak"), "Remark",
     )  # fmt: skip
     rows = []
+    if measured is not None:
+        errors = (measured.peak_to_peak, measured.rms, measured.mean)
+        rows.append(("measured", *(length.cell(value) for value in errors), "–", "–", "–", ""))
     for variant in result.variants.values():
         error = variant.following_error
         cells = [length.cell(v) for v in (error.peak_to_peak, error.rms, error.mean, variant.true_error.peak_to_peak)]

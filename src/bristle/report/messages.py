@@ -138,7 +138,7 @@ class _Words(Formatter):
         if format_spec == "percents":
             return ", ".join(f"{number(share, 10.0)} %" for share in value)
         if format_spec == "samples":
-            return counted(value)
+            return counted(int(value))
         if format_spec == "stiffness of an axis":
             return stiffness_text(value, self.kind)
         if format_spec.endswith(" digits"):

@@ -16,6 +16,7 @@ from bristle.report.page import Picture, picture, render
 if TYPE_CHECKING:
     from bristle.core.contracts import Model
     from bristle.core.experiment import Variant
+    from bristle.prediction.following import Following
     from bristle.simulation.result import SimulationResult
 
 __all__ = ["following_picture", "motion_picture", "simulation_report"]
@@ -58,17 +59,19 @@ def simulation_report(
     )
 
 
-def following_picture(result: SimulationResult) -> dict[str, Picture]:
-    """Return the figure of the following error, where a variant completed."""
+def following_picture(result: SimulationResult, measured: Following | None = None) -> dict[str, Picture]:
+    """Return the figure of the following error, where a variant completed, the measured one under them."""
     from bristle.figures import following_error, has_completed
 
     if not has_completed(result):
         return {}
     return {
         "following": picture(
-            "following", lambda: following_error(result, _focus(result)),
+            "following",
+            lambda: following_error(result, _focus(result), None if measured is None else measured.error),
             "Following error and effort of each variant over time",
-            "Reference less encoder reading: over time, as a distribution, and close up at a reversal (shaded above). "
+            f"Reference less encoder reading{', measured and simulated' if measured is not None else ''}: over time, "
+            "as a distribution, and close up at a reversal (shaded above). "
             "What jumps where the reference reverses is friction; what follows the velocity is the lag of the "
             "position loop, or viscous friction that is not fed forward. Below, the effort that it takes.",
         )

@@ -9,13 +9,14 @@ from bristle.core.status import Status
 from bristle.core.variable import unit_of
 from bristle.prediction.drive_table import largest_deviation
 from bristle.report.loop_warnings import loop_warnings
-from bristle.report.messages import as_data, assumptions_of, note_of, notes_of, warnings_of
+from bristle.report.messages import as_data, assumptions_of, message, note_of, notes_of, warnings_of
 
 if TYPE_CHECKING:
     from bristle.certificates import Certificate
     from bristle.core.contracts import Model
     from bristle.core.diagnostic import Diagnostic
     from bristle.identification.result import Estimate, Fit, Identification
+    from bristle.prediction.following import Following
     from bristle.simulation.result import Prediction, SimulationResult
 
 __all__ = ["identification_summary", "prediction_summary", "simulation_summary"]
@@ -29,11 +30,12 @@ NOT_SIMULATED: dict[str, Any] = dict.fromkeys(
 def identification_summary(
     identification: Identification, *, table: Sequence[tuple[float, float]], simulation: SimulationResult | None,
     prediction: Prediction | None, provenance: Mapping[str, str],
-    certificates: Mapping[str, Certificate] | None = None,
+    certificates: Mapping[str, Certificate] | None = None, following: Following | None = None,
 ) -> dict[str, Any]:  # fmt: skip
     """Return an identification in numbers: the best model on top, all of them under ``models``."""
     best, log = identification.best, identification.log
     kind = best.friction.kind
+    doubt = None if following is None else following.contradiction
     return {
         "model": best.name,
         "kind": kind,
@@ -42,9 +44,9 @@ def identification_summary(
         "metrics": NOT_SIMULATED | best.metrics,
         "resampling": _resampling(best),
         "certificates": {name: vars(certificate) for name, certificate in (certificates or {}).items()},
-        "warnings": warnings_of(best),
+        "warnings": [*warnings_of(best), *((message(doubt),) if doubt else ())],
         "assumptions": assumptions_of(best),
-        "diagnostics": as_data(best.diagnostics),
+        "diagnostics": as_data([*best.diagnostics, *((doubt,) if doubt else ())]),
         "models": [
             {"name": fit.name, "rank": fit.rank, "parameters": _parameters(fit), "metrics": NOT_SIMULATED | fit.metrics,
              "warnings": warnings_of(fit), "diagnostics": as_data(fit.diagnostics)}
@@ -56,6 +58,7 @@ def identification_summary(
             "velocity": [velocity for velocity, _ in table], "effort": [effort for _, effort in table],
             "largest_deviation": largest_deviation(best, table) if table else None,
         },
+        "following_error": None if following is None else following.as_data(),
         "compensation": None if simulation is None else _variants(simulation),
         "prediction": None if prediction is None else _prediction(prediction),
         "log": {"samples": len(log), "sample_time": log.sample_time, "duration": log.duration, "notes": log.notes},

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
-from bristle.report.compensation import Gain
+from bristle.report.compensation import Gain, about_loop
 
 if TYPE_CHECKING:
     from bristle.identification.result import Fit, Identification
+    from bristle.prediction.following import Following
     from bristle.simulation.result import Prediction
 
 __all__ = ["figures_of_merit", "sentences"]
@@ -18,21 +19,32 @@ __all__ = ["figures_of_merit", "sentences"]
 WIDER_OUTSIDE = 1.25  # ratio of held-out to fitted error from which the reader is told
 
 
-def figures_of_merit(fit: Fit, gain: Gain | None) -> list[tuple[str, str]]:
-    """Return the few numbers that decide, each with what it is."""
+def figures_of_merit(fit: Fit, gain: Gain | None, following: Following | None = None) -> list[tuple[str, str]]:
+    """Return the few numbers that decide, each with what it is; of a gain that the log contradicts, none."""
     error_name = "Effort error" if fit.position_error_percent is None else "Position error"
     error_name = error_name if fit.loop_error_percent is None else "Effort error of the simulated loop"
     rows = [("Friction model", fit.name), (error_name, _percent(fit.error_percent))]
     if fit.held_out is not None:
         rows.append((f"On held-out {fit.held_out.of}", _percent(fit.held_out.mean_percent)))
-    if gain is not None and gain.steps:
-        rows.append((f"Following error, peak to peak, simulated: {gain.names}", gain.peaks))
-    return rows
+    return rows + _of_the_loop(gain, following, unit_of("length", fit.plant.kind))
+
+
+def _of_the_loop(gain: Gain | None, following: Following | None, unit: str) -> list[tuple[str, str]]:
+    words, errors = [], []
+    if following is not None:
+        words, errors = ["in the log"], [_fixed(following.measured.peak_to_peak, unit)]
+    if following is not None and following.contradiction is not None:
+        if following.simulated is not None:
+            words, errors = [*words, "simulated"], [*errors, _fixed(following.simulated.peak_to_peak, unit)]
+    elif gain is not None and gain.steps:
+        words, errors = [*words, f"simulated: {gain.names}"], [*errors, gain.peaks]
+    return [(f"Following error, peak to peak, {'; '.join(words)}", "; ".join(errors))] if words else []
 
 
 def sentences(
-    identification: Identification, axis_name: str, gain: Gain | None, prediction: Prediction | None
-) -> list[str]:
+    identification: Identification, axis_name: str, gain: Gain | None, prediction: Prediction | None,
+    following: Following | None = None,
+) -> list[str]:  # fmt: skip
     """Return the verdict: which model, how well it predicts, how sure it is, and what compensation gains.
 
     Parameters
@@ -45,18 +57,19 @@ def sentences(
         The simulated loop without and with compensation.
     prediction : Prediction or None
         The model run on a log.
+    following : Following or None
+        How the axis followed its reference in the log.
     """
     fit = identification.best
     lines = [_model(identification, axis_name), _error(fit), _certainty(fit)]
     if prediction is not None:
         lines += _prediction(prediction)
+    lines += about_loop(gain, following, fit.plant.kind)
     if gain is None:
         lines.append(
             "What compensation gains was not simulated: that takes a log with a reference and a controller in the "
             "axis file."
         )
-    else:
-        lines += gain.sentences()
     return lines
 
 
@@ -130,6 +143,11 @@ def _prediction(prediction: Prediction) -> list[str]:
     if not parts:
         return []
     return [f"Run on the log in {prediction.mode} mode, it predicts {' and '.join(parts)}."]
+
+
+def _fixed(length: float, unit: str) -> str:
+    """Return a length that no line ends in."""
+    return with_unit(length, unit).replace(" ", "\u00a0")
 
 
 def _percent(value: float) -> str:

@@ -12,27 +12,34 @@ from bristle.core.contracts import Model
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.digest import digest
 from bristle.core.edge import TEXT, Amount, amount, array, guarded, instance, model, optional
-from bristle.core.experiment import RUN, Experiment, Feedforward, Run, Variant
+from bristle.core.experiment import RUN, Experiment, Feedforward, Run, Start, Variant
 from bristle.core.variable import Variable
 from bristle.engine.checks import FRICTION
 from bristle.references import recorded
 from bristle.sensors import encoder
 
-__all__ = ["AS_RECORDED", "COMPENSATED", "FEEDFORWARD", "compensation_experiment", "on_another_rig"]
+__all__ = ["AS_RECORDED", "COMPENSATED", "FEEDFORWARD", "compensation_experiment", "on_another_rig", "settling"]
 
 AS_RECORDED, FEEDFORWARD, COMPENSATED = "as_recorded", "feedforward", "compensated"
 SETTLE_SHARE, SETTLE_MAX = 0.05, 0.5  # of the duration, and in seconds
+
+
+def settling(duration: float) -> float:
+    """Return how long after its start a loop is not judged [s]."""
+    return min(SETTLE_SHARE * duration, SETTLE_MAX)
 
 
 @guarded(
     plant=model("plant"), friction=FRICTION, compensator=FRICTION, controller=model("controller"),
     reference=array(least=3), sample_time=amount(RUN["sample_time"]), disturbance=optional(array()),
     resolution=amount(Variable("length", "one count of the encoder", min=0.0)),
-    effort_limit=amount(RUN["effort_limit"], endless=True), name=TEXT,
+    effort_limit=amount(RUN["effort_limit"], endless=True), lag=amount(RUN["current_lag"]),
+    start=optional(instance(Start, "a Start")), name=TEXT,
 )  # fmt: skip
 def compensation_experiment(
     plant: Model, friction: Model, compensator: Model, controller: Model, reference: Any, sample_time: Amount, *,
-    resolution: Amount = 0.0, effort_limit: Amount = math.inf, disturbance: Any = None, name: str = "axis",
+    resolution: Amount = 0.0, effort_limit: Amount = math.inf, lag: Amount = 0.0, disturbance: Any = None,
+    start: Start | None = None, name: str = "axis",
 ) -> Experiment:  # fmt: skip
     """Return the experiment that shows what feedforward and friction compensation gain.
 
@@ -55,8 +62,12 @@ def compensation_experiment(
         One count of the encoder [m or rad].
     effort_limit : float
         Largest effort of the drive [N or N*m].
+    lag : float
+        Time constant with which the drive follows its controller [s].
     disturbance : ndarray, shape (sample,), optional
         Force that the friction model does not explain [N or N*m].
+    start : Start, optional
+        Where the loops begin; where the reference does, if not given.
     name : str
         Name of the experiment.
 
@@ -79,9 +90,11 @@ def compensation_experiment(
             duration=duration,
             sample_time=sample_time,
             effort_limit=effort_limit,
-            settle=min(SETTLE_SHARE * duration, SETTLE_MAX),
+            settle=settling(duration),
+            current_lag=lag,
         ),
         disturbance=disturbance,
+        start=start,
     )
     mass = plant.values["M"]
     follows = controller.with_values(k_ff=1.0) if "k_ff" in controller.component.variables else controller

@@ -14,8 +14,8 @@ from bristle.core.contracts import Model
 from bristle.core.cores import Abreast
 from bristle.core.edge import PROGRESS, guarded
 from bristle.core.errors import InputError
-from bristle.core.experiment import Effort, Variant
-from bristle.engine import LoopTrace, Trace, run_adaptive, run_closed_loop
+from bristle.core.experiment import Effort, Start, Variant
+from bristle.engine import LoopTrace, Trace, run_adaptive, run_closed_loop, settled
 from bristle.engine.loop import sensed
 from bristle.files.given import EXPERIMENT
 from bristle.simulation.feedforward import compensator_of, feedforward_effort
@@ -141,9 +141,11 @@ def _simulate_once(variant: Variant, desired: np.ndarray, number: int) -> Varian
 def _by_steps(variant: Variant, desired: np.ndarray, number: int) -> LoopTrace:
     """Return a run with steps of one length, of a loop or of what is driven without one."""
     run, (position, velocity, acceleration, _) = variant.run, desired
+    friction = _seeded(variant.friction, number)
+    begun = variant.start or Start(float(position[0]), float(velocity[0]), float(acceleration[0]))
     return run_closed_loop(
         variant.plant,
-        _seeded(variant.friction, number),
+        friction,
         within_drive(variant.controller, run.effort_limit),
         _seeded(variant.sensor, number),
         desired,
@@ -156,10 +158,18 @@ def _by_steps(variant: Variant, desired: np.ndarray, number: int) -> LoopTrace:
         limit=run.effort_limit,
         delay=run.delay,
         lag=run.current_lag,
-        x=float(position[0]),
-        v=float(velocity[0]),
-        acceleration=float(acceleration[0]),
+        effort_before=begun.effort or 0.0,
+        held=begun.effort,
+        x=begun.position,
+        v=begun.velocity,
+        acceleration=begun.acceleration,
+        **(_slid(friction, begun.velocity) if variant.start is not None else {}),
     )
+
+
+def _slid(friction: Model, velocity: float) -> dict[str, Any]:
+    """Return the state of a friction model that has moved at a velocity for long; nothing where it was at rest."""
+    return dict(zip(("state", "memory"), settled(friction, velocity), strict=True)) if velocity else {}
 
 
 def _by_tolerance(variant: Variant, desired: np.ndarray, number: int) -> Trace:

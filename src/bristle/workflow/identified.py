@@ -27,6 +27,7 @@ from bristle.workflow.outcome import Outcome, outcome_of
 
 if TYPE_CHECKING:
     from bristle.identification.result import Fit
+    from bristle.prediction.following import Following
     from bristle.simulation.result import Prediction, SimulationResult
 
 __all__ = ["Identified", "identify"]
@@ -73,8 +74,8 @@ class Identified(ModelInHand, Identification):
 
     def outcome_with(
         self, *, command: str | None = None, axis_name: str | None = None, progress: Progress | None = None,
-        banner: str | None = None, loop: tuple[SimulationResult | None, Prediction | None] | None = None,
-        files: Mapping[str, Any] | None = None,
+        banner: str | None = None, files: Mapping[str, Any] | None = None,
+        loop: tuple[SimulationResult | None, Prediction | None, Following | None] | None = None,
     ) -> Outcome:  # fmt: skip
         """Return what follows from the models, with words of one's own.
 
@@ -88,10 +89,10 @@ class Identified(ModelInHand, Identification):
             Called with the share done and what comes next.
         banner : str, optional
             What a reader of the report must know before anything else.
-        loop : tuple of SimulationResult and Prediction, optional
-            Where these were made elsewhere, as on an axis that is simulated.
         files : mapping, optional
             What was read, by what it is, where it is more than is known here.
+        loop : tuple of SimulationResult, Prediction and Following, optional
+            Where these were made elsewhere, as on an axis that is simulated.
 
         Returns
         -------

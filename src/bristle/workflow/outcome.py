@@ -19,7 +19,10 @@ if TYPE_CHECKING:
     from bristle.core.contracts import Model
     from bristle.files.results import Results
     from bristle.identification.result import Identification
+    from bristle.prediction.following import Following
     from bristle.simulation.result import Prediction, SimulationResult
+
+    Loop = tuple[SimulationResult | None, Prediction | None, Following | None]
 
 __all__ = ["ENTRIES", "Outcome", "outcome_of"]
 
@@ -56,6 +59,8 @@ class Outcome:
         What a reader of the report must know before anything else.
     axes : tuple of bytes
         The axis files as used, that of the first log first.
+    following : Following or None
+        How the axis followed its reference in the log, and whether the simulation agrees.
     """
 
     identification: Identification
@@ -69,6 +74,7 @@ class Outcome:
     axis_name: str
     banner: str | None = None
     axes: tuple[bytes, ...] = ()
+    following: Following | None = None
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -77,7 +83,7 @@ class Outcome:
 
         return identification_summary(
             self.identification, table=self.table, simulation=self.simulation, prediction=self.prediction,
-            provenance=self.provenance, certificates=self.certificates,
+            provenance=self.provenance, certificates=self.certificates, following=self.following,
         )  # fmt: skip
 
     @cached_property
@@ -88,7 +94,7 @@ class Outcome:
         return identification_report(
             self.identification, prediction=self.prediction, simulation=self.simulation, table=self.table,
             command=self.command, axis_name=self.axis_name, provenance=self.provenance,
-            certificates=self.certificates, banner=self.banner,
+            certificates=self.certificates, banner=self.banner, following=self.following,
         )  # fmt: skip
 
     def write(self, folder: Results, **further: Any) -> None:
@@ -122,7 +128,7 @@ class Outcome:
 def outcome_of(
     identification: Identification, axis: Axis | None = None, *, provenance: Mapping[str, str], command: str,
     axis_name: str, progress: Progress | None = None, banner: str | None = None, axes: tuple[bytes, ...] = (),
-    loop: tuple[SimulationResult | None, Prediction | None] | None = None,
+    loop: Loop | None = None,
 ) -> Outcome:  # fmt: skip
     """Return what follows from an identification.
 
@@ -144,17 +150,17 @@ def outcome_of(
         What a reader of the report must know before anything else.
     axes : tuple of bytes
         The axis files as used.
-    loop : tuple of SimulationResult and Prediction, optional
+    loop : tuple of SimulationResult, Prediction and Following, optional
         Where these were made elsewhere, as on an axis that is simulated.
     """
     unfinished, source = identification.unfinished, dict(provenance)
     source |= {"unfinished": unfinished} if unfinished else {}
     table = drive_table(identification.best, ENTRIES)
-    simulation, prediction = loop or _in_the_loop(identification, axis or Axis(), progress)
+    simulation, prediction, following = loop or _in_the_loop(identification, axis or Axis(), progress)
     certificates, uncertified = _certificates(identification.best.friction)
     return Outcome(
         identification, table, simulation, prediction, certificates, uncertified, source, command, axis_name,
-        f"Unfinished; {unfinished}." if unfinished else banner, axes,
+        f"Unfinished; {unfinished}." if unfinished else banner, axes, following,
     )  # fmt: skip
 
 
@@ -168,22 +174,24 @@ def _certificates(friction: Model) -> tuple[Mapping[str, Certificate], str]:
         return {}, str(error)
 
 
-def _in_the_loop(
-    identification: Identification, axis: Axis, progress: Progress | None
-) -> tuple[SimulationResult | None, Prediction | None]:
-    """Return the loop with and without compensation, and the log as predicted; None without a known loop.
+def _in_the_loop(identification: Identification, axis: Axis, progress: Progress | None) -> Loop:
+    """Return the loop with and without compensation, the log as predicted, and how it followed; None without a loop.
 
     What was fitted to the position is told by the position, and that takes no loop.
     """
+    from bristle.prediction.following import following_of
     from bristle.prediction.loop import loop_of
     from bristle.prediction.predict import predict
     from bristle.simulation import simulate
 
     best, log = identification.best, identification.log
     if best.position_rmse is not None:
-        return None, predict(best.plant, best.friction, log, axis, "open-loop")
-    experiment = loop_of(best.plant, best.friction, log, axis, cutoff=identification.treatment["cutoff"])
+        return None, predict(best.plant, best.friction, log, axis, "open-loop"), following_of(log)
+    experiment = loop_of(
+        best.plant, best.friction, log, axis, cutoff=identification.treatment["cutoff"], lag=best.lag
+    )  # fmt: skip
     if experiment is None:
-        return None, None
+        return None, None, following_of(log)
     simulation = simulate(experiment, progress)
-    return simulation, predict(best.plant, best.friction, log, axis, "closed-loop", lag=best.lag)
+    prediction = predict(best.plant, best.friction, log, axis, "closed-loop", lag=best.lag)
+    return simulation, prediction, following_of(log, simulation, identification.settings)

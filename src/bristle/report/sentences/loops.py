@@ -22,6 +22,14 @@ MENDS = {
     "raise-gains": "Raise the gains or feed the friction forward",
     "feed-desired": "Feed it forward along the desired motion",
 }
+SUSPECTS = {
+    "k_p": "the position gain {factor:3 digits} times as large as the axis file says",
+    "position": "a scale of position (gear, lead, counts) of {factor:3 digits} times what the axis file says",
+    "effort": "a scale of effort (torque or force constant) of {factor:3 digits} times what the axis file says",
+    "delay": "a delay of {factor:samples} in the loop",
+    "reference_later": "a reference that acts {factor:time} later than it is recorded",
+    "reference_earlier": "a reference that acts {factor:time} earlier than it is recorded",
+}
 WHERE = {"all": "", "small": "for small motions ", "large": "for large motions "}
 ENDS = {"small": "What is a small motion grows until it is a large one, and never settles"}
 REASONS = ("motions", "why", "mend", "delay", "longest_delay", "largest_gain_percent")
@@ -65,6 +73,12 @@ def _margin(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
     return f"{WHERE[numbers['motions']]}{texts[0]}{remark}: what excites the loop near its crossover rings"
 
 
+def _contradicts(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
+    errors = texts[0] if "simulated" in numbers else texts[1]
+    ways = [SUSPECTS[name].replace("{factor", f"{{factors[{place}]") for place, name in enumerate(numbers["suspects"])]
+    return errors + (texts[2] + " or ".join(ways) if ways else texts[3])
+
+
 LOOPS: dict[str, Sentence] = {
     "loop-stable": says("the sampled loop is stable: its largest pole is at {radius:4 digits}", "the loop is stable"),
     "loop-diverges": Sentence(
@@ -93,6 +107,23 @@ LOOPS: dict[str, Sentence] = {
         "{law:stiffness of an axis}: at gains this low it raises the error. Feed it forward along the desired motion",
         "friction fed forward along the measured motion takes stiffness away",
         "feed it forward along the desired motion",
+    ),
+    "loop-contradicts": Sentence(
+        (
+            "the simulated loop does not follow as the axis did: its following error is {simulated:length} peak to "
+            "peak and {simulated_rms:length} root mean square, the log has {measured:length} and {measured_rms:length}",
+            "the simulated loop runs away, and the axis did not: its following error was {measured:length} peak to "
+            "peak and {measured_rms:length} root mean square",
+            ". It would follow as recorded with ",
+            ". No one number explains it: neither the position gain, nor a scale of position or effort, nor a delay, "
+            "nor a reference recorded too early or late. Look at what else the drive does: filters, inertia or "
+            "friction fed forward there, another law",
+        ),
+        "the loop follows otherwise in simulation than in the log, so that no gain is promised; `suspects` are what "
+        "explains it with one number each, `factors` these numbers (a delay in samples, a reference in seconds)",
+        "correct that number in the axis file",
+        choose=_contradicts,
+        also=("suspects", "factors"),
     ),
     "small-margin": Sentence(
         (

@@ -10,14 +10,14 @@ import numpy as np
 
 from bristle.controllers.limits import within_drive
 from bristle.core.axis import Axis
-from bristle.core.contracts import Model
+from bristle.core.contracts import Model, Reference
 from bristle.core.errors import InputError
 from bristle.core.experiment import substeps_for
 from bristle.engine import LoopTrace, run_closed_loop, settled
 from bristle.logs.log import Log
 from bristle.sensors import encoder
 
-__all__ = ["START_SAMPLES", "Beginning", "ClosedLoop", "beginning_of", "closed_loop_of"]
+__all__ = ["START_SAMPLES", "Beginning", "ClosedLoop", "beginning_of", "closed_loop_of", "desired_of", "held_at"]
 
 START_SAMPLES = 20  # over which the initial velocity is estimated
 
@@ -89,6 +89,8 @@ class ClosedLoop:
         Time constant with which the drive follows the controller [s].
     effort_before : float
         Effort of the drive at the first sample [N or N*m].
+    held : float or None
+        Effort that the controller has given until then [N or N*m].
     """
 
     controller: Model
@@ -100,6 +102,7 @@ class ClosedLoop:
     resolution: float
     lag: float = 0.0
     effort_before: float = 0.0
+    held: float | None = None
 
     @property
     def count(self) -> int:
@@ -125,9 +128,54 @@ class ClosedLoop:
         return run_closed_loop(
             plant, friction, self.controller, own, self.desired, self.sample_time,
             steps=substeps_for(self.sample_time), injected=self.injected, disturbance=disturbance, limit=self.limit,
-            lag=self.lag if lag is None else lag, effort_before=self.effort_before,
+            lag=self.lag if lag is None else lag, effort_before=self.effort_before, held=self.held,
             acceleration=self.beginning.acceleration, **self.beginning.state(friction),
         )  # fmt: skip
+
+
+def held_at(controller: Model, desired: np.ndarray, log: Log, first: int, beginning: Beginning) -> float | None:
+    """Return the effort that a controller gives at a sample of a log, with what its integral holds there.
+
+    That is what the law lacks, run along reference and position of the log with an empty integral, of the effort
+    recorded: the mean over some samples, known inputs behind the controller taken out.
+
+    Parameters
+    ----------
+    controller : Model
+        The law that was running.
+    desired : ndarray, shape (4, sample)
+        What it followed from the sample on.
+    log : Log
+        The log.
+    first : int
+        The sample.
+    beginning : Beginning
+        The motion there.
+
+    Returns
+    -------
+    float or None
+        The effort [N or N*m]; None where the log has none.
+    """
+    if log.effort is None:
+        return None
+    component, p, dt = controller.component, controller.parameters, log.sample_time
+    part = slice(first, first + min(START_SAMPLES, desired.shape[1]))
+    law = component.start(beginning.x, beginning.v, beginning.acceleration, dt, p)
+    if component.resume is not None:
+        law = component.resume(law, Reference(*desired[:, 0]), beginning.x, None, dt, p)
+    efforts = []
+    for sample, measured in zip(desired.T.tolist(), log.position.values[part].tolist(), strict=False):
+        effort, law = component.step(law, Reference(*sample), measured, dt, p)
+        efforts.append(effort)
+    lacking = log.effort.values[part] - log.injected_effort[part] - np.array(efforts)
+    return efforts[0] + float(np.mean(lacking))
+
+
+def desired_of(reference: np.ndarray, dt: float) -> np.ndarray:
+    """Return position, velocity and acceleration of a recorded reference, and nothing fed forward."""
+    velocity = np.gradient(reference, dt)
+    return np.stack([reference, velocity, np.gradient(velocity, dt), np.zeros(reference.size)])
 
 
 def closed_loop_of(
@@ -151,12 +199,10 @@ def closed_loop_of(
             "has no reference, which the closed loop follows", path="log",
             mend=f"Name its column in [columns] of the axis file, or {instead}",
         )  # fmt: skip
-    reference = log.reference.values[part]
-    velocity = np.gradient(reference, log.sample_time)
-    desired = np.stack([reference, velocity, np.gradient(velocity, log.sample_time), np.zeros(reference.size)])
+    desired = desired_of(log.reference.values[part], log.sample_time)
     limit, first = axis.effort_limit or math.inf, part.indices(len(log))[0]
+    law, beginning = within_drive(axis.controller, limit), beginning_of(log, first, axis.resolution)
     return ClosedLoop(
-        within_drive(axis.controller, limit), desired, log.injected_effort[part], log.sample_time,
-        beginning_of(log, first, axis.resolution), limit, axis.resolution or 0.0, axis.lag,
-        0.0 if log.effort is None else float(log.effort.values[first]),
+        law, desired, log.injected_effort[part], log.sample_time, beginning, limit, axis.resolution or 0.0, axis.lag,
+        0.0 if log.effort is None else float(log.effort.values[first]), held_at(law, desired, log, first, beginning),
     )  # fmt: skip

@@ -1,0 +1,112 @@
+"""The following error that a log has, beside that of the simulated loop: the log is the judge."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from bristle.core.diagnostic import Diagnostic
+from bristle.core.experiment import Variant
+from bristle.core.status import Status
+from bristle.identification.settings import DEFAULT, Settings
+from bristle.logs.log import Log
+from bristle.prediction.loop import longest_of
+from bristle.prediction.suspects import apart, explanations
+from bristle.simulation.compensation import AS_RECORDED, COMPENSATED, settling
+from bristle.simulation.result import SimulationResult, Statistics, statistics_of
+
+__all__ = ["Following", "following_of"]
+
+
+@dataclass(frozen=True, eq=False)
+class Following:
+    """How an axis followed its reference, as recorded and as simulated.
+
+    Parameters
+    ----------
+    time, error : ndarray, shape (sample,)
+        Reference less position of the longest stretch of the log [s, m or rad], the time from its start.
+    measured : Statistics
+        Of this error, after the settling time.
+    simulated, compensated : Statistics or None
+        Of the simulated loop as recorded and with all that is fed forward; None where there is none, or it diverged.
+    contradiction : Diagnostic or None
+        That measured and simulated loop differ, by how much, and which one factor would explain it.
+    """
+
+    time: np.ndarray
+    error: np.ndarray
+    measured: Statistics
+    simulated: Statistics | None = None
+    compensated: Statistics | None = None
+    contradiction: Diagnostic | None = None
+
+    def as_data(self) -> dict[str, Any]:
+        """Return it as it stands in JSON; a gain that is not believed is none."""
+        believed = None if self.contradiction is not None else self.compensated
+        sides = {"measured": self.measured, "simulated": self.simulated, "compensated": believed}
+        return {
+            name: None if error is None else {"peak_to_peak": error.peak_to_peak, "rms": error.rms}
+            for name, error in sides.items()
+        }
+
+
+def following_of(
+    log: Log, simulation: SimulationResult | None = None, settings: Settings = DEFAULT,
+) -> Following | None:  # fmt: skip
+    """Return how an axis followed its reference.
+
+    Parameters
+    ----------
+    log : Log
+        What was recorded.
+    simulation : SimulationResult, optional
+        Its loop with what was identified, along the longest stretch.
+    settings : Settings
+        From which difference on the simulation is not believed.
+
+    Returns
+    -------
+    Following or None
+        None where the log has no reference.
+    """
+    if log.reference is None:
+        return None
+    part = longest_of(log)
+    error = log.reference.values[part] - log.position.values[part]
+    time = log.sample_time * np.arange(error.size)
+    judged = time >= settling(log.sample_time * error.size) - 0.5 * log.sample_time
+    measured = statistics_of(error[judged])
+    if simulation is None:
+        return Following(time, error, measured)
+    simulated, compensated = (_completed(simulation, name) for name in (AS_RECORDED, COMPENSATED))
+    differs = simulated is None or apart(measured, simulated) > settings.loop_differs
+    recorded = next(variant for variant in simulation.experiment.variants if variant.name == AS_RECORDED)
+    contradiction = _contradiction(recorded, error, measured, simulated, settings) if differs else None
+    return Following(time, error, measured, simulated, compensated, contradiction)
+
+
+def _completed(simulation: SimulationResult, name: str) -> Statistics | None:
+    variant = simulation.variants[name]
+    return None if variant.status is Status.NOT_FINITE else variant.following_error
+
+
+def _contradiction(
+    variant: Variant, error: np.ndarray, measured: Statistics, simulated: Statistics | None, settings: Settings
+) -> Diagnostic:
+    """Return by how much a loop is another one than the log shows, and what would explain that."""
+    suspects = explanations(variant, error, settings.loop_differs)
+    sides = {"measured": measured, "simulated": simulated} if simulated is not None else {"measured": measured}
+    errors = {name: side.peak_to_peak for name, side in sides.items()}
+    errors |= {f"{name}_rms": side.rms for name, side in sides.items()}
+    causes = {
+        "suspects": tuple(_side(cause.value) if cause.name == "reference" else cause.name for cause in suspects),
+        "factors": tuple(abs(cause.value) for cause in suspects),
+    }
+    return Diagnostic("loop-contradicts", numbers=errors | causes, kind=variant.plant.kind)
+
+
+def _side(time: float) -> str:
+    return "reference_later" if time > 0.0 else "reference_earlier"

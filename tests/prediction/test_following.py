@@ -1,0 +1,190 @@
+"""The log judges the simulated loop: logs of axes by another simulator, with what is told of them right and wrong."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.prediction.foreign_axis import TABLE, VERTICAL, moves, recorded
+
+import bristle as br
+from bristle import controllers, friction, plants
+from bristle.core import Axis
+from bristle.core.experiment import Experiment
+from bristle.identification.settings import Settings
+from bristle.logs.log import Channel
+from bristle.prediction.following import following_of
+from bristle.prediction.loop import loop_of
+from bristle.prediction.suspects import explanations
+from bristle.report.messages import message
+from bristle.simulation import simulate
+
+AXES = {"vertical": VERTICAL, "table": TABLE}
+
+
+def told(axis, **changed):
+    law = {name: getattr(axis, name) for name in ("k_p", "k_v", "k_i", "k_ff")}
+    return Axis(
+        controller=controllers.cascade(**(law | changed)), resolution=axis.count, offset="identify", held=True
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module", params=AXES)
+def judged(request):
+    axis = AXES[request.param]
+    log = recorded(axis, moves())
+    return axis, log, br.identify(log, "lugre", axis=told(axis), draws=0, blocks=0)
+
+
+@pytest.fixture(scope="module")
+def vertical():
+    log = recorded(VERTICAL, moves())
+    return log, br.identify(log, "lugre", axis=told(VERTICAL), draws=0, blocks=0)
+
+
+def followed(found, log, axis):
+    best = found.best
+    return following_of(log, simulate(loop_of(best.plant, best.friction, log, axis, cutoff=100.0)))
+
+
+def test_measured_and_simulated_following_error_agree(judged):
+    _, log, found = judged
+    told_of = found.outcome.summary["following_error"]
+    error = log.reference.values - log.position.values
+    settled = error[round(0.05 * error.size) :]
+    assert told_of["measured"]["peak_to_peak"] == pytest.approx(np.ptp(settled), rel=1e-9)
+    assert told_of["measured"]["rms"] == pytest.approx(np.sqrt(np.mean(settled**2)), rel=1e-9)
+    for name, measured in told_of["measured"].items():
+        assert told_of["simulated"][name] == pytest.approx(measured, rel=0.05)
+        assert told_of["compensated"][name] < 0.2 * measured
+    assert not any(one["code"] == "loop-contradicts" for one in found.outcome.summary["diagnostics"])
+
+
+@pytest.mark.parametrize(("wrong", "expected"), [
+    ({"k_p": 1.6 * 60.0}, [("k_p", 1.0 / 1.6)]),
+    ({"k_v": 2.0 * 8000.0, "k_i": 2.0 * 2e5}, [("position", 0.5), ("effort", 2.0)]),
+])  # fmt: skip
+def test_a_wrong_number_of_the_law_is_named(vertical, wrong, expected):
+    log, found = vertical
+    following = followed(found, log, told(VERTICAL, **wrong))
+    numbers = following.contradiction.numbers
+    assert numbers["suspects"] == tuple(name for name, _ in expected)
+    assert numbers["factors"] == pytest.approx([factor for _, factor in expected], rel=0.03)
+    assert numbers["measured"] == following.measured.peak_to_peak
+    assert numbers["simulated"] == following.simulated.peak_to_peak
+    assert following.as_data()["compensated"] is None
+
+
+def test_a_delay_of_the_loop_is_named(vertical):
+    _, found = vertical
+    following = followed(found, recorded(VERTICAL, moves(), delay=4), told(VERTICAL))
+    assert following.contradiction.numbers["suspects"] == ("delay",)
+    assert following.contradiction.numbers["factors"] == (4.0,)
+    assert "a delay of four samples in the loop" in message(following.contradiction)
+
+
+@pytest.mark.parametrize(("samples", "name"), [(3.0, "reference_later"), (-3.0, "reference_earlier")])
+def test_a_reference_that_is_recorded_at_another_time_is_named(vertical, samples, name):
+    log, found = vertical
+    place = np.arange(len(log))
+    moved = Channel(np.interp(place + samples, place, log.reference.values), "m", "r")
+    following = followed(found, replace(log, reference=moved), told(VERTICAL))
+    assert following.contradiction.numbers["suspects"] == (name,)
+    assert following.contradiction.numbers["factors"] == pytest.approx([3e-3], rel=0.05)
+
+
+def explained(error_of):
+    """Return what explains an error that is made of the simulated one, of the vertical axis."""
+    log = recorded(VERTICAL, moves(3.0))
+    variant = loop_of(*mechanism(VERTICAL), log, told(VERTICAL), cutoff=100.0).variants[0]
+    law = variant.controller.with_values(k_p=0.5 * VERTICAL.k_p)
+    errors = []
+    for one in (variant, replace(variant, controller=law)):
+        outcome = simulate(Experiment("loop", "translational", (one,))).variants["as_recorded"]
+        errors.append(outcome.reference - outcome.measured)
+    return explanations(variant, error_of(log.time.values, *errors), 0.15)
+
+
+def test_what_no_number_explains_is_not_explained():
+    assert [one.name for one in explained(lambda time, told, true: true)] == ["k_p"]
+    # A factor explains most of it in the mean square, and not the peak beside it.
+    assert explained(lambda time, told, true: true + np.where(time == time[2000], 1e-4, 0.0)) == ()
+    # Nothing that a factor would make better.
+    assert explained(lambda time, told, true: told + 2e-6 * np.sin(300.0 * time)) == ()
+
+
+def test_a_loop_that_nothing_explains_says_so(vertical):
+    log, found = vertical
+    odd = replace(log, position=Channel(log.position.values + 1e-4 * np.sin(300.0 * log.time.values), "m", "q"))
+    best = found.best
+    following = following_of(odd, simulate(loop_of(best.plant, best.friction, log, told(VERTICAL), cutoff=100.0)))
+    assert following.contradiction.numbers["suspects"] == ()
+    assert "No one number explains it" in message(following.contradiction)
+
+
+def test_the_threshold_is_a_setting(vertical):
+    log, found = vertical
+    best, axis = found.best, told(VERTICAL, k_p=1.1 * VERTICAL.k_p)
+    simulation = simulate(loop_of(best.plant, best.friction, log, axis, cutoff=100.0))
+    assert following_of(log, simulation).contradiction is None
+    strict = Settings.of({"loop_differs": 0.02})
+    assert following_of(log, simulation, strict).contradiction is not None
+
+
+def test_a_contradicted_loop_promises_nothing(vertical):
+    log, _ = vertical
+    found = br.identify(log, "lugre", axis=told(VERTICAL, k_p=2.0 * VERTICAL.k_p), draws=0, blocks=0)
+    summary, page = found.outcome.summary, found.outcome.page
+    assert summary["following_error"]["compensated"] is None
+    doubt = next(one for one in summary["diagnostics"] if one["code"] == "loop-contradicts")
+    assert doubt["message"] in summary["warnings"]
+    assert "No gain is promised" in page
+    assert "lowers the following error" not in page
+    shown = page.split('<h2 id="following">')[1].split("<h2")[0]
+    assert "Following error as recorded, measured and simulated" in page
+    assert "measured" in shown
+    assert "as_recorded" in shown
+    assert "compensated" not in shown
+
+
+def test_without_a_controller_the_log_tells_its_own_following_error(vertical):
+    log, _ = vertical
+    found = br.identify(
+        log, "coulomb_viscous", axis=Axis(resolution=VERTICAL.count, offset="identify"), draws=0, blocks=0
+    )
+    told_of = found.outcome.summary["following_error"]
+    assert told_of["simulated"] is None
+    assert told_of["measured"]["peak_to_peak"] > 0.0
+    assert "In the log, the following error is" in found.outcome.page
+
+
+def mechanism(axis):
+    """Return what the axis is made of, as the package tells it."""
+    bristles = friction.find("lugre")(
+        F_C=axis.coulomb, F_S=axis.static, v_S=axis.stribeck, sigma_0=axis.stiffness, sigma_1=axis.damping,
+        sigma_2=axis.viscous, offset=axis.weight,
+    )  # fmt: skip
+    return plants.inertia(M=axis.mass), bristles
+
+
+@pytest.mark.parametrize(("name", "first"), [("vertical", 0), ("vertical", 1500), ("table", 1500)])
+def test_the_simulated_loop_starts_where_the_log_does(name, first):
+    """A motion under way goes on, and an axis at rest does not drop by its weight."""
+    axis = AXES[name]
+    log = recorded(axis, moves(2.5), first=first)
+    start = loop_of(*mechanism(axis), log, told(axis), cutoff=100.0).variants[0]
+
+    def off(variant):
+        outcome = simulate(Experiment("start", "translational", (variant,))).variants["as_recorded"]
+        return np.max(np.abs(outcome.measured - log.position.values)[:100])
+
+    assert off(start) < 4e-6
+    if axis.k_i:
+        assert off(replace(start, start=replace(start.start, effort=None))) > 1e-5
+    if first:
+        assert off(replace(start, start=None)) > 1e-5
+
+
+def test_the_prediction_of_the_closed_loop_holds_the_weight(vertical):
+    log, found = vertical
+    prediction = br.predict(found.best.plant, found.best.friction, log, told(VERTICAL), "closed-loop")
+    assert np.max(np.abs(prediction.position - prediction.position_predicted)[:300]) < 1e-6
