@@ -129,5 +129,6 @@ def _draw_changes(axes: style.Axes, changes_told: Sequence[Change]) -> None:
     axes.axvline(0.0, color=style.INK, linewidth=0.8, zorder=0)
     axes.set_yticks(places, [WORDS[change.name] for change in changes_told])
     axes.set_ylim(len(changes_told) - 0.4, -0.6)
+    axes.set_ylabel("Quantity")
     axes.set_xlabel("Change [%]")
     axes.set_title("change, with its 95 % interval")
