@@ -96,6 +96,13 @@ def test_an_effort_that_is_cut_off_or_bends_over(seed):
 
 
 @pytest.mark.parametrize("seed", SEEDS)
+def test_an_effort_without_its_sign(seed):
+    effort = Run(seed).effort()
+    assert "effort_unsigned" in codes(Run(seed).log(effort=np.abs(effort)))
+    assert "effort_unsigned" not in codes(Run(seed).log(effort=effort - effort.min()))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("count", [3, 200])
 def test_rows_that_are_lost_and_the_rest_stamped_again(seed, count):
     run = Run(seed)

@@ -55,7 +55,9 @@ def _naming(fit: Fit, found: Diagnostic) -> Diagnostic:
     names = tuple(
         one.name
         for one in fit.estimates
-        if variables[one.name].excitation in TRADED.get(found.code, ())
+        # A fit with elements has further parameters than its models ask for.
+        if one.name in variables
+        and variables[one.name].excitation in TRADED.get(found.code, ())
         and (one.status != "held" or (one.reason is not None and one.reason.code in BY_THE_LOG))
     )
     return replace(found, numbers={**found.numbers, "names": names}) if names else found

@@ -22,7 +22,7 @@ __all__ = ["RECORDED", "CheckThresholds", "checked"]
 
 RECORDED = (
     "rows_lost", "sign_reversed", "clock_suspect", "unit_suspect", "velocity_contradicts", "gear_suspect", "clipped",
-    "saturates",
+    "saturates", "effort_unsigned",
 )  # fmt: skip
 """Codes of what is wrong with a recording, whatever it is used for."""
 

@@ -21,6 +21,9 @@ __all__ = ["about_effort", "about_rows", "about_velocity", "lost_in"]
 SHORTEST = 120  # steps of a segment that is looked at
 SPEEDS = 0.05  # of the largest: what a recorded velocity must tell apart to be compared
 A_ROW = 1.8  # times the steps around it that a step over a missing row is; less is a sample that was late
+NEAR_ZERO = 0.02  # of the largest effort
+VISITS = 8  # of an effort to zero
+SHORT_VISITS = 0.2  # of the log
 FEWEST = 50  # rows to compare
 MOVED = 100.0  # encoder steps of the range from which the position tells a velocity
 USUAL = 0.95  # quantile of how steps differ from those around them
@@ -29,13 +32,16 @@ ALIKE = 0.1  # relative, by which the jumps of one counter differ
 
 
 def about_effort(log: LogData, axis: Axis, settings: CheckThresholds) -> Iterator[Diagnostic]:
-    """Yield where an effort is cut off."""
+    """Yield where an effort is cut off, or has lost its sign."""
     assert log.effort is not None
     law = axis.controller.values if isinstance(axis.controller, Model) else {}
     run = int(settings.clipped_samples)
     # The controller bounds its own part: known inputs are added behind its limit.
     own = clipped(log.effort.values - log.injected_effort, law.get("limit"), run) if log.injected else None
     cut = own or clipped(log.effort.values, axis.effort_limit or law.get("limit"), run)
+    if _unsigned(log):
+        numbers = {"largest": float(np.max(np.abs(log.effort.values)))}
+        yield Diagnostic("effort_unsigned", "", "error", numbers, log.kind)
     if cut is not None:
         numbers = {"level": cut.level, "samples": cut.longest, "all": cut.samples,
                    "time": float(log.time.values[cut.first])}  # fmt: skip
@@ -99,6 +105,18 @@ def lost_in(log: LogData, resolution: float, factor: float) -> np.ndarray:
         if at.size and (at.size < SELDOM * steps.size + 3 or _alike(out[at])):
             found.append(at + 2 + (segment.start or 0))
     return np.concatenate(found) if found else np.empty(0, dtype=int)
+
+
+def _unsigned(log: LogData) -> bool:
+    """Return whether an effort turns back at zero again and again, as a magnitude does, and never crosses it."""
+    assert log.effort is not None
+    values = log.effort.values
+    size = np.abs(values)
+    if values.min() < 0.0 < values.max() or not size.any():
+        return False
+    # An effort that stays at zero is that of a drive that is off.
+    near = size < NEAR_ZERO * float(np.quantile(size, USUAL))
+    return int(np.sum(np.diff(near.astype(np.int8)) == 1)) >= VISITS and float(np.mean(near)) < SHORT_VISITS
 
 
 def _alike(jumps: np.ndarray) -> bool:

@@ -41,6 +41,12 @@ CHECKS: dict[str, Sentence] = {
         "over closed motion the effort does negative work",
         "turn the sign of the effort in the axis file",
     ),
+    "effort_unsigned": says(
+        "the effort, up to {largest:force}, goes to zero again and again and never crosses it: it is a magnitude, as "
+        "many drives show the current. Record the signal that has a sign",
+        "the effort has lost its sign",
+        "record the signal that has a sign",
+    ),
     "clock_suspect": Sentence(
         (
             "column {column} is called as if it were in {called}, and is taken to be in {declared}: one of both is "
