@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from bristle.core.axis import Axis, Column
 from bristle.logs import Log, checked
@@ -151,10 +152,14 @@ def test_a_known_mass_that_the_log_denies(seed, factor, gear):
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-@pytest.mark.parametrize("late", [-3, 3, 5])
-def test_a_delay_is_no_other_mass(seed, late):
-    log = Run(seed).log(effort=np.roll(Run(seed).effort(), late))
+@pytest.mark.parametrize("lag", [5e-3, 40e-3])
+def test_a_slow_filter_of_the_effort_is_no_other_mass(seed, lag):
+    keep, effort = np.exp(-DT / lag), Run(seed).effort()
+    slow = lfilter([1.0 - keep], [1.0, -keep], effort, zi=[keep * effort[0]])[0]
+    log = Run(seed).log(effort=slow)
     assert "mass_contradicts" not in codes(log, Axis(mass=MASS))
+    (found,) = [one for one in checked(log, Axis(mass=2.0 * MASS)) if one.code == "mass_contradicts"]
+    assert found.numbers["found"] == pytest.approx(MASS, rel=0.03)
 
 
 @pytest.mark.parametrize(("factor", "gear"), [(2.0, "2"), (30.0 / np.pi, "30/pi"), (1.2, None)])
