@@ -8,6 +8,7 @@ from itertools import pairwise
 
 from bristle.core.axis import Axis
 from bristle.core.diagnostic import Diagnostic
+from bristle.core.edge import guarded, instance, optional
 from bristle.logs.check.channels import about_effort, about_rows, about_velocity, lost_in
 from bristle.logs.check.line import about_line
 from bristle.logs.check.motion import about_motion, about_sliding
@@ -29,6 +30,10 @@ RECORDED = (
 SHORTEST = 10  # samples of a stretch between lost rows
 
 
+@guarded(
+    log=instance(LogData, "a log", "Write read_log(...)"), axis=optional(instance(Axis, "an axis")),
+    settings=instance(CheckThresholds, "thresholds"),
+)  # fmt: skip
 def checked(log: LogData, axis: Axis | None = None, settings: CheckThresholds = DEFAULT) -> tuple[Diagnostic, ...]:
     """Return what a log says against itself and against what is told of its axis, before anything is fitted.
 

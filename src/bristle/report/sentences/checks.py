@@ -133,8 +133,8 @@ CHECKS: dict[str, Sentence] = {
         "record the position more finely, or move further",
     ),
     "one_direction": _both(
-        "the axis moves {direction} but for {percent:.2g} % of its way: a constant force and friction are one. Move in "
-        "both directions",
+        "the axis moves {direction}, and the other way for no more than {percent:.1f} % of its way: a constant force "
+        "and friction are one. Move in both directions",
         "; {names:list} cannot be told apart, whatever their intervals say",
         "the motion goes in one direction",
         "move in both directions",
