@@ -104,6 +104,7 @@ class Settings(CheckThresholds):
         "from which no gain is promised"
     )  # fmt: skip
 
+
 def thresholds() -> tuple[Threshold, ...]:
     """Return what each of the settings is, in order."""
     return thresholds_of(Settings)
