@@ -78,3 +78,19 @@ def test_of_thousands_of_columns_the_first_are_shown_and_the_rest_counted(bristl
     assert "c99 " in shown
     assert "c100 " not in shown
     assert "900 columns more" in shown
+
+
+def test_what_a_log_contradicts_is_told_in_words_and_as_data(bristle, place):
+    text = Path("axis.toml").read_text()
+    found = bristle("log", "log.csv", "--axis", "axis.toml", "--json")
+    assert "sign_reversed" not in [one["code"] for one in found.data["diagnostics"]]
+    turned = text.replace('column = "u"', 'column = "u", sign = -1')
+    assert turned != text
+    Path("axis.toml").write_text(turned)
+    found = bristle("log", "log.csv", "--axis", "axis.toml", "--json")
+    (told,) = [one for one in found.data["diagnostics"] if one["code"] == "sign_reversed"]
+    assert told["severity"] == "error"
+    assert told["message"].startswith("the sign of effort seems reversed")
+    shown = bristle("log", "log.csv", "--axis", "axis.toml")
+    assert "(sign_reversed)" in shown.out
+    assert shown.code == 0

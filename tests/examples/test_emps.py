@@ -67,13 +67,13 @@ def test_friction_by_direction_as_published(bristle, emps, identified, tmp_path)
 
 
 @pytest.mark.measured
-def test_reversed_effort_is_refused_though_the_mass_is_known(bristle, emps, tmp_path):  # noqa: F811
+def test_reversed_effort_is_told_though_the_mass_is_known(bristle, emps, tmp_path):  # noqa: F811
     text = AXIS.read_text().replace('column = "vir", unit = "V"', 'column = "vir", unit = "V", sign = -1')
     (tmp_path / "axis.toml").write_text(text.replace("[plant]\n", '[plant]\nmass = "95 kg"\n'))
-    refused = bristle("identify", emps, "--axis", tmp_path / "axis.toml", "--out", tmp_path / "out")
-    assert refused.code == 2
-    assert "the sign of effort seems reversed" in refused.err
-    assert not (tmp_path / "out").exists()
+    told = bristle("identify", emps, "--axis", tmp_path / "axis.toml", "--draws", "0", "--json")
+    assert [found["code"] for found in told.data["diagnostics"] if found["severity"] == "error"] == ["sign_reversed"]
+    (parameter,) = [told.data["parameters"]["F_C"]]
+    assert parameter["status"] != "identified"
 
 
 @pytest.fixture(scope="module")

@@ -380,7 +380,6 @@ def refused() -> Found:
         "no model": {"model": "lugr"},
         "twice": {"model": "dahl,dahl"},
         "no shape": {"model": "coulomb_viscous", "free": "exponent"},
-        "sign": {"model": "coulomb_viscous", "log": log_of(motion, -effort)},
         "lists": {"model": "maxwell_stribeck"},
         "cut-off": {"model": "coulomb_viscous", "cutoff": 900.0},
         "mass": {"model": "coulomb_viscous", "mass": -1.0},

@@ -8,35 +8,38 @@ from tests.logs.conftest import csv_text
 from tests.logs.test_spikes import MOTION, MOTIONS, TIME
 
 from bristle.core.axis import Column
-from bristle.logs import read_log
-from bristle.logs.jumps import _jumps_in
+from bristle.logs import Log, checked, read_log
+from bristle.logs.check.channels import lost_in
+from bristle.report.messages import message
 
 
 def told_of(tmp_path, axis, q, t=TIME):
     path = tmp_path / "log.csv"
     noise = np.random.default_rng(1).normal(size=q.size)
     path.write_text(csv_text({"t": t, "q": q, "r": 0.1 * np.sin(t), "u": np.sign(np.gradient(MOTION)) + noise}))
-    return [note for note in read_log(path, axis).notes if "jumps" in note]
+    return [message(found) for found in checked(read_log(path, axis), axis) if found.code == "rows_lost"]
 
 
 @pytest.mark.parametrize("step", [0.0, 1e-6, 5e-5])
 @pytest.mark.parametrize("values", MOTIONS.values(), ids=MOTIONS)
 def test_motion_is_no_jump(values, step):
-    assert _jumps_in(np.abs(np.diff(np.round(values / step) * step if step else values))) == 0
+    recorded = np.round(values / step) * step if step else values
+    log = Log(time=1e-3 * np.arange(values.size), position=recorded)
+    assert lost_in(log, step, 8.0).size == 0
 
 
 def test_a_counter_that_wraps_is_told(tmp_path, axis):
     (note,) = told_of(tmp_path, axis, (MOTION + 0.03) % 0.1)
-    assert "jumps by 100 mm" in note or "jumps by 99.9" in note
+    assert "jumps by up to 100 mm" in note or "jumps by up to 99.9" in note
     assert "first after t = " in note
-    assert "times more" in note
-    assert "counter wrap" in note
+    assert "such places in all" in note
+    assert "counter began anew" in note
 
 
 def test_the_place_of_a_single_one_is_told(tmp_path, axis):
     moved = np.where(np.arange(TIME.size) < 4321, MOTION, MOTION + 0.5)
     (note,) = told_of(tmp_path, axis, moved)
-    assert "first after t = 4.32 s;" in note
+    assert "first after t = 4.32 s, 1 such" in note
 
 
 def test_a_gap_in_time_is_none(tmp_path, axis):
@@ -47,7 +50,7 @@ def test_a_gap_in_time_is_none(tmp_path, axis):
                               "r": MOTION[kept], "u": np.sign(np.gradient(MOTION))[kept] + noise}))  # fmt: skip
     log = read_log(path, axis)
     assert len(log.segments) == 2
-    assert not [note for note in log.notes if "jumps" in note]
+    assert "rows_lost" not in [found.code for found in checked(log, axis)]
 
 
 def test_a_column_that_is_used_twice_is_told(tmp_path, axis):

@@ -179,6 +179,7 @@ def calls() -> dict[str, Call]:
         "unexplained_force": Call(prediction.unexplained_force, {
             **mechanism, "log": recorded(), "axis": None}),
         "sign_of_effort": Call(logs.sign_of_effort, {"log": recorded()}),
+        "checked": Call(logs.checked, {"log": recorded(), "axis": Axis(mass=12.0)}),
         "passages": Call(logs.passages, {"log": recorded(), "axis": axis()}),
         "summarize": Call(logs.summarize, {"given": b"t,q\n0,1\n1,2\n2,3\n", "axis": None, "size_limit": 10**6}),
         "Run": Call(Run, {

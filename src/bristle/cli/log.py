@@ -66,7 +66,7 @@ def log(
         figure_files(folder, formats, data),
     ):
         content = content_of_log(file, limit=limit)
-        summary = summarize(content, log_axis, size_limit=limit)
+        summary = _with_messages(summarize(content, log_axis, size_limit=limit))
         if folder:
             source = provenance(context.obj, log=content, axis=described)
             _write(folder, content, log_axis, summary | {"provenance": source}, context.obj, limit)
@@ -79,6 +79,15 @@ def log(
     for problem in summary["problems"]:
         complain(f"problem: {problem}")
     return NO if summary["problems"] else 0
+
+
+def _with_messages(summary: dict[str, Any]) -> dict[str, Any]:
+    """Return what is in a log with a sentence for each diagnostic."""
+    from bristle.core.diagnostic import Diagnostic
+    from bristle.report.messages import as_data
+
+    found = [Diagnostic(**entry, kind=summary["kind"]) for entry in summary["diagnostics"]]
+    return summary | {"diagnostics": as_data(found)}
 
 
 def _write(
@@ -98,7 +107,7 @@ def _write(
     recorded = read_log(file, axis, size_limit=limit)
     page = log_report(
         recorded, passages(recorded, axis), name=axis.name if axis else file.source.stem, command=command,
-        provenance=summary["provenance"],
+        provenance=summary["provenance"], found=[entry["message"] for entry in summary["diagnostics"]],
     )  # fmt: skip
     write_report(folder, page, summary)
 
@@ -119,6 +128,8 @@ def _show(summary: dict[str, Any]) -> None:
         say(f"{summary['rate']:.6g} samples a second{duration}.")
     for note in summary["notes"]:
         say(f"Note: {note}")
+    for found in summary["diagnostics"]:
+        say(f"{found['severity'].capitalize()}: {found['message']} ({found['code']})")
 
 
 def _table(caption: str, first: str, entries: list[dict[str, Any]]) -> Any:

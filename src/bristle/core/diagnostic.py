@@ -21,8 +21,8 @@ class Diagnostic:
     Parameters
     ----------
     code : str
-        What it is, in kebab case. A code keeps its meaning from version to version; `bristle.report.messages` has the
-        sentence of each.
+        What it is: in kebab case of a fit or a prediction, in snake case of a check of a log. A code keeps its meaning
+        from version to version; `bristle.report.messages` has the sentence of each.
     parameter : str
         The parameter it concerns; empty where it concerns none.
     severity : {"warning", "note", "error"}

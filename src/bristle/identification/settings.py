@@ -6,37 +6,17 @@ methods need to work (numbers of starts, seeds, tolerances) stands with the meth
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
-from typing import Any, NamedTuple
+from dataclasses import dataclass
 
-from bristle.core.errors import InputError
+from bristle.core.threshold import Threshold, thresholds_of
+from bristle.core.threshold import threshold as _set
+from bristle.logs.check.thresholds import CheckThresholds
 
 __all__ = ["DEFAULT", "Settings", "Threshold", "thresholds"]
 
 
-class Threshold(NamedTuple):
-    """What a setting is: its default, unit, meaning, what it may be, and where it comes from."""
-
-    name: str
-    default: float
-    unit: str
-    meaning: str
-    least: float
-    most: float
-    source: str
-
-
-def _set(
-    default: float, meaning: str, unit: str = "1", least: float = 0.0, most: float = math.inf, source: str = ""
-) -> Any:
-    about = {"meaning": meaning, "unit": unit, "least": least, "most": most, "source": source}
-    return field(default=default, metadata=about)
-
-
 @dataclass(frozen=True)
-class Settings:
+class Settings(CheckThresholds):
     """The thresholds; `thresholds` tells what each of them is.
 
     Examples
@@ -57,9 +37,6 @@ class Settings:
     inseparable: float = _set(0.99, "correlation above which two parameters are told to be hardly separable", most=1.0)
 
     # Excitation: what a log shows at all.
-    one_speed: float = _set(
-        1.3, "ratio of the 90 % to the 10 % quantile of the speed below which a log has one", least=1.0
-    )
     zone_noise: float = _set(
         10.0, "standard deviations of the noise of the position that a pre-sliding zone must exceed", "σ"
     )
@@ -87,8 +64,6 @@ class Settings:
     nested_loop: float = _set(0.7, "share of the longest half-cycle below which one is of another amplitude", most=1.0)
     amplitude_half_cycles: float = _set(6.0, "half-cycles from which one amplitude is told", "half-cycles", least=2.0)
     tremble: float = _set(0.02, "share of the range below which a way between two reversals is no half-cycle", most=1.0)
-    repeated: float = _set(0.98, "correlation from which two motions are the same", most=1.0)
-    repeated_periods: float = _set(3.0, "periods in a log from which it repeats itself", "periods", least=2.0)
     repeated_size: float = _set(1.1, "ratio of two motions up to which they are the same", least=1.0)
     repeated_overlap: float = _set(0.5, "share of the shorter of two logs over which they are compared", most=1.0)
 
@@ -129,58 +104,10 @@ class Settings:
         "from which no gain is promised"
     )  # fmt: skip
 
-    @classmethod
-    def of(cls, values: Mapping[str, Any], path: str = "settings") -> Settings:
-        """Return the thresholds that are given, all others at their defaults.
-
-        Parameters
-        ----------
-        values : mapping of str to float
-            Names of thresholds with their values.
-        path : str
-            What an error names.
-
-        Raises
-        ------
-        InputError
-            If there is no such threshold, or its value is out of range.
-        """
-        by_name = {threshold.name: threshold for threshold in thresholds()}
-        numbers: dict[str, float] = {}
-        for name, value in values.items():
-            if name not in by_name:
-                raise InputError("is no threshold of an identification", path=f"{path}.{name}", value=value,
-                                 allowed=", ".join(by_name))  # fmt: skip
-            numbers[name] = _checked(by_name[name], value, f"{path}.{name}")
-        return cls(**numbers)
-
-    @property
-    def changed(self) -> dict[str, float]:
-        """Those that differ from the default, by name."""
-        return {
-            threshold.name: value
-            for threshold in thresholds()
-            if (value := getattr(self, threshold.name)) != threshold.default
-        }
-
-    def as_data(self) -> dict[str, float]:
-        """Return all of them, by name."""
-        return {threshold.name: getattr(self, threshold.name) for threshold in thresholds()}
-
-
-def _checked(threshold: Threshold, value: Any, path: str) -> float:
-    number = value if isinstance(value, (int, float)) and not isinstance(value, bool) else math.nan
-    if not (threshold.least <= number <= threshold.most and math.isfinite(number)):
-        allowed = (
-            f"{threshold.least:g} to {threshold.most:g}" if math.isfinite(threshold.most) else f">= {threshold.least:g}"
-        )
-        raise InputError("is out of range", path=path, value=value, allowed=allowed)
-    return float(number)
-
 
 def thresholds() -> tuple[Threshold, ...]:
     """Return what each of the settings is, in order."""
-    return tuple(Threshold(field.name, getattr(DEFAULT, field.name), **field.metadata) for field in fields(Settings))
+    return thresholds_of(Settings)
 
 
 DEFAULT = Settings()

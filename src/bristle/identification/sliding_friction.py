@@ -1,4 +1,4 @@
-"""Coulomb and viscous friction of a log, fitted first: it checks the sign of the effort, and sets the scale of all."""
+"""Coulomb and viscous friction of a log, fitted first: it sets the scale of all."""
 
 from __future__ import annotations
 
@@ -19,7 +19,6 @@ from bristle.identification.estimation import Context
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.least_squares import Sliding, linear
 from bristle.identification.parameters import PriorKnowledge, parameters_of
-from bristle.identification.roles import Role, names_of, offset_of
 from bristle.identification.scales import scales_of
 from bristle.identification.settings import DEFAULT, Settings
 
@@ -30,17 +29,15 @@ TURNS_LEAST = 3.0  # over the range, for a pitch to be looked for
 STEPS_A_TURN = 8.0  # of the scan, over one more turn in the whole range
 SCAN_MOST = 20_000
 REFINED = 40
-PUT_IN = 0.1  # share of the work besides inertia from which friction that puts energy in is a wrong sign
 
 
 def context_of(
     dataset: Dataset, prior: PriorKnowledge, *, everywhere: bool = False, settings: Settings = DEFAULT
 ) -> Context:  # fmt: skip
-    """Return what the fits of all models to a log share; an effort of zero, or the other way round, is refused."""
+    """Return what the fits of all models to a log share; an effort of zero is refused."""
     effort = float(np.sqrt(np.mean(dataset.effort**2)))
     if effort == 0.0:
         raise InputError("is zero throughout", path="log.effort", mend="Check which column holds the effort")
-    _refuse_reversed_effort(dataset, prior)
     problem = _sliding_problem(dataset, prior)
     values = problem.parameters.complete(linear(problem).values)
     coulomb, viscous = values.pop("F_C"), values.pop("F_v")
@@ -64,30 +61,6 @@ def with_pitch(context: Context, component: FrictionModel) -> Context:
 
 def _sliding_problem(dataset: Dataset, prior: PriorKnowledge) -> InverseDynamics:
     return InverseDynamics(dataset, parameters_of(find("coulomb_viscous"), prior, dataset))
-
-
-def _refuse_reversed_effort(dataset: Dataset, prior: PriorKnowledge) -> None:
-    """Refuse a log whose effort drives the friction backward: friction would put energy in."""
-    # A mass that is known must not hide that the effort pushes the other way.
-    problem = _sliding_problem(dataset, PriorKnowledge(plant=prior.plant))
-    free = unbounded(problem.columns, dataset.effort - problem.fixed_effort).tolist()
-    values = problem.parameters.complete(dict(zip(problem.parameters.free, free, strict=True)))
-    plant = problem.parameters.plant.variables
-    mass = sum(values[name] for name in names_of(Role.INERTIA, plant))
-    damped = names_of(Role.VISCOUS, plant)
-    damping = values["F_v"] + sum(values[name] for name in damped)
-    speed = np.abs(dataset.velocity)
-    power = float(np.mean(values["F_C"] * speed + damping * speed * speed))
-    elastic = problem.mechanical(values | dict.fromkeys(damped, 0.0))
-    rest = dataset.effort - elastic - offset_of(problem.parameters.component.variables, values)
-    clearly = -PUT_IN * float(np.mean(np.abs(rest * dataset.velocity)))
-    if power < clearly or (power < 0.0 and mass <= 0.0):
-        dissipated = f"{power:.3g} W dissipated by friction, and an inertia of "
-        raise InputError(
-            "the sign of effort seems reversed", path="log.effort",
-            value=dissipated + with_unit(mass, unit_of("mass", dataset.kind)),
-            mend="Turn the sign of the effort in the axis file: sign = -1 where it has none or 1, else 1",
-        )  # fmt: skip
 
 
 def _pitch_in(problem: InverseDynamics, values: Mapping[str, float]) -> float:

@@ -1,5 +1,6 @@
 """Logs of motion axes: what was recorded, with units, and the readers of the files that hold it."""
 
+from bristle.logs.check import checked
 from bristle.logs.log import Channel, Log
 from bristle.logs.passage import Passage
 from bristle.logs.passages import passages
@@ -7,4 +8,4 @@ from bristle.logs.read import read_log
 from bristle.logs.sign import sign_of_effort
 from bristle.logs.summary import summarize
 
-__all__ = ["Channel", "Log", "Passage", "passages", "read_log", "sign_of_effort", "summarize"]
+__all__ = ["Channel", "Log", "Passage", "checked", "passages", "read_log", "sign_of_effort", "summarize"]

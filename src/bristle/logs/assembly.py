@@ -12,9 +12,7 @@ from bristle.logs.channel import Channel
 from bristle.logs.checks import problems_of
 from bristle.logs.clock import Clock, clock_of
 from bristle.logs.gather import Gathered, gather
-from bristle.logs.jumps import doubts_about_jumps
 from bristle.logs.log_data import LogData
-from bristle.logs.sign import sign_of_effort
 from bristle.logs.span import within
 from bristle.logs.table import Table
 from bristle.logs.velocity import doubts_about_velocity
@@ -97,9 +95,4 @@ def assembled(table: Table, axis: Axis, gathered: Gathered, clock: Clock) -> Log
         notes=tuple(notes),
         kind=axis.kind,
     )
-    reversed_effort = sign_of_effort(record)
-    doubts = [
-        *doubts_about_jumps(record), *doubts_about_velocity(record, axis),
-        *([reversed_effort] if reversed_effort else []),
-    ]  # fmt: skip
-    return replace(record, notes=(*record.notes, *doubts))
+    return replace(record, notes=(*record.notes, *doubts_about_velocity(record, axis)))

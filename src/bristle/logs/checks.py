@@ -7,6 +7,7 @@ rests for a long time, an effort of zero while the drive is off, a known input t
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from bristle.logs.channel import Channel
 from bristle.logs.gather import Gathered
 from bristle.logs.spikes import SMALLEST, far_outside, spikes
 
-__all__ = ["FEWEST_SAMPLES", "longest_run", "problems_of", "quantisation"]
+__all__ = ["FEWEST_SAMPLES", "Cut", "clipped", "longest_run", "problems_of", "quantisation"]
 
 FEWEST_SAMPLES = 100
 LONG_RUN = 10  # samples
@@ -125,7 +126,7 @@ def _moment(gathered: Gathered, at: int) -> str:
 
 
 def _saturated_effort(gathered: Gathered, axis: Axis, place: str) -> Iterator[InputError]:
-    """Refuse an effort beyond a limit, or clipped at one.
+    """Refuse an effort beyond a limit that is told.
 
     The drive bounds the whole effort, the controller its own part of it: known inputs are added behind its limit.
     """
@@ -139,9 +140,7 @@ def _saturated_effort(gathered: Gathered, axis: Axis, place: str) -> Iterator[In
         (own, law.get("limit"), f"exceeds{by_controller} the limit of the controller", "limit under [controller]"),
         (channel.values, axis.effort_limit, "exceeds the limit of the drive", "limit under [effort]"),
     ):
-        problem = _beyond_limit(gathered, values, limit, place, subject, key) or _at_limit(
-            gathered, values, limit, place
-        )
+        problem = _beyond_limit(gathered, values, limit, place, subject, key)
         if problem is not None:
             yield problem
             return
@@ -160,19 +159,25 @@ def _beyond_limit(
     )  # fmt: skip
 
 
-def _at_limit(gathered: Gathered, values: np.ndarray, limit: float | None, place: str) -> InputError | None:
+class Cut(NamedTuple):
+    """Where a signal is cut off: at which value, its longest run there, and all of its samples there."""
+
+    level: float
+    first: int
+    longest: int
+    samples: int
+
+
+def clipped(values: np.ndarray, limit: float | None = None, run: int = LONG_RUN) -> Cut | None:
+    """Return where a signal is cut off, at a limit if one is known; None where it is not."""
     rounding = ROUNDING * float(np.ptp(values))
-    for extreme in (values.max(), values.min()):
+    for extreme in (float(values.max()), float(values.min())):
         at_extreme = np.abs(values - extreme) <= rounding
         if limit is not None and abs(extreme) >= (1 - 1e-6) * limit:
             at_extreme = np.sign(extreme) * values >= (1 - 1e-6) * limit
         start, length = longest_run(at_extreme)
-        if length >= LONG_RUN and extreme != 0 and _clipped(values, at_extreme, length, rounding):
-            return InputError(
-                f"is saturated: {length} samples in a row at {extreme:.6g} {gathered.channels['effort'].unit} from "
-                f"{_moment(gathered, start)}, {at_extreme.sum()} in all", path=place,
-                mend="Lower the acceleration or the amplitude of the motion, or widen the range of the channel",
-            )  # fmt: skip
+        if length >= run and extreme != 0 and _clipped(values, at_extreme, length, rounding):
+            return Cut(extreme, start, length, int(at_extreme.sum()))
     return None
 
 

@@ -12,6 +12,7 @@ from bristle.core.edge import guarded, instance, optional
 from bristle.core.errors import InputError
 from bristle.core.typography import printable
 from bristle.logs.assembly import assembled, clock_for
+from bristle.logs.check import CheckThresholds, checked
 from bristle.logs.checks import problems_of, quantisation
 from bristle.logs.gather import axis_of, gather
 from bristle.logs.log import log_of
@@ -41,7 +42,8 @@ def summarize(given: Readable, axis: Axis | None = None, *, size_limit: int = SI
         ``file``, ``format``, ``checksum``, ``columns`` (as the file holds them: name, unit, samples, min,
         max, mean, std, step), ``constants``, ``channels`` (in SI of the axis, likewise), ``sample_time`` [s],
         ``rate`` [Hz], ``duration`` [s], ``segments``, ``passages`` (the experiments that it contains:
-        `bristle.logs.Passage`), ``notes`` and ``problems``; None where not known.
+        `bristle.logs.Passage`), ``notes``, ``diagnostics`` (what it contradicts and what it cannot tell, as data) and
+        ``problems``; None where not known.
 
     Raises
     ------
@@ -65,6 +67,7 @@ def summarize(given: Readable, axis: Axis | None = None, *, size_limit: int = SI
         "segments": None,
         "passages": [],
         "notes": list(table.notes),
+        "diagnostics": [],
         "problems": [],
     }
     try:
@@ -99,6 +102,7 @@ def _as_log(table: Table, axis: Axis) -> dict[str, Any]:
     if clock is not None and not problems:
         log = log_of(assembled(table, axis, gathered, clock))
         part["notes"] = list(log.notes)
+        part["diagnostics"] = [found.as_data() for found in checked(log, axis, CheckThresholds.among(axis.settings))]
         part["passages"] = [passage.as_data() for passage in passages(log, axis)]
     return part | {"problems": [_sentence_of(problem, table) for problem in problems]}
 

@@ -6,7 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from bristle.core.axis import Axis
 from bristle.core.diagnostic import Diagnostic
+from bristle.logs.check import RECORDED, checked
+from bristle.logs.check.thresholds import CheckThresholds
 from bristle.logs.log import Log
 from bristle.simulation.result import Prediction
 
@@ -18,7 +21,7 @@ WORSE = {"position": "position-worse-than-none", "force": "effort-worse-than-non
 SPAN = 20  # samples over which a speed is taken
 
 
-def with_doubts(prediction: Prediction, log: Log, velocity_max: float | None) -> Prediction:
+def with_doubts(prediction: Prediction, log: Log, axis: Axis | None, velocity_max: float | None) -> Prediction:
     """Return a prediction with what speaks against it.
 
     Parameters
@@ -27,10 +30,14 @@ def with_doubts(prediction: Prediction, log: Log, velocity_max: float | None) ->
         A model run on a log.
     log : Log
         The log.
+    axis : Axis or None
+        What is known of its axis.
     velocity_max : float or None
         Largest speed that the model was fitted to [m/s or rad/s], where known.
     """
-    doubts = (*_about_error(prediction), *_about_speed(log, velocity_max))
+    settings = CheckThresholds.among(axis.settings if axis else {})
+    wrong = (found for found in checked(log, axis, settings) if found.code in RECORDED)
+    doubts = (*_about_error(prediction), *_about_speed(log, velocity_max), *wrong)
     return replace(prediction, diagnostics=(*doubts, *prediction.diagnostics))
 
 

@@ -107,10 +107,11 @@ def predict(
         dataset = treat_all([log], [axis], *filtering, delay)
         width = None if bands is None else half_width(bands, plant, friction, dataset)
         prediction = replace(_inverse(plant, friction, log, dataset), half_width=width)
-        return with_doubts(replace(prediction, diagnostics=(*remarks, *prediction.diagnostics)), log, velocity_max)
+        prediction = replace(prediction, diagnostics=(*remarks, *prediction.diagnostics))
+        return with_doubts(prediction, log, axis, velocity_max)
     axis = axis or Axis(kind=log.kind)
     axis = axis if lag is None else replace(axis, lag=lag)
-    return with_doubts(_simulated(plant, friction, log, axis, mode, bands), log, velocity_max)
+    return with_doubts(_simulated(plant, friction, log, axis, mode, bands), log, axis, velocity_max)
 
 
 def _simulated(

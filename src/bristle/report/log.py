@@ -22,7 +22,10 @@ PASSAGES_CAPTION = (
 )
 
 
-def log_report(log: Log, segments: Sequence[Passage], *, name: str, command: str, provenance: Mapping[str, str]) -> str:
+def log_report(
+    log: Log, segments: Sequence[Passage], *, name: str, command: str, provenance: Mapping[str, str],
+    found: Sequence[str] = (),
+) -> str:  # fmt: skip
     """Return the report of a log as one HTML page.
 
     Parameters
@@ -37,12 +40,14 @@ def log_report(log: Log, segments: Sequence[Passage], *, name: str, command: str
         The command that repeats it.
     provenance : mapping of str to str
         Versions, files, checksums.
+    found : sequence of str
+        What the log contradicts, and what it cannot tell, in sentences.
     """
     from bristle import figures
 
     return render(
         "log.html", provenance=provenance, command=command, banner=None, name=name,
-        facts=log_facts(log), notes=log.notes,
+        facts=log_facts(log), notes=log.notes, found=found,
         passages=passage_table([segment.as_data() for segment in segments], log.kind),
         picture=picture("passages", lambda: figures.passages(log, segments), *PASSAGES_CAPTION),
     )  # fmt: skip

@@ -11,6 +11,8 @@ from bristle.core.diagnostic import Diagnostic
 from bristle.friction import is_static
 from bristle.identification.dataset import Dataset
 from bristle.identification.settings import DEFAULT, Settings
+from bristle.logs import repetition
+from bristle.logs.repetition import by_lag
 from bristle.logs.segmentation import alternating
 
 __all__ = ["about_amplitudes", "about_repeated_logs", "about_repetition", "repeats_after", "stroke_lengths"]
@@ -50,19 +52,7 @@ def about_repetition(dataset: Dataset, settings: Settings) -> tuple[Diagnostic, 
 def repeats_after(dataset: Dataset, settings: Settings = DEFAULT) -> float | None:
     """Return the period of a motion that repeats itself [s]; None where it does not."""
     position = max((segment.position for segment in dataset.segments), key=len)
-    x = position - np.mean(position)
-    product, late, early = (part[x.size - 1 :] for part in _by_lag(x, x)[1:])
-    size = np.sqrt(late * early)
-    correlation = np.divide(product, size, out=np.zeros_like(size), where=size > 0.0)
-    below, last = np.flatnonzero(correlation < 0.0), int(x.size / settings.repeated_periods)
-    if not below.size or below[0] >= last:
-        return None
-    beyond = correlation[below[0] : last]
-    if not np.max(beyond) >= settings.repeated:
-        return None
-    first = int(np.argmax(beyond >= settings.repeated * np.max(beyond)))
-    period = first + int(np.argmax(beyond[first : first + (below[0] + first) // 2]))
-    return float((below[0] + period) * dataset.sample_time)
+    return repetition.repeats_after(position, dataset.sample_time, settings)
 
 
 def about_repeated_logs(dataset: Dataset, settings: Settings) -> tuple[Diagnostic, ...]:
@@ -80,19 +70,8 @@ def about_repeated_logs(dataset: Dataset, settings: Settings) -> tuple[Diagnosti
 
 def _repeats(x: np.ndarray, y: np.ndarray, settings: Settings) -> bool:
     """Return whether two motions, each about its mean, are the same, one of them shifted in time."""
-    shared, product, xx, yy = _by_lag(x, y)
+    shared, product, xx, yy = by_lag(x, y)
     long = (shared >= settings.repeated_overlap * min(x.size, y.size)) & (xx > 0.0) & (yy > 0.0)
     alike = long & (product >= settings.repeated * np.sqrt(xx * yy))
     most = settings.repeated_size**2
     return bool(np.any(alike & (xx <= most * yy) & (yy <= most * xx)))
-
-
-def _by_lag(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return for each lag of `x` behind `y` how many samples both share, their product and their squares there."""
-    from scipy.signal import correlate, correlation_lags
-
-    lag = correlation_lags(x.size, y.size)
-    first, last = np.maximum(lag, 0), np.minimum(x.size, y.size + lag)
-    xx, yy = (np.concatenate([[0.0], np.cumsum(signal * signal)]) for signal in (x, y))
-    product = np.asarray(correlate(x, y, method="fft"))
-    return last - first, product, xx[last] - xx[first], yy[last - lag] - yy[first - lag]

@@ -1,5 +1,6 @@
 """The sentences of all diagnostics, by their codes, with what each means and what to do."""
 
+from bristle.report.sentences.checks import CHECKS
 from bristle.report.sentences.comparisons import COMPARISONS
 from bristle.report.sentences.fits import FITS
 from bristle.report.sentences.loops import LOOPS
@@ -9,5 +10,5 @@ from bristle.report.sentences.sentence import Sentence
 
 __all__ = ["SENTENCES", "Sentence"]
 
-SENTENCES: dict[str, Sentence] = {**PARAMETERS, **FITS, **PREDICTIONS, **LOOPS, **COMPARISONS}
+SENTENCES: dict[str, Sentence] = {**CHECKS, **PARAMETERS, **FITS, **PREDICTIONS, **LOOPS, **COMPARISONS}
 """The sentence of each code."""

@@ -1,0 +1,92 @@
+"""Thresholds that a person may set: each with its default, unit, meaning and range."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from typing import Any, NamedTuple, Self
+
+from bristle.core.errors import InputError
+
+__all__ = ["Threshold", "Thresholds", "threshold", "thresholds_of"]
+
+
+class Threshold(NamedTuple):
+    """What a setting is: its default, unit, meaning, what it may be, and where it comes from."""
+
+    name: str
+    default: float
+    unit: str
+    meaning: str
+    least: float
+    most: float
+    source: str
+
+
+def threshold(
+    default: float, meaning: str, unit: str = "1", least: float = 0.0, most: float = math.inf, source: str = ""
+) -> Any:
+    """Return the field of a threshold."""
+    about = {"default": default, "meaning": meaning, "unit": unit, "least": least, "most": most, "source": source}
+    return field(default=default, metadata=about)
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """Thresholds, each a field that `threshold` made."""
+
+    @classmethod
+    def of(cls, values: Mapping[str, Any], path: str = "settings") -> Self:
+        """Return the thresholds that are given, all others at their defaults.
+
+        Parameters
+        ----------
+        values : mapping of str to float
+            Names of thresholds with their values.
+        path : str
+            What an error names.
+
+        Raises
+        ------
+        InputError
+            If there is no such threshold, or its value is out of range.
+        """
+        by_name = {one.name: one for one in thresholds_of(cls)}
+        numbers: dict[str, float] = {}
+        for name, value in values.items():
+            if name not in by_name:
+                raise InputError("is no threshold of an identification", path=f"{path}.{name}", value=value,
+                                 allowed=", ".join(by_name))  # fmt: skip
+            numbers[name] = _checked(by_name[name], value, f"{path}.{name}")
+        return cls(**numbers)
+
+    @classmethod
+    def among(cls, values: Mapping[str, Any], path: str = "settings") -> Self:
+        """Return those of the thresholds that are given which are of this class, all others at their defaults."""
+        names = {one.name for one in thresholds_of(cls)}
+        return cls.of({name: value for name, value in values.items() if name in names}, path)
+
+    @property
+    def changed(self) -> dict[str, float]:
+        """Those that differ from the default, by name."""
+        return {
+            one.name: value for one in thresholds_of(type(self)) if (value := getattr(self, one.name)) != one.default
+        }
+
+    def as_data(self) -> dict[str, float]:
+        """Return all of them, by name."""
+        return {one.name: getattr(self, one.name) for one in thresholds_of(type(self))}
+
+
+def _checked(one: Threshold, value: Any, path: str) -> float:
+    number = value if isinstance(value, (int, float)) and not isinstance(value, bool) else math.nan
+    if not (one.least <= number <= one.most and math.isfinite(number)):
+        allowed = f"{one.least:g} to {one.most:g}" if math.isfinite(one.most) else f">= {one.least:g}"
+        raise InputError("is out of range", path=path, value=value, allowed=allowed)
+    return float(number)
+
+
+def thresholds_of(settings: type[Thresholds]) -> tuple[Threshold, ...]:
+    """Return what each of the thresholds of a class is, in order."""
+    return tuple(Threshold(one.name, **one.metadata) for one in fields(settings))

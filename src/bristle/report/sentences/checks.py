@@ -1,0 +1,153 @@
+"""What a log says against itself before anything is fitted, and how to mend it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from bristle.report.sentences.sentence import Choice, Sentence, says
+
+__all__ = ["CHECKS"]
+
+_SPEEDS = "move at several steady speeds between a tenth and all of the working speed"
+
+
+def _named(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
+    """Return the text, with the parameters that it concerns behind it where a fit names them."""
+    return texts[0] + (texts[1] if "names" in numbers else "")
+
+
+def _both(first: str, names: str, means: str, advice: str) -> Sentence:
+    return Sentence((first, names), means, advice, choose=_named)
+
+
+def _by(key: str) -> Choice:
+    """Return the choice of the first text where a number or a name is given and not empty, else the second."""
+    return lambda texts, numbers: texts[0 if numbers.get(key) else 1]
+
+
+CHECKS: dict[str, Sentence] = {
+    "rows_lost": says(
+        "the position jumps by up to {step:length} within a sample, first after t = {time:.6g} s, {places} such "
+        "places in all, which the velocity around does not explain: rows were lost and the rest stamped again, or a "
+        "counter began anew. Mend the stamps or cut the log there",
+        "rows are missing though the stamps go on, or a counter wrapped",
+        "mend the stamps, unwrap the counter, or cut the log there",
+    ),
+    "sign_reversed": says(
+        "the sign of effort seems reversed: over closed motion it takes {percent:.0f} % of the work out of the axis "
+        "that friction would take, where friction only puts heat into it. Turn the sign of the effort in the axis "
+        "file: sign = -1 where it has none or 1, else 1",
+        "over closed motion the effort does negative work",
+        "turn the sign of the effort in the axis file",
+    ),
+    "effort_unsigned": says(
+        "the effort, up to {largest:force}, goes to zero again and again and never crosses it: it is a magnitude, as "
+        "many drives show the current. Record the signal that has a sign",
+        "the effort has lost its sign",
+        "record the signal that has a sign",
+    ),
+    "clock_suspect": Sentence(
+        (
+            "column {column} is called as if it were in {called}, and is taken to be in {declared}: one of both is "
+            "wrong. Mend its unit in the axis file",
+            "the samples would be {sample_time:time} apart, which no servo axis is sampled at: mend the unit of time "
+            "in the axis file",
+        ),
+        "the stamps are in another unit than declared",
+        "mend the unit of time",
+        choose=_by("called"),
+    ),
+    "unit_suspect": Sentence(
+        (
+            "column {column} is called as if it were in {called}, and is taken to be in {declared}: one of both is "
+            "wrong. Mend its unit in the axis file",
+            "the axis would move at {speed:length/time}: mend the unit of the position, the gear or the lead in the "
+            "axis file, or raise the threshold if it does",
+        ),
+        "the position is in another unit than declared",
+        "mend the unit, the gear or the lead",
+        choose=_by("called"),
+        also=("speed",),
+    ),
+    "velocity_contradicts": Sentence(
+        (
+            "the recorded velocity is {delay:time} later than that of the position: its filter is told nowhere. Leave "
+            "it out of [columns], or take the delay out",
+            "the recorded velocity is {ratio:.3g} times that of the position (correlation {correlation:.2g}). Mend "
+            "unit or sign of one of both, or leave the velocity out of [columns]",
+        ),
+        "a recorded velocity is another one than the position has",
+        "mend unit or sign of one of both",
+        choose=_by("delay"),
+    ),
+    "mass_contradicts": says(
+        "the mass or inertia that is told, {known:mass}, is {ratio:.3g} times the {found:mass} that the log shows: "
+        "mend the mass, the gear, the lead or the constant of the effort in the axis file",
+        "the known mass is not that of the log",
+        "mend the mass, the gear or the constant of the effort",
+    ),
+    "gear_suspect": says(
+        "that factor of the {of}, {ratio:.4g}, is close to {gear}: a gear, a lead or a unit seems to be counted twice, "
+        "left out or turned around. Mend it in the axis file",
+        "a factor is one that gears and units have",
+        "mend the gear, the lead or the unit",
+    ),
+    "clipped": says(
+        "the effort is cut off at {level:force}: {samples} samples in a row from t = {time:.6g} s, {all} in all. The "
+        "true effort was larger there. Lower the acceleration, or widen the range of the channel",
+        "the effort is cut off at an extreme",
+        "lower the acceleration, or widen the range of the channel",
+    ),
+    "saturates": says(
+        "the effort bends over: its largest values read {percent:.0f} % too little for the motion that they make. "
+        "Widen the range of the sensor, or lower the acceleration",
+        "the channel of the effort bends over before its end",
+        "widen the range of the sensor, or lower the acceleration",
+    ),
+    "never_slides": _both(
+        "the effort follows the position as that of a spring (correlation {correlation:.2f}) and gives back all but "
+        "{percent:.0f} % of its work: within {reach:length} the contact hardly slides, or something pulls the axis "
+        "back. Record motion beyond the break-away distance too",
+        "; {names:list} are not those of sliding",
+        "the log is of pre-sliding alone",
+        "record motion beyond the break-away distance too",
+    ),
+    "level_drifts": _both(
+        "friction changes by {percent:+.0f} % of its level, {level:force}, over the log, as on an axis that warms up: "
+        "warm it up first, or identify parts of the log (`span` in the axis file)",
+        "; {names:list} are means over that change",
+        "the level of friction changes over time",
+        "warm up first, or identify parts of the log",
+    ),
+    "level_over_position": says(
+        "friction changes by {percent:+.0f} % of its level, {level:force}, from one end of the range to the other: add "
+        "the slot `+position` to the model, or record where the axis works",
+        "the level of friction changes over the range",
+        "add `+position`",
+    ),
+    "below_resolution": says(
+        "the axis moves by {way:length} between reversals, and the position has steps of {resolution:length}: record "
+        "it more finely, or move further",
+        "the motion is a few steps of the encoder",
+        "record the position more finely, or move further",
+    ),
+    "one_direction": _both(
+        "the axis moves {direction}, and the other way for no more than {percent:.1f} % of its way: a constant force "
+        "and friction are one. Move in both directions",
+        "; {names:list} cannot be told apart, whatever their intervals say",
+        "the motion goes in one direction",
+        "move in both directions",
+    ),
+    "one_speed": _both(
+        "all steady motion is at one speed, {slowest:length/time} to {fastest:length/time}: " + _SPEEDS,
+        "; {names:list} cannot be told apart, whatever their intervals say",
+        "all steady motion is at one speed",
+        _SPEEDS,
+    ),
+    "repeats_one_motion": says(
+        "the motion repeats itself every {period:.3g} s: predict a log of another motion to see what a model is worth",
+        "the motion repeats itself",
+        "record another motion too",
+    ),
+}

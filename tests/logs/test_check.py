@@ -1,0 +1,197 @@
+"""A log is looked at before anything is fitted: each lie is told by its code, and a right log by none."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from bristle.core.axis import Axis, Column
+from bristle.logs import Log, checked
+from bristle.report.messages import message
+
+DT, COUNT, MASS, LEVEL, DRAG = 1e-3, 16_000, 12.0, 9.0, 14.0
+SEEDS = range(3)
+
+
+class Run:
+    """A motion that is known exactly, and the effort that it takes: speeds of several sizes, or what is asked for."""
+
+    def __init__(self, seed, speeds=(0.02, 0.1, 0.3, 0.9), *, back=True, mass=MASS, level=LEVEL):
+        self.rng = np.random.default_rng(seed)
+        self.t = DT * np.arange(COUNT)
+        self.v = self._strokes(speeds, back)
+        self.a = np.gradient(self.v, DT)
+        self.x = np.cumsum(self.v) * DT
+        self.level = level * np.ones(COUNT)
+        self.mass = mass
+
+    def _strokes(self, speeds, back):
+        v, k = np.zeros(0), 0
+        while v.size < COUNT:
+            speed = speeds[k // (2 if back else 1) % len(speeds)] * self.rng.uniform(0.99, 1.01)
+            ramp = speed * (0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 150)))
+            stroke = np.concatenate([ramp, np.full(350, speed), ramp[::-1], np.zeros(60)])
+            v, k = np.concatenate([v, -stroke if back and k % 2 else stroke]), k + 1
+        return v[:COUNT]
+
+    def effort(self):
+        friction = self.level * np.tanh(self.v / 1e-4) + DRAG * self.v
+        return self.mass * self.a + friction + 5.0 + self.rng.normal(0.0, 0.1, COUNT)
+
+    def log(self, **changed):
+        channels = {"time": self.t, "position": np.round(self.x, 7), "effort": self.effort()}
+        return Log(**(channels | changed), sample_time=DT)
+
+
+def codes(log, axis=None):
+    return [found.code for found in checked(log, axis)]
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("mass", [None, MASS])
+def test_a_right_log_contradicts_nothing(seed, mass):
+    run = Run(seed)
+    assert [code for code in codes(run.log(velocity=run.v), Axis(mass=mass)) if code != "repeats_one_motion"] == []
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("gravity", [0.0, 300.0])
+def test_the_sign_is_told_by_the_work_over_closed_motion(seed, gravity):
+    effort = Run(seed).effort() + gravity
+    assert "sign_reversed" in codes(Run(seed).log(effort=-effort))
+    assert "sign_reversed" not in codes(Run(seed).log(effort=effort))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("reach", [1e-6, 3e-6])
+def test_presliding_of_the_right_sign_is_no_reversed_effort(seed, reach):
+    rng, t = np.random.default_rng(seed), DT * np.arange(8000)
+    x = reach * np.sin(2.0 * np.pi * t)
+    # A stiff spring with a narrow loop, two samples late: taken for an inertia it is a negative one.
+    late = reach * np.sin(2.0 * np.pi * (t - 2.0 * DT))
+    loop = 0.1 * reach * np.cos(2.0 * np.pi * (t - 2.0 * DT))
+    effort = 2e6 * (late + loop) + rng.normal(0.0, 2e4 * reach, t.size)
+    log = Log(time=t, position=np.round(x, 9), effort=effort, sample_time=DT)
+    found = codes(log)
+    assert "sign_reversed" not in found
+    assert "never_slides" in found
+    assert "sign_reversed" in codes(replace(log, effort=-effort))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_one_direction_and_one_speed(seed):
+    assert "one_direction" in codes(Run(seed, back=False).log())
+    assert "one_speed" in codes(Run(seed, (0.3,)).log())
+    assert "one_speed" not in codes(Run(seed, (0.1, 0.3)).log())
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_an_effort_that_is_cut_off_or_bends_over(seed):
+    effort = Run(seed).effort()
+    top = np.max(np.abs(effort))
+    assert "clipped" in codes(Run(seed).log(effort=np.clip(effort, -0.6 * top, 0.6 * top)))
+    bent = 0.7 * top * np.tanh(effort / (0.7 * top))
+    (found,) = [one for one in checked(Run(seed).log(effort=bent)) if one.code == "saturates"]
+    assert 20.0 < found.numbers["percent"] < 100.0
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_an_effort_without_its_sign(seed):
+    effort = Run(seed).effort()
+    assert "effort_unsigned" in codes(Run(seed).log(effort=np.abs(effort)))
+    assert "effort_unsigned" not in codes(Run(seed).log(effort=effort - effort.min()))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("count", [3, 200])
+def test_rows_that_are_lost_and_the_rest_stamped_again(seed, count):
+    run = Run(seed)
+    start = int(np.argmax(run.v > 0.85)) + 100
+    kept = np.r_[0:start, start + count : COUNT]
+    log = Log(time=run.t[: kept.size], position=np.round(run.x, 7)[kept], effort=run.effort()[kept], sample_time=DT)
+    (found,) = [one for one in checked(log) if one.code == "rows_lost"]
+    assert found.numbers["time"] == pytest.approx((start - 1) * DT)
+    assert found.numbers["step"] == pytest.approx(run.x[start + count] - run.x[start - 1], rel=1e-3)
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1e3])
+def test_stamps_that_no_axis_is_sampled_at(factor):
+    run = Run(0)
+    log = Log(time=factor * run.t, position=np.round(run.x, 7), effort=run.effort(), sample_time=factor * DT)
+    assert "clock_suspect" in codes(log)
+    assert "unit_suspect" not in codes(log)
+
+
+@pytest.mark.parametrize(("kind", "factor", "told"), [
+    ("translational", 1e3, True), ("translational", 10.0, False), ("rotational", 1e3, False), ("rotational", 1e4, True),
+])  # fmt: skip
+def test_speeds_that_no_axis_has(kind, factor, told):
+    run = Run(0)
+    log = Log(time=run.t, position=factor * run.x, effort=run.effort(), sample_time=DT, kind=kind)
+    assert ("unit_suspect" in codes(log, Axis(kind=kind))) is told
+
+
+@pytest.mark.parametrize(("channel", "name", "unit", "code"), [
+    ("time", "t_s", "ms", "clock_suspect"), ("time", "t_s", "s", None), ("time", "Time [ms]", "s", "clock_suspect"),
+    ("position", "x_mm", "m", "unit_suspect"), ("position", "x_mm", "mm", None), ("position", "x", "m", None),
+])  # fmt: skip
+def test_a_name_that_says_another_unit(channel, name, unit, code):
+    axis = Axis(columns={channel: Column(name, unit, "s" if channel == "time" else "m")})
+    found = [one for one in checked(Run(0).log(), axis) if one.code.endswith("_suspect")]
+    assert [one.code for one in found] == ([code] if code else [])
+    assert all(name in message(one) for one in found)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize(("factor", "gear"), [(1.3, None), (0.75, None), (2.0, "2"), (0.5, "1/2"), (6.28, "2 pi")])
+def test_a_known_mass_that_the_log_denies(seed, factor, gear):
+    found = {one.code: one for one in checked(Run(seed).log(), Axis(mass=factor * MASS))}
+    assert found["mass_contradicts"].numbers["found"] == pytest.approx(MASS, rel=0.03)
+    assert (found["gear_suspect"].numbers["gear"] if gear else found.get("gear_suspect")) == gear
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("lag", [5e-3, 40e-3])
+def test_a_slow_filter_of_the_effort_is_no_other_mass(seed, lag):
+    keep, effort = np.exp(-DT / lag), Run(seed).effort()
+    slow = lfilter([1.0 - keep], [1.0, -keep], effort, zi=[keep * effort[0]])[0]
+    log = Run(seed).log(effort=slow)
+    assert "mass_contradicts" not in codes(log, Axis(mass=MASS))
+    (found,) = [one for one in checked(log, Axis(mass=2.0 * MASS)) if one.code == "mass_contradicts"]
+    assert found.numbers["found"] == pytest.approx(MASS, rel=0.03)
+
+
+@pytest.mark.parametrize(("factor", "gear"), [(2.0, "2"), (30.0 / np.pi, "30/pi"), (1.2, None)])
+def test_a_velocity_of_another_unit(factor, gear):
+    run = Run(0)
+    found = {one.code: one for one in checked(run.log(velocity=factor * run.v))}
+    assert found["velocity_contradicts"].numbers["ratio"] == pytest.approx(factor, rel=0.01)
+    assert (found["gear_suspect"].numbers["gear"] if gear else found.get("gear_suspect")) == gear
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_friction_that_falls_as_the_axis_warms_up(seed):
+    run = Run(seed)
+    run.level = LEVEL * np.linspace(1.2, 0.8, COUNT)
+    (found,) = [one for one in checked(run.log()) if one.code.startswith("level")]
+    assert (found.code, found.numbers["percent"] < 0.0) == ("level_drifts", True)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_friction_that_changes_over_the_range(seed):
+    run = Run(seed)
+    run.level = LEVEL * (1.0 + 0.4 * (run.x - run.x.mean()) / np.ptp(run.x))
+    (found,) = [one for one in checked(run.log()) if one.code.startswith("level")]
+    assert (found.code, found.numbers["percent"] > 0.0) == ("level_over_position", True)
+
+
+def test_a_motion_of_a_few_steps_of_the_encoder():
+    run = Run(0)
+    assert "below_resolution" in codes(run.log(position=np.round(run.x / 0.1) * 0.1))
+
+
+def test_a_motion_that_repeats_itself_is_a_note():
+    x = 0.3 * np.sin(2.0 * np.pi * DT * np.arange(COUNT))
+    (found,) = [one for one in checked(Run(0).log(position=x)) if one.code == "repeats_one_motion"]
+    assert (found.severity, found.numbers["period"]) == ("note", pytest.approx(1.0, rel=0.01))
