@@ -81,23 +81,23 @@ def compare(
         figure_files(folder, formats, data),
     ):
         axes = axes_for([read_axis(content) for content in contents], len(files))
-        logs = [read_log(file, known, size_limit=limit) for file, known in zip(files, axes, strict=True)]
-        found = compared_as(
+        logs = [read_log(file, axis, size_limit=limit) for file, axis in zip(files, axes, strict=True)]
+        comparison = compared_as(
             logs[: len(sides[0])], logs[len(sides[0]) :], axis=axes, window=_seconds(window), call=context.obj,
             name=axes[0].name if axes[0] else before.stem, read={"axis": contents},
         )  # fmt: skip
         if folder:
-            found.write(folder)
+            comparison.write(folder)
     if as_json:
-        sys.stdout.write(json_text(found.summary))
+        sys.stdout.write(json_text(comparison.summary))
     else:
-        say(found.sentences[0])
-        show_table(Table("Before and after", HEADS, change_rows(found)))
-        for remark in remarks_of(found):
+        say(comparison.sentences[0])
+        show_table(Table("Before and after", HEADS, change_rows(comparison)))
+        for remark in remarks_of(comparison):
             say(f"{remark[0].upper()}{remark[1:]}.")
     if out:
         complain(f"wrote {out}; open {out / 'report.html'} in a browser")
-    return NO if found.helped is False else 0
+    return NO if comparison.helped is False else 0
 
 
 def _seconds(text: str | None) -> float | None:

@@ -52,7 +52,7 @@ class Thresholds:
         InputError
             If there is no such threshold, or its value is out of range.
         """
-        by_name = {one.name: one for one in thresholds_of(cls)}
+        by_name = {entry.name: entry for entry in thresholds_of(cls)}
         numbers: dict[str, float] = {}
         for name, value in values.items():
             if name not in by_name:
@@ -64,29 +64,31 @@ class Thresholds:
     @classmethod
     def among(cls, values: Mapping[str, Any], path: str = "settings") -> Self:
         """Return those of the thresholds that are given which are of this class, all others at their defaults."""
-        names = {one.name for one in thresholds_of(cls)}
+        names = {entry.name for entry in thresholds_of(cls)}
         return cls.of({name: value for name, value in values.items() if name in names}, path)
 
     @property
     def changed(self) -> dict[str, float]:
         """Those that differ from the default, by name."""
         return {
-            one.name: value for one in thresholds_of(type(self)) if (value := getattr(self, one.name)) != one.default
+            entry.name: value
+            for entry in thresholds_of(type(self))
+            if (value := getattr(self, entry.name)) != entry.default
         }
 
     def as_data(self) -> dict[str, float]:
         """Return all of them, by name."""
-        return {one.name: getattr(self, one.name) for one in thresholds_of(type(self))}
+        return {entry.name: getattr(self, entry.name) for entry in thresholds_of(type(self))}
 
 
-def _checked(one: Threshold, value: Any, path: str) -> float:
+def _checked(entry: Threshold, value: Any, path: str) -> float:
     number = value if isinstance(value, (int, float)) and not isinstance(value, bool) else math.nan
-    if not (one.least <= number <= one.most and math.isfinite(number)):
-        allowed = f"{one.least:g} to {one.most:g}" if math.isfinite(one.most) else f">= {one.least:g}"
+    if not (entry.least <= number <= entry.most and math.isfinite(number)):
+        allowed = f"{entry.least:g} to {entry.most:g}" if math.isfinite(entry.most) else f">= {entry.least:g}"
         raise InputError("is out of range", path=path, value=value, allowed=allowed)
     return float(number)
 
 
 def thresholds_of(settings: type[Thresholds]) -> tuple[Threshold, ...]:
     """Return what each of the thresholds of a class is, in order."""
-    return tuple(Threshold(one.name, **one.metadata) for one in fields(settings))
+    return tuple(Threshold(entry.name, **entry.metadata) for entry in fields(settings))

@@ -113,7 +113,6 @@ def identify(
     ------
     InputError
         If the log or the axis does not serve, or there is no such model.
-
     """
     pairs = with_method(logs_and_axes(log, axis), method, global_search)
     chosen = settings_of(pairs[0][1], settings)
@@ -121,12 +120,12 @@ def identify(
     _refuse_without_effort([log for log, _ in pairs])
     (first_log, first_axis), kind = pairs[0], pairs[0][0].kind
     prior = replace(prior_knowledge_of(first_axis, mass, offset, kind), free=freed(free, components))
-    found = checks_of(pairs, prior, chosen)
+    of_logs = checks_of(pairs, prior, chosen)
     context = _context(pairs, prior, chosen, *treatment_of(cutoff, decimation, kind))
     count, held_out = len(components) + bool(draws), blocks_for(context.dataset, blocks, chosen)
     fits, estimations, left_out = _fits(context, components, held_out, partial(_share, progress, count))
     best, *rest = (replace(fit, rank=rank) for rank, fit in enumerate(with_information(in_order(fits, chosen)), 1))
-    best, *rest = (with_checks(fit, found) for fit in (best, *rest))
+    best, *rest = (with_checks(fit, of_logs) for fit in (best, *rest))
     if blocks is None and not held_out:
         best = replace(best, diagnostics=(TOO_SHORT, *best.diagnostics))
     unfinished = _unfinished(fits, [component.name for component in components if component.name not in left_out])

@@ -102,7 +102,9 @@ def _as_log(table: Table, axis: Axis) -> dict[str, Any]:
     if clock is not None and not problems:
         log = log_of(assembled(table, axis, gathered, clock))
         part["notes"] = list(log.notes)
-        part["diagnostics"] = [found.as_data() for found in checked(log, axis, CheckThresholds.among(axis.settings))]
+        part["diagnostics"] = [
+            diagnostic.as_data() for diagnostic in checked(log, axis, CheckThresholds.among(axis.settings))
+        ]
         part["passages"] = [passage.as_data() for passage in passages(log, axis)]
     return part | {"problems": [_sentence_of(problem, table) for problem in problems]}
 

@@ -98,7 +98,7 @@ def identification_report(
         by_position=fit.position_rmse is not None,
         pictures=pictures,
         assumptions=_assumed(fit, prediction),
-        settings=settings_table(identification.settings),
+        settings=settings_table(identification.settings, kind),
         changed_settings=changed_settings(identification.settings),
         passages=passage_table([segment.as_data() for segment in segments], kind),
         break_aways=break_away_table(identification.break_aways, kind) if identification.break_aways else None,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from bristle.core.variable import Kind
 from bristle.identification.settings import thresholds
 from bristle.report.table import Table
 
@@ -12,10 +13,14 @@ if TYPE_CHECKING:
 
 __all__ = ["changed_settings", "settings_table"]
 
+SPEEDS: dict[Kind, str] = {"translational": "m/s", "rotational": "rad/s"}
 
-def settings_table(settings: Settings) -> Table:
-    """Return every threshold with its value, default and meaning."""
-    return _table("Thresholds of what is said and doubted", settings, [threshold.name for threshold in thresholds()])
+
+def settings_table(settings: Settings, kind: Kind) -> Table:
+    """Return every threshold of such an axis with its value, default and meaning."""
+    foreign = {unit for of, unit in SPEEDS.items() if of != kind}
+    names = [threshold.name for threshold in thresholds() if threshold.unit not in foreign]
+    return _table("Thresholds of what is said and doubted", settings, names)
 
 
 def changed_settings(settings: Settings) -> Table | None:

@@ -25,7 +25,7 @@ TRADED = {
 """By code, what it takes to tell the parameters that trade places in such a log."""
 BY_THE_LOG = ("held-one-direction", "held-one-speed")
 """Why a parameter is held that such a log does not tell."""
-SAID = {"repeats_one_motion": ("motion-repeats", "one-amplitude")}
+TOLD_MORE_FULLY = {"repeats_one_motion": ("motion-repeats", "one-amplitude")}
 """Codes of a fit that say the same with more."""
 
 
@@ -33,31 +33,35 @@ def checks_of(
     pairs: Sequence[tuple[Log, Axis | None]], prior: PriorKnowledge, settings: Settings
 ) -> tuple[Diagnostic, ...]:  # fmt: skip
     """Return what the logs of an identification say before it, of each code the first."""
-    found: dict[str, Diagnostic] = {}
+    by_code: dict[str, Diagnostic] = {}
     mass = sum(prior.values[name] for name in names_of(Role.INERTIA, prior.plant.variables) if name in prior.values)
     for log, axis in pairs:
-        known = replace(axis or Axis(kind=log.kind), mass=mass or None)
-        for diagnostic in checked(log, known, settings):
-            found.setdefault(diagnostic.code, diagnostic)
-    return tuple(found.values())
+        as_known = replace(axis or Axis(kind=log.kind), mass=mass or None)
+        for diagnostic in checked(log, as_known, settings):
+            by_code.setdefault(diagnostic.code, diagnostic)
+    return tuple(by_code.values())
 
 
-def with_checks(fit: Fit, found: Sequence[Diagnostic]) -> Fit:
+def with_checks(fit: Fit, diagnostics: Sequence[Diagnostic]) -> Fit:
     """Return a fit with what its logs say against themselves, and which of its parameters that concerns."""
-    said = {diagnostic.code for diagnostic in fit.diagnostics}
-    told = [_naming(fit, one) for one in found if not said.intersection(SAID.get(one.code, ()))]
-    return replace(fit, diagnostics=(*fit.diagnostics, *told))
+    of_fit = {diagnostic.code for diagnostic in fit.diagnostics}
+    added = [
+        _naming(fit, diagnostic)
+        for diagnostic in diagnostics
+        if not of_fit.intersection(TOLD_MORE_FULLY.get(diagnostic.code, ()))
+    ]
+    return replace(fit, diagnostics=(*fit.diagnostics, *added))
 
 
-def _naming(fit: Fit, found: Diagnostic) -> Diagnostic:
+def _naming(fit: Fit, diagnostic: Diagnostic) -> Diagnostic:
     """Return a diagnostic with the names of all parameters that trade places where it holds."""
     variables = {**fit.plant.component.variables, **fit.friction.component.variables}
     names = tuple(
-        one.name
-        for one in fit.estimates
+        estimate.name
+        for estimate in fit.estimates
         # A fit with elements has further parameters than its models ask for.
-        if one.name in variables
-        and variables[one.name].excitation in TRADED.get(found.code, ())
-        and (one.status != "held" or (one.reason is not None and one.reason.code in BY_THE_LOG))
+        if estimate.name in variables
+        and variables[estimate.name].excitation in TRADED.get(diagnostic.code, ())
+        and (estimate.status != "held" or (estimate.reason is not None and estimate.reason.code in BY_THE_LOG))
     )
-    return replace(found, numbers={**found.numbers, "names": names}) if names else found
+    return replace(diagnostic, numbers={**diagnostic.numbers, "names": names}) if names else diagnostic

@@ -54,14 +54,14 @@ def about_velocity(
     """Yield where a recorded velocity is not that of the position: its size, its shape, its delay."""
     speed = np.abs(rows.velocity)
     moved = rows.of(speed > SPEEDS * speed.max(initial=0.0))
-    seen = float(np.ptp(log.position.values)) > MOVED * resolution
-    if not rows.recorded.size or not seen or moved.velocity.size < FEWEST:
+    moves = float(np.ptp(log.position.values)) > MOVED * resolution
+    if not rows.recorded.size or not moves or moved.velocity.size < FEWEST:
         return
-    v, given = moved.velocity, moved.recorded
-    size = float(np.linalg.norm(v) * np.linalg.norm(given))
-    likeness = float(v @ given) / size if size > 0.0 else 0.0
+    v, recorded = moved.velocity, moved.recorded
+    size = float(np.linalg.norm(v) * np.linalg.norm(recorded))
+    likeness = float(v @ recorded) / size if size > 0.0 else 0.0
     # A velocity that is late by a time is less by that time of the acceleration.
-    scale, late = unbounded(np.column_stack([v, -moved.acceleration]), given).tolist()
+    scale, late = unbounded(np.column_stack([v, -moved.acceleration]), recorded).tolist()
     alike = likeness >= settings.velocity_likeness
     of_size = alike and abs(scale - 1.0) <= settings.velocity_scale
     delay = late / scale if of_size else 0.0
@@ -90,7 +90,7 @@ def lost_in(log: LogData, resolution: float, factor: float) -> np.ndarray:
     A step stands out where it differs from the steps next to it by far more than those do among themselves, and by
     more than the whole log does elsewhere.
     """
-    found = []
+    places = []
     for segment in log.segments:
         x = log.position.values[segment]
         steps = np.diff(x)
@@ -103,8 +103,8 @@ def lost_in(log: LogData, resolution: float, factor: float) -> np.ndarray:
         far = (out > factor * np.maximum(spread, max(usual, resolution))) & (np.abs(inner) > A_ROW * np.abs(around))
         at = np.flatnonzero(far)
         if at.size and (at.size < SELDOM * steps.size + 3 or _alike(out[at])):
-            found.append(at + 2 + (segment.start or 0))
-    return np.concatenate(found) if found else np.empty(0, dtype=int)
+            places.append(at + 2 + (segment.start or 0))
+    return np.concatenate(places) if places else np.empty(0, dtype=int)
 
 
 def _unsigned(log: LogData) -> bool:

@@ -45,8 +45,8 @@ class Through:
 
     def line(self, *further: np.ndarray) -> Line | None:
         """Return the line with further columns behind those; None where it says nothing."""
-        found = Line.through(np.column_stack([self.columns, *further]), self.rows.effort)
-        return found if found is not None and found.explained > EXPLAINED else None
+        line = Line.through(np.column_stack([self.columns, *further]), self.rows.effort)
+        return line if line is not None and line.explained > EXPLAINED else None
 
 
 def about_line(rows: Rows, axis: Axis, settings: CheckThresholds, *, clipped: bool) -> Iterator[Diagnostic]:
@@ -75,15 +75,15 @@ def _bent(through: Through, settings: CheckThresholds) -> float | None:
 
 
 def _about_mass(through: Through, line: Line, axis: Axis, settings: CheckThresholds) -> Iterator[Diagnostic]:
-    found, deviation = float(line.coefficients[0]), float(line.deviations[0])
-    share = abs(found) * float(np.std(through.rows.acceleration)) / float(np.std(through.rows.effort))
-    telling = found > 0.0 and deviation < settings.mass_error * found and share > settings.inertia_share
+    mass, deviation = float(line.coefficients[0]), float(line.deviations[0])
+    share = abs(mass) * float(np.std(through.rows.acceleration)) / float(np.std(through.rows.effort))
+    telling = mass > 0.0 and deviation < settings.mass_error * mass and share > settings.inertia_share
     if axis.mass is None or axis.mass <= 0.0 or axis.plant != "inertia" or not telling:
         return
-    ratio = axis.mass / found
-    if max(ratio, 1.0 / ratio) < settings.mass_ratio * (1.0 + settings.sure * deviation / found):
+    ratio = axis.mass / mass
+    if max(ratio, 1.0 / ratio) < settings.mass_ratio * (1.0 + settings.sure * deviation / mass):
         return
-    numbers = {"known": axis.mass, "found": found, "ratio": ratio}
+    numbers = {"known": axis.mass, "found": mass, "ratio": ratio}
     yield Diagnostic("mass_contradicts", "", "warning", numbers, axis.kind)
     yield from gears_near(ratio, "mass", axis, settings)
 
@@ -93,8 +93,8 @@ def _about_level(through: Through, line: Line, axis: Axis, settings: CheckThresh
     side = np.sign(rows.velocity)
     if min(np.mean(side > 0.0), np.mean(side < 0.0)) <= SIDE:
         return
-    when, where = (_centred(of) for of in (rows.time, rows.position))
-    changing = through.line(when, where, side * when, side * where)
+    time, position = (_centred(of) for of in (rows.time, rows.position))
+    changing = through.line(time, position, side * time, side * position)
     if changing is None:
         return
     rest = rows.effort - line.coefficients[0] * rows.acceleration + line.coefficients[1] * rows.rate

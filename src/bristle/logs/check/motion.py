@@ -62,13 +62,13 @@ def about_sliding(log: LogData, axis: Axis, share: float, settings: CheckThresho
 
 def lesser_way(log: LogData, resolution: float) -> tuple[float, bool]:
     """Return the share of the way that goes in the lesser direction, and whether the other one is forward."""
-    there = back = 0.0
+    ahead = back = 0.0
     for segment in log.segments:
         x = log.position.values[segment]
         turns = [0, *turning_points(x, max(TREMBLE * resolution, 1e-3 * float(np.ptp(x)))), x.size - 1]
         ways = np.diff(x[turns])
-        there, back = there + float(ways[ways > 0.0].sum()), back - float(ways[ways < 0.0].sum())
-    return min(there, back) / max(there + back, np.finfo(float).tiny), there >= back
+        ahead, back = ahead + float(ways[ways > 0.0].sum()), back - float(ways[ways < 0.0].sum())
+    return min(ahead, back) / max(ahead + back, np.finfo(float).tiny), ahead >= back
 
 
 def speeds_of(rows: Rows) -> tuple[float, float, float]:

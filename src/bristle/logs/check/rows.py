@@ -131,7 +131,7 @@ def _filtered(log: LogData, window: int) -> Rows:
         if count < 1:
             continue
         x, u, v = (
-            None if one is None else one.values[segment] for one in (log.position, log.effort, log.velocity)
+            None if channel is None else channel.values[segment] for channel in (log.position, log.effort, log.velocity)
         )  # fmt: skip
         assert x is not None
         signals = (

@@ -17,7 +17,7 @@ def _named(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
     return texts[0] + (texts[1] if "names" in numbers else "")
 
 
-def _both(first: str, names: str, means: str, advice: str) -> Sentence:
+def _with_names(first: str, names: str, means: str, advice: str) -> Sentence:
     return Sentence((first, names), means, advice, choose=_named)
 
 
@@ -105,7 +105,7 @@ CHECKS: dict[str, Sentence] = {
         "the channel of the effort bends over before its end",
         "widen the range of the sensor, or lower the acceleration",
     ),
-    "never_slides": _both(
+    "never_slides": _with_names(
         "the effort follows the position as that of a spring (correlation {correlation:.2f}) and gives back all but "
         "{percent:.0f} % of its work: within {reach:length} the contact hardly slides, or something pulls the axis "
         "back. Record motion beyond the break-away distance too",
@@ -113,7 +113,7 @@ CHECKS: dict[str, Sentence] = {
         "the log is of pre-sliding alone",
         "record motion beyond the break-away distance too",
     ),
-    "level_drifts": _both(
+    "level_drifts": _with_names(
         "friction changes by {percent:+.0f} % of its level, {level:force}, over the log, as on an axis that warms up: "
         "warm it up first, or identify parts of the log (`span` in the axis file)",
         "; {names:list} are means over that change",
@@ -132,14 +132,14 @@ CHECKS: dict[str, Sentence] = {
         "the motion is a few steps of the encoder",
         "record the position more finely, or move further",
     ),
-    "one_direction": _both(
+    "one_direction": _with_names(
         "the axis moves {direction}, and the other way for no more than {percent:.1f} % of its way: a constant force "
         "and friction are one. Move in both directions",
         "; {names:list} cannot be told apart, whatever their intervals say",
         "the motion goes in one direction",
         "move in both directions",
     ),
-    "one_speed": _both(
+    "one_speed": _with_names(
         "all steady motion is at one speed, {slowest:length/time} to {fastest:length/time}: " + _SPEEDS,
         "; {names:list} cannot be told apart, whatever their intervals say",
         "all steady motion is at one speed",
