@@ -80,7 +80,7 @@ def test_a_loop_that_goes_on_holds_the_weight():
     weight, still = 300.0, np.full(2000, 0.1)
     c = controllers.cascade(k_p=60.0, k_v=8000.0, k_i=2e5)
     axis = {"model": friction.viscous(F_v=50.0), "x": 0.1, "disturbance": np.full(2000, weight)}
-    dropped, held = (drive(c, still, held=effort, **axis) for effort in (None, weight))
+    dropped, held = (drive(c, still, resumed_effort=effort, **axis) for effort in (None, weight))
     assert np.ptp(dropped.position) > 1e-5
     assert np.ptp(held.position) < 1e-12
     assert held.command == pytest.approx(weight, rel=1e-9)
@@ -94,7 +94,7 @@ def test_a_loop_that_goes_on_holds_the_weight():
 def test_a_law_that_integrates_takes_over_the_effort_of_a_motion(law):
     v, effort = 0.05, 9.0
     reference = 0.1 + v * DT * np.arange(3000)
-    trace = drive(law, reference, x=0.1, v=v, model=friction.viscous(F_v=20.0), held=effort,
+    trace = drive(law, reference, x=0.1, v=v, model=friction.viscous(F_v=20.0), resumed_effort=effort,
                   disturbance=np.full(3000, effort - 20.0 * v))  # fmt: skip
     assert np.ptp(trace.command) < 1e-6 if law.name != "super_twisting" else np.ptp(trace.command) < 0.05
     assert np.ptp(reference - trace.position) < (1e-9 if law.name != "super_twisting" else 1e-6)

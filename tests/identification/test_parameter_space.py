@@ -1,10 +1,12 @@
 """The coordinates of a search: relations hold at each of them, and derivatives go through what one hangs on another."""
 
+from typing import Annotated, Any, NamedTuple
+
 import numpy as np
 import pytest
 from tests.identification.known_logs import log_of, sines, sliding_effort
 
-from bristle.core import Axis
+from bristle.core import Axis, FrictionModel, Relation, Variable
 from bristle.friction import find
 from bristle.friction.slots import slotted
 from bristle.identification.parameter_space import TransformedSpace
@@ -25,8 +27,12 @@ def space_of(case):
     name, by_direction, fixed = CASES[case]
     model = find(name)
     model = slotted(model, asymmetry=True) if by_direction else model
+    return space_for(model, fixed)
+
+
+def space_for(model, fixed=None):
     dataset = treat(log_of(sines(2.0), sliding_effort(sines(2.0))), Axis())
-    parameters = parameters_of(model, PriorKnowledge(values=fixed), dataset)
+    parameters = parameters_of(model, PriorKnowledge(values=fixed or {}), dataset)
     return TransformedSpace.within(parameters, context_of(dataset, PriorKnowledge()).scales)
 
 
@@ -64,3 +70,54 @@ def test_a_derivative_is_the_limit_of_differences(case):
         differences = np.stack([space.numbers(theta + step) - space.numbers(theta - step) for step in steps], axis=1)
         size = np.abs(space.numbers(theta))[:, None] + 1e-12
         np.testing.assert_allclose(space.derivative(theta) / size, 0.5e6 * differences / size, rtol=1e-5, atol=1e-6)
+
+
+class State(NamedTuple):
+    pass
+
+
+def commit(state, memory, move, p):
+    return state
+
+
+def trial(state, memory, motion, dt, p):
+    return p.F_C * np.sign(motion.v), state
+
+
+def own_model(relations, **ranges):
+    """Return a model of a person's own, with what its parameters may be, and relations between them."""
+    least = {"a": 1e-3, "b": 0.0, "F_C": 1e-3, "F_S": 0.0} | ranges
+    quantities = {"a": "force/length", "b": "length", "F_C": "force", "F_S": "force"}
+    fields: Any = [
+        (name, Annotated[float, Variable(quantity, f"parameter {name}", min=least[name], excitation="sliding")])
+        for name, quantity in quantities.items()
+    ]
+    return FrictionModel(
+        name="own", description="relations of all kinds", Parameters=NamedTuple("Parameters", fields), State=State,
+        trial=trial, commit=commit, relations=tuple(Relation(one, lambda p: True, "Lower b") for one in relations),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("relations", "ranges"),
+    [
+        (["a * b < F_C"], {"b": -np.inf}),  # b may be negative: a share would never be
+        (["a * b < F_C"], {"a": 0.0}),  # with a of zero there is no largest b
+        (["a * b < F_C"], {"F_C": 0.0}),  # nothing is below zero
+        (["2 * b < a"], {}),  # a number is no parameter
+        (["F_S >= F_C", "a * F_C < F_S"], {"F_S": 1e-3}),  # F_S hangs on F_C already
+        (["F_S >= F_C", "a * F_S < F_C"], {}),  # F_S has a floor
+    ],
+)
+def test_a_relation_that_makes_no_share_is_left_to_the_finished_model(relations, ranges):
+    space = space_for(own_model(relations, **ranges))
+    assert not any(transform.ceiling for transform in space.transforms)
+    theta = space.theta(dict.fromkeys(space.names, 1.0))
+    assert np.all(np.isfinite(space.numbers(theta)))
+
+
+def test_a_share_of_a_share_is_computed_after_it():
+    space = space_for(own_model(["a * b < F_C", "b * a < F_S"], b=1e-3, F_S=1e-3))
+    (ceiling,) = [transform.name for transform in space.transforms if transform.ceiling]
+    assert ceiling == "b"  # a in turn would hang on itself
+    assert space.names.index("b") > max(space.names.index(name) for name in ("a", "F_C"))

@@ -56,4 +56,5 @@ def samples_before(position: float, velocity: float, acceleration: float, dt: fl
 
 def motion_before(measured: float, velocity: float, acceleration: float, dt: float) -> ObservedMotion:
     """Return what a control law that takes over a motion knows of it, one sample before."""
-    return ObservedMotion(measured - velocity * dt + 0.5 * acceleration * dt * dt, velocity - acceleration * dt)
+    before, _ = samples_before(measured, velocity, acceleration, dt)
+    return ObservedMotion(before, velocity - acceleration * dt)

@@ -219,14 +219,14 @@ def run_open_loop(
     compensator=optional(instance(Compensator, "a Compensator")), injected=optional(array()),
     disturbance=optional(array()), limit=amount(FORCE, endless=True), delay=whole(0, 10**6),
     lag=amount(Variable("time", "lag of the drive", min=0.0)), effort_before=amount(FORCE),
-    held=optional(amount(FORCE)),
+    resumed_effort=optional(amount(FORCE)),
     acceleration=amount(Variable("length/time^2", "acceleration")),
 )  # fmt: skip
 def run_closed_loop(
     plant: Model, friction: Model, controller: Model, sensor: Model, reference: Any, dt: Amount, *,
     table: Model | None = None, sensor_at: str = "load", steps: int = 1, compensator: Compensator | None = None,
     injected: Any = None, disturbance: Any = None, limit: Amount = np.inf, delay: int = 0, lag: Amount = 0.0,
-    effort_before: Amount = 0.0, held: Amount | None = None, x: Amount = 0.0, v: Amount = 0.0,
+    effort_before: Amount = 0.0, resumed_effort: Amount | None = None, x: Amount = 0.0, v: Amount = 0.0,
     acceleration: Amount = 0.0, state: Any = None, memory: Any = None,
 ) -> LoopTrace:  # fmt: skip
     """Run a sampled control loop on a plant with friction.
@@ -259,7 +259,7 @@ def run_closed_loop(
         Time constant with which the effort of the drive follows its command [s].
     effort_before : float or str
         Effort that acts until the first computed one arrives [N or N*m].
-    held : float or str, optional
+    resumed_effort : float or str, optional
         Effort that the controller has given until now [N or N*m], for its integral; empty where it is not given.
     x, v : float or str
         Position [m or rad] and velocity [m/s or rad/s] at the first sample.
@@ -282,7 +282,7 @@ def run_closed_loop(
     mechanism = _Mechanism(plant, friction, table, x, v, state, memory)
     control, sense = Instance(controller), Instance(sensor)
     started, _ = _sensed(sensor, x, dt)
-    control.state = pack(_begun(controller, Reference(*reference[:, 0]), started, v, acceleration, held, dt))
+    control.state = pack(_begun(controller, Reference(*reference[:, 0]), started, v, acceleration, resumed_effort, dt))
     extra, unseen = (np.zeros(count) if signal is None else signal for signal in (injected, disturbance))
     check_run(count, injected=extra, disturbance=unseen)
     mechanism.out[entry_points.DRIVE_LAG], mechanism.out[entry_points.DRIVE_EFFORT] = lag, effort_before
@@ -306,13 +306,13 @@ def run_closed_loop(
 
 
 def _begun(
-    controller: Model, reference: Reference, measured: float, v: float, acceleration: float, held: float | None,
-    dt: float,
+    controller: Model, reference: Reference, measured: float, v: float, acceleration: float,
+    resumed_effort: float | None, dt: float,
 ) -> Any:  # fmt: skip
-    """Return the state of a control law that takes over a motion, and the effort `held` where it is known."""
+    """Return the state of a control law that takes over a motion, and the `resumed_effort` where it is known."""
     component, p = controller.component, controller.parameters
     state = component.start(measured, v, acceleration, dt, p)
-    return state if component.resume is None else component.resume(state, reference, measured, held, dt, p)
+    return state if component.resume is None else component.resume(state, reference, measured, resumed_effort, dt, p)
 
 
 def _compensation(compensator: Compensator | None, measured: float) -> Compensation:

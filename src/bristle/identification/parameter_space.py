@@ -146,12 +146,11 @@ class TransformedSpace(ParameterSpace):
     @classmethod
     def within(cls, parameters: ParameterSet, scales: Scales) -> TransformedSpace:
         """Return the coordinates of the free parameters; what further relations say is left to the finished model."""
-        floors, ceilings = _floors(parameters), _ceilings(parameters)
-        after = {name: (floor.name,) for name, floor in floors.items()}
-        after |= {name: (ceiling.factor, *ceiling.below) for name, ceiling in ceilings.items()}
+        floors = _floors(parameters)
+        ceilings = _ceilings(parameters, floors)
         transforms = tuple(
             _transform(name, parameters.variables[name], scales, floors.get(name), ceilings.get(name))
-            for name in _in_turn(parameters.free, after)
+            for name in _in_turn(parameters.free, _bases(floors, ceilings))
         )
         return cls(
             tuple(transform.name for transform in transforms),
@@ -271,36 +270,55 @@ def _floors(parameters: ParameterSet) -> dict[str, Floor]:
         uppers, lowers = by_direction(component, match[1]), by_direction(component, match[3])
         for upper, lower in zip(uppers, lowers * (len(uppers) // len(lowers)), strict=False):
             free = upper in parameters.free and (lower in parameters.free or lower in parameters.fixed)
-            if free and not _stands_on(lower, upper, floors):
+            if free and not _hangs_on(lower, upper, _bases(floors, {})):
                 floors[upper] = Floor(lower, match[2] == ">")
     return floors
 
 
-def _stands_on(name: str, base: str, floors: Mapping[str, Floor]) -> bool:
-    """Return whether `base` is the floor of `name`, or the floor of its floor."""
-    while name != base and name in floors:
-        name = floors[name].name
-    return name == base
+Bases = Mapping[str, tuple[str, ...]]
 
 
-def _ceilings(parameters: ParameterSet) -> dict[str, Ceiling]:
-    """Return the ceiling of each free parameter whose multiple a relation keeps below another one."""
-    matches = (MULTIPLE_BELOW.fullmatch(relation.condition) for relation in parameters.component.relations)
-    return {
-        match[2]: Ceiling(match[1], tuple(by_direction(parameters.component, match[3])))
-        for match in matches
-        if match is not None and match[2] in parameters.free
-    }
+def _bases(floors: Mapping[str, Floor], ceilings: Mapping[str, Ceiling]) -> Bases:
+    """Return what each parameter is computed from, of those with a floor or a ceiling."""
+    below = {name: (floor.name,) for name, floor in floors.items()}
+    return below | {name: (ceiling.factor, *ceiling.below) for name, ceiling in ceilings.items()}
 
 
-def _in_turn(names: Sequence[str], after: Mapping[str, Sequence[str]]) -> list[str]:
-    """Return names in their order, but each after those that it must come `after`."""
+def _hangs_on(name: str, base: str, bases: Bases) -> bool:
+    """Return whether a parameter is `base`, or computed from it."""
+    return name == base or any(_hangs_on(further, base, bases) for further in bases.get(name, ()))
+
+
+def _ceilings(parameters: ParameterSet, floors: Mapping[str, Floor]) -> dict[str, Ceiling]:
+    """Return the ceiling of each free parameter whose multiple a relation keeps below another one.
+
+    None of a parameter that may be negative or has a floor, and none that hangs on itself: those are left to the
+    finished model.
+    """
+    component, variables = parameters.component, parameters.variables
+    ceilings: dict[str, Ceiling] = {}
+    for relation in component.relations:
+        match = MULTIPLE_BELOW.fullmatch(relation.condition)
+        if match is None or match[2] not in parameters.free or match[2] in floors:
+            continue
+        ceiling = Ceiling(match[1], tuple(by_direction(component, match[3])))
+        names = (ceiling.factor, *ceiling.below)
+        is_positive = all(name in variables and variables[name].min > 0.0 for name in names)
+        if not is_positive or variables[match[2]].min < 0.0:
+            continue
+        if not any(_hangs_on(name, match[2], _bases(floors, ceilings)) for name in names):
+            ceilings[match[2]] = ceiling
+    return ceilings
+
+
+def _in_turn(names: Sequence[str], bases: Bases) -> list[str]:
+    """Return names in their order, but each after those that it is computed from."""
     placed: list[str] = []
 
     def place(name: str) -> None:
-        for other in after.get(name, ()):
-            if other in names:
-                place(other)
+        for base in bases.get(name, ()):
+            if base in names:
+                place(base)
         if name not in placed:
             placed.append(name)
 

@@ -12,7 +12,7 @@ from bristle.friction import is_static, with_presliding
 from bristle.logs.log import Log
 from bristle.prediction.predict import unexplained_force
 from bristle.simulation.compensation import compensation_experiment
-from bristle.simulation.recorded.closed_loop import beginning_of, desired_of, held_at
+from bristle.simulation.recorded.closed_loop import beginning_of, desired_of, resumed_effort_at
 
 __all__ = ["longest_of", "loop_of"]
 
@@ -76,5 +76,5 @@ def _start(law: Model, log: Log, axis: Axis, part: slice) -> Start:
     assert log.reference is not None
     beginning = beginning_of(log, part.start, axis.resolution)
     desired = desired_of(log.reference.values[part], log.sample_time)
-    held = held_at(law, desired, log, part.start, beginning)
-    return Start(beginning.x, beginning.v, beginning.acceleration, held)
+    resumed = resumed_effort_at(law, desired, log, part.start, beginning)
+    return Start(beginning.x, beginning.v, beginning.acceleration, resumed)

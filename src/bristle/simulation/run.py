@@ -159,7 +159,7 @@ def _by_steps(variant: Variant, desired: np.ndarray, number: int) -> LoopTrace:
         delay=run.delay,
         lag=run.current_lag,
         effort_before=begun.effort or 0.0,
-        held=begun.effort,
+        resumed_effort=begun.effort,
         x=begun.position,
         v=begun.velocity,
         acceleration=begun.acceleration,

@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 
+import numpy as np
+
 from bristle.core.axis import Axis
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.edge import guarded, instance, optional
@@ -56,8 +58,9 @@ def checked(log: LogData, axis: Axis | None = None, settings: CheckThresholds = 
 
 def _checked(log: LogData, axis: Axis, settings: CheckThresholds) -> Iterator[Diagnostic]:
     resolution = axis.resolution or quantisation(log.position.values)
-    yield from about_rows(log, resolution, settings)
-    log = _parted(log, resolution, settings)
+    starts = lost_in(log, resolution, settings.lost_step)
+    yield from about_rows(log, starts)
+    log = _parted(log, starts)
     share = work_share(log)
     reversed_sign = share < -settings.reversed_work
     if reversed_sign:
@@ -74,9 +77,8 @@ def _checked(log: LogData, axis: Axis, settings: CheckThresholds) -> Iterator[Di
     yield from about_motion(log, rows, resolution, settings)
 
 
-def _parted(log: LogData, resolution: float, settings: CheckThresholds) -> LogData:
-    """Return a log with the places where rows are missing between its segments."""
-    starts = lost_in(log, resolution, settings.lost_step)
+def _parted(log: LogData, starts: np.ndarray) -> LogData:
+    """Return a log with the places where rows are missing, behind the samples `starts`, between its segments."""
     if not starts.size:
         return log
     segments = []

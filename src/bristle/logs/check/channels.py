@@ -73,9 +73,8 @@ def about_velocity(
         yield from gears_near(scale, "velocity", axis, settings)
 
 
-def about_rows(log: LogData, resolution: float, settings: CheckThresholds) -> Iterator[Diagnostic]:
-    """Yield where rows are missing though the stamps go on."""
-    starts = lost_in(log, resolution, settings.lost_step)
+def about_rows(log: LogData, starts: np.ndarray) -> Iterator[Diagnostic]:
+    """Yield where rows are missing, behind the samples `starts`, though the stamps go on."""
     if starts.size:
         numbers = {
             "places": int(starts.size), "time": float(log.time.values[starts[0]]),

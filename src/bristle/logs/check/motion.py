@@ -26,12 +26,13 @@ def about_motion(
     log: LogData, rows: Rows, resolution: float, settings: CheckThresholds
 ) -> Iterator[Diagnostic]:  # fmt: skip
     """Yield what a motion does not tell, whatever is fitted."""
-    ways, reach = ways_of(log, resolution), float(np.ptp(log.position.values))
-    way = float(np.median(ways)) if ways.size else reach
+    ways = ways_of(log, resolution)
+    between = np.abs(np.concatenate([part[1:-1] for part in ways]))
+    way = float(np.median(between)) if between.size else float(np.ptp(log.position.values))
     if way < settings.steps_of_motion * resolution:
         yield Diagnostic("below_resolution", "", "warning", {"way": way, "resolution": resolution}, log.kind)
         return
-    share, forward = lesser_way(log, resolution)
+    share, forward = lesser_way(np.concatenate(ways))
     if share < settings.one_way:
         numbers = {"percent": 100.0 * share, "direction": "forward" if forward else "backward"}
         yield Diagnostic("one_direction", "", "warning", numbers, log.kind)
@@ -60,14 +61,9 @@ def about_sliding(log: LogData, axis: Axis, share: float, settings: CheckThresho
         yield Diagnostic("never_slides", "", "warning", numbers, log.kind)
 
 
-def lesser_way(log: LogData, resolution: float) -> tuple[float, bool]:
-    """Return the share of the way that goes in the lesser direction, and whether the other one is forward."""
-    ahead = back = 0.0
-    for segment in log.segments:
-        x = log.position.values[segment]
-        turns = [0, *turning_points(x, max(TREMBLE * resolution, 1e-3 * float(np.ptp(x)))), x.size - 1]
-        ways = np.diff(x[turns])
-        ahead, back = ahead + float(ways[ways > 0.0].sum()), back - float(ways[ways < 0.0].sum())
+def lesser_way(ways: np.ndarray) -> tuple[float, bool]:
+    """Return the share of all ways that goes in the lesser direction, and whether the other one is forward."""
+    ahead, back = float(ways[ways > 0.0].sum()), -float(ways[ways < 0.0].sum())
     return min(ahead, back) / max(ahead + back, np.finfo(float).tiny), ahead >= back
 
 
@@ -84,11 +80,14 @@ def speeds_of(rows: Rows) -> tuple[float, float, float]:
     return float(np.mean(steady)), slow, fast
 
 
-def ways_of(log: LogData, resolution: float) -> np.ndarray:
-    """Return how far the axis goes between reversals [m or rad], shape (half-cycle,)."""
+def ways_of(log: LogData, resolution: float) -> list[np.ndarray]:
+    """Return of each segment how far the axis goes [m or rad], shape (way,): to its first turn, and from turn to turn.
+
+    The last one goes from the last turn to the end.
+    """
     ways = []
     for segment in log.segments:
         x = log.position.values[segment]
         turns = turning_points(x, max(TREMBLE * resolution, 1e-3 * float(np.ptp(x))))
-        ways.append(np.abs(np.diff(x[turns])))
-    return np.concatenate(ways)
+        ways.append(np.diff(x[[0, *turns, x.size - 1]]))
+    return ways

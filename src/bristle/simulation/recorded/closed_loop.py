@@ -17,7 +17,15 @@ from bristle.engine import LoopTrace, run_closed_loop, settled
 from bristle.logs.log import Log
 from bristle.sensors import encoder
 
-__all__ = ["START_SAMPLES", "Beginning", "ClosedLoop", "beginning_of", "closed_loop_of", "desired_of", "held_at"]
+__all__ = [
+    "START_SAMPLES",
+    "Beginning",
+    "ClosedLoop",
+    "beginning_of",
+    "closed_loop_of",
+    "desired_of",
+    "resumed_effort_at",
+]
 
 START_SAMPLES = 20  # over which the initial velocity is estimated
 
@@ -89,7 +97,7 @@ class ClosedLoop:
         Time constant with which the drive follows the controller [s].
     effort_before : float
         Effort of the drive at the first sample [N or N*m].
-    held : float or None
+    resumed_effort : float or None
         Effort that the controller has given until then [N or N*m].
     """
 
@@ -102,7 +110,7 @@ class ClosedLoop:
     resolution: float
     lag: float = 0.0
     effort_before: float = 0.0
-    held: float | None = None
+    resumed_effort: float | None = None
 
     @property
     def count(self) -> int:
@@ -128,12 +136,14 @@ class ClosedLoop:
         return run_closed_loop(
             plant, friction, self.controller, own, self.desired, self.sample_time,
             steps=substeps_for(self.sample_time), injected=self.injected, disturbance=disturbance, limit=self.limit,
-            lag=self.lag if lag is None else lag, effort_before=self.effort_before, held=self.held,
+            lag=self.lag if lag is None else lag, effort_before=self.effort_before, resumed_effort=self.resumed_effort,
             acceleration=self.beginning.acceleration, **self.beginning.state(friction),
         )  # fmt: skip
 
 
-def held_at(controller: Model, desired: np.ndarray, log: Log, first: int, beginning: Beginning) -> float | None:
+def resumed_effort_at(
+    controller: Model, desired: np.ndarray, log: Log, first: int, beginning: Beginning
+) -> float | None:
     """Return the effort that a controller gives at a sample of a log, with what its integral holds there.
 
     That is what the law lacks, run along reference and position of the log with an empty integral, of the effort
@@ -204,5 +214,6 @@ def closed_loop_of(
     law, beginning = within_drive(axis.controller, limit), beginning_of(log, first, axis.resolution)
     return ClosedLoop(
         law, desired, log.injected_effort[part], log.sample_time, beginning, limit, axis.resolution or 0.0, axis.lag,
-        0.0 if log.effort is None else float(log.effort.values[first]), held_at(law, desired, log, first, beginning),
+        0.0 if log.effort is None else float(log.effort.values[first]),
+        resumed_effort_at(law, desired, log, first, beginning),
     )  # fmt: skip
