@@ -24,6 +24,11 @@ def test_every_parameter_that_trades_places_in_one_direction_is_named_held_or_no
     assert set(found.numbers["names"]) == {"F_C", "offset"}
 
 
+def test_a_parameter_that_was_told_trades_places_with_none():
+    (found,) = told(Run(0, back=False).log(), "one_direction", offset=2.0)
+    assert set(found.numbers["names"]) == {"F_C"}
+
+
 def test_a_right_log_is_fitted_without_a_word():
     fit = identify(Run(0).log(), mass=MASS, draws=0, blocks=0).best
     assert [one.code for one in fit.diagnostics if "_" in one.code and one.code != "repeats_one_motion"] == []
