@@ -1,63 +1,169 @@
-"""The delay between effort and position, found to a fraction of a sample."""
+"""What is found of a log before any model: the delay between effort and position, a filter in one of them, inertia."""
+
+import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
 
 from bristle.core.axis import Axis
-from bristle.core.errors import InputError
 from bristle.engine import force_along
 from bristle.files import read_axis
 from bristle.friction import find
 from bristle.identification import identify
-from bristle.identification.delay import delay_in
-from bristle.identification.preprocessing import treat
+from bristle.identification.dataset import derivative
+from bristle.identification.first_stage import alignment_of
+from bristle.identification.settings import DEFAULT, Settings
 from bristle.prediction import predict
-from bristle.report.messages import assumptions_of
+from bristle.report.messages import assumptions_of, warnings_of
 
-PHASES, DT = (0.3, 1.1, 2.5), 1e-3
+DT, FINE = 1e-3, 2e-5
+FAST = {
+    "duration": 20.0,
+    "amplitudes": (0.02, 0.004, 0.0015),
+    "frequencies": (0.5, 3.1, 7.3),
+    "phases": (0.3, 1.1, 2.5),
+}
 
 
-def late(delay: float, noise: float = 0.1):
-    """A log whose effort was recorded so much later than it acted [s]."""
-    motion, fine = sines(phases=PHASES), sines(dt=1e-5, phases=PHASES)
+def behind(signal, lag):
+    """A signal on the fine grid behind a first-order filter."""
+    keep = np.exp(-FINE / lag)
+    return lfilter([1.0 - keep], [1.0, -keep], signal - signal[0]) + signal[0]
+
+
+def late(delay=0.0, *, noise=0.05, step=0.0, effort_lag=0.0, position_lag=0.0):
+    """A log whose effort was recorded so much later than it acted [s], and what was filtered by the way."""
+    fine = sines(dt=FINE, **FAST)
     effort = sliding_effort(fine, noise=0.0)
+    effort = behind(effort, effort_lag) if effort_lag else effort
+    place = behind(fine.position, position_lag) if position_lag else fine.position
+    motion = sines(dt=DT, **FAST)
     recorded = np.interp(motion.time - delay, fine.time, effort)
-    return log_of(motion, recorded + np.random.default_rng(5).normal(0.0, noise, recorded.size))
+    motion = motion._replace(position=np.interp(motion.time, fine.time, place))
+    return log_of(motion, recorded + np.random.default_rng(5).normal(0.0, noise, recorded.size), step=step)
 
 
-@pytest.mark.parametrize("samples", [-1.7, -0.5, 0.0, 0.3, 2.2])
+def found_in(log, axis=None):
+    return alignment_of([log], [axis], DEFAULT)
+
+
+@pytest.mark.parametrize("samples", [-1.7, -0.5, 0.0, 2.2, 6.3])
 def test_a_delay_is_found_to_a_fraction_of_a_sample(samples):
-    found, std = delay_in(treat(late(samples * DT), None))
-    assert found == pytest.approx(samples * DT, abs=0.1 * DT)
-    assert 0.0 < std < 0.1 * DT
+    found = found_in(late(samples * DT))
+    assert abs(found.delay - samples * DT) < found.delay_half_width < 0.15 * DT
+    assert found.smoothing is None
+    assert abs(found.mass - TRUTH["M"]) < found.mass_half_width < 0.005 * TRUTH["M"]
 
 
-def test_what_is_late_biases_nothing_once_its_delay_is_known():
+def test_steps_of_the_encoder_do_not_make_the_inertia_too_small():
+    log, rows = late(-0.5 * DT, step=1e-4), {"cutoff": 200.0, "decimation": 2}
+    plain = identify(log, axis=Axis(seeks_delay=False), blocks=0, draws=0, **rows).best.parameters["M"]
+    mass = identify(log, blocks=0, draws=0, **rows).best.parameters["M"]
+    assert plain.value < 0.97 * TRUTH["M"]
+    # Three sines that repeat meet the same steps again and again: 1 % is left of them.
+    assert mass.value == pytest.approx(TRUTH["M"], rel=0.015)
+    assert mass.status == "identified"
+
+
+@pytest.mark.parametrize(("channel", "lag"), [("effort", 3e-3), ("position", 3e-3)])
+def test_a_filter_in_one_channel_is_found_and_taken_out(channel, lag):
+    log = late(**{f"{channel}_lag": lag})
+    fit = identify(log, blocks=0, draws=0)
+    smoothing = fit.treatment["smoothing"]
+    assert smoothing == pytest.approx(lag if channel == "effort" else -lag, rel=0.15)
+    assert fit.best.parameters["M"].value == pytest.approx(TRUTH["M"], rel=0.01)
+    # Where a filtered position turns, friction is smoothed that turned at once.
+    assert fit.best.parameters["F_C"].value == pytest.approx(TRUTH["F_C"], rel=0.05)
+    told = next(one for one in fit.best.diagnostics if one.code == "filter-suspect")
+    assert told.numbers["channel"] == channel
+    assert any(f"{channel} passed a filter of" in one for one in warnings_of(fit.best))
+
+
+def test_what_is_late_biases_nothing_and_is_told():
     log = late(3.0 * DT)
-    plain = identify(log, blocks=0).best
-    asked = identify(log, axis=Axis(seeks_delay=True), blocks=0)
-    assert asked.treatment["delay"] == pytest.approx(3.0 * DT, abs=0.1 * DT)
-    assert asked.best.force_error_percent < 0.7 * plain.force_error_percent
-    assert any("lags the position by 3 ms" in one or "samples), found" in one for one in assumptions_of(asked.best))
+    plain = identify(log, axis=Axis(seeks_delay=False, cutoff=100.0), blocks=0, draws=0)
+    fit = identify(log, blocks=0, draws=0)
+    assert "delay" not in plain.treatment
+    assert fit.treatment["delay"] == pytest.approx(3.0 * DT, abs=0.1 * DT)
+    assert fit.best.force_error_percent < 0.7 * plain.best.force_error_percent
+    assert assumptions_of(fit.best)[0].startswith("the effort lags the position by 3")
     for name in ("M", "F_C"):
-        assert asked.best.parameters[name].value == pytest.approx(TRUTH[name], rel=0.01)
-    known = predict(asked.best.plant, asked.best.friction, log, delay=asked.treatment["delay"])
-    unaware = predict(asked.best.plant, asked.best.friction, log)
+        assert fit.best.parameters[name].value == pytest.approx(TRUTH[name], rel=0.01)
+    treatment = {name: fit.treatment[name] for name in ("delay", "smoothing") if name in fit.treatment}
+    known = predict(fit.best.plant, fit.best.friction, log, **treatment)
+    unaware = predict(fit.best.plant, fit.best.friction, log)
     assert known.metrics["force_error_percent"] < 0.7 * unaware.metrics["force_error_percent"]
 
 
-def test_the_axis_file_asks_for_it(tmp_path):
-    text = 'schema = 1\nkind = "translational"\n[columns]\nposition = "q"\n[timing]\ndelay = "identify"\n'
-    (tmp_path / "axis.toml").write_text(text)
-    axis = read_axis(tmp_path / "axis.toml")
-    assert (axis.seeks_delay, axis.delay) == (True, 0.0)
+def test_the_inertia_does_not_depend_on_the_cutoff():
+    log = late(2.0 * DT, step=2e-5)
+    wide, narrow = (
+        identify(log, cutoff=cutoff, blocks=0, draws=0).best.parameters["M"].value for cutoff in (100.0, 25.0)
+    )
+    assert narrow == pytest.approx(wide, rel=1e-3)
+
+
+def test_the_axis_file_says_whether_it_is_sought(tmp_path):
+    text = 'schema = 1\nkind = "translational"\n[columns]\nposition = "q"\n[timing]\n'
+    for line, sought in (("", True), ('delay = "identify"', True), ("delay = 0", False), ('delay = "1 ms"', False)):
+        (tmp_path / "axis.toml").write_text(text + line)
+        assert read_axis(tmp_path / "axis.toml").seeks_delay is sought, line
+
+
+def test_a_stated_delay_is_left_alone():
+    log = late(3.0 * DT)
+    stated = identify(log, axis=Axis(seeks_delay=False), blocks=0, draws=0)
+    assert "delay" not in stated.treatment
+    assert not [one for one in stated.best.diagnostics if one.code in ("delay-found", "delay-unknown")]
+
+
+def test_a_log_that_does_not_show_it_is_not_refused():
+    motion = sines(12.0, DT, (0.03,), (0.2,), (0.0,))
+    log = log_of(motion, sliding_effort(motion, noise=1.0))
+    fit = identify(log, blocks=0, draws=0).best
+    assert "delay-unknown" in [one.code for one in fit.diagnostics]
+    assert any("does not show by how much the effort lags" in one for one in warnings_of(fit))
 
 
 def test_friction_before_sliding_is_taken_for_no_delay():
     fine = sines(20.0, 1e-4, (6e-6, 3e-6), (0.5, 1.7), (0.0, 1.0))
     friction = force_along(find("maxwell_slip")(F_C=20.0, k_i=[3e6, 2e6], nu_i=[0.5, 0.5]), fine.velocity, 1e-4)
-    log = log_of(type(fine)(*(one[::10] for one in fine)), friction[::10])
-    with pytest.raises(InputError, match="slides to and fro at several speeds") as caught:
-        delay_in(treat(log, None, cutoff=20.0))
-    assert caught.value.path == "timing.delay"
+    assert found_in(log_of(type(fine)(*(one[::10] for one in fine)), friction[::10])).delay is None
+
+
+def test_how_sure_the_delay_is_widens_what_depends_on_it(monkeypatch):
+    log, widths = late(0.0), []
+    for width in (0.0, 3.0 * DT):
+        found = replace(found_in(log), delay_half_width=width)
+        monkeypatch.setattr(
+            sys.modules["bristle.identification.identify"], "alignment_of", lambda *_, found=found, **__: found
+        )
+        low, high = identify(log, blocks=0, draws=20).best.parameters["F_v"].interval
+        widths.append(high - low)
+    assert widths[1] > 3.0 * widths[0]
+
+
+def test_rows_that_want_another_inertia_are_told(monkeypatch):
+    log, found = late(0.0), found_in(late(0.0))
+    for factor, told in ((1.0, False), (1.05, True)):
+        other = replace(found, mass=factor * found.mass)
+        monkeypatch.setattr(
+            sys.modules["bristle.identification.identify"], "alignment_of", lambda *_, other=other, **__: other
+        )
+        fit = identify(log, blocks=0, draws=0).best
+        assert ("stages-differ" in [one.code for one in fit.diagnostics]) is told, factor
+
+
+def test_thresholds_decide_what_is_known():
+    log = late(2.2 * DT)
+    assert alignment_of([log], [None], Settings(delay_unsure=0.01)).delay is None
+    assert alignment_of([log], [None], Settings(delay_inertia=1e-4)).delay is None
+
+
+def test_the_derivative_is_of_fourth_order():
+    coarse, fine = (np.arange(0.0, 3.0, dt) for dt in (0.1, 0.05))
+    errors = [np.max(np.abs(derivative(np.sin(t), t[1]) - np.cos(t))[2:-2]) for t in (coarse, fine)]
+    assert errors[0] / errors[1] == pytest.approx(16.0, rel=0.05)

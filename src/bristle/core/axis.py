@@ -155,7 +155,7 @@ class Axis:
     delay : float
         By how much the effort column lags the position column [s].
     seeks_delay : bool
-        Whether an identification is to find how much more it lags.
+        Whether an identification is to find how much more it lags; else nothing is moved besides `delay`.
     mass : float or None
         Moving mass [kg] or inertia [kg*m^2], where known.
     plant : str
@@ -228,7 +228,7 @@ class Axis:
     table: str | None = None
     sample_time: float | None = None
     delay: float = 0.0
-    seeks_delay: bool = False
+    seeks_delay: bool = True
     mass: float | None = None
     plant: str = "inertia"
     stiffness: float | None = None

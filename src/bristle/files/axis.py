@@ -24,6 +24,7 @@ from bristle.files.toml import read_toml
 __all__ = ["axis_from", "read_axis"]
 
 TIME = Variable("time", "time")
+SOUGHT = (None, "identify")  # a delay that an identification is to find
 FREQUENCY = Variable("frequency", "frequency")
 MASS = Variable("mass", "moving mass")
 FORCE = Variable("force", "force")
@@ -83,8 +84,8 @@ def axis_from(data: dict[str, Any]) -> Axis:
         injected=tuple(_injected(entry, file, drive, f"injected[{i}]") for i, entry in enumerate(file.injected)),
         table=file.log.table,
         sample_time=_sample_time(file),
-        delay=0.0 if file.timing.delay == "identify" else units.quantity(file.timing.delay, TIME, path="timing.delay"),
-        seeks_delay=file.timing.delay == "identify",
+        delay=0.0 if file.timing.delay in SOUGHT else units.quantity(file.timing.delay, TIME, path="timing.delay"),
+        seeks_delay=file.timing.delay in SOUGHT,
         mass=_mass(file),
         plant=file.plant.model,
         stiffness=_of_oscillator(file, "stiffness", STIFFNESS),

@@ -114,7 +114,7 @@ class TimingEntry(Strict):
 
     sample_time: Quantity | None = None
     sample_rate: Quantity | None = None
-    delay: Quantity = 0.0
+    delay: Quantity | None = None
 
 
 class LimitsEntry(Strict):

@@ -55,7 +55,7 @@ def _written(axis: Axis) -> bytes:
                   "presliding": axis.presliding},
         "transmission": {"lead": axis.pitch},
         "encoder": {"resolution": axis.resolution},
-        "timing": {"sample_time": axis.sample_time, "delay": "identify" if axis.seeks_delay else axis.delay or None},
+        "timing": {"sample_time": axis.sample_time, "delay": None if axis.seeks_delay else axis.delay},
         "limits": {"velocity": axis.velocity_limit, "acceleration": axis.acceleration_limit, "jerk": axis.jerk_limit,
                    "stroke": list(axis.stroke) if axis.stroke else None},
         "identification": {"cutoff": axis.cutoff, "decimation": axis.decimation,

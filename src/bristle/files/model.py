@@ -43,6 +43,7 @@ TREATMENT = {
     "decimation": Variable("1", "samples for one row of the identification", min=1.0),
     "velocity_max": Variable("length/time", "largest speed that the model was fitted to", min=0.0),
     "delay": Variable("time", "by how much the effort of the log lags its position"),
+    "smoothing": Variable("time", "time constant of a filter that the effort passed more than the position"),
     "lag": Variable("time", "time constant with which the drive follows its controller", min=0.0),
 }
 
@@ -57,10 +58,10 @@ class ModelFile(NamedTuple):
     friction : Model
         The friction model.
     info : dict
-        ``"provenance"``, ``"treatment"`` (``cutoff`` [Hz], ``decimation``, ``velocity_max`` [m/s or rad/s], ``delay``
-        and ``lag`` [s] of the identification, where known), ``"uncertainty"``: for each parameter ``std``,
-        ``robust_std`` and ``interval`` in SI, where known, and ``status``; and ``"bands"``, what bands around a
-        prediction are made of, or None.
+        ``"provenance"``, ``"treatment"`` (``cutoff`` [Hz], ``decimation``, ``velocity_max`` [m/s or rad/s], ``delay``,
+        ``smoothing`` and ``lag`` [s] of the identification, where known), ``"uncertainty"``: for each parameter
+        ``std``, ``robust_std`` and ``interval`` in SI, where known, and ``status``; and ``"bands"``, what bands around
+        a prediction are made of, or None.
     """
 
     plant: Model | None

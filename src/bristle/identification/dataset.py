@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,7 +19,10 @@ from bristle.engine.motion import along
 from bristle.logs.break_away import BreakAway, Recording, break_aways
 from bristle.logs.segmentation import reversals
 
-__all__ = ["Dataset", "Segment", "low_passed", "mechanical"]
+if TYPE_CHECKING:
+    from bristle.identification.delay import Alignment
+
+__all__ = ["Dataset", "Segment", "derivative", "low_passed", "mechanical"]
 
 REST_IN_ROW = 0.01  # weight of samples at rest that a row may contain
 REACH = 10  # rows on either side that the decimating filter takes in
@@ -44,6 +48,17 @@ def _taps(decimation: int) -> np.ndarray:
     from scipy.signal import firwin
 
     return np.asarray(firwin(2 * REACH * decimation + 1, 1.0 / decimation, window="hamming"))
+
+
+def derivative(signal: np.ndarray, dt: float) -> np.ndarray:
+    """Return the derivative of a signal, shape (..., sample), true to the fourth order of the step.
+
+    Of the second order, as `numpy.gradient` is, the acceleration of 10 Hz at 500 samples a second is 0.5 % small.
+    """
+    slope = np.gradient(signal, dt, axis=-1)
+    near, far = signal[..., 3:-1] - signal[..., 1:-3], signal[..., 4:] - signal[..., :-4]
+    slope[..., 2:-2] = (8.0 * near - far) / (12.0 * dt)
+    return slope
 
 
 def mechanical(plant: Model, motion: Segment | Dataset) -> np.ndarray:
@@ -126,6 +141,8 @@ class Dataset:
         Whether rows at rest are kept.
     row_mask : ndarray or None
         Which of the decimated samples are rows, shape (sample,) of bool; those in motion where not given.
+    alignment : Alignment or None
+        What was found of its channels in time; None where nobody looked.
     """
 
     segments: tuple[Segment, ...]
@@ -141,6 +158,7 @@ class Dataset:
     delay: float = 0.0
     row_mask: np.ndarray | None = None
     effort_noise: float = 0.0
+    alignment: Alignment | None = None
 
     def explained(
         self, plant: Model, friction: Model, contacts: Sequence[float | None] | None = None

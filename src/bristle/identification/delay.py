@@ -1,85 +1,101 @@
-r"""By how much the effort of a log lags its position: found where simple friction explains the effort best.
+"""What is known of the channels of a log in time, and what is done with it: the effort moved to where it acted.
 
-The effort, filtered, is moved against the motion by fractions of a sample, and each time
-
-.. math:: u(t + \tau) = M \ddot q + c \dot q + k q + F_{v\pm} \dot q + F_{C\pm} \operatorname{sgn} \dot q
-
-is solved. An effort that a controller holds leads by half a sample; a drive that filters its current lags. Friction
-before sliding turns after the motion and would be taken for a delay: slow rows do not count, and where that is not
-enough the search is refused.
+An effort that lags is moved back by fractions of a sample. One that a channel filtered, more than the position, is put
+before that filter; one that runs ahead of a filter, as a command does of the drive behind it, passes it.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bristle.core.errors import InputError
-from bristle.identification.dataset import Dataset
+from bristle.identification.dataset import Dataset, derivative
 
-__all__ = ["delay_in", "shifted"]
-
-FARTHEST = 5.0  # samples, to either side
-SCAN = 21  # delays that are tried first
-EDGE = 0.02  # samples
-SLOW = 0.02  # of the largest speed: what is slower may not have broken away, and friction then turns after the motion
-LEVELS = np.geomspace(0.02, 0.3, 4)  # of the largest speed: where friction may bend
+__all__ = ["Alignment", "aligned", "differentiated", "shifted", "through_filter"]
 
 
-def delay_in(dataset: Dataset) -> tuple[float, float]:
-    """Return by how much the effort lags the position [s], and the standard error of that."""
-    from scipy.optimize import minimize_scalar
+@dataclass(frozen=True)
+class Alignment:
+    """How the effort of a log stands in time to its position, and the inertia that was found with it.
 
-    speeds = np.abs(dataset.velocity)
-    fast = speeds >= SLOW * np.max(speeds)
-    basis = np.linalg.qr(_columns(dataset)[fast])[0]
-    dt = dataset.sample_time
+    Parameters
+    ----------
+    delay, delay_half_width : float or None
+        By which the effort lags the position, and half of its 95 % interval [s]; None where the log does not show it.
+    smoothing, smoothing_half_width : float or None
+        Time constant of a first-order filter that the effort passed more than the position did; negative where it
+        passed less [s]. None where none is seen.
+    mass, mass_half_width : float or None
+        Inertia, and half of its 95 % interval [kg or kg*m^2]; None where the log shows none.
+    slow : float
+        Cut-off of what the equations were weighed with [Hz].
+    sought : bool
+        Whether the delay was looked for.
+    """
 
-    def left(samples: float) -> float:
-        effort = shifted(dataset, float(samples) * dt).effort[fast]
-        return float(np.sum((effort - basis @ (basis.T @ effort)) ** 2))
+    delay: float | None = None
+    delay_half_width: float | None = None
+    smoothing: float | None = None
+    smoothing_half_width: float | None = None
+    mass: float | None = None
+    mass_half_width: float | None = None
+    slow: float = 0.0
+    sought: bool = True
 
-    trials = np.linspace(-FARTHEST, FARTHEST, SCAN)
-    best, step = float(min(trials, key=left)), 2.0 * FARTHEST / (SCAN - 1)
-    ends = max(best - step, -FARTHEST), min(best + step, FARTHEST)
-    lag = float(minimize_scalar(left, bounds=ends, method="bounded", options={"xatol": 1e-3}).x)  # pyright: ignore
-    if abs(lag) > FARTHEST - EDGE:
-        raise InputError(
-            f"cannot be found in this log: it would exceed {FARTHEST:.0f} samples, as where friction before sliding "
-            "turns after the motion", path="timing.delay", value="identify",
-            mend="Write the delay into the axis file, or record slides to and fro at several speeds as well",
-        )  # fmt: skip
-    least, bend = left(lag), 0.1
-    curvature = (left(lag + bend) - 2.0 * least + left(lag - bend)) / bend**2
-    variance = 2.0 * least / max(basis.shape[0] - basis.shape[1] - 1, 1) / max(curvature, np.finfo(float).tiny)
-    return lag * dt, variance**0.5 * dt
+    def as_data(self) -> dict[str, float]:
+        """Return what is known of it, as the treatment of a log tells it."""
+        told = ("delay", "delay_half_width", "smoothing", "smoothing_half_width", "slow")
+        data = {name: getattr(self, name) for name in told}
+        data |= {"inertia": self.mass, "inertia_half_width": self.mass_half_width}
+        return {name: value for name, value in data.items() if value}
 
 
-def shifted(dataset: Dataset, delay: float) -> Dataset:
-    """Return the rows of a log whose effort lags by `delay` [s], moved back in time by as much."""
-    from scipy.interpolate import CubicSpline
+def aligned(dataset: Dataset, alignment: Alignment) -> Dataset:
+    """Return the rows of a log whose channels stand in time as they were found to."""
+    moved = shifted(dataset, alignment.delay or 0.0, alignment.smoothing or 0.0)
+    moved = moved if alignment.mass is None else differentiated(moved)
+    return replace(moved, alignment=alignment)
 
+
+def shifted(dataset: Dataset, delay: float, smoothing: float = 0.0) -> Dataset:
+    """Return the rows of a log whose effort lags by `delay`, filtered by `smoothing` in that [s], mended."""
+    if not delay and not smoothing:
+        return dataset
     moved = []
     for segment in dataset.segments:
-        at = np.clip(segment.time + delay, segment.time[0], segment.time[-1])
-        moved.append(replace(segment, effort=np.asarray(CubicSpline(segment.time, segment.effort)(at))))
+        sharp = segment.effort if not smoothing else through_filter(segment.effort, -smoothing, dataset.sample_time)
+        moved.append(replace(segment, effort=at(segment.time + delay, segment.time, sharp)))
     return replace(dataset, segments=tuple(moved), delay=delay)
 
 
-def _columns(dataset: Dataset) -> np.ndarray:
-    """Return what a simple friction model is linear in, filtered as the effort is, shape (row, column)."""
-    velocities = [segment.velocity for segment in dataset.segments]
-    speeds = (LEVELS * max(float(np.max(np.abs(v))) for v in velocities)).tolist()
+def at(when: np.ndarray, time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return a signal, shape (..., sample), between its samples; beyond its ends it stays."""
+    from scipy.interpolate import CubicSpline
 
-    def along(side: float, v: np.ndarray) -> list[np.ndarray]:
-        """Return the columns of one direction along a segment; friction that bends would else count as a delay."""
-        sliding = np.where(np.signbit(v), -1.0, 1.0) == side
-        return [np.where(sliding, shape, 0.0) for shape in (v, side, *(np.exp(-np.abs(v) / speed) for speed in speeds))]
+    return np.asarray(CubicSpline(time, values, axis=-1)(np.clip(when, time[0], time[-1])))
 
-    columns = [dataset.acceleration, dataset.position - float(np.mean(dataset.position))]
-    for side in (1.0, -1.0):
-        shapes = zip(*(along(side, v) for v in velocities), strict=True)
-        columns += [dataset.rows_of([dataset.filtered(part) for part in parts]) for parts in shapes]
-    # A log in one direction has nothing on the other side.
-    return np.stack([column for column in columns if np.any(column)], axis=1)
+
+def through_filter(signal: np.ndarray, lag: float, dt: float) -> np.ndarray:
+    """Return a signal, shape (..., sample), behind a first-order filter of this time constant [s], its delay taken out.
+
+    Before one where the time constant is negative.
+    """
+    from scipy.signal import lfilter
+
+    time = dt * np.arange(signal.shape[-1])
+    if lag < 0.0:
+        return at(time + lag, time, signal - lag * derivative(signal, dt))
+    gain = dt / (2.0 * lag + dt)
+    first = signal[..., :1]
+    behind, _ = lfilter([gain, gain], [1.0, (dt - 2.0 * lag) / (dt + 2.0 * lag)], signal, zi=(1.0 - gain) * first)
+    return at(time + lag, time, np.asarray(behind))
+
+
+def differentiated(dataset: Dataset) -> Dataset:
+    """Return the rows of a log whose acceleration is true to the fourth order of the step."""
+    dt, moved = dataset.sample_time, []
+    for segment in dataset.segments:
+        acceleration = derivative(derivative(segment.position - segment.position[0], dt), dt)
+        moved.append(replace(segment, acceleration=acceleration))
+    return replace(dataset, segments=tuple(moved))

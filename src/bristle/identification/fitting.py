@@ -19,6 +19,7 @@ from bristle.identification.diagnostics.estimates import Judgement, about_estima
 from bristle.identification.diagnostics.excitation import Excitation
 from bristle.identification.diagnostics.repetition import about_amplitudes, about_repeated_logs, about_repetition
 from bristle.identification.diagnostics.residual import (
+    about_alignment,
     about_held_effort,
     about_noise,
     about_residual,
@@ -98,6 +99,7 @@ def fit_of(estimation: Estimation, context: Context) -> Fit:
     rows: tuple[Diagnostic, ...] = ()
     if not estimation.simulates:
         rows = (
+            *about_alignment(problem, solution, residual, settings),
             *about_held_effort(problem, estimates, settings), *about_noise(problem, settings),
             *about_residual(problem, values, error, settings),
         )  # fmt: skip

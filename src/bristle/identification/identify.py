@@ -18,8 +18,10 @@ from bristle.core.errors import InputError
 from bristle.core.interruption import obey
 from bristle.files.given import logs_and_axes
 from bristle.identification.dataset import Dataset
+from bristle.identification.delay import Alignment, aligned
 from bristle.identification.diagnostics.checks import checks_of, with_checks
 from bristle.identification.estimation import Context, Estimation
+from bristle.identification.first_stage import alignment_of
 from bristle.identification.fitting import fit
 from bristle.identification.least_squares import Report
 from bristle.identification.output_error import Simulation, loop_of
@@ -35,7 +37,7 @@ from bristle.identification.request import (
     with_method,
 )
 from bristle.identification.result import Fit, Identification
-from bristle.identification.roles import offset_of
+from bristle.identification.roles import Role, names_of, offset_of
 from bristle.identification.settings import Settings
 from bristle.identification.sliding_friction import context_of
 from bristle.identification.time_blocks import blocks_for
@@ -152,7 +154,20 @@ def _context(
         treated = estimator.excerpts
     everywhere = any(axis.global_search for axis in described)
     dataset = treat_all(treated, axes, cutoff, decimation)
+    sought = all(axis.seeks_delay and not axis.delay for axis in described)
+    stated = not sought and all(axis.cutoff is not None or cutoff is not None for axis in described)
+    if estimator is None and not stated:
+        dataset = aligned(dataset, alignment_of(logs, axes, settings, sought=sought))
+        prior = replace(prior, found=_found(dataset.alignment, prior))
     return replace(context_of(dataset, prior, everywhere=everywhere, settings=settings), estimator=estimator)
+
+
+def _found(alignment: Alignment | None, prior: PriorKnowledge) -> dict[str, tuple[float, float]]:
+    """Return the inertia as it was found before any model, where it is known well enough to be left there."""
+    if alignment is None or alignment.mass is None or alignment.mass_half_width is None:
+        return {}
+    names = names_of(Role.INERTIA, prior.plant.variables)
+    return {name: (alignment.mass, alignment.mass_half_width) for name in names if name not in prior.values}
 
 
 def _with_uncertainty(
@@ -203,7 +218,7 @@ def _treatment(dataset: Dataset, best: Fit) -> dict[str, float]:
         "rest_percent": 100.0 * dataset.rest_share,
         "velocity_max": float(np.max(np.abs(dataset.velocity))),
     }
-    treatment |= {"delay": dataset.delay} if dataset.delay else {}
+    treatment |= dataset.alignment.as_data() if dataset.alignment else {}
     return treatment | ({"lag": best.lag} if best.lag is not None else {})
 
 

@@ -24,8 +24,10 @@ from bristle.core.contracts import Component, Model
 from bristle.core.cores import abreast
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
+from bristle.core.normal import NORMAL_95
 from bristle.core.variable import unit_of
-from bristle.identification.dataset import Dataset, Segment, low_passed, mechanical
+from bristle.identification.dataset import Dataset, Segment, derivative, low_passed, mechanical
+from bristle.identification.delay import differentiated
 from bristle.identification.disturbance import Disturbance, force_with_scatter, scaled, signs
 from bristle.identification.half_cycles import NUDGE, Groups, half_cycle_starts, half_cycles
 from bristle.identification.parameters import ParameterSet
@@ -215,16 +217,19 @@ class RowReplicates:
             replace(new, load=old.load, temperature=old.temperature, first_cycle=old.first_cycle, log=old.log)
             for new, old in zip(drawn.segments, dataset.segments, strict=True)
         )
-        return replace(self.problem, dataset=replace(drawn, segments=segments))
+        drawn = replace(drawn, segments=segments)
+        return replace(self.problem, dataset=differentiated(drawn) if self._finely else drawn)
 
     def log(self, disturbance: Disturbance, rng: np.random.Generator, side: float = 1.0) -> Log:
         """Return a log drawn anew: the segments of the motion, one after the other."""
         dataset = self.problem.dataset
         scatter, noise, jitter = (side * size for size in (disturbance.scatter, disturbance.noise, disturbance.jitter))
         efforts, positions, segments, first = [], [], [], 0
+        late, plant = self._wrong(rng, side)
         for segment, starts, residual in zip(self._motion, self._starts, self._residual, strict=True):
             pure = force_with_scatter(self._friction, segment, starts, dataset.sample_time, scatter, rng)
-            pure += mechanical(self._plant, segment)
+            pure += mechanical(plant, segment)
+            pure -= late * derivative(pure, dataset.sample_time)
             pure += side * disturbance.unexplained * signs(pure.size, rng) * residual
             efforts.append(pure + noise * rng.standard_normal(pure.size))
             positions.append(segment.position + jitter * rng.standard_normal(pure.size))
@@ -245,6 +250,29 @@ class RowReplicates:
         )
 
     @cached_property
+    def _delay_std(self) -> float:
+        """Standard error of the delay that was taken out of the log [s]."""
+        alignment = self.problem.dataset.alignment
+        return (alignment.delay_half_width or 0.0) / NORMAL_95 if alignment else 0.0
+
+    def _wrong(self, rng: np.random.Generator, side: float) -> tuple[float, Model]:
+        """Return by how much the delay of the log may be wrong [s], and the plant, as wrong as what was found first."""
+        found = {name: fixed for name, fixed in self.problem.parameters.fixed.items() if fixed.half_width is not None}
+        if not found and not self._delay_std:
+            return 0.0, self._plant
+        errors = side / NORMAL_95 * rng.standard_normal(1 + len(found))
+        drawn = {
+            name: one.value + error * (one.half_width or 0.0)
+            for (name, one), error in zip(found.items(), errors[1:], strict=True)
+        }
+        return float(errors[0]) * NORMAL_95 * self._delay_std, self.problem.plant({**self.values, **drawn})
+
+    @property
+    def _finely(self) -> bool:
+        alignment = self.problem.dataset.alignment
+        return alignment is not None and alignment.mass is not None
+
+    @cached_property
     def _friction(self) -> Model:
         return self.problem.model(self.values)
 
@@ -259,7 +287,9 @@ class RowReplicates:
     @cached_property
     def _motion(self) -> tuple[Segment, ...]:
         """The motion of the log, with what the filter took from its corners put back once."""
-        return tuple(_sharpened(segment, self.problem.dataset) for segment in self.problem.dataset.segments)
+        return tuple(
+            _sharpened(segment, self.problem.dataset, finely=self._finely) for segment in self.problem.dataset.segments
+        )
 
     @cached_property
     def _residual(self) -> tuple[np.ndarray, ...]:
@@ -269,13 +299,14 @@ class RowReplicates:
         return tuple(segment.effort - effort for segment, effort in zip(dataset.segments, explained, strict=True))
 
 
-def _sharpened(segment: Segment, dataset: Dataset) -> Segment:
+def _sharpened(segment: Segment, dataset: Dataset, *, finely: bool) -> Segment:
     dt, origin = dataset.sample_time, segment.position[0]
     lost = segment.position - origin - low_passed(segment.position - origin, dataset.cutoff, dt)
     position = segment.position + lost
-    velocity = np.gradient(position - origin, dt)
+    slope = derivative if finely else np.gradient
+    velocity = slope(position - origin, dt)
     at_rest = segment.velocity == 0.0
     return replace(
         segment, position=position, velocity=np.where(at_rest, segment.velocity, velocity),
-        acceleration=np.gradient(velocity, dt),
+        acceleration=slope(velocity, dt),
     )  # fmt: skip

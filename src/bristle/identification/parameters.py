@@ -30,13 +30,15 @@ ONE_WAY = 0.01  # share of the samples below which a direction counts as not see
 class Fixed(NamedTuple):
     """A parameter that is not identified: its value, why (the code of a diagnostic with what its sentence needs).
 
-    It is `redundant` where no log could tell it.
+    It is `redundant` where no log could tell it. Of what was found in this log before any model, half of its 95 %
+    interval is known.
     """
 
     value: float
     reason: str
     redundant: bool = False
     numbers: Mapping[str, Number] = {}
+    half_width: float | None = None
 
 
 @dataclass(frozen=True)
@@ -71,7 +73,8 @@ class ParameterSet:
 class PriorKnowledge:
     """What is known of the axis beforehand: the plant, those of its parameters that are known, and the offset.
 
-    An offset of None is to be identified; so is the pitch of the screw. Shapes in `free` are identified too.
+    An offset of None is to be identified; so is the pitch of the screw. Shapes in `free` are identified too. What was
+    `found` in the log before any model has half of its 95 % interval beside it.
     """
 
     offset: float | None = None
@@ -79,6 +82,7 @@ class PriorKnowledge:
     plant: Plant = inertia
     pitch: float | None = None
     free: tuple[str, ...] = ()
+    found: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 def parameters_of(component: FrictionModel, prior: PriorKnowledge, dataset: Dataset) -> ParameterSet:
@@ -90,7 +94,8 @@ def parameters_of(component: FrictionModel, prior: PriorKnowledge, dataset: Data
         If parameters by direction are asked of a log that moves in one direction only, or the log lacks the load or
         the temperature that a slot asks for.
     """
-    held = {name: Fixed(value, "held-known") for name, value in prior.values.items()}
+    held = {name: Fixed(value, "found-first", half_width=width) for name, (value, width) in prior.found.items()}
+    held |= {name: Fixed(value, "held-known") for name, value in prior.values.items()}
     held |= _redundant(component, stroke_of(dataset))
     held |= _slot_parameters(component, dataset, prior.pitch)
     damped = name_of(Role.VISCOUS, prior.plant.variables) is not None

@@ -31,11 +31,11 @@ from bristle.core.normal import DEVIATION_OVER_MEDIAN
 from bristle.core.typography import with_unit
 from bristle.core.variable import Kind, unit_of
 from bristle.identification.dataset import Dataset, Segment, low_passed
-from bristle.identification.delay import delay_in, shifted
+from bristle.identification.delay import shifted
 from bristle.logs.log import Log
 from bristle.logs.segmentation import rests, whole_cycle, with_sides
 
-__all__ = ["CUTOFF_SHARE", "segment_of", "treat", "treat_all"]
+__all__ = ["CUTOFF_SHARE", "segment_of", "smallest_step", "treat", "treat_all"]
 
 CUTOFF_SHARE = 0.1  # of the sampling frequency
 DECIMATION = 10
@@ -47,11 +47,11 @@ ALIKE = 1e-3  # relative difference of sample times that is none
 
 def treat_all(
     logs: Sequence[Log], axes: Sequence[Axis | None], cutoff: float | None = None, decimation: int | None = None,
-    delay: float | None = None,
+    delay: float = 0.0, smoothing: float = 0.0,
 ) -> Dataset:  # fmt: skip
     """Return the regression rows of several logs of one axis, one after the other, each treated as `treat` does.
 
-    Where no `delay` is given, by which the effort lags the position [s], an axis may ask for it to be found.
+    The effort lags the position by `delay`, of which a filter of the time constant `smoothing` makes part [s].
 
     Raises
     ------
@@ -75,9 +75,7 @@ def treat_all(
         noise=float(np.sqrt(np.mean([part.noise**2 for part in parts]))),
         effort_noise=float(np.sqrt(np.mean([part.effort_noise**2 for part in parts]))),
     )
-    if delay is None and any(axis is not None and axis.seeks_delay for axis in axes):
-        delay, _ = delay_in(merged)
-    return shifted(merged, delay) if delay else merged
+    return shifted(merged, delay, smoothing)
 
 
 def _refuse_unlike(log: Log, part: Dataset, first: Dataset) -> None:
@@ -116,7 +114,7 @@ def treat(
     decimation = _decimation(axis.decimation if decimation is None else decimation)
     _refuse_non_finite(log)
     position = log.position.values
-    resolution = _smallest_step(position) if axis.resolution is None else axis.resolution
+    resolution = smallest_step(position) if axis.resolution is None else axis.resolution
     dropped = max(round(EDGE_PERIODS / (cutoff * dt)), 1)
     shortest = 2 * dropped + ROWS_MIN * decimation
     parts = log.segments or (slice(0, len(log)),)
@@ -176,7 +174,8 @@ def _decimation(requested: int | None) -> int:
     return int(requested)
 
 
-def _smallest_step(position: np.ndarray) -> float:
+def smallest_step(position: np.ndarray) -> float:
+    """Return the smallest step between samples, which is that of the encoder [m or rad]; 0 where nothing moves."""
     steps = np.abs(np.diff(position))
     steps = steps[steps > 0.0]
     return float(steps.min()) if steps.size else 0.0

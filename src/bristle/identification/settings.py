@@ -1,7 +1,8 @@
 """Thresholds of an identification: from where on something is said, doubted or left out.
 
-None of them changes the value of a parameter of a model; those of validation may change which model comes first. What
-methods need to work (numbers of starts, seeds, tolerances) stands with the methods.
+None of them changes the value of a parameter of a model, but those of the channels in time, which say when a delay, a
+filter and an inertia are known; those of validation may change which model comes first. What methods need to work
+(numbers of starts, seeds, tolerances) stands with the methods.
 """
 
 from __future__ import annotations
@@ -41,6 +42,19 @@ class Settings(CheckThresholds):
         10.0, "standard deviations of the noise of the position that a pre-sliding zone must exceed", "σ"
     )
     zone_counts: float = _set(2.0, "encoder steps that a pre-sliding zone must exceed", "steps")
+
+    # Channels in time.
+    delay_unsure: float = _set(
+        3.0, "half-width of the 95 % interval of a delay beyond which the log does not show it", "samples"
+    )
+    delay_inertia: float = _set(
+        0.03, "half-width of the inertia, as a share of it, beyond which the log does not show a delay", most=1.0
+    )
+    filter_seen: float = _set(3.0, "standard errors from which a filter in one channel is suspected", "σ")
+    inertia_unsure: float = _set(
+        0.02, "half-width of the inertia, as a share of it, beyond which each model has its own", most=1.0
+    )
+    stages_differ: float = _set(3.0, "joint standard errors by which the rows of a fit may want another inertia", "σ")
 
     # Noise and residual.
     acceleration_noise: float = _set(

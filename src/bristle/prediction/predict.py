@@ -43,13 +43,14 @@ MOST = 0.4  # of the sampling frequency, for a cut-off
 @guarded(
     mode=among(*MODES), velocity_max=optional(amount(Variable("length/time", "largest speed", min=0.0))),
     delay=optional(amount(Variable("time", "delay of the effort"))),
+    smoothing=optional(amount(Variable("time", "filter of the effort"))),
     lag=optional(amount(Variable("time", "lag of the drive", min=0.0))), bands=optional(instance(Bands, "a Bands")),
 )  # fmt: skip
 def predict(
     plant: Model, friction: Model, log: Log | str | PathLike[str], axis: Axis | str | PathLike[str] | None = None,
     mode: str = "inverse", *, cutoff: float | str | None = None, decimation: int | None = None,
-    velocity_max: Amount | None = None, delay: Amount | None = None, lag: Amount | None = None,
-    bands: Bands | None = None,
+    velocity_max: Amount | None = None, delay: Amount | None = None, smoothing: Amount | None = None,
+    lag: Amount | None = None, bands: Bands | None = None,
 ) -> Prediction:  # fmt: skip
     """Predict a log with a model.
 
@@ -74,6 +75,9 @@ def predict(
         Largest speed that the model was fitted to [m/s or rad/s]: a log that goes far beyond it is told.
     delay : float or str, optional
         By how much the effort lags the position, as the identification found [s], for the inverse mode.
+    smoothing : float or str, optional
+        Time constant of a filter that the effort passed more than the position, as the identification found; negative
+        where it passed less [s]. For the inverse mode.
     lag : float or str, optional
         Time constant with which the drive follows its controller, as the identification found [s], for the closed loop;
         the axis decides where it is not given.
@@ -104,7 +108,7 @@ def predict(
         raise InputError("has no effort to compare with or to apply", path="log", mend="Name its column in the axis")
     if mode == "inverse":
         filtering, remarks = _within_reach(log, *treatment_of(cutoff, decimation, log.kind), axis)
-        dataset = treat_all([log], [axis], *filtering, delay)
+        dataset = treat_all([log], [axis], *filtering, delay or 0.0, smoothing or 0.0)
         width = None if bands is None else half_width(bands, plant, friction, dataset)
         prediction = replace(_inverse(plant, friction, log, dataset), half_width=width)
         prediction = replace(prediction, diagnostics=(*remarks, *prediction.diagnostics))

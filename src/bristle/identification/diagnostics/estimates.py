@@ -11,6 +11,7 @@ import numpy as np
 from bristle.core.contracts import FrictionModel
 from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.lazy import cached_property
+from bristle.core.normal import NORMAL_95
 from bristle.core.variable import Kind, Variable, unit_of
 from bristle.identification.covariance import Covariance
 from bristle.identification.diagnostics.excitation import Excitation
@@ -56,6 +57,9 @@ class Judgement:
     def _estimate(self, name: str) -> Estimate:
         variable, fixed = self.excitation.variables[name], self.problem.parameters.fixed.get(name)
         estimate = Estimate(name, variable.unit(self._kind), variable.description, self.excitation.values[name], None)
+        if fixed is not None and fixed.half_width is not None:
+            std, ends = fixed.half_width / NORMAL_95, (fixed.value - fixed.half_width, fixed.value + fixed.half_width)
+            return replace(estimate, value=fixed.value, std=std, robust_std=std, interval=ends)
         if fixed is not None:
             reason, status = why_fixed(name, fixed, variable, self._kind), "held"
             if fixed.redundant:
@@ -125,7 +129,8 @@ def why_fixed(name: str, fixed: Fixed, variable: Variable, kind: Kind) -> Diagno
 def about_fixed(problem: InverseDynamics) -> tuple[Diagnostic, ...]:
     """Return which parameters were fixed, and why."""
     variables, kind = problem.parameters.variables, problem.dataset.kind
-    return tuple(why_fixed(name, fixed, variables[name], kind) for name, fixed in problem.parameters.fixed.items())
+    fixed = {name: one for name, one in problem.parameters.fixed.items() if one.half_width is None}
+    return tuple(why_fixed(name, one, variables[name], kind) for name, one in fixed.items())
 
 
 def about_estimates(

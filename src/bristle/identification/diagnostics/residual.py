@@ -7,15 +7,18 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from bristle.core.diagnostic import Diagnostic
+from bristle.core.normal import NORMAL_95
 from bristle.friction import is_static
+from bristle.identification.covariance import CLUSTERS
 from bristle.identification.dataset import Dataset
 from bristle.identification.half_cycles import neighbour_correlation
 from bristle.identification.inverse_dynamics import InverseDynamics
+from bristle.identification.parameter_space import Solution
 from bristle.identification.result import Estimate
 from bristle.identification.roles import Role, name_of, names_of
 from bristle.identification.settings import Settings
 
-__all__ = ["about_held_effort", "about_noise", "about_residual", "about_rise", "about_treatment"]
+__all__ = ["about_alignment", "about_held_effort", "about_noise", "about_residual", "about_rise", "about_treatment"]
 
 FALLS_WITH = 5.0  # power of the cut-off that the noise of the acceleration grows with
 MENDED = 0.1  # of the share of noise that is told
@@ -91,7 +94,8 @@ def about_held_effort(
         for name, damping in identified("force*time/length").items()
         if shift > settings.half_sample_damping * abs(damping)
     )
-    if dataset.held is not None or not touched:
+    aligned = dataset.alignment is not None and dataset.alignment.delay is not None
+    if dataset.held is not None or aligned or not touched:
         return ()
     return (Diagnostic("half-sample", touched[0], "warning", {"names": touched, "shift": shift}, dataset.kind),)
 
@@ -107,13 +111,53 @@ def about_noise(problem: InverseDynamics, settings: Settings) -> tuple[Diagnosti
     return (Diagnostic("noisy-acceleration", inertia, "warning", {"percent": 100.0 * share, "cutoff": enough}),)
 
 
+def about_alignment(
+    problem: InverseDynamics, solution: Solution, residual: np.ndarray, settings: Settings
+) -> tuple[Diagnostic, ...]:  # fmt: skip
+    """Return what was found of the channels in time, and where all rows want another inertia than was found with it."""
+    dataset, found, about = problem.dataset, problem.dataset.alignment, list[Diagnostic]()
+    if found is None:
+        return ()
+    if found.delay is not None:
+        samples = {"samples": found.delay / dataset.sample_time, "half_width": found.delay_half_width or 0.0}
+        about.append(Diagnostic("delay-found", severity="note", numbers={"delay": found.delay} | samples))
+    elif found.sought:
+        about.append(Diagnostic("delay-unknown"))
+    if found.smoothing is not None:
+        numbers = {
+            "lag": abs(found.smoothing), "half_width": found.smoothing_half_width or 0.0,
+            "channel": "effort" if found.smoothing > 0.0 else "position",
+        }  # fmt: skip
+        about.append(Diagnostic("filter-suspect", numbers=numbers))
+    inertia = name_of(Role.INERTIA, problem.parameters.plant.variables) or ""
+    held = problem.parameters.fixed.get(inertia)
+    if held is not None and held.half_width is not None:
+        change, error = _wanted(problem, inertia, solution, residual)
+        joint = float(np.hypot(held.half_width / NORMAL_95, error))
+        spare = 2.0 * dataset.acceleration_noise_share * held.value
+        if abs(change) > settings.stages_differ * joint + spare:
+            numbers = {"first": held.value, "value": held.value + change}
+            about.append(Diagnostic("stages-differ", inertia, "warning", numbers, dataset.kind))
+    return tuple(about)
+
+
+def _wanted(problem: InverseDynamics, name: str, solution: Solution, residual: np.ndarray) -> tuple[float, float]:
+    """Return by how much all rows would change a parameter of the plant, and the standard error of that."""
+    column = problem.mechanical(problem.unit(name))
+    others = np.linalg.qr(solution.jacobian)[0]
+    apart = column - others @ (others.T @ column)
+    square = float(apart @ apart)
+    if square <= 0.0:
+        return 0.0, np.inf
+    scores = [float(np.sum(part)) for part in np.array_split(apart * residual, CLUSTERS)]
+    return float(apart @ residual) / square, float(np.sum(np.square(scores))) ** 0.5 / square
+
+
 def about_treatment(dataset: Dataset) -> tuple[Diagnostic, ...]:
     """Return what was done to a log before a model was fitted to it."""
     remarks: dict[str, dict[str, float]] = {
         "filtered": {"cutoff": dataset.cutoff, "dropped": dataset.dropped, "decimation": dataset.decimation}
     }
-    if dataset.delay:
-        remarks["delay-found"] = {"delay": dataset.delay, "samples": dataset.delay / dataset.sample_time}
     if dataset.rest_share > 0.0 and not dataset.keeps_rests:
         remarks["rests-left-out"] = {"percent": 100.0 * dataset.rest_share}
     remarks["standard-errors"] = {}

@@ -134,9 +134,34 @@ FITS: dict[str, Sentence] = {
         choose=plural("decimation"),
     ),
     "delay-found": says(
-        "the effort lags the position by {delay:time} ({samples:.2f} samples), found where simple friction explains it "
-        "best",
+        "the effort lags the position by {delay:time} ({samples:.2f} samples; 95 % interval ±{half_width:time}), found "
+        "in this log together with the inertia, and taken out",
         "a delay between the channels was found and taken out",
+    ),
+    "delay-unknown": says(
+        "this log does not show by how much the effort lags the position: nothing was moved. A delay would bias the "
+        "inertia, and damping and stiffness before sliding more. Record accelerations that change fast, or write "
+        "`delay` under [timing] of the axis file",
+        "the delay between the channels is not known",
+        "record accelerations that change fast, or write `delay` under [timing]",
+    ),
+    "filter-suspect": Sentence(
+        (
+            "effort passed a filter of {lag:time} more than position did; it was taken out. Better switch it off in "
+            "the drive, and record again",
+            "position passed a filter of {lag:time} more than effort did, or the effort is a command that the drive "
+            "follows with such a lag; it was taken out",
+        ),
+        "a channel was filtered, or a command was recorded",
+        "switch the filter off in the drive and record again, or record what acted",
+        choose=lambda texts, numbers: texts[numbers["channel"] == "position"],
+        also=("channel", "half_width"),
+    ),
+    "stages-differ": says(
+        "{parameter} is {value:mass} in the fit of all rows and {first:mass} where only slow accelerations and fast "
+        "motion count: the log has something that neither delay nor noise explains",
+        "two estimates of the inertia disagree",
+        "look for what else differs: gear, load, friction over position",
     ),
     "rests-left-out": says(
         "{percent:.3g} % of the samples are at rest and left out: there friction balances whatever effort there is",
