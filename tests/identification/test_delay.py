@@ -77,7 +77,7 @@ def test_a_filter_in_one_channel_is_found_and_taken_out(channel, lag):
     assert fit.best.parameters["M"].value == pytest.approx(TRUTH["M"], rel=0.01)
     # Where a filtered position turns, friction is smoothed that turned at once.
     assert fit.best.parameters["F_C"].value == pytest.approx(TRUTH["F_C"], rel=0.05)
-    told = next(one for one in fit.best.diagnostics if one.code == "filter-suspect")
+    told = next(one for one in fit.best.diagnostics if one.code == "filter_suspect")
     assert told.numbers["channel"] == channel
     assert any(f"{channel} passed a filter of" in one for one in warnings_of(fit.best))
 
@@ -117,14 +117,14 @@ def test_a_stated_delay_is_left_alone():
     log = late(3.0 * DT)
     stated = identify(log, axis=Axis(seeks_delay=False), blocks=0, draws=0)
     assert "delay" not in stated.treatment
-    assert not [one for one in stated.best.diagnostics if one.code in ("delay-found", "delay-unknown")]
+    assert not [one for one in stated.best.diagnostics if one.code in ("delay_found", "delay_unknown")]
 
 
 def test_a_log_that_does_not_show_it_is_not_refused():
     motion = sines(12.0, DT, (0.03,), (0.2,), (0.0,))
     log = log_of(motion, sliding_effort(motion, noise=1.0))
     fit = identify(log, blocks=0, draws=0).best
-    assert "delay-unknown" in [one.code for one in fit.diagnostics]
+    assert "delay_unknown" in [one.code for one in fit.diagnostics]
     assert any("does not show by how much the effort lags" in one for one in warnings_of(fit))
 
 
@@ -154,7 +154,7 @@ def test_rows_that_want_another_inertia_are_told(monkeypatch):
             sys.modules["bristle.identification.identify"], "alignment_of", lambda *_, other=other, **__: other
         )
         fit = identify(log, blocks=0, draws=0).best
-        assert ("stages-differ" in [one.code for one in fit.diagnostics]) is told, factor
+        assert ("stages_differ" in [one.code for one in fit.diagnostics]) is told, factor
 
 
 def test_thresholds_decide_what_is_known():

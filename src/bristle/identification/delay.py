@@ -45,9 +45,11 @@ class Alignment:
 
     def as_data(self) -> dict[str, float]:
         """Return what is known of it, as the treatment of a log tells it."""
-        told = ("delay", "delay_half_width", "smoothing", "smoothing_half_width", "slow")
-        data = {name: getattr(self, name) for name in told}
-        data |= {"inertia": self.mass, "inertia_half_width": self.mass_half_width}
+        data = {
+            "delay": self.delay, "delay_half_width": self.delay_half_width,
+            "smoothing": self.smoothing, "smoothing_half_width": self.smoothing_half_width,
+            "mass": self.mass, "mass_half_width": self.mass_half_width, "slow": self.slow,
+        }  # fmt: skip
         return {name: value for name, value in data.items() if value}
 
 
@@ -69,11 +71,11 @@ def shifted(dataset: Dataset, delay: float, smoothing: float = 0.0) -> Dataset:
     return replace(dataset, segments=tuple(moved), delay=delay)
 
 
-def at(when: np.ndarray, time: np.ndarray, values: np.ndarray) -> np.ndarray:
+def at(instants: np.ndarray, time: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Return a signal, shape (..., sample), between its samples; beyond its ends it stays."""
     from scipy.interpolate import CubicSpline
 
-    return np.asarray(CubicSpline(time, values, axis=-1)(np.clip(when, time[0], time[-1])))
+    return np.asarray(CubicSpline(time, values, axis=-1)(np.clip(instants, time[0], time[-1])))
 
 
 def through_filter(signal: np.ndarray, lag: float, dt: float) -> np.ndarray:

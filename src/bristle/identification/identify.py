@@ -158,11 +158,11 @@ def _context(
     stated = not sought and all(axis.cutoff is not None or cutoff is not None for axis in described)
     if estimator is None and not stated:
         dataset = aligned(dataset, alignment_of(logs, axes, settings, sought=sought))
-        prior = replace(prior, found=_found(dataset.alignment, prior))
+        prior = replace(prior, measured=_measured(dataset.alignment, prior))
     return replace(context_of(dataset, prior, everywhere=everywhere, settings=settings), estimator=estimator)
 
 
-def _found(alignment: Alignment | None, prior: PriorKnowledge) -> dict[str, tuple[float, float]]:
+def _measured(alignment: Alignment | None, prior: PriorKnowledge) -> dict[str, tuple[float, float]]:
     """Return the inertia as it was found before any model, where it is known well enough to be left there."""
     if alignment is None or alignment.mass is None or alignment.mass_half_width is None:
         return {}

@@ -257,15 +257,16 @@ class RowReplicates:
 
     def _wrong(self, rng: np.random.Generator, side: float) -> tuple[float, Model]:
         """Return by how much the delay of the log may be wrong [s], and the plant, as wrong as what was found first."""
-        found = {name: fixed for name, fixed in self.problem.parameters.fixed.items() if fixed.half_width is not None}
-        if not found and not self._delay_std:
+        fixed = self.problem.parameters.fixed.items()
+        widths = {name: entry.half_width for name, entry in fixed if entry.half_width is not None}
+        if not widths and not self._delay_std:
             return 0.0, self._plant
-        errors = side / NORMAL_95 * rng.standard_normal(1 + len(found))
+        late, *errors = side * rng.standard_normal(1 + len(widths))
         drawn = {
-            name: one.value + error * (one.half_width or 0.0)
-            for (name, one), error in zip(found.items(), errors[1:], strict=True)
+            name: self.values[name] + error / NORMAL_95 * width
+            for (name, width), error in zip(widths.items(), errors, strict=True)
         }
-        return float(errors[0]) * NORMAL_95 * self._delay_std, self.problem.plant({**self.values, **drawn})
+        return float(late) * self._delay_std, self.problem.plant({**self.values, **drawn})
 
     @property
     def _finely(self) -> bool:

@@ -74,7 +74,7 @@ class PriorKnowledge:
     """What is known of the axis beforehand: the plant, those of its parameters that are known, and the offset.
 
     An offset of None is to be identified; so is the pitch of the screw. Shapes in `free` are identified too. What was
-    `found` in the log before any model has half of its 95 % interval beside it.
+    `measured` in the log before any model has half of its 95 % interval beside it.
     """
 
     offset: float | None = None
@@ -82,7 +82,7 @@ class PriorKnowledge:
     plant: Plant = inertia
     pitch: float | None = None
     free: tuple[str, ...] = ()
-    found: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    measured: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 def parameters_of(component: FrictionModel, prior: PriorKnowledge, dataset: Dataset) -> ParameterSet:
@@ -94,7 +94,7 @@ def parameters_of(component: FrictionModel, prior: PriorKnowledge, dataset: Data
         If parameters by direction are asked of a log that moves in one direction only, or the log lacks the load or
         the temperature that a slot asks for.
     """
-    held = {name: Fixed(value, "found-first", half_width=width) for name, (value, width) in prior.found.items()}
+    held = {name: Fixed(value, "found-first", half_width=width) for name, (value, width) in prior.measured.items()}
     held |= {name: Fixed(value, "held-known") for name, value in prior.values.items()}
     held |= _redundant(component, stroke_of(dataset))
     held |= _slot_parameters(component, dataset, prior.pitch)

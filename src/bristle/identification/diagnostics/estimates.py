@@ -129,8 +129,8 @@ def why_fixed(name: str, fixed: Fixed, variable: Variable, kind: Kind) -> Diagno
 def about_fixed(problem: InverseDynamics) -> tuple[Diagnostic, ...]:
     """Return which parameters were fixed, and why."""
     variables, kind = problem.parameters.variables, problem.dataset.kind
-    fixed = {name: one for name, one in problem.parameters.fixed.items() if one.half_width is None}
-    return tuple(why_fixed(name, one, variables[name], kind) for name, one in fixed.items())
+    fixed = {name: entry for name, entry in problem.parameters.fixed.items() if entry.half_width is None}
+    return tuple(why_fixed(name, entry, variables[name], kind) for name, entry in fixed.items())
 
 
 def about_estimates(

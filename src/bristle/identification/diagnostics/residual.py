@@ -115,37 +115,37 @@ def about_alignment(
     problem: InverseDynamics, solution: Solution, residual: np.ndarray, settings: Settings
 ) -> tuple[Diagnostic, ...]:  # fmt: skip
     """Return what was found of the channels in time, and where all rows want another inertia than was found with it."""
-    dataset, found, about = problem.dataset, problem.dataset.alignment, list[Diagnostic]()
-    if found is None:
+    dataset, alignment, about = problem.dataset, problem.dataset.alignment, list[Diagnostic]()
+    if alignment is None:
         return ()
-    if found.delay is not None:
-        samples = {"samples": found.delay / dataset.sample_time, "half_width": found.delay_half_width or 0.0}
-        about.append(Diagnostic("delay-found", severity="note", numbers={"delay": found.delay} | samples))
-    elif found.sought:
-        about.append(Diagnostic("delay-unknown"))
-    if found.smoothing is not None:
+    if alignment.delay is not None:
+        samples = {"samples": alignment.delay / dataset.sample_time, "half_width": alignment.delay_half_width or 0.0}
+        about.append(Diagnostic("delay_found", severity="note", numbers={"delay": alignment.delay} | samples))
+    elif alignment.sought:
+        about.append(Diagnostic("delay_unknown"))
+    if alignment.smoothing is not None:
         numbers = {
-            "lag": abs(found.smoothing), "half_width": found.smoothing_half_width or 0.0,
-            "channel": "effort" if found.smoothing > 0.0 else "position",
+            "lag": abs(alignment.smoothing), "half_width": alignment.smoothing_half_width or 0.0,
+            "channel": "effort" if alignment.smoothing > 0.0 else "position",
         }  # fmt: skip
-        about.append(Diagnostic("filter-suspect", numbers=numbers))
+        about.append(Diagnostic("filter_suspect", numbers=numbers))
     inertia = name_of(Role.INERTIA, problem.parameters.plant.variables) or ""
     held = problem.parameters.fixed.get(inertia)
     if held is not None and held.half_width is not None:
-        change, error = _wanted(problem, inertia, solution, residual)
+        change, error = _preferred(problem, inertia, solution, residual)
         joint = float(np.hypot(held.half_width / NORMAL_95, error))
         spare = 2.0 * dataset.acceleration_noise_share * held.value
         if abs(change) > settings.stages_differ * joint + spare:
             numbers = {"first": held.value, "value": held.value + change}
-            about.append(Diagnostic("stages-differ", inertia, "warning", numbers, dataset.kind))
+            about.append(Diagnostic("stages_differ", inertia, "warning", numbers, dataset.kind))
     return tuple(about)
 
 
-def _wanted(problem: InverseDynamics, name: str, solution: Solution, residual: np.ndarray) -> tuple[float, float]:
+def _preferred(problem: InverseDynamics, name: str, solution: Solution, residual: np.ndarray) -> tuple[float, float]:
     """Return by how much all rows would change a parameter of the plant, and the standard error of that."""
     column = problem.mechanical(problem.unit(name))
-    others = np.linalg.qr(solution.jacobian)[0]
-    apart = column - others @ (others.T @ column)
+    basis = np.linalg.qr(solution.jacobian)[0]
+    apart = column - basis @ (basis.T @ column)
     square = float(apart @ apart)
     if square <= 0.0:
         return 0.0, np.inf

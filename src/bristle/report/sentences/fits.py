@@ -133,19 +133,19 @@ FITS: dict[str, Sentence] = {
         "nothing",
         choose=plural("decimation"),
     ),
-    "delay-found": says(
+    "delay_found": says(
         "the effort lags the position by {delay:time} ({samples:.2f} samples; 95 % interval ±{half_width:time}), found "
         "in this log together with the inertia, and taken out",
         "a delay between the channels was found and taken out",
     ),
-    "delay-unknown": says(
+    "delay_unknown": says(
         "this log does not show by how much the effort lags the position: nothing was moved. A delay would bias the "
         "inertia, and damping and stiffness before sliding more. Record accelerations that change fast, or write "
         "`delay` under [timing] of the axis file",
         "the delay between the channels is not known",
         "record accelerations that change fast, or write `delay` under [timing]",
     ),
-    "filter-suspect": Sentence(
+    "filter_suspect": Sentence(
         (
             "effort passed a filter of {lag:time} more than position did; it was taken out. Better switch it off in "
             "the drive, and record again",
@@ -157,7 +157,7 @@ FITS: dict[str, Sentence] = {
         choose=lambda texts, numbers: texts[numbers["channel"] == "position"],
         also=("channel", "half_width"),
     ),
-    "stages-differ": says(
+    "stages_differ": says(
         "{parameter} is {value:mass} in the fit of all rows and {first:mass} where only slow accelerations and fast "
         "motion count: the log has something that neither delay nor noise explains",
         "two estimates of the inertia disagree",

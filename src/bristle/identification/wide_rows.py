@@ -1,0 +1,257 @@
+"""The wide rows of a log, in which friction turns where it does, and what they say behind a narrow filter.
+
+The equations and the weights are those of `bristle.identification.first_stage`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from bristle.core.axis import Axis
+from bristle.identification.dataset import Segment, derivative, low_passed
+from bristle.identification.delay import at, through_filter
+from bristle.identification.preprocessing import segment_of, smallest_step
+from bristle.logs.log import Log
+
+__all__ = ["InstrumentFit", "WideRows", "wide_rows"]
+
+WIDTHS = (5.0, 10.0, 20.0, 40.0)  # sampling frequency over the cut-off of the wide rows, the widest first
+WIDEST = 250.0  # Hz
+SPEED_NOISE = 0.025  # of the top speed: noise of the speed in wide rows
+TOP = 0.995  # quantile of the speeds that is the top speed
+SLOW, FAST = 0.05, 0.15  # of the top speed: what is slower is left out, what is faster counts fully
+EDGE = 0.5  # s at the ends of a stretch
+FINE = 0.25  # periods of the wide cut-off from row to row
+SPEEDS = (0.03, 0.1, 0.3)  # of the top speed: where friction may bend
+REACH, REACH_TIME, REACH_STEP = 12.0, 8e-3, 0.4e-3  # samples, or s, to either side in which a delay is sought; s
+ROUGH = 25.0  # Hz: where it is sought roughly
+STEPS = 8
+CLOSE, CLOSE_FILTER = 0.02, 3e-8  # samples, s^2: a step that is none
+BLOCKS = 20  # of the jackknife
+FILTER = 2e-6  # s^2: c of a filter of 2 ms, which a channel may have without a word
+WAVES, TURNS, BINS, WAVE_SHARE = 2, 3.0, 8192, 0.05  # over the position: most, fewest periods, share of the residual
+FEWEST = 400  # rows
+SINGULAR = 1e-9  # of normal equations with a diagonal of ones
+
+
+@dataclass
+class _Stretch:
+    """A stretch of the log on the grid of the wide rows: time [s], regressor (column, row), weight, effort."""
+
+    time: np.ndarray
+    position: np.ndarray
+    columns: np.ndarray
+    weight: np.ndarray
+    segment: Segment
+
+    def effort(self, delay: float) -> np.ndarray:
+        return at(self.time + delay, self.segment.time, self.segment.effort)
+
+
+class InstrumentFit(NamedTuple):
+    """Inertia first of `theta`, delay [s] and filter [s^2] at one cut-off, with their covariance in this order."""
+
+    cutoff: float
+    theta: np.ndarray
+    delay: float
+    c: float
+    covariance: np.ndarray
+    bias: float
+    converged: bool
+
+    def std(self, place: int) -> float:
+        """Return the standard error of one of them, by its place in the covariance."""
+        return float(self.covariance[place, place]) ** 0.5
+
+
+@dataclass
+class WideRows:
+    """The rows of all stretches, with the regressor behind each narrow filter that was asked for."""
+
+    stretches: list[_Stretch]
+    width: float  # Hz
+    step: float  # s from row to row
+    dt: float
+    noise: float  # of the position, sample by sample
+    waves: list[float] = field(default_factory=list)
+    narrow: dict[float, np.ndarray] = field(default_factory=dict)
+
+    def suffice(self) -> bool:
+        """Return whether these are enough; columns that a log in one direction does not have are dropped."""
+        if not self.stretches:
+            return False
+        weight = np.concatenate([s.weight for s in self.stretches])
+        columns = np.concatenate([s.columns for s in self.stretches], axis=1)
+        present = np.max(np.abs(weight * columns), axis=1) > 1e-6 * np.max(np.abs(columns), axis=1)
+        for stretch in self.stretches:
+            stretch.columns = stretch.columns[present]
+        return bool(present[0] and np.count_nonzero(weight > 0.5) >= FEWEST)
+
+    def behind(self, cutoff: float, signals: Sequence[np.ndarray]) -> np.ndarray:
+        """Return signals weighed and behind the narrow filter, all stretches one after the other."""
+        stride = max(int(0.2 / (cutoff * self.step)), 1)
+        parts = zip(self.stretches, signals, strict=True)
+        return np.concatenate([low_passed(s.weight * x, cutoff, self.step)[..., ::stride] for s, x in parts], axis=-1)
+
+    def regressor(self, cutoff: float) -> np.ndarray:
+        """Return the columns weighed and behind the narrow filter, shape (column, row)."""
+        if cutoff not in self.narrow:
+            self.narrow[cutoff] = self.behind(cutoff, [s.columns for s in self.stretches])
+        return self.narrow[cutoff]
+
+    def scanned(self) -> float:
+        """Return the delay that leaves least, roughly."""
+        cutoff = min(ROUGH, self.width)
+        basis = np.linalg.qr(self.regressor(cutoff).T)[0]
+        reach = max(REACH * self.dt, REACH_TIME)
+
+        def left(delay: float) -> float:
+            effort = self.behind(cutoff, [s.effort(delay) for s in self.stretches])
+            return float(np.sum((effort - basis @ (basis.T @ effort)) ** 2))
+
+        return float(min(np.arange(-reach, reach, max(0.5 * self.dt, REACH_STEP)).tolist(), key=left))
+
+    def fit(
+        self, cutoff: float, delay: float, c: float = 0.0, *, free: tuple[bool, bool], steps: int = STEPS
+    ) -> InstrumentFit:  # fmt: skip
+        """Return what the equations say at one cut-off, after so many steps; `free` are delay and filter."""
+        rows, target = self._weighed(cutoff, delay, c)
+        theta = _solved(rows @ rows.T, rows @ target)
+        for step in range(steps):
+            equations = np.vstack([rows, *self._slopes(cutoff, c, theta, free)])
+            full = _solved(equations @ equations.T, equations @ target)
+            theta = full[: rows.shape[0]]
+            moved, bent = float(full[theta.size]) if free[0] else 0.0, float(full[-1]) if free[1] else 0.0
+            converged = abs(moved) < CLOSE * self.dt and abs(bent) < CLOSE_FILTER
+            if converged or step == steps - 1:
+                bias, covariance = self._bias(cutoff, theta, equations), _jackknife(equations, target)
+                return InstrumentFit(cutoff, theta, delay + moved, c + bent, covariance, bias, converged)
+            delay += float(np.clip(moved, -2.0 * self.dt, 2.0 * self.dt))
+            c = float(np.clip(c + np.clip(bent, -FILTER, FILTER), -25.0 * FILTER, 25.0 * FILTER))
+            rows, target = self._weighed(cutoff, delay, c)
+        raise AssertionError
+
+    def _filtered(self, c: float) -> list[np.ndarray]:
+        """Return the columns, behind the filter that the effort passed."""
+        columns = [s.columns for s in self.stretches]
+        return [through_filter(x, (2.0 * c) ** 0.5, self.step) for x in columns] if c > 0.0 else columns
+
+    def _weighed(self, cutoff: float, delay: float, c: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the equations for a delay and a filter: the regressor, shape (column, row), and the effort."""
+        efforts = [s.effort(delay) for s in self.stretches]
+        if c < 0.0:
+            efforts = [through_filter(x, (-2.0 * c) ** 0.5, self.step) for x in efforts]
+        rows = self.behind(cutoff, self._filtered(c)) if c > 0.0 else self.regressor(cutoff)
+        return rows, self.behind(cutoff, efforts)
+
+    def _slopes(self, cutoff: float, c: float, theta: np.ndarray, free: tuple[bool, bool]) -> list[np.ndarray]:
+        """Return the columns of a little more delay and a little more of a filter, those of them that are free."""
+        slopes = [derivative(theta @ x, self.step) for x in self._filtered(c)]
+        parts = [[-x for x in slopes], [derivative(x, self.step) for x in slopes]]
+        return [self.behind(cutoff, part) for part, is_free in zip(parts, free, strict=True) if is_free]
+
+    def _bias(self, cutoff: float, theta: np.ndarray, rows: np.ndarray) -> float:
+        """Return by how much white noise of the position makes the inertia too small."""
+        first = np.zeros(rows.shape[0])
+        first[0] = 1.0
+        weight = np.concatenate([s.weight for s in self.stretches])
+        noise = (
+            0.4 * self.dt * self.noise**2 * (2.0 * np.pi) ** 4 * cutoff**5 * rows.shape[1] * float(np.mean(weight**2))
+        )
+        return abs(noise * float(theta[0]) * float(_solved(rows @ rows.T, first)[0]))
+
+    def find_waves(self, delay: float) -> None:
+        """Add waves over the position that the residual shows: cogging, the pitch of a screw."""
+        for _ in range(WAVES):
+            weight, x = (np.concatenate([getattr(s, name) for s in self.stretches]) for name in ("weight", "position"))
+            rows = weight * np.concatenate([s.columns for s in self.stretches], axis=1)
+            target = weight * np.concatenate([s.effort(delay) for s in self.stretches])
+            basis = np.linalg.qr(rows.T)[0]
+            residual, span = target - basis @ (basis.T @ target), float(np.ptp(x))
+            sums = np.bincount(((x - x.min()) * (BINS - 1) / span).astype(int), weight * residual, BINS)
+            spectrum = np.abs(np.fft.rfft(sums, 4 * BINS))[: BINS // 8 * 4]
+            first = int(4 * TURNS)
+            wave = 2.0 * np.pi * 0.25 * (first + int(np.argmax(spectrum[first:]))) * (BINS - 1) / BINS / span
+            pair = weight * np.stack([np.cos(wave * x), np.sin(wave * x)])
+            pair = pair.T - basis @ (basis.T @ pair.T)
+            if np.sum((np.linalg.qr(pair)[0].T @ residual) ** 2) < WAVE_SHARE * np.sum(residual**2):
+                return
+            for s in self.stretches:
+                waves = np.stack([np.cos(wave * s.position), np.sin(wave * s.position)])
+                s.columns = np.vstack([s.columns, waves])
+            self.narrow.clear()
+
+
+def _solved(gram: np.ndarray, right: np.ndarray) -> np.ndarray:
+    scale = np.sqrt(np.maximum(np.diag(gram), np.finfo(float).tiny))
+    return np.linalg.lstsq(gram / np.outer(scale, scale), right / scale, rcond=SINGULAR)[0] / scale
+
+
+def _jackknife(rows: np.ndarray, target: np.ndarray) -> np.ndarray:
+    """Return the covariance of the solution by leaving out one block after the other."""
+    gram, right = rows @ rows.T, rows @ target
+    blocks = zip(np.array_split(rows, BLOCKS, 1), np.array_split(target, BLOCKS), strict=True)
+    parts = [_solved(gram - part @ part.T, right - part @ effort) for part, effort in blocks]
+    changes = np.array(parts) - np.mean(parts, axis=0)
+    return (BLOCKS - 1) / BLOCKS * changes.T @ changes
+
+
+def wide_rows(logs: Sequence[Log], axes: Sequence[Axis | None]) -> WideRows | None:
+    """Return the rows behind the widest filter in which noise of the speed is little; None of a log too short."""
+    dt = float(logs[0].sample_time)
+    widths = [1.0 / (share * dt) for share in WIDTHS]
+    for width in [width for width in widths if width <= WIDEST] or widths[-1:]:
+        parts, noises = _segments(logs, axes, width)
+        speeds = [derivative(segment.position - segment.position[0], dt) for segment in parts]
+        top = float(np.quantile(np.abs(np.concatenate([*speeds, [0.0]])), TOP))
+        noise = float(np.sqrt(np.mean(np.square([*noises, 0.0][: max(len(noises), 1)]))))
+        little = 2.0 * np.pi * noise * (2.0 / 3.0 * dt * width**3) ** 0.5 < SPEED_NOISE * top
+        if little or width <= min(widths):
+            stride = max(int(FINE / (width * dt)), 1)
+            pairs = zip(parts, speeds, strict=True)
+            rows = WideRows(
+                [_stretch(*pair, width, dt, stride, top) for pair in pairs if top > 0.0], width, stride * dt, dt, noise
+            )
+            return rows if rows.suffice() else None
+    return None
+
+
+def _segments(logs: Sequence[Log], axes: Sequence[Axis | None], width: float) -> tuple[list[Segment], list[float]]:
+    """Return the segments of logs behind a filter, and the noise of the position of each, sample by sample."""
+    parts, noises = [], []
+    for log, axis in zip(logs, axes, strict=True):
+        step = smallest_step(log.position.values) if axis is None or axis.resolution is None else axis.resolution
+        for part in log.segments or (slice(0, len(log)),):
+            if len(range(*part.indices(len(log)))) * log.sample_time < 4.0 * EDGE:
+                continue
+            segment, noise, _ = segment_of(log, part, width, step, held=bool(axis and axis.held))
+            parts.append(segment)
+            # White noise above the cut-off tells how much there is in all; it is no less than that of rounding.
+            noises.append(max(noise / max(1.0 - 2.0 * width * log.sample_time, 0.1) ** 0.5, step / 12.0**0.5))
+    return parts, noises
+
+
+def _stretch(segment: Segment, speed: np.ndarray, width: float, dt: float, stride: int, top: float) -> _Stretch:
+    from scipy.ndimage import minimum_filter1d, uniform_filter1d
+
+    position = segment.position - segment.position[0]
+    columns = [derivative(speed, dt), segment.position]
+    for side in (1.0, -1.0):
+        along = speed * side > 0.0
+        shapes = (speed, side, *(side * np.exp(-np.abs(speed) / (share * top)) for share in SPEEDS))
+        columns += [np.where(along, shape, 0.0) for shape in shapes]
+    rows = low_passed(np.stack(columns), width, dt)[:, ::stride]
+    smooth = low_passed(np.stack([position, speed]), width, dt)[:, ::stride]
+    share = np.abs(smooth[1]) / top
+    # The filter carries what friction does at rest into the rows beside.
+    guard = max(int(1.0 / (width * dt * stride)), 1)
+    moving = minimum_filter1d((share > SLOW).astype(float), 2 * guard + 1)
+    rise = np.clip((share - SLOW) / (FAST - SLOW), 0.0, 1.0)
+    weight = uniform_filter1d(moving, max(guard, 3)) * moving * rise**2 * (3.0 - 2.0 * rise)
+    edge = int(EDGE / (stride * dt))
+    weight[:edge], weight[-edge:] = 0.0, 0.0
+    return _Stretch(segment.time[::stride], smooth[0] + segment.position[0], rows, weight, segment)
