@@ -5,9 +5,12 @@ from typing import NamedTuple
 import numpy as np
 
 from bristle import controllers, plants, sensors
-from bristle.core import Model
+from bristle.core import Axis, Model
 from bristle.engine import force_along, run_closed_loop
 from bristle.logs.log import Channel, Log
+
+# The treatment is stated in full: least squares of the log as it comes, before which nothing is looked for.
+STATED = Axis(seeks_delay=False, cutoff=100.0)
 
 
 class Motion(NamedTuple):

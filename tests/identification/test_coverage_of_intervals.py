@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy import stats
 from scipy.signal import lfilter
-from tests.identification.known_logs import TRUTH, Motion, log_of, sines, sliding_effort, slow_log
+from tests.identification.known_logs import STATED, TRUTH, Motion, log_of, sines, sliding_effort, slow_log
 from tests.identification.test_intervals import coloured
 from tests.identification.test_preprocessing import trapezoids
 
@@ -245,7 +245,7 @@ def test_what_is_weakly_seen_does_not_make_others_look_sure():
 def test_at_an_edge_an_interval_goes_one_way(seed, status):
     motion = sines(3.0)
     log = log_of(motion, sliding_effort(motion, seed, noise=1.0, F_v=0.0))
-    one = identify(log, mass=MASS, blocks=0, draws=40).best.parameters["F_v"]
+    one = identify(log, axis=STATED, mass=MASS, blocks=0, draws=40).best.parameters["F_v"]
     assert one.status == status
     assert one.interval[0] == 0.0
     assert one.interval[1] > one.value

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from bristle.core.axis import Axis
 from bristle.identification import identify
 from bristle.logs.log import Channel, Log
 from bristle.report.messages import warnings_of
@@ -35,8 +36,11 @@ def emps() -> Log:
     )
 
 
+PUBLISHED = Axis(seeks_delay=False, cutoff=100.0)  # the treatment, with its decimation by 10
+
+
 def test_symmetric_friction_as_published(emps):
-    fit = identify(emps, "coulomb_viscous", draws=0).best
+    fit = identify(emps, "coulomb_viscous", axis=PUBLISHED, draws=0).best
     published = {
         "M": (95.1089, 0.114), "F_v": (203.5034, 0.563), "F_C": (20.3935, 0.496), "offset": (-3.1648, 1.402),
     }  # fmt: skip
@@ -49,7 +53,7 @@ def test_symmetric_friction_as_published(emps):
 
 
 def test_friction_by_direction_as_published(emps):
-    result = identify(emps, "coulomb_viscous,coulomb_viscous+asymmetry", draws=0)
+    result = identify(emps, "coulomb_viscous,coulomb_viscous+asymmetry", axis=PUBLISHED, draws=0)
     fit = result.best
     published = {"M": 95.154, "F_v_pos": 166.71, "F_v_neg": 240.42, "F_C_pos": 20.144, "F_C_neg": 20.628}
     assert fit.name == "coulomb_viscous+asymmetry"
@@ -59,16 +63,28 @@ def test_friction_by_direction_as_published(emps):
     assert fit.held_out.mean_percent < 0.8 * result.fits[1].held_out.mean_percent
 
 
+def test_with_nothing_stated_the_command_runs_ahead_of_the_same_axis(emps):
+    masses = []
+    for cutoff in (100.0, 25.0):
+        fit = identify(emps, "coulomb_viscous", cutoff=cutoff, blocks=0, draws=0).best
+        masses.append(fit.parameters["M"].value)
+        assert 94.2 < masses[-1] < 95.6
+        lead = next(one.numbers for one in fit.diagnostics if one.code == "delay_found")
+        assert -0.95e-3 < lead["delay"] < -0.65e-3
+        assert lead["half_width"] < 0.15e-3
+    assert masses[0] == pytest.approx(masses[1], rel=1e-6)
+
+
 @pytest.mark.parametrize("cutoff", [10.0, 20.0, 50.0])
 def test_other_cutoffs_find_the_same_mechanism(emps, cutoff):
-    fit = identify(emps, "coulomb_viscous", cutoff=cutoff, draws=0).best
+    fit = identify(emps, "coulomb_viscous", axis=PUBLISHED, cutoff=cutoff, draws=0).best
     for name, value in {"M": 95.1089, "F_v": 203.5034, "F_C": 20.3935, "offset": -3.1648}.items():
         assert fit.parameters[name].value == pytest.approx(value, rel=0.015), name
     assert 3.0 < fit.force_error_percent < 4.2
 
 
 def test_residuals_that_last_widen_the_intervals(emps):
-    parameters = identify(emps, "coulomb_viscous", draws=0).best.parameters
+    parameters = identify(emps, "coulomb_viscous", axis=PUBLISHED, draws=0).best.parameters
     for name, ratio in {"M": 1.8, "F_v": 5.5, "F_C": 4.8, "offset": 4.4}.items():
         assert parameters[name].robust_std / parameters[name].std == pytest.approx(ratio, rel=0.1), name
 
@@ -82,7 +98,7 @@ def test_a_model_that_the_log_leaves_half_open_is_not_the_first(emps):
 
 
 def test_seven_reversals_do_not_show_presliding(emps):
-    result = identify(emps, "lugre,dahl", draws=0)
+    result = identify(emps, "lugre,dahl", axis=PUBLISHED, draws=0)
     for fit in result.fits:
         warning = next(one for one in warnings_of(fit) if one.startswith("sigma_0 cannot be identified"))
         assert "only 7 reversals" in warning

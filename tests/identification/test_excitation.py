@@ -5,6 +5,7 @@ import pytest
 from tests.identification.known_logs import Motion, log_of, sines, sliding_effort, slow_log
 
 from bristle import friction
+from bristle.core import Axis
 from bristle.identification import identify
 from bristle.references import triangle
 from bristle.report.messages import note_of, warnings_of
@@ -84,16 +85,20 @@ def test_an_offset_of_zero_is_identified_as_zero():
     assert warnings_of(fit) == ()
 
 
-def test_noise_of_the_position_makes_the_inertia_small_and_is_said():
+def test_noise_of_the_position_makes_the_inertia_of_a_stated_treatment_small_and_is_said():
     motion = sines(5.0, 1e-4)
     log = log_of(motion, sliding_effort(motion), step=1e-6)
-    noisy = identify(log, blocks=0, draws=0).best
+    noisy = identify(log, axis=Axis(seeks_delay=False, cutoff=1000.0), blocks=0, draws=0).best
     assert noisy.parameters["M"].value < 0.97 * 12.0
     advice = next(one for one in warnings_of(noisy) if one.startswith("M is too small by about"))
     cutoff = float(advice.split("cut-off to ")[1].split()[0])
-    mended = identify(log, blocks=0, cutoff=cutoff, draws=0).best
+    mended = identify(log, axis=Axis(seeks_delay=False, cutoff=cutoff), blocks=0, draws=0).best
     assert mended.parameters["M"].value == pytest.approx(12.0, rel=0.01)
     assert not any(one.startswith("M is too small") for one in warnings_of(mended))
+    # With nothing stated it is no matter.
+    found = identify(log, blocks=0, draws=0).best
+    assert found.parameters["M"].value == pytest.approx(12.0, rel=0.002)
+    assert not any(one.startswith("M is too small") for one in warnings_of(found))
 
 
 def test_a_model_that_explains_little_is_said():

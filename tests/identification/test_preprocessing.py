@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from tests.identification.known_logs import TRUTH, Motion, log_of, sines, sliding_effort, sliding_log, strokes
+from tests.identification.known_logs import STATED, TRUTH, Motion, log_of, sines, sliding_effort, sliding_log, strokes
 
 from bristle.core import Axis, InputError
 from bristle.identification import identify
@@ -119,7 +119,7 @@ def test_so_much_as_noise_makes_the_inertia_too_small_is_told():
         motion = sines()
         noise = np.random.default_rng(seed).normal(0.0, 25e-6, motion.time.size)
         shaken = motion._replace(position=motion.position + noise)
-        fit = identify(log_of(shaken, sliding_effort(motion, seed)), blocks=0, draws=0).best
+        fit = identify(log_of(shaken, sliding_effort(motion, seed)), axis=STATED, blocks=0, draws=0).best
         missing.append(100.0 * (1.0 - fit.parameters["M"].value / TRUTH["M"]))
         told.append(next(one.numbers["percent"] for one in fit.diagnostics if one.code == "noisy-acceleration"))
     assert np.mean(told) == pytest.approx(np.mean(missing), rel=0.25)

@@ -4,7 +4,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort, sliding_log, slow_log
+from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort, sliding_log, slow_log
 
 from bristle import friction
 from bristle.core import Axis, FrictionModel, InputError, Variable
@@ -16,7 +16,7 @@ from bristle.report.messages import assumptions_of, note_of, warnings_of
 def test_standard_errors_hold_for_white_noise():
     scores = []
     for seed in range(40):
-        found = identify(sliding_log(seed), "coulomb_viscous", blocks=0, draws=0).best.parameters
+        found = identify(sliding_log(seed), "coulomb_viscous", axis=STATED, blocks=0, draws=0).best.parameters
         scores.append([(found[name].value - truth) / found[name].std for name, truth in TRUTH.items()])
     scores = np.array(scores)
     # The spread of 40 draws is known to 11 %, its mean to 0.16; central differences shift M by a known 1e-4.

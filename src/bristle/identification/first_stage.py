@@ -160,12 +160,14 @@ def _filtered(
             return lag, bent.std(-1), values, errors, changes[: len(places)]
         spread = max(spread, abs(bent.c - free.c))
     # A filter that is not seen clearly: what is known of it beforehand and what the rows say, together.
-    doubt = math.hypot(std, spread)
-    values, errors, share = [], [], FILTER**2 / (FILTER**2 + doubt**2)
-    for place, value in zip(places, (float(free.theta[0]), free.delay), strict=False):
-        slope = float(free.covariance[place, -1]) / std**2
-        values.append(value - slope * (1.0 - share) * free.c)
-        variance = float(free.covariance[place, place]) + slope**2 * (share * doubt**2 - std**2)
+    share = FILTER**2 / (FILTER**2 + std**2 + spread**2)
+    unknown = math.hypot((1.0 - share) * FILTER, share * spread)
+    values, errors = [], []
+    for place, value, start in zip(places, (free.theta[0], free.delay), (plain.theta[0], plain.delay), strict=False):
+        slope, left = float(value - start) / free.c if free.c else 0.0, 1.0 - share
+        values.append(float(value) - slope * left * free.c)
+        of_rows = free.covariance[place, place] - 2.0 * slope * left * free.covariance[place, -1]
+        variance = float(of_rows) + (slope * left * std) ** 2 + (slope * unknown) ** 2
         errors.append(max(variance, 0.5 * plain.std(place) ** 2) ** 0.5)
     changes = [float(narrower.theta[0] - plain.theta[0]), narrower.delay - plain.delay]
     return None, std, values, errors, changes[: len(places)]

@@ -4,7 +4,7 @@ import benchmarks.bootstrap
 import numpy as np
 import pytest
 from benchmarks.coverage import AXIS, CASES, FITTED, MAXWELL, SCATTER, UNSEEN, motion, recorded
-from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort
+from tests.identification.known_logs import STATED, TRUTH, log_of, sines, sliding_effort
 
 from bristle import friction
 from bristle.core import Axis, InputError
@@ -111,7 +111,7 @@ def test_elements_that_slip_have_intervals_on_their_level_stiffness_and_virgin_c
 
 def test_white_noise_alone_gives_what_least_squares_does():
     effort = sliding_effort(sines(10.0), noise=0.3)
-    fit = identify(log_of(sines(10.0), effort), blocks=0, draws=150).best
+    fit = identify(log_of(sines(10.0), effort), axis=STATED, blocks=0, draws=150).best
     for name, truth in TRUTH.items():
         one = fit.parameters[name]
         half = 0.5 * (one.interval[1] - one.interval[0])
