@@ -45,8 +45,9 @@ CHANGE = 0.4  # of the change to another cut-off that is put to the error
 SPARE_MASS, SPARE_DELAY = 5e-4, 0.05  # of the inertia, samples: what no log says better
 STUDENT = 2.093  # the 97.5 % quantile of Student's t of one degree of freedom less than the jackknife has blocks
 BIAS_OVER_ERROR, BIAS_UNSURE = 0.3, 50.0  # noise is not white and may bias so many times more than computed
+FEWEST_ALIKE = 2  # cut-offs, or nothing is known
 AGREE, ALIKE, POOR, SHARPER = 2.0, 0.7, 6.0, 1.3  # of rungs: see `_agreeing`
-ALIKE_FILTER = 0.6  # of a filter: what two fits may say differently
+GROWS, FADES = 0.3, 0.8  # of a filter: by how much more a wider cut-off may see of it (noise), or less (its tail)
 
 
 class _Rung(NamedTuple):
@@ -86,17 +87,21 @@ def _agreeing(rungs: Sequence[_Rung], dt: float, *, sought: bool) -> list[_Rung]
                 break
             run.append(rung)
         most = run if len(run) > len(most) else most
-    return most
+    return most if len(most) >= FEWEST_ALIKE else []
 
 
 def _contradicts(wide: InstrumentFit, narrow: InstrumentFit, dt: float, *, sought: bool) -> bool:
+    """Return whether a wider cut-off says something else: noise makes the inertia smaller, and looks like a filter."""
+
     def apart(place: int, change: float, spare: float) -> bool:
         before, after = narrow.std(place), wide.std(place)
         joint = math.hypot(max(before**2 - after**2, 0.0) ** 0.5, ALIKE * before)
         return abs(change) > AGREE * joint + spare
 
-    return apart(0, float(wide.theta[0] - narrow.theta[0]), 0.0) or (
-        sought and apart(wide.theta.size, wide.delay - narrow.delay, 0.05 * dt)
+    return (
+        apart(0, float(wide.theta[0] - narrow.theta[0]), 0.0)
+        or apart(-1, wide.c - narrow.c, (GROWS if abs(wide.c) > abs(narrow.c) else FADES) * abs(narrow.c))
+        or (sought and apart(wide.theta.size, wide.delay - narrow.delay, 0.05 * dt))
     )
 
 
@@ -109,10 +114,8 @@ def _alignment_from(rows: WideRows, rungs: list[_Rung], settings: Settings, *, s
     chosen = [rung for rung in clean if rung.plain.std(0) <= sharp][-1]
     narrower = rungs[max(rungs.index(chosen) - 2, 0)].plain
     places, dt = [0, chosen.plain.theta.size] if sought else [0], rows.dt
-    steady = all(_alike(rung.free, chosen.free) for rung in rungs)
-    spread = 0.0 if steady else max(abs(rung.free.c - chosen.free.c) for rung in rungs)
-    clear = settings.filter_seen if steady else math.inf
-    lag, std, values, errors, changes = _filtered(rows, chosen, narrower, places, (clear, spread), sought=sought)
+    clear = settings.filter_seen
+    lag, std, values, errors, changes = _filtered(rows, chosen, narrower, places, clear, sought=sought)
     widths = [STUDENT * error + CHANGE * abs(change) for error, change in zip(errors, changes, strict=True)]
     mass, mass_width = values[0], widths[0] + SPARE_MASS * values[0]
     delay, width = (values[1], widths[1] + SPARE_DELAY * dt) if sought else (0.0, math.inf)
@@ -128,46 +131,38 @@ def _alignment_from(rows: WideRows, rungs: list[_Rung], settings: Settings, *, s
     )  # fmt: skip
 
 
-def _alike(fit: InstrumentFit, against: InstrumentFit) -> bool:
-    """Return whether two fits see the same filter: noise of the position looks like one that grows with the cut-off."""
-    doubt = math.hypot(fit.std(-1), against.std(-1))
-    return abs(fit.c - against.c) <= ALIKE_FILTER * abs(against.c) + AGREE * doubt
-
-
 def _filtered(
     rows: WideRows,
     rung: _Rung,
     narrower: InstrumentFit,
     places: Sequence[int],
-    clear: tuple[float, float],
+    clear: float,
     *,
     sought: bool,
 ) -> tuple[float | None, float, list[float], list[float], list[float]]:
     """Return what a filter in a channel does to the inertia and the delay.
 
     The time constant of one that is seen [s], the error of its square; values, errors, and changes to another cut-off.
-    `clear` is from how many standard errors on it is seen, and by how much the rungs differ [s^2].
+    `clear` is from how many standard errors on it is seen.
     """
-    (least, spread), free, plain = clear, rung.free, rung.plain
+    free, plain = rung.free, rung.plain
     std = free.std(-1)
-    if abs(free.c) > least * std:
+    if abs(free.c) > clear * std:
         bent = rows.fit(plain.cutoff, plain.delay, free=(sought, True), steps=2 * STEPS)
-        if bent.converged and abs(bent.c) > least * bent.std(-1) and _alike(bent, free):
+        if bent.converged and abs(bent.c) > clear * bent.std(-1) and abs(bent.c - free.c) <= FADES * abs(bent.c):
             again = rows.fit(narrower.cutoff, bent.delay, bent.c, free=(sought, False))
             changes = [float(again.theta[0] - bent.theta[0]), again.delay - bent.delay]
             lag = math.copysign((2.0 * abs(bent.c)) ** 0.5, bent.c)
             values, errors = [float(bent.theta[0]), bent.delay], [bent.std(place) for place in places]
             return lag, bent.std(-1), values, errors, changes[: len(places)]
-        spread = max(spread, abs(bent.c - free.c))
     # A filter that is not seen clearly: what is known of it beforehand and what the rows say, together.
-    share = FILTER**2 / (FILTER**2 + std**2 + spread**2)
-    unknown = math.hypot((1.0 - share) * FILTER, share * spread)
+    share = FILTER**2 / (FILTER**2 + std**2)
     values, errors = [], []
     for place, value, start in zip(places, (free.theta[0], free.delay), (plain.theta[0], plain.delay), strict=False):
         slope, left = float(value - start) / free.c if free.c else 0.0, 1.0 - share
         values.append(float(value) - slope * left * free.c)
         of_rows = free.covariance[place, place] - 2.0 * slope * left * free.covariance[place, -1]
-        variance = float(of_rows) + (slope * left * std) ** 2 + (slope * unknown) ** 2
+        variance = float(of_rows) + (slope * left * std) ** 2 + (slope * left * FILTER) ** 2
         errors.append(max(variance, 0.5 * plain.std(place) ** 2) ** 0.5)
     changes = [float(narrower.theta[0] - plain.theta[0]), narrower.delay - plain.delay]
     return None, std, values, errors, changes[: len(places)]

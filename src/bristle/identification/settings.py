@@ -45,14 +45,14 @@ class Settings(CheckThresholds):
 
     # Channels in time.
     delay_unsure: float = _set(
-        3.0, "half-width of the 95 % interval of a delay beyond which the log does not show it", "samples"
+        1.0, "half-width of the 95 % interval of a delay beyond which the log does not show it", "samples"
     )
     delay_inertia: float = _set(
         0.03, "half-width of the inertia, as a share of it, beyond which the log does not show a delay", most=1.0
     )
     filter_seen: float = _set(3.0, "standard errors from which a filter in one channel is suspected", "σ")
     inertia_unsure: float = _set(
-        0.02, "half-width of the inertia, as a share of it, beyond which each model has its own", most=1.0
+        0.03, "half-width of the inertia, as a share of it, beyond which each model has its own", most=1.0
     )
     stages_differ: float = _set(3.0, "joint standard errors by which the rows of a fit may want another inertia", "σ")
 
