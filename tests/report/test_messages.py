@@ -21,6 +21,9 @@ PACKAGE = Path(bristle.__file__).parent
 WRITTEN = {"cause"}
 
 
+CHANNELS = {"delay_found", "delay_unknown", "filter_suspect", "stages_differ"}  # what is found of them in time
+
+
 def calls():
     """Every call of the package that makes a diagnostic, or holds a parameter for a reason."""
     for file in PACKAGE.rglob("*.py"):
@@ -53,7 +56,7 @@ def test_every_code_has_a_sentence_and_every_sentence_a_code():
 def test_codes_are_words_in_small_letters_joined_by_one_sign_and_each_says_what_it_means():
     for code, one in SENTENCES.items():
         # What a check of a log finds is joined as identifiers are: people write those names into files.
-        sign = "_" if code in CHECKS else "-"
+        sign = "_" if code in CHECKS or code in CHANNELS else "-"
         assert all(part.isalnum() and part == part.lower() for part in code.split(sign)), code
         assert one.means, code
         assert one.advice, code

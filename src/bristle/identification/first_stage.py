@@ -147,9 +147,14 @@ def _filtered(
     """
     free, plain = rung.free, rung.plain
     std = free.std(-1)
-    if abs(free.c) > clear * std:
+    least = 0.5 * rows.dt**2  # of a filter of one sample: what is faster is no matter
+    if abs(free.c) > max(clear * std, least):
         bent = rows.fit(plain.cutoff, plain.delay, free=(sought, True), steps=2 * STEPS)
-        if bent.converged and abs(bent.c) > clear * bent.std(-1) and abs(bent.c - free.c) <= FADES * abs(bent.c):
+        if (
+            bent.converged
+            and abs(bent.c) > max(clear * bent.std(-1), least)
+            and abs(bent.c - free.c) <= FADES * abs(bent.c)
+        ):
             again = rows.fit(narrower.cutoff, bent.delay, bent.c, free=(sought, False))
             changes = [float(again.theta[0] - bent.theta[0]), again.delay - bent.delay]
             lag = math.copysign((2.0 * abs(bent.c)) ** 0.5, bent.c)

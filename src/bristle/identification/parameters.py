@@ -31,7 +31,7 @@ class Fixed(NamedTuple):
     """A parameter that is not identified: its value, why (the code of a diagnostic with what its sentence needs).
 
     It is `redundant` where no log could tell it. Of what was found in this log before any model, half of its 95 %
-    interval is known.
+    interval is known, and there is no reason.
     """
 
     value: float
@@ -94,7 +94,7 @@ def parameters_of(component: FrictionModel, prior: PriorKnowledge, dataset: Data
         If parameters by direction are asked of a log that moves in one direction only, or the log lacks the load or
         the temperature that a slot asks for.
     """
-    held = {name: Fixed(value, "found-first", half_width=width) for name, (value, width) in prior.measured.items()}
+    held = {name: Fixed(value, reason="", half_width=width) for name, (value, width) in prior.measured.items()}
     held |= {name: Fixed(value, "held-known") for name, value in prior.values.items()}
     held |= _redundant(component, stroke_of(dataset))
     held |= _slot_parameters(component, dataset, prior.pitch)

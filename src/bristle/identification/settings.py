@@ -45,7 +45,7 @@ class Settings(CheckThresholds):
 
     # Channels in time.
     delay_unsure: float = _set(
-        1.0, "half-width of the 95 % interval of a delay beyond which the log does not show it", "samples"
+        0.7, "half-width of the 95 % interval of a delay beyond which the log does not show it", "samples"
     )
     delay_inertia: float = _set(
         0.03, "half-width of the inertia, as a share of it, beyond which the log does not show a delay", most=1.0
@@ -55,6 +55,7 @@ class Settings(CheckThresholds):
         0.03, "half-width of the inertia, as a share of it, beyond which each model has its own", most=1.0
     )
     stages_differ: float = _set(3.0, "joint standard errors by which the rows of a fit may want another inertia", "σ")
+    stages_apart: float = _set(0.02, "share of the inertia by which the rows of a fit may want another one", most=1.0)
 
     # Noise and residual.
     acceleration_noise: float = _set(

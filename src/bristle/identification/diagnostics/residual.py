@@ -134,8 +134,8 @@ def about_alignment(
     if held is not None and held.half_width is not None:
         change, error = _preferred(problem, inertia, solution, residual)
         joint = float(np.hypot(held.half_width / NORMAL_95, error))
-        spare = 2.0 * dataset.acceleration_noise_share * held.value
-        if abs(change) > settings.stages_differ * joint + spare:
+        least = (settings.stages_apart + 2.0 * dataset.acceleration_noise_share) * held.value
+        if abs(change) > max(settings.stages_differ * joint, least):
             numbers = {"first": held.value, "value": held.value + change}
             about.append(Diagnostic("stages_differ", inertia, "warning", numbers, dataset.kind))
     return tuple(about)
