@@ -37,7 +37,7 @@ from bristle.identification.settings import Settings
 from bristle.identification.wide_rows import FILTER, STEPS, InstrumentFit, WideRows, wide_rows
 from bristle.logs.log import Log
 
-__all__ = ["alignment_of"]
+__all__ = ["Rung", "agreeing", "alignment_of"]
 
 RUNGS, LOWEST = 8, 0.04  # cut-offs of the instruments: how many, the lowest as a share of the widest rows
 NARROWEST, HIGHEST = 3.0, 110.0  # Hz: of the instruments
@@ -46,15 +46,25 @@ SPARE_MASS, SPARE_DELAY = 5e-4, 0.05  # of the inertia, samples: what no log say
 STUDENT = 2.093  # the 97.5 % quantile of Student's t of one degree of freedom less than the jackknife has blocks
 BIAS_OVER_ERROR, BIAS_UNSURE = 0.3, 50.0  # noise is not white and may bias so many times more than computed
 FEWEST_ALIKE = 2  # cut-offs, or nothing is known
-AGREE, ALIKE, POOR, SHARPER = 2.0, 0.7, 6.0, 1.3  # of rungs: see `_agreeing`
+AGREE, ALIKE, POOR, SHARPER = 2.0, 0.7, 6.0, 1.3  # of rungs: see `agreeing`
 GROWS, FADES = 0.3, 0.8  # of a filter: by how much more a wider cut-off may see of it (noise), or less (its tail)
 
 
-class _Rung(NamedTuple):
+class Rung(NamedTuple):
     """The fit at one cut-off without a filter, and with one that is free."""
 
     plain: InstrumentFit
     free: InstrumentFit
+
+
+class _Channels(NamedTuple):
+    """Time constant of a filter and its standard error [s]; of inertia and delay value, error, change to a cut-off."""
+
+    lag: float | None
+    lag_error: float
+    values: tuple[float, float]
+    errors: list[float]
+    changes: tuple[float, float]
 
 
 def alignment_of(
@@ -66,20 +76,20 @@ def alignment_of(
         return Alignment(sought=sought)
     start = rows.scanned() if sought else 0.0
     rows.find_waves(start)
-    highest, rungs = min(0.8 * rows.width, HIGHEST), list[_Rung]()
+    highest, rungs = min(0.8 * rows.width, HIGHEST), list[Rung]()
     lowest = min(max(LOWEST * rows.width, NARROWEST), 0.5 * highest)
     for cutoff in np.geomspace(lowest, highest, RUNGS).tolist():
         plain = rows.fit(cutoff, start, free=(sought, False))
-        rungs.append(_Rung(plain, rows.fit(cutoff, plain.delay, free=(sought, True), steps=1)))
-    agreeing = _agreeing(rungs, rows.dt, sought=sought)
-    return _alignment_from(rows, agreeing, settings, sought=sought) if agreeing else Alignment(sought=sought)
+        rungs.append(Rung(plain, rows.fit(cutoff, plain.delay, free=(sought, True), steps=1)))
+    run = agreeing(rungs, rows.dt, sought=sought)
+    return _alignment_from(rows, run, settings, sought=sought) if run else Alignment(sought=sought)
 
 
-def _agreeing(rungs: Sequence[_Rung], dt: float, *, sought: bool) -> list[_Rung]:
+def agreeing(rungs: Sequence[Rung], dt: float, *, sought: bool) -> list[Rung]:
     """Return the most rungs in a row that do not contradict each other, the narrowest first."""
     usable = [rung for rung in rungs if rung.plain.converged and rung.plain.theta[0] > 2.0 * rung.plain.std(0)]
     worst = POOR * min((rung.free.std(0) for rung in usable), default=0.0)
-    usable, most = [rung for rung in usable if rung.free.std(0) <= worst], list[_Rung]()
+    usable, most = [rung for rung in usable if rung.free.std(0) <= worst], list[Rung]()
     for first in range(len(usable)):
         run = usable[first : first + 1]
         for rung in usable[first + 1 :]:
@@ -105,69 +115,69 @@ def _contradicts(wide: InstrumentFit, narrow: InstrumentFit, dt: float, *, sough
     )
 
 
-def _alignment_from(rows: WideRows, rungs: list[_Rung], settings: Settings, *, sought: bool) -> Alignment:
+def _alignment_from(rows: WideRows, rungs: list[Rung], settings: Settings, *, sought: bool) -> Alignment:
     """Return what the sharpest of the rungs says, noise being nothing in it, and how sure that is."""
     clean = [rung for rung in rungs if BIAS_UNSURE * rung.plain.bias <= BIAS_OVER_ERROR * rung.plain.std(0)] or rungs[
         :1
     ]
     sharp = SHARPER * min(rung.plain.std(0) for rung in clean)
     chosen = [rung for rung in clean if rung.plain.std(0) <= sharp][-1]
-    narrower = rungs[max(rungs.index(chosen) - 2, 0)].plain
-    places, dt = [0, chosen.plain.theta.size] if sought else [0], rows.dt
-    clear = settings.filter_seen
-    lag, std, values, errors, changes = _filtered(rows, chosen, narrower, places, clear, sought=sought)
-    widths = [STUDENT * error + CHANGE * abs(change) for error, change in zip(errors, changes, strict=True)]
-    mass, mass_width = values[0], widths[0] + SPARE_MASS * values[0]
-    delay, width = (values[1], widths[1] + SPARE_DELAY * dt) if sought else (0.0, math.inf)
+    narrower, dt = rungs[max(rungs.index(chosen) - 2, 0)], rows.dt
+    filtered = _with_filter(rows, chosen, narrower, settings.filter_seen, sought=sought)
+    channels = filtered or _without_filter(chosen, narrower, sought=sought)
+    pairs = zip(channels.errors, channels.changes, strict=False)
+    widths = [STUDENT * error + CHANGE * abs(change) for error, change in pairs]
+    (mass, delay), lag = channels.values, channels.lag
+    mass_width, width = widths[0] + SPARE_MASS * mass, widths[1] + SPARE_DELAY * dt if sought else math.inf
     # What does not show the inertia does not show the jerk either.
     delay_known = width <= settings.delay_unsure * dt and mass_width <= settings.delay_inertia * mass
     lag = lag if delay_known or not sought else None
     well = mass_width <= settings.inertia_unsure * mass
     return Alignment(
         *((delay, width) if delay_known else (None, None)),
-        *(None, None) if lag is None else (lag, STUDENT * std / abs(lag)),
+        *(None, None) if lag is None else (lag, STUDENT * channels.lag_error),
         *((mass, mass_width) if well else (None, None)),
         chosen.plain.cutoff, sought,
     )  # fmt: skip
 
 
-def _filtered(
-    rows: WideRows,
-    rung: _Rung,
-    narrower: InstrumentFit,
-    places: Sequence[int],
-    clear: float,
-    *,
-    sought: bool,
-) -> tuple[float | None, float, list[float], list[float], list[float]]:
-    """Return what a filter in a channel does to the inertia and the delay.
+def _with_filter(rows: WideRows, rung: Rung, narrower: Rung, clear: float, *, sought: bool) -> _Channels | None:
+    """Return what the rows say with a filter in a channel; None where none is seen by `clear` standard errors.
 
-    The time constant of one that is seen [s], the error of its square; values, errors, and changes to another cut-off.
-    `clear` is from how many standard errors on it is seen.
+    A filter of less than a sample is no matter, and one that the narrower cut-off does not see is noise.
     """
-    free, plain = rung.free, rung.plain
-    std = free.std(-1)
-    least = 0.5 * rows.dt**2  # of a filter of one sample: what is faster is no matter
-    if abs(free.c) > max(clear * std, least):
-        bent = rows.fit(plain.cutoff, plain.delay, free=(sought, True), steps=2 * STEPS)
-        if (
-            bent.converged
-            and abs(bent.c) > max(clear * bent.std(-1), least)
-            and abs(bent.c - free.c) <= FADES * abs(bent.c)
-        ):
-            again = rows.fit(narrower.cutoff, bent.delay, bent.c, free=(sought, False))
-            changes = [float(again.theta[0] - bent.theta[0]), again.delay - bent.delay]
-            lag = math.copysign((2.0 * abs(bent.c)) ** 0.5, bent.c)
-            values, errors = [float(bent.theta[0]), bent.delay], [bent.std(place) for place in places]
-            return lag, bent.std(-1), values, errors, changes[: len(places)]
-    # A filter that is not seen clearly: what is known of it beforehand and what the rows say, together.
+    least = 0.5 * rows.dt**2
+
+    def seen(fit: InstrumentFit, errors: float) -> bool:
+        return abs(fit.c) > max(errors * fit.std(-1), least)
+
+    if not seen(rung.free, clear) or not seen(narrower.free, AGREE) or rung.free.c * narrower.free.c < 0.0:
+        return None
+    bent = rows.fit(rung.plain.cutoff, rung.plain.delay, free=(sought, True), steps=2 * STEPS)
+    if not bent.converged or not seen(bent, clear) or abs(bent.c - rung.free.c) > FADES * abs(bent.c):
+        return None
+    again = rows.fit(narrower.plain.cutoff, bent.delay, bent.c, free=(sought, False))
+    places = (0, bent.theta.size)[: 1 + sought]
+    lag = math.copysign((2.0 * abs(bent.c)) ** 0.5, bent.c)
+    values, changed = (
+        (float(bent.theta[0]), bent.delay),
+        (float(again.theta[0] - bent.theta[0]), again.delay - bent.delay),
+    )
+    return _Channels(lag, bent.std(-1) / abs(lag), values, [bent.std(place) for place in places], changed)
+
+
+def _without_filter(rung: Rung, narrower: Rung, *, sought: bool) -> _Channels:
+    """Return what the rows say where no filter is seen: what is known of one beforehand and what they say, together.
+
+    The narrower cut-off says it, for noise looks like a filter that grows with the cut-off.
+    """
+    plain, free, other = rung.plain, rung.free, narrower.plain
+    std = narrower.free.std(-1)
     share = FILTER**2 / (FILTER**2 + std**2)
-    values, errors = [], []
-    for place, value, start in zip(places, (free.theta[0], free.delay), (plain.theta[0], plain.delay), strict=False):
-        slope, left = float(value - start) / free.c if free.c else 0.0, 1.0 - share
-        values.append(float(value) - slope * left * free.c)
-        of_rows = free.covariance[place, place] - 2.0 * slope * left * free.covariance[place, -1]
-        variance = float(of_rows) + (slope * left * std) ** 2 + (slope * left * FILTER) ** 2
-        errors.append(max(variance, 0.5 * plain.std(place) ** 2) ** 0.5)
-    changes = [float(narrower.theta[0] - plain.theta[0]), narrower.delay - plain.delay]
-    return None, std, values, errors, changes[: len(places)]
+    c, unknown = share * narrower.free.c, math.hypot(share * std, (1.0 - share) * FILTER)
+    slopes = [float(free.theta[0] - plain.theta[0]), free.delay - plain.delay]
+    slopes = [slope / free.c if free.c else 0.0 for slope in slopes]
+    places = (0, plain.theta.size)[: 1 + sought]
+    errors = [math.hypot(plain.std(place), slope * unknown) for place, slope in zip(places, slopes, strict=False)]
+    values = (float(plain.theta[0]) + slopes[0] * c, plain.delay + slopes[1] * c)
+    return _Channels(None, 0.0, values, errors, (float(other.theta[0] - plain.theta[0]), other.delay - plain.delay))

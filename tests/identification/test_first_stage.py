@@ -1,0 +1,124 @@
+"""Which cut-offs of the instruments are believed, and what is left out of the rows."""
+
+import numpy as np
+import pytest
+from tests.identification.known_logs import TRUTH, Motion, log_of, sines, sliding_effort
+
+from bristle.identification.first_stage import Rung, agreeing, alignment_of
+from bristle.identification.settings import DEFAULT, Settings
+from bristle.identification.wide_rows import InstrumentFit
+
+DT = 1e-3
+FAST = {"amplitudes": (0.02, 0.004, 0.0015), "frequencies": (0.5, 3.1, 7.3), "phases": (0.3, 1.1, 2.5)}
+
+
+def rung(mass=10.0, delay=0.0, c=0.0, *, std=0.01, converged=True):
+    """What one cut-off says, known to `std` of the mass, a tenth of a sample, and 1 ms of a filter."""
+    fit = InstrumentFit(20.0, np.array([mass]), delay, c, np.diag([std, 1e-4, 5e-7]) ** 2, 0.0, converged)
+    return Rung(fit, fit)
+
+
+def believed(*rungs, sought=True):
+    run = agreeing(rungs, DT, sought=sought)
+    return [place for place, one in enumerate(rungs) if any(one is believed for believed in run)]
+
+
+def test_cutoffs_that_agree_are_believed():
+    assert believed(rung(10.0), rung(10.005), rung(9.996)) == [0, 1, 2]
+
+
+@pytest.mark.parametrize(
+    "contradicting", [rung(9.9), rung(10.1), rung(delay=6e-4), rung(c=4e-6), rung(converged=False), rung(10.0, std=6.0)]
+)
+def test_what_a_wider_cutoff_contradicts_is_left_out(contradicting):
+    assert believed(rung(), rung(), contradicting) == [0, 1]
+
+
+def test_the_longest_run_counts():
+    assert believed(rung(9.0), rung(), rung(), rung()) == [1, 2, 3]
+
+
+def test_one_cutoff_alone_says_nothing():
+    assert believed(rung(9.0), rung(10.0), rung(11.0)) == []
+    assert believed(rung()) == []
+
+
+def test_a_delay_that_is_not_sought_contradicts_nothing():
+    rungs = rung(), rung(delay=6e-4)
+    assert believed(*rungs) == []
+    assert believed(*rungs, sought=False) == [0, 1]
+
+
+def test_the_tail_of_a_filter_is_no_contradiction_and_its_growth_is():
+    strong, faded, grown = rung(c=2e-5), rung(c=1e-5), rung(c=3e-5)
+    assert believed(strong, faded) == [0, 1]
+    assert believed(strong, grown) == []
+
+
+def recorded(effort, motion=None, *, step=0.0):
+    motion = motion or sines(20.0, DT, **FAST)
+    rng = np.random.default_rng(5)
+    return log_of(motion, effort + rng.normal(0.0, 0.05, effort.size), step=step)
+
+
+def holds(found):
+    return abs(found.mass - TRUTH["M"]) < found.mass_half_width and abs(found.delay) < found.delay_half_width
+
+
+def test_cogging_is_no_inertia_and_no_delay():
+    motion = sines(20.0, DT, **FAST)
+    pull = 1.5 * np.sin(2.0 * np.pi * motion.position / 4e-3 + 0.5)
+    found = alignment_of([recorded(sliding_effort(motion, noise=0.0) + pull)], [None], DEFAULT)
+    smooth = alignment_of([recorded(sliding_effort(motion, noise=0.0))], [None], DEFAULT)
+    assert holds(found)
+    assert found.mass_half_width < 2.0 * smooth.mass_half_width
+
+
+def test_a_spring_is_no_inertia():
+    motion = sines(20.0, DT, **FAST)
+    found = alignment_of([recorded(sliding_effort(motion, noise=0.0) + 300.0 * motion.position)], [None], DEFAULT)
+    assert holds(found)
+
+
+def test_friction_that_bends_with_speed_and_by_direction_is_none():
+    motion = sines(20.0, DT, **FAST)
+    falls = 6.0 * np.exp(-np.abs(motion.velocity) / 0.02) * np.where(motion.velocity > 0.0, 1.0, -0.4)
+    assert holds(alignment_of([recorded(sliding_effort(motion, noise=0.0) + falls)], [None], DEFAULT))
+
+
+def test_friction_that_turns_late_before_sliding_is_none():
+    motion = sines(20.0, DT, **FAST)
+    effort = sliding_effort(motion, noise=0.0, F_C=0.0)
+    state, friction = 0.0, np.zeros(effort.size)
+    for row, change in enumerate(np.diff(motion.position, prepend=motion.position[0])):
+        state = float(np.clip(state + change / 1e-5, -1.0, 1.0))
+        friction[row] = 8.0 * state
+    assert holds(alignment_of([recorded(effort + friction)], [None], DEFAULT))
+
+
+def test_a_filter_below_a_sample_is_no_matter():
+    motion = sines(20.0, DT / 50, **FAST)
+    pole = np.exp(-DT / 50 / 0.5e-3)
+    from scipy.signal import lfilter
+
+    effort = lfilter([1.0 - pole], [1.0, -pole], sliding_effort(motion, noise=0.0))[::50]
+    found = alignment_of([recorded(effort, Motion(*(signal[::50] for signal in motion)))], [None], DEFAULT)
+    assert found.smoothing is None
+    assert found.delay == pytest.approx(0.5e-3, abs=found.delay_half_width)
+    assert abs(found.mass - TRUTH["M"]) < found.mass_half_width
+
+
+def test_steps_of_the_encoder_look_like_no_filter():
+    motion = sines(20.0, DT, **FAST)
+    found = alignment_of([recorded(sliding_effort(motion, noise=0.0), step=2e-5)], [None], DEFAULT)
+    assert found.smoothing is None
+    # Three sines that repeat meet the same steps again and again.
+    assert found.mass == pytest.approx(TRUTH["M"], rel=5e-3)
+
+
+def test_an_inertia_that_is_hardly_seen_is_left_to_the_models():
+    motion = sines(20.0, DT, **FAST)
+    log = recorded(sliding_effort(motion, noise=0.0))
+    found = alignment_of([log], [None], Settings(inertia_unsure=1e-4))
+    assert found.mass is None
+    assert found.delay is not None
