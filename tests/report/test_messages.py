@@ -2,6 +2,7 @@
 
 import ast
 import pickle
+import re
 from pathlib import Path
 
 import pytest
@@ -14,7 +15,6 @@ from bristle.core.dimensions import exponents_of
 from bristle.identification import identify
 from bristle.report.messages import as_data, clause, fields_of, message, note_of, warnings_of
 from bristle.report.sentences import SENTENCES
-from bristle.report.sentences.checks import CHECKS
 
 PACKAGE = Path(bristle.__file__).parent
 # Filled in by what writes the sentence, not by what makes the diagnostic.
@@ -50,11 +50,9 @@ def test_every_code_has_a_sentence_and_every_sentence_a_code():
     assert set(SENTENCES) <= strings()
 
 
-def test_codes_are_words_in_small_letters_joined_by_one_sign_and_each_says_what_it_means():
+def test_codes_are_words_in_small_letters_joined_as_identifiers_are_and_each_says_what_it_means():
     for code, one in SENTENCES.items():
-        # What a check of a log finds is joined as identifiers are: people write those names into files.
-        sign = "_" if code in CHECKS else "-"
-        assert all(part.isalnum() and part == part.lower() for part in code.split(sign)), code
+        assert re.fullmatch(r"[a-z]+(_[a-z]+)*", code), code
         assert one.means, code
         assert one.advice, code
 
@@ -76,7 +74,7 @@ def test_the_numbers_are_those_that_the_sentence_names(fits):
             assert needed <= set(one.numbers), one
             assert set(one.numbers) - needed <= {"value", "unit", "std_percent", "slowest", "fastest", "direction"}, one
         seen.add(one.code)
-    assert {"low-speed", "low-acceleration", "filtered", "intervals", "held-default", "redundant"} <= seen
+    assert {"low_speed", "low_acceleration", "filtered", "intervals", "held_default", "redundant"} <= seen
 
 
 def test_a_diagnostic_survives_pickle_and_stands_in_json_with_its_sentence(fits):
@@ -88,10 +86,10 @@ def test_a_diagnostic_survives_pickle_and_stands_in_json_with_its_sentence(fits)
 
 
 def test_units_are_those_of_the_axis():
-    turning = Diagnostic("low-speed", "F_v", numbers={"speed": 2.0}, kind="rotational")
+    turning = Diagnostic("low_speed", "F_v", numbers={"speed": 2.0}, kind="rotational")
     assert message(turning) == "F_v cannot be identified: the log never exceeds 2 rad/s"
     assert clause(turning) == "the log never exceeds 2 rad/s"
-    assert all(exponents_of(spec) for spec in fields_of("fast-reversals").values() if "length" in spec)
+    assert all(exponents_of(spec) for spec in fields_of("fast_reversals").values() if "length" in spec)
 
 
 def test_what_is_redundant_is_both_held_and_not_identified(fits):
@@ -102,8 +100,8 @@ def test_what_is_redundant_is_both_held_and_not_identified(fits):
 
 
 def test_an_edge_names_its_cause():
-    cause = {"cause": "low-speed", "speed": 0.5, "value": 1.0, "unit": "N", "edge": "largest"}
-    told = message(Diagnostic("edge-of-search", "F_v", numbers=cause))
+    cause = {"cause": "low_speed", "speed": 0.5, "value": 1.0, "unit": "N", "edge": "largest"}
+    told = message(Diagnostic("edge_of_search", "F_v", numbers=cause))
     assert told == (
         "F_v has no standard error: the search ran to the largest value that this log could show, 1 N: the log never "
         "exceeds 500 mm/s"
@@ -111,5 +109,5 @@ def test_an_edge_names_its_cause():
 
 
 def test_the_unit_of_a_shift_is_that_of_a_damping():
-    told = Diagnostic("half-sample", "sigma_1", numbers={"names": ("sigma_1", "sigma_2"), "shift": 12.0})
+    told = Diagnostic("half_sample", "sigma_1", numbers={"names": ("sigma_1", "sigma_2"), "shift": 12.0})
     assert message(told).startswith("sigma_1, sigma_2 may be too large by 12 N·s/m and more")

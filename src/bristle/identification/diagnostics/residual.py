@@ -28,11 +28,11 @@ def about_residual(
     """Return a warning where the model leaves much of the effort [%] over, and where it lacks pre-sliding."""
     residual = problem.dataset.effort - problem.predicted(values)
     if percent >= settings.reversal_error and _lacks_presliding(problem, values, residual, settings):
-        code = "no-presliding"
+        code = "no_presliding"
     elif percent >= settings.poor_error:
         code = "unexplained"
     elif percent >= settings.coloured_error and neighbour_correlation(residual) > settings.coloured_correlation:
-        code = "coloured-residual"
+        code = "coloured_residual"
     else:
         return ()
     return (Diagnostic(code, numbers={"percent": percent}),)
@@ -63,7 +63,7 @@ def about_rise(problem: InverseDynamics, values: Mapping[str, float]) -> tuple[D
     if speed is None or len(firsts) != len(levels):
         return ()
     return tuple(
-        Diagnostic("rising-friction", first, "warning", {
+        Diagnostic("rising_friction", first, "warning", {
             "first": values[first], "level": values[level], "speed": values[speed], "direction": direction,
         }, problem.dataset.kind)
         for first, level, direction in zip(firsts, levels, DIRECTIONS.get(len(firsts), ()), strict=False)
@@ -93,7 +93,7 @@ def about_held_effort(
     )
     if dataset.held is not None or not touched:
         return ()
-    return (Diagnostic("half-sample", touched[0], "warning", {"names": touched, "shift": shift}, dataset.kind),)
+    return (Diagnostic("half_sample", touched[0], "warning", {"names": touched, "shift": shift}, dataset.kind),)
 
 
 def about_noise(problem: InverseDynamics, settings: Settings) -> tuple[Diagnostic, ...]:
@@ -104,7 +104,7 @@ def about_noise(problem: InverseDynamics, settings: Settings) -> tuple[Diagnosti
     if inertia not in problem.parameters.free or share < least:
         return ()
     enough = dataset.bandwidth * (MENDED * least / share) ** (1.0 / FALLS_WITH)
-    return (Diagnostic("noisy-acceleration", inertia, "warning", {"percent": 100.0 * share, "cutoff": enough}),)
+    return (Diagnostic("noisy_acceleration", inertia, "warning", {"percent": 100.0 * share, "cutoff": enough}),)
 
 
 def about_treatment(dataset: Dataset) -> tuple[Diagnostic, ...]:
@@ -113,8 +113,8 @@ def about_treatment(dataset: Dataset) -> tuple[Diagnostic, ...]:
         "filtered": {"cutoff": dataset.cutoff, "dropped": dataset.dropped, "decimation": dataset.decimation}
     }
     if dataset.delay:
-        remarks["delay-found"] = {"delay": dataset.delay, "samples": dataset.delay / dataset.sample_time}
+        remarks["delay_found"] = {"delay": dataset.delay, "samples": dataset.delay / dataset.sample_time}
     if dataset.rest_share > 0.0 and not dataset.keeps_rests:
-        remarks["rests-left-out"] = {"percent": 100.0 * dataset.rest_share}
-    remarks["standard-errors"] = {}
+        remarks["rests_left_out"] = {"percent": 100.0 * dataset.rest_share}
+    remarks["standard_errors"] = {}
     return tuple(Diagnostic(code, severity="note", numbers=numbers) for code, numbers in remarks.items())
