@@ -86,10 +86,13 @@ def memory(c: Contact, v: float, w: float, h: float) -> tuple[float, float]:
 
 
 @njit(cache=True)
-def push(c: Contact, z: Floats, after: Floats, v: float, w: float, dry: float, wet: float, h: float) -> float:
-    """Return the mean friction force over a step of h at the velocity v; `after` receives the bristles after it.
+def push(
+    c: Contact, z: Floats, after: Floats, v: float, w: float, w_end: float, dry: float, wet: float, h: float
+) -> float:
+    """Return the mean friction force over a step of h at the mean velocity v; `after` receives the bristles after it.
 
-    `dry` and `wet` multiply the level and the viscous part.
+    The level sees the speed w amid the step, and w_end after it. `dry` and `wet` multiply the level and the viscous
+    part.
     """
     if c.law == LUGRE:
         g = dry * dry_level(c, w, v >= 0.0)
@@ -103,7 +106,8 @@ def push(c: Contact, z: Floats, after: Floats, v: float, w: float, dry: float, w
             after[0] = z[0] + (end - z[0]) * fall
             mean = end + (z[0] - end) * fall / k
         return c.sigma_0 * mean + c.sigma_1 * (after[0] - z[0]) / h + wet * viscous(c, v)
-    up, down = dry * dry_level(c, w, True), dry * dry_level(c, w, False)
+    # Cells that slide end at the level of the end, whose mean with that of the start is the mean over the step.
+    up, down = dry * dry_level(c, w_end, True), dry * dry_level(c, w_end, False)
     force = wet * viscous(c, v)
     for i in range(z.size):
         stiffness = c.cell_stiffness[i]

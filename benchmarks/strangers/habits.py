@@ -59,6 +59,7 @@ def effort_without_feedforward(
     n = max(3, round(0.01 / truth.period))
     smooth = np.convolve(np.pad(r, n, mode="edge"), np.hanning(2 * n + 1) / np.hanning(2 * n + 1).sum(), "valid")
     a = np.gradient(np.gradient(smooth, truth.period), truth.period)
+    a[: 2 * n], a[-2 * n :] = a[2 * n], a[-2 * n - 1]  # the smoothing sees no motion beyond the ends
     mass = 0.9 * truth.mass
     effort = record.effort - mass * a / truth.recording.force_per_effort
     return truth, replace(record, effort=effort), "effort lacks the feedforward of 90 % of the mass", mass

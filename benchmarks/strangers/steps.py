@@ -87,7 +87,7 @@ def bristle_step(
     for turn in range(25):
         mean = 0.5 * (v + x1)
         seen, lagged = memory(c, mean, w, h)
-        force = push(c, z, after, mean, seen, dry, wet, h)
+        force = push(c, z, after, mean, seen, lagged if c.lag > 0.0 else abs(x1), dry, wet, h)
         r1 = v + h * (pull - force) / mass - x1
         if abs(r1) <= tiny:
             break
@@ -114,16 +114,17 @@ def play_step(
     for _ in range(25):
         m0, m1 = 0.5 * (v[0] + a), 0.5 * (v[1] + e)
         gap = q[0] - q[1] + 0.5 * h * (m0 - m1)
+        deep = abs(gap) - b.half_play
         touch = 0.0
-        if gap > b.half_play:
-            touch = max(0.0, b.stiffness * (gap - b.half_play) + b.damping * (m0 - m1))
-        elif gap < -b.half_play:
-            touch = min(0.0, b.stiffness * (gap + b.half_play) + b.damping * (m0 - m1))
-        f0 = (1.0 - b.load_share) * push(c, z[:1], after[:1], m0, abs(m0), dry, wet, h)
-        f1 = b.load_share * push(c, z[1:], after[1:], m1, abs(m1), dry, wet, h)
+        if deep > 0.0:
+            # Damping sets in with depth: a force that jumped at the touch would cost accuracy, and no contact has it.
+            damping = b.damping * min(1.0, deep / (0.1 * b.half_play))
+            touch = max(0.0, b.stiffness * deep + np.sign(gap) * damping * (m0 - m1)) * np.sign(gap)
+        f0 = (1.0 - b.load_share) * push(c, z[:1], after[:1], m0, abs(m0), abs(a), dry, wet, h)
+        f1 = b.load_share * push(c, z[1:], after[1:], m1, abs(m1), abs(e), dry, wet, h)
         a1 = v[0] + h * (pull - touch - f0) / motor
         e1 = v[1] + h * (touch - b.gravity - f1) / load
-        done = abs(a1 - a) + abs(e1 - e) <= 1e-11 * (abs(a1) + abs(e1))
+        done = abs(a1 - a) + abs(e1 - e) <= 1e-9 * (abs(a1) + abs(e1))
         a, e = a1, e1
         if done:
             break

@@ -191,13 +191,27 @@ class Truth:
 
         Hold, lags and filters are counted with their mean delay, as a slow signal sees them.
         """
-        late = self.recording.effort_late * self.recording.trace_period + self.recording.effort_filter
+        late = self.recording.effort_late * self.recording.trace_period + self._filter_delay(
+            self.recording.effort_filter
+        )
         if self.recording.source == "command":
             tick = self.loop.period
             # Seen at the ticks, a held command is half a tick late; rows between ticks repeat the last one.
             repeated = 0.5 * tick * (1.0 - 1.0 / self.recording.per_tick)
             return (self.loop.delay + 0.5) * tick - repeated + self.motor.lag - late
         return -0.5 * self.recording.trace_period - late
+
+    @property
+    def position_lag(self) -> float:
+        """By how much the recorded position is behind the true one at the stamp [s], as a slow signal sees it."""
+        return self._filter_delay(self.recording.position_filter)
+
+    def _filter_delay(self, tau: float) -> float:
+        """A first-order filter as drives compute it takes the newest row in at once: half a row less than tau."""
+        if tau <= 0.0:
+            return 0.0
+        keep = float(np.exp(-self.recording.trace_period / tau))
+        return keep / (1.0 - keep) * self.recording.trace_period
 
     def steady(self, velocity: Floats) -> Floats:
         """Return the friction force of steady sliding at velocities [m/s or rad/s], at the nominal level."""
