@@ -42,6 +42,9 @@ def _motor(
     limit = float(rng.uniform(1.3, 2.5)) * need
     ripple = float(np.exp(rng.uniform(np.log(0.002), np.log(0.02))))
     noise = level * float(np.exp(rng.uniform(np.log(0.002), np.log(0.02))))
+    if motion.kind == "presliding":
+        # LuGre creeps under forces that shake it faster than it moves: noise can take a fifth off its friction there.
+        noise *= 0.1
     return Motor(
         float(rng.uniform(0.2e-3, 1e-3)), noise, ripple, int(rng.choice([6, 12, 24])),
         float(rng.uniform(0.0, 2.0 * np.pi)), limit / 3.0, limit,
@@ -53,7 +56,7 @@ def _encoder(rng: np.random.Generator, axis: Axis, motion: Motion) -> Encoder:
     counts = float(np.exp(rng.uniform(np.log(1e3), np.log(1e6))))
     if motion.kind == "presliding":
         # Nobody measures pre-sliding with an encoder that does not see it.
-        counts = float(np.clip(counts, min(25.0 * period / motion.amplitudes[-1], 1e6), None))
+        counts = float(np.clip(counts, min(40.0 * period / motion.amplitudes[0], 1e6), None))
     counts = round(counts)
     several = rng.random() < 0.4
     sizes = rng.uniform(0.0, 0.3, 3) * (float(np.exp(rng.uniform(0.0, np.log(10.0)))) if several else 1.0)
@@ -104,9 +107,13 @@ def _paced(rng: np.random.Generator, loop: Loop, motion: Motion, stiffness: floa
     pace = loop.ki * path / stiffness
     more = float(np.clip(6.0 / pace, 1.0, 6.0))
     loop = replace(loop, ki=more * loop.ki)
-    rate = np.clip(more * pace / (2.0 * np.pi) * rng.uniform(0.1, 0.25, len(motion.frequencies)), 0.05, 1.5)
+    rate = np.clip(more * pace / (2.0 * np.pi) * rng.uniform(0.15, 0.4, len(motion.frequencies)), 0.05, 1.5)
     dwell = min(1.0, max(motion.dwell, 2.0 / (more * pace)))
-    return loop, replace(motion, frequencies=tuple(rate.tolist()), dwell=dwell)
+    # The largest triangles, as many as the record has time for.
+    times = np.cumsum((2.0 / rate + dwell)[::-1])
+    count = max(1, int(np.sum(times < motion.duration)))
+    sizes = motion.amplitudes[-count:]
+    return loop, replace(motion, frequencies=tuple(rate[-count:].tolist()), amplitudes=sizes, dwell=dwell)
 
 
 def _trace(rng: np.random.Generator, axis: Axis, motor: Motor, loop: Loop, motion: Motion) -> Recording:
