@@ -1,4 +1,8 @@
-"""The loop as it runs: controller ticks, and fine steps of torque loop and axis between them."""
+"""The loop as it runs: controller ticks, and fine steps of torque loop and axis between them.
+
+Compiled code is kept in __pycache__, and numba looks only at the file of the function it calls: after a change of
+`contact`, `steps` or `encoder` remove that folder.
+"""
 
 from __future__ import annotations
 
