@@ -17,6 +17,7 @@ import bristle as br
 from benchmarks.coverage import Share
 from benchmarks.strangers import Record, Truth, make
 from bristle.core.cores import core_count
+from bristle.core.errors import InputError
 
 __all__ = ["StrangeLog", "strange_logs", "table_of", "tried"]
 
@@ -61,7 +62,7 @@ def tried(family: str, seed: int) -> StrangeLog:
         warnings.simplefilter("ignore")
         try:
             found = br.identify(table_of(truth, record), MODELS[family], axis=axis, blocks=0, draws=DRAWS)
-        except br.InputError as error:
+        except InputError as error:
             return StrangeLog(str(error), np.nan, {}, 0)
     known, inside = true_values(truth), {}
     for name, estimate in found.parameters.items():
