@@ -20,6 +20,7 @@ from benchmarks.composite import composite
 from benchmarks.coverage import Share, coverage
 from benchmarks.fits import fits
 from benchmarks.lanes import lanes
+from benchmarks.lies import lies
 from benchmarks.loop_coverage import loop_coverage
 from benchmarks.open_loop import open_loop
 from benchmarks.population import population
@@ -27,6 +28,7 @@ from benchmarks.preisach import preisach
 from benchmarks.presliding import presliding
 from benchmarks.readers import readers
 from benchmarks.stick_slip import stick_slip
+from benchmarks.strange_logs import strange_logs
 from benchmarks.timing import BRISTLE, EXAMPLES, HEAD, Ratio, command, python, side_by_side, wall
 from benchmarks.tracking import tracking
 
@@ -164,7 +166,9 @@ BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
     )
 }
 # No times but shares, of hundreds of identifications: half an hour, so only where it is asked for.
-LONG: dict[str, Callable[[], Iterator[Share]]] = {"coverage": coverage, "loop_coverage": loop_coverage}
+LONG: dict[str, Callable[[], Iterator[Share]]] = {
+    one.__name__: one for one in (coverage, loop_coverage, strange_logs, lies)
+}
 
 
 def main(names: list[str]) -> int:

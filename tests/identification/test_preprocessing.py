@@ -7,6 +7,7 @@ from tests.identification.known_logs import STATED, TRUTH, Motion, log_of, sines
 from bristle.core import Axis, InputError
 from bristle.identification import identify
 from bristle.identification.preprocessing import treat
+from bristle.logs import Log
 
 
 def test_derivatives_follow_a_known_motion():
@@ -183,3 +184,16 @@ def test_a_sample_shows_in_rows_as_far_as_the_filters_are_told_to_reach(decimati
     shown = np.abs(dataset.rows_of([dataset.filtered(impulse)]))
     first, last = np.flatnonzero(shown > 1e-2 * np.max(shown))[[0, -1]]
     assert (last - first) / 2 <= dataset.reach <= 2 * (last - first) + 10
+
+
+def test_a_motion_too_slow_to_be_told_from_rest_is_fitted_whole_and_the_fit_says_so():
+    time = 1e-3 * np.arange(40_000)
+    phase = 2.0 * np.pi * 0.025 * time
+    coarse, fine = (np.round(3e-6 * np.sin(phase), digits) for digits in (6, 7))
+    log = Log(time=time, position=fine, effort=4e6 * fine + np.cos(phase), sample_time=1e-3)
+    with pytest.raises(InputError, match="hardly moves"):
+        treat(Log(time=time, position=coarse, effort=4e6 * fine, sample_time=1e-3), None)
+    dataset = treat(log, None)
+    assert dataset.time.size == dataset.in_motion.size == 3_990
+    codes = {one.code for one in identify(log, "dahl", draws=0, blocks=0).best.diagnostics}
+    assert {"creeps", "never_slides"} <= codes

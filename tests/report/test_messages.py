@@ -2,6 +2,7 @@
 
 import ast
 import pickle
+import re
 from pathlib import Path
 
 import pytest
@@ -14,14 +15,10 @@ from bristle.core.dimensions import exponents_of
 from bristle.identification import identify
 from bristle.report.messages import as_data, clause, fields_of, message, note_of, warnings_of
 from bristle.report.sentences import SENTENCES
-from bristle.report.sentences.checks import CHECKS
 
 PACKAGE = Path(bristle.__file__).parent
 # Filled in by what writes the sentence, not by what makes the diagnostic.
 WRITTEN = {"cause"}
-
-
-CHANNELS = {"delay_found", "delay_unknown", "filter_suspect", "stages_differ"}  # what is found of them in time
 
 
 def calls():
@@ -53,11 +50,9 @@ def test_every_code_has_a_sentence_and_every_sentence_a_code():
     assert set(SENTENCES) <= strings()
 
 
-def test_codes_are_words_in_small_letters_joined_by_one_sign_and_each_says_what_it_means():
+def test_codes_are_words_in_small_letters_joined_as_identifiers_are_and_each_says_what_it_means():
     for code, one in SENTENCES.items():
-        # What a check of a log finds is joined as identifiers are: people write those names into files.
-        sign = "_" if code in CHECKS or code in CHANNELS else "-"
-        assert all(part.isalnum() and part == part.lower() for part in code.split(sign)), code
+        assert re.fullmatch(r"[a-z]+(_[a-z]+)*", code), code
         assert one.means, code
         assert one.advice, code
 

@@ -37,7 +37,8 @@ def write_arrays(folder: Results, stem: str, arrays: Mapping[str, np.ndarray]) -
         np.savez_compressed(out, **plain)  # type: ignore[arg-type]
         name = f"{stem}.npz"
     else:
-        parquet.write_table(pyarrow.table({name: _cells(values) for name, values in plain.items()}), out)
+        columns = [_column(pyarrow, values) for values in plain.values()]
+        parquet.write_table(pyarrow.Table.from_arrays(columns, list(plain)), out)
         name = f"{stem}.parquet"
     folder.write(name, out.getvalue())
     return name
@@ -69,5 +70,8 @@ def _read(path: Path, read: Any) -> Any:
         raise InputError(f"cannot be read: {error}", path=str(path), mend="Save the results again") from None
 
 
-def _cells(values: np.ndarray) -> Any:
-    return values if values.ndim == 1 else values.tolist()
+def _column(pyarrow: Any, values: np.ndarray) -> Any:
+    """Return an array of one dimension or two for a table, without a look at pandas, which takes as long to import."""
+    flat = np.ascontiguousarray(values).reshape(-1)
+    cells = pyarrow.Array.from_buffers(pyarrow.float64(), flat.size, [None, pyarrow.py_buffer(flat)])
+    return cells if values.ndim == 1 else pyarrow.FixedSizeListArray.from_arrays(cells, values.shape[1])

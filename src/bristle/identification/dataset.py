@@ -139,6 +139,8 @@ class Dataset:
         By which the effort lagged the position before it was moved back [s].
     keeps_rests : bool
         Whether rows at rest are kept.
+    creeping : bool
+        Whether the motion is too slow to be told from rest, so that no sample is taken for one.
     row_mask : ndarray or None
         Which of the decimated samples are rows, shape (sample,) of bool; those in motion where not given.
     alignment : Alignment or None
@@ -159,6 +161,7 @@ class Dataset:
     row_mask: np.ndarray | None = None
     effort_noise: float = 0.0
     alignment: Alignment | None = None
+    creeping: bool = False
 
     def explained(
         self, plant: Model, friction: Model, contacts: Sequence[float | None] | None = None

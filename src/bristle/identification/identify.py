@@ -43,6 +43,7 @@ from bristle.identification.sliding_friction import context_of
 from bristle.identification.time_blocks import blocks_for
 from bristle.identification.uncertainty import with_uncertainty
 from bristle.identification.validation import TOO_SHORT, in_order, with_information
+from bristle.logs.check import parted
 from bristle.logs.log import Log
 
 __all__ = ["identify"]
@@ -122,12 +123,12 @@ def identify(
     _refuse_without_effort([log for log, _ in pairs])
     (first_log, first_axis), kind = pairs[0], pairs[0][0].kind
     prior = replace(prior_knowledge_of(first_axis, mass, offset, kind), free=freed(free, components))
-    of_logs = checks_of(pairs, prior, chosen)
+    of_logs, pairs = checks_of(pairs, prior, chosen), [(parted(log, axis, chosen), axis) for log, axis in pairs]
     context = _context(pairs, prior, chosen, *treatment_of(cutoff, decimation, kind))
     count, held_out = len(components) + bool(draws), blocks_for(context.dataset, blocks, chosen)
     fits, estimations, left_out = _fits(context, components, held_out, partial(_share, progress, count))
-    best, *rest = (replace(fit, rank=rank) for rank, fit in enumerate(with_information(in_order(fits, chosen)), 1))
-    best, *rest = (with_checks(fit, of_logs) for fit in (best, *rest))
+    ranked = enumerate(with_information(in_order(fits, chosen)), 1)
+    best, *rest = (with_checks(replace(fit, rank=rank), of_logs) for rank, fit in ranked)
     if blocks is None and not held_out:
         best = replace(best, diagnostics=(TOO_SHORT, *best.diagnostics))
     unfinished = _unfinished(fits, [component.name for component in components if component.name not in left_out])

@@ -4,7 +4,7 @@ The position passes a zero-phase Butterworth filter of fourth order and is diffe
 The effort and each column of the friction model, its sign included, pass the same filter: what one side of the
 equation loses at high frequency, the other loses too. What lies within five periods of the cut-off from an edge is
 dropped; all that is left is decimated alike. Rows at rest are left out: there friction balances whatever effort
-there is.
+there is. In a log that only creeps, as in pre-sliding, nothing tells rest from motion, and all rows are kept.
 
 An effort that a controller holds until its next sample leads the position by half a sample: the mean of two values
 that follow each other acts at the sample between them.
@@ -42,6 +42,7 @@ DECIMATION = 10
 EDGE_PERIODS = 5  # of the cut-off frequency: the transient of the filter
 REST_PERIODS = 5  # of the cut-off frequency, without an encoder step, make a rest
 ROWS_MIN = 50
+CREEPS = 10.0  # encoder steps of the range from which an axis moves, be it ever so slowly
 ALIKE = 1e-3  # relative difference of sample times that is none
 
 
@@ -125,19 +126,27 @@ def treat(
             allowed=f"at least {shortest}",
             mend="Record a longer motion, raise the cut-off or lower the decimation",
         )  # fmt: skip
-    noises = None if like is None else (like.noise, like.effort_noise)
-    segments, noise, effort_noise = zip(*(
-        segment_of(log, part, cutoff, resolution, noises, held=bool(axis.held))
-        for part, length in zip(parts, lengths, strict=True) if length >= shortest
-    ), strict=True)  # fmt: skip
-    moving = tuple(segment for segment in segments if np.any(segment.velocity != 0.0))
-    if axis.in_cycle:
-        moving = tuple(replace(segment, first_cycle=_first_cycle(segment, log.kind)) for segment in moving)
-    dataset = Dataset(
-        moving, log.kind, dt, resolution, float(np.mean(noise)), cutoff, decimation, dropped, axis.held,
-        axis.keeps_rests, row_mask=None if like is None else like.in_motion, effort_noise=float(np.mean(effort_noise)),
-    )  # fmt: skip
-    if not moving or dataset.time.size < ROWS_MIN:
+    whole = [part for part, length in zip(parts, lengths, strict=True) if length >= shortest]
+
+    def rows(*, creeping: bool) -> Dataset | None:
+        noises = None if like is None else (like.noise, like.effort_noise)
+        segments, noise, effort_noise = zip(*(
+            segment_of(log, part, cutoff, resolution, noises, held=bool(axis.held), creeping=creeping) for part in whole
+        ), strict=True)  # fmt: skip
+        moving = tuple(segment for segment in segments if np.any(segment.velocity != 0.0))
+        if axis.in_cycle:
+            moving = tuple(replace(segment, first_cycle=_first_cycle(segment, log.kind)) for segment in moving)
+        dataset = Dataset(
+            moving, log.kind, dt, resolution, float(np.mean(noise)), cutoff, decimation, dropped, axis.held,
+            axis.keeps_rests or creeping, row_mask=None if like is None else like.in_motion,
+            effort_noise=float(np.mean(effort_noise)), creeping=creeping,
+        )  # fmt: skip
+        return dataset if moving and dataset.time.size >= ROWS_MIN else None
+
+    moves = float(np.ptp(position)) > CREEPS * resolution
+    dataset = rows(creeping=False) if like is None or not like.creeping else None
+    dataset = rows(creeping=True) if dataset is None and moves else dataset
+    if dataset is None:
         raise InputError(
             "the axis hardly moves", path="log.position",
             value=f"a range of {with_unit(float(np.ptp(position)), unit_of('length', log.kind))}",
@@ -183,12 +192,13 @@ def smallest_step(position: np.ndarray) -> float:
 
 def segment_of(
     log: Log, part: slice, cutoff: float, resolution: float, noises: tuple[float, float] | None = None, *,
-    held: bool = False,
+    held: bool = False, creeping: bool = False,
 ) -> tuple[Segment, float, float]:  # fmt: skip
     """Return a segment of a log, and the standard deviations of the noise of its position and of its effort.
 
     `part` has no gap, `cutoff` is that of the filter [Hz], `resolution` the step of the encoder [m or rad]. The
     `noises` are found where they are not given. An effort that is `held` acts until the next sample.
+    Nothing is taken for rest where the axis is `creeping`.
     """
     assert log.effort is not None
     dt, position, effort = log.sample_time, log.position.values[part], log.effort.values[part]
@@ -203,7 +213,7 @@ def segment_of(
     noise, effort_noise = noises or _noises(raw - filtered, cutoff * dt)
     velocity = np.gradient(smooth, dt)
     window = max(round(REST_PERIODS / (cutoff * dt)), 1)
-    rest = rests(smooth, window, max(1.5 * resolution, 4.0 * noise))
+    rest = velocity == 0.0 if creeping else rests(smooth, window, max(1.5 * resolution, 4.0 * noise))
     segment = Segment(
         time=log.time.values[part],
         position=smooth + origin,

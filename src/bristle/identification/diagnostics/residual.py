@@ -160,5 +160,7 @@ def about_treatment(dataset: Dataset) -> tuple[Diagnostic, ...]:
     }
     if dataset.rest_share > 0.0 and not dataset.keeps_rests:
         remarks["rests_left_out"] = {"percent": 100.0 * dataset.rest_share}
+    if dataset.creeping:
+        remarks["creeps"] = {"resolution": dataset.resolution}
     remarks["standard_errors"] = {}
     return tuple(Diagnostic(code, severity="note", numbers=numbers) for code, numbers in remarks.items())

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 
@@ -21,13 +22,15 @@ from bristle.logs.check.units import about_units
 from bristle.logs.checks import quantisation
 from bristle.logs.log_data import LogData
 
-__all__ = ["RECORDED", "CheckThresholds", "checked"]
+__all__ = ["RECORDED", "CheckThresholds", "checked", "parted"]
 
 RECORDED = (
     "rows_lost", "sign_reversed", "clock_suspect", "unit_suspect", "velocity_contradicts", "gear_suspect", "clipped",
     "saturates", "effort_unsigned",
 )  # fmt: skip
 """Codes of what is wrong with a recording, whatever it is used for."""
+
+AnyLog = TypeVar("AnyLog", bound=LogData)
 
 SHORTEST = 10  # samples of a stretch between lost rows
 
@@ -57,7 +60,7 @@ def checked(log: LogData, axis: Axis | None = None, settings: CheckThresholds = 
 
 
 def _checked(log: LogData, axis: Axis, settings: CheckThresholds) -> Iterator[Diagnostic]:
-    resolution = axis.resolution or quantisation(log.position.values)
+    resolution = _resolution(log, axis)
     starts = lost_in(log, resolution, settings.lost_step)
     yield from about_rows(log, starts)
     log = _parted(log, starts)
@@ -74,11 +77,35 @@ def _checked(log: LogData, axis: Axis, settings: CheckThresholds) -> Iterator[Di
         yield from about_sliding(log, axis, share, settings)
         if not reversed_sign:
             yield from about_line(rows, axis, settings, clipped=bool(cut))
-    yield from about_motion(log, rows, resolution, settings)
+    yield from about_motion(log, resolution, settings)
 
 
-def _parted(log: LogData, starts: np.ndarray) -> LogData:
-    """Return a log with the places where rows are missing, behind the samples `starts`, between its segments."""
+def parted(log: AnyLog, axis: Axis | None = None, settings: CheckThresholds = DEFAULT) -> AnyLog:
+    """Return a log with the places where rows are missing between its segments, so that nothing goes across them.
+
+    Parameters
+    ----------
+    log : Log
+        Its channels, in SI.
+    axis : Axis, optional
+        Step of the encoder, if known.
+    settings : CheckThresholds
+        How large a step of the position stands out, `lost_step`.
+
+    Returns
+    -------
+    Log
+        The same channels; the log itself where no row is missing.
+    """
+    return _parted(log, lost_in(log, _resolution(log, axis), settings.lost_step))
+
+
+def _resolution(log: LogData, axis: Axis | None) -> float:
+    return (axis and axis.resolution) or quantisation(log.position.values)
+
+
+def _parted(log: AnyLog, starts: np.ndarray) -> AnyLog:
+    """Return a log whose segments end at the samples `starts`, before missing rows."""
     if not starts.size:
         return log
     segments = []

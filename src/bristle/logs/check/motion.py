@@ -8,23 +8,22 @@ import numpy as np
 
 from bristle.core.axis import Axis
 from bristle.core.diagnostic import Diagnostic
-from bristle.logs.check.rows import Rows
 from bristle.logs.check.thresholds import CheckThresholds
+from bristle.logs.legs import graininess
 from bristle.logs.log_data import LogData
 from bristle.logs.repetition import repeats_after
 from bristle.logs.segmentation import turning_points
 
 __all__ = ["about_motion", "about_sliding", "lesser_way", "speeds_of", "ways_of"]
 
-SLOW = 0.01  # of the largest speed: below, the axis creeps into its place
-STEADY = 0.1  # of the largest acceleration but for one row in a hundred
+PARTS = 20  # of a way, in which its speed is looked at
+FAST, WAITS = 0.8, 0.05  # quantile of them that a cruise has; of that, the speed of an axis that waits
+CRUISING = 0.08  # of the speed: what counts as constant; a sine keeps to it for a third of its way
+MOST_PARTS = 0.6  # of a way that is steady
 POINTS = 4000  # of a position that may repeat itself
-TREMBLE = 2.5  # encoder steps that are no way
 
 
-def about_motion(
-    log: LogData, rows: Rows, resolution: float, settings: CheckThresholds
-) -> Iterator[Diagnostic]:  # fmt: skip
+def about_motion(log: LogData, resolution: float, settings: CheckThresholds) -> Iterator[Diagnostic]:
     """Yield what a motion does not tell, whatever is fitted."""
     ways = ways_of(log, resolution)
     between = np.abs(np.concatenate([part[1:-1] for part in ways]))
@@ -36,7 +35,7 @@ def about_motion(
     if share < settings.one_way:
         numbers = {"percent": 100.0 * share, "direction": "forward" if forward else "backward"}
         yield Diagnostic("one_direction", "", "warning", numbers, log.kind)
-    steady, slow, fast = speeds_of(rows)
+    steady, slow, fast = speeds_of(log, resolution)
     if steady >= settings.steady_share and fast < settings.one_speed * slow:
         yield Diagnostic("one_speed", "", "warning", {"slowest": slow, "fastest": fast}, log.kind)
     position = max((log.position.values[segment] for segment in log.segments), key=len)
@@ -67,17 +66,40 @@ def lesser_way(ways: np.ndarray) -> tuple[float, bool]:
     return min(ahead, back) / max(ahead + back, np.finfo(float).tiny), ahead >= back
 
 
-def speeds_of(rows: Rows) -> tuple[float, float, float]:
-    """Return the share of sliding rows at a steady speed, and the 10 % and 90 % quantiles of those speeds."""
-    speed = np.abs(rows.velocity)
-    slid = rows.of(speed > SLOW * speed.max(initial=0.0))
-    if not slid.velocity.size:
+def speeds_of(log: LogData, resolution: float) -> tuple[float, float, float]:
+    """Return the share of the way at a steady speed, and the 10 % and 90 % quantiles of those speeds over the way.
+
+    A way is steady where most of its parts are as fast as the fastest of them; those in which the axis waits tell
+    nothing.
+    """
+    every, steady = [np.zeros(1)], [np.empty((2, 0))]
+    for segment in log.segments:
+        x = log.position.values[segment]
+        ends = _turns(x, resolution)
+        marks = np.linspace(ends[:-1], ends[1:], PARTS + 1).astype(int)
+        marks = marks[:, np.diff(ends) >= PARTS]
+        times = log.sample_time * np.diff(marks, axis=0)
+        speeds = np.abs(np.diff(x[marks], axis=0)) / times
+        top = np.quantile(speeds, FAST, axis=0)
+        goes = speeds > WAITS * top
+        cruises = goes & (np.abs(speeds - top) <= CRUISING * top + 2.0 * graininess(x, resolution) / times)
+        way = np.abs(np.diff(x[marks[[0, -1]]], axis=0))[0]
+        chosen = cruises.sum(axis=0) >= MOST_PARTS * goes.sum(axis=0)
+        every.append(way)
+        steady.append(np.stack([way, top])[:, chosen & (top > 0.0)])
+    ways, tops = np.concatenate(steady, axis=1)
+    if not ways.size:
         return 0.0, 0.0, 0.0
-    steady = np.abs(slid.acceleration) < STEADY * np.quantile(np.abs(rows.acceleration), 0.99)
-    if not steady.any():
-        return 0.0, 0.0, 0.0
-    slow, fast = np.quantile(np.abs(slid.velocity[steady]), [0.1, 0.9]).tolist()
-    return float(np.mean(steady)), slow, fast
+    order = np.argsort(tops)
+    below = np.cumsum(ways[order]) / ways.sum()
+    slow, fast = (float(tops[order][np.searchsorted(below, share)]) for share in (0.1, 0.9))
+    return float(ways.sum() / np.concatenate(every).sum()), slow, fast
+
+
+def _turns(position: np.ndarray, resolution: float) -> np.ndarray:
+    """Return the first sample, those at which the motion turns, and the last, shape (turn,)."""
+    turns = turning_points(position, max(graininess(position, resolution), 1e-3 * float(np.ptp(position))))
+    return np.array([0, *turns, position.size - 1])
 
 
 def ways_of(log: LogData, resolution: float) -> list[np.ndarray]:
@@ -88,6 +110,5 @@ def ways_of(log: LogData, resolution: float) -> list[np.ndarray]:
     ways = []
     for segment in log.segments:
         x = log.position.values[segment]
-        turns = turning_points(x, max(TREMBLE * resolution, 1e-3 * float(np.ptp(x))))
-        ways.append(np.diff(x[[0, *turns, x.size - 1]]))
+        ways.append(np.diff(x[_turns(x, resolution)]))
     return ways

@@ -31,9 +31,7 @@ class CheckThresholds(Thresholds):
     one_speed: float = threshold(
         1.3, "ratio of the 90 % to the 10 % quantile of the speed below which a log has one", least=1.0
     )
-    steady_share: float = threshold(
-        0.35, "share of the sliding rows at a steady speed from which one speed is told", most=1.0
-    )
+    steady_share: float = threshold(0.35, "share of the way at steady speeds from which one speed is told", most=1.0)
     steps_of_motion: float = threshold(
         10.0, "encoder steps of a way between two reversals below which a motion is below the resolution", "steps"
     )

@@ -168,6 +168,12 @@ FITS: dict[str, Sentence] = {
         "samples at rest were not fitted",
         'write `rests = "keep"` under [identification] where they tell friction',
     ),
+    "creeps": says(
+        "the axis moves so slowly that motion cannot be told from rest in encoder steps of {resolution:length}; all "
+        "samples are fitted, those at rest too",
+        "the motion is too slow to be told from rest",
+        "record faster motion as well, or with a finer encoder",
+    ),
     "standard_errors": says(
         "standard errors take the residuals for independent; intervals rest on those that hold for residuals "
         "correlated over time, where these are larger",
