@@ -75,6 +75,7 @@ def _bands(replicates: Bootstrap, estimation: Estimation) -> Bands:
     problem, _ = estimation.resampled
     members = [estimation.finished(member) for member in replicates.members]
     lacking, rest = replicates.unexplained if problem.is_effort else 0.0, replicates.residual
+    jitter = replicates.disturbance.jitter  # until a loop is simulated, the least that it leaves over
     if replicates.scatter.value > 0.0:
         rest = within_cycles(problem.half_cycles, replicates.slope, rest)
     return Bands(
@@ -84,7 +85,7 @@ def _bands(replicates: Bootstrap, estimation: Estimation) -> Bands:
             if name not in problem.parameters.loop
         },
         scatter=replicates.scatter.value, noise=replicates.disturbance.noise, unexplained=lacking,
-        lasting=correlation_time(rest, problem.row_time, lacking),
+        lasting=correlation_time(rest, problem.row_time, lacking), left_in_closed_loop=jitter, left_in_open_loop=jitter,
     )  # fmt: skip
 
 
