@@ -116,6 +116,8 @@ class Resampling:
     curve : tuple of (float, float, float, float)
         Of elements that slip: displacement [m or rad], force on the virgin curve there [N or N*m], and the ends of its
         95 % interval.
+    curve_from : float
+        Displacement from which on that curve is identified [m or rad]; 0 where all of it is.
     """
 
     bands: Bands
@@ -125,6 +127,7 @@ class Resampling:
     white: bool
     jackknife: Mapping[str, float]
     curve: tuple[tuple[float, float, float, float], ...] = ()
+    curve_from: float = 0.0
 
 
 @dataclass(frozen=True)

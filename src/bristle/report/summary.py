@@ -147,6 +147,7 @@ def _resampling(fit: Fit) -> dict[str, Any] | None:
         "virgin_curve": {
             name: [row[column] for row in resampling.curve] for column, name in enumerate(("x", "force", "low", "high"))
         },
+        "virgin_curve_from": resampling.curve_from,
     }
 
 

@@ -181,6 +181,7 @@ def _resampling(
         scatter=Scatter(**numbers["scatter"]), half_cycles=numbers["half_cycles"], resolution=numbers["resolution"],
         white=numbers["white"], jackknife=numbers["jackknife_std"],
         curve=tuple(zip(*(curve[name] for name in ("x", "force", "low", "high")), strict=True)),
+        curve_from=numbers["virgin_curve_from"],
     )  # fmt: skip
 
 
