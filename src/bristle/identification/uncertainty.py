@@ -51,7 +51,7 @@ def with_uncertainty(
         white=is_white(residual, settings),
         jackknife=jackknife_std(solution, cycles, residual),
         curve=replicates.curve,
-        curve_from=_curve_from(fit.estimates),
+        curve_from=_curve_from(fit.estimates, settings.zone_counts * replicates.disturbance.resolution),
     )
     variables = problem.parameters.variables
     reasons = {parameter.name: parameter.diagnostic for parameter in lost}
@@ -71,11 +71,10 @@ def with_uncertainty(
     )  # fmt: skip
 
 
-def _curve_from(estimates: Sequence[Estimate]) -> float:
-    """Return from which displacement on a virgin curve is identified: where a stiffness is not, beyond those steps."""
+def _curve_from(estimates: Sequence[Estimate], least: float) -> float:
+    """Return from which displacement on a virgin curve is identified: beyond `least` where a stiffness is blurred."""
     reasons = (estimate.reason for estimate in estimates if estimate.reason is not None)
-    blurred = (reason.numbers for reason in reasons if reason.code == "coarse_elements")
-    return next((numbers["counts"] * numbers["resolution"] for numbers in blurred), 0.0)
+    return least if any(reason.code == "coarse_elements" for reason in reasons) else 0.0
 
 
 def _bands(replicates: Bootstrap, estimation: Estimation) -> Bands:

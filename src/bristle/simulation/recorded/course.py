@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -44,7 +45,8 @@ def can_be_simulated(log: Log, axis: Axis, loop: str) -> bool:
     return loop == "open-loop" or (isinstance(axis.controller, Model) and log.reference is not None)
 
 
-class Stretch(NamedTuple):
+@dataclass(frozen=True)
+class Stretch:
     """Samples of a log of an axis that are simulated in a loop, ``closed-loop`` or ``open-loop``."""
 
     log: Log
