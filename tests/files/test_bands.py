@@ -9,7 +9,10 @@ from bristle.files import read_model
 from bristle.files.model import write_model
 from bristle.identification.prediction_interval import Bands
 
-BANDS = Bands({"F_C": np.array([7.9, 8.1, 8.0]), "M": np.array([20.0, 20.1, 19.9])}, 0.05, 0.1, 0.0, 0.2, 1.2)
+BANDS = Bands(
+    {"F_C": np.array([7.9, 8.1, 8.0]), "M": np.array([20.0, 20.1, 19.9])}, 0.05, 0.1, 0.0, 0.2, 1.2,
+    3e-6, 4e-5,
+)  # fmt: skip
 MODEL = friction.find("coulomb_viscous")(F_C=8.0, F_v=40.0)
 
 
@@ -22,6 +25,7 @@ def test_bands_come_back(tmp_path):
     found = Bands(**read_model(written(tmp_path / "model.toml")).info["bands"])
     assert (found.scatter, found.noise, found.unexplained) == (0.05, 0.1, 0.0)
     assert (found.lasting, found.inflation) == (0.2, 1.2)
+    assert (found.left_in_closed_loop, found.left_in_open_loop) == (3e-6, 4e-5)
     assert found.count == 3
     for name, values in BANDS.draws.items():
         np.testing.assert_allclose(found.draws[name], values)
@@ -45,6 +49,7 @@ def test_a_file_without_bands_has_none(tmp_path):
         ("scatter = 0.05", "scatter = -1.0", "bands.scatter"),
         ("noise = 0.1", "noise = true", "bands.noise"),
         ("lasting = ", "# lasting = ", "bands.lasting: is missing"),
+        ("left_in_open_loop = ", "# left_in_open_loop = ", "bands.left_in_open_loop: is missing"),
         ("inflation = 1.2", "inflation = nan", "bands.inflation"),
         ("F_C = [7.9, 8.1, 8.0]", 'F_C = "much"', "bands.draws.F_C"),
         ("F_C = [7.9, 8.1, 8.0]", "F_C = [7.9]", "bands.draws"),

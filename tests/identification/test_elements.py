@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.identification.known_logs import Motion, log_of, sines
+from tests.identification.known_logs import Motion, log_of, sines, slow_log
 
 from bristle.core.errors import InputError
 from bristle.engine import force_along
@@ -164,3 +164,28 @@ def test_directions_differ_by_one_number():
     plain = identify(log, "maxwell_slip", draws=0, **asked).best
     assert plain.parameters["offset"].value == pytest.approx(4.0, abs=0.3)
     assert plain.parameters["F_C"].value == pytest.approx(20.0, abs=0.3)
+
+
+def elements_through(step):
+    """A log through an encoder of this step, of which half of the stiffness slips within 0.4 um."""
+    values = {"F_C": 20.0, "k_i": [3e6, 8e6 / 6.0, 0.4e6, 5e6], "nu_i": [0.25, 0.35, 0.3, 0.1]}
+    return slow_log(find("maxwell_slip")(**values, sigma_2=300.0, offset=1.5), M=MASS, step=step, duration=12.0)
+
+
+def test_elements_that_slip_within_five_encoder_steps_do_not_tell_a_stiffness():
+    asked = {"mass": MASS, "cutoff": 250.0, "decimation": 2, "blocks": 0, "draws": 20}
+    coarse, fine = (identify(elements_through(step), "maxwell_slip", **asked).best for step in (1e-7, 1e-8))
+    stiffness = coarse.parameters["s"]
+    assert (stiffness.status, stiffness.reason.code) == ("unidentifiable", "coarse_elements")
+    # What of it slips within 0.5 um, as the model tells it.
+    values = coarse.friction.values
+    slips = np.asarray(values["nu_i"]) * values["F_C"] / np.asarray(values["k_i"])
+    share = np.sum(values["k_i"], where=slips < 5e-7) / np.sum(values["k_i"])
+    assert stiffness.reason.numbers["percent"] == pytest.approx(100.0 * share)
+    assert share > 0.3
+    assert coarse.resampling.curve_from == pytest.approx(5e-7)
+    assert coarse.parameters["F_C"].status == "identified"
+    assert (fine.parameters["s"].status, fine.resampling.curve_from) == ("identified", 0.0)
+    # Whoever knows better may say so.
+    trusting = identify(elements_through(1e-7), "maxwell_slip", settings={"blurred_share": 1.0}, **asked).best
+    assert trusting.parameters["s"].status == "identified"

@@ -52,7 +52,7 @@ def test_one_speed_does_not_separate_coulomb_from_viscous_friction():
 
 def test_few_fast_reversals_do_not_show_presliding():
     stiff = friction.find("lugre")(F_C=8.0, F_S=8.5, v_S=4e-3, sigma_0=2e7, sigma_1=100.0, sigma_2=30.0)
-    log = slow_log(stiff, duration=8.0)
+    log = slow_log(stiff, duration=8.0, step=2e-8)
     fit = identify(log, "lugre", draws=0).best
     for name in ("sigma_0", "sigma_1"):
         assert "reversals, each crosses the pre-sliding zone of" in warning_about(name, warnings_of(fit))

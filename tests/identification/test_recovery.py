@@ -134,6 +134,14 @@ def test_predicted_and_measured_are_traced():
     assert fit.metrics["friction_error_percent"] == pytest.approx(share * fit.force_error_percent, rel=0.05)
 
 
+@pytest.mark.parametrize("model", ["coulomb_viscous", "coulomb_viscous+asymmetry"])
+def test_weight_is_no_friction_that_an_error_could_hide_behind(model):
+    light, heavy = (identify(sliding_log(offset=offset), model, draws=0, blocks=0).best for offset in (0.0, 6.0))
+    assert heavy.friction_alone_error_percent == pytest.approx(light.friction_alone_error_percent, rel=0.02)
+    assert heavy.friction_error_percent < 0.9 * light.friction_error_percent
+    assert heavy.metrics["friction_alone_error_percent"] == heavy.friction_alone_error_percent
+
+
 def test_progress_runs_from_start_to_end_and_an_interrupt_passes():
     told = []
     identify(

@@ -51,19 +51,25 @@ def moves(duration: float = 9.0, dt: float = 1e-3, stroke: float = 0.08, seed: i
 
 
 def recorded(
-    axis: Axis, reference: np.ndarray, dt: float = 1e-3, *, delay: int = 0, noise: float = 0.3, first: int = 0
+    axis: Axis, reference: np.ndarray, dt: float = 1e-3, *, delay: int = 0, noise: float = 0.3, first: int = 0,
+    jitter: float = 0.0, seed: int = 5, pulses: np.ndarray | None = None, limit: float = np.inf,
 ) -> Log:  # fmt: skip
-    """Return the log of an axis that has rested before, from a sample on; its effort acts until the next one."""
+    """Return the log of an axis that has rested before, from a sample on; its effort acts until the next one.
+
+    `pulses` are added to what the law asks for, and `limit` bounds the sum.
+    """
+    trembles = np.random.default_rng(1000 + seed).normal(0.0, jitter, reference.size)
+    added = np.zeros(reference.size) if pulses is None else pulses
     h, x, v, z, integral = dt / STEPS, float(reference[0]), 0.0, 0.0, axis.weight
     before, queue = axis.count * round(x / axis.count), [axis.weight] * delay
     positions, efforts = np.empty(reference.size), np.empty(reference.size)
     steps = np.diff(reference, prepend=reference[0])
     for k, wanted in enumerate(reference):
-        read = axis.count * round(x / axis.count)
+        read = axis.count * round((x + trembles[k]) / axis.count)
         error = axis.k_p * (wanted - read) + (axis.k_ff * steps[k] - (read - before)) / dt
         integral += axis.k_i * error * dt
         before = read
-        queue.append(axis.k_v * error + integral)
+        queue.append(min(max(axis.k_v * error + integral + added[k], -limit), limit))
         effort = queue.pop(0)
         positions[k], efforts[k] = read, effort
         for _ in range(STEPS):
@@ -74,10 +80,11 @@ def recorded(
             friction = axis.stiffness * z + axis.damping * rate + axis.viscous * v
             v += h * (effort - axis.weight - friction) / axis.mass
             x += h * v
-    told = np.random.default_rng(5).normal(0.0, noise, reference.size) + efforts
+    told = np.random.default_rng(seed).normal(0.0, noise, reference.size) + efforts
     part = slice(first, None)
     return Log(
         time=Channel(dt * np.arange(reference.size - first), "s", "t"), position=Channel(positions[part], "m", "q"),
         effort=Channel(told[part], "N", "u"), reference=Channel(reference[part], "m", "r"), sample_time=dt,
+        injected=() if pulses is None else (Channel(pulses[part], "N", "pulses"),),
         segments=(slice(0, reference.size - first),),
     )  # fmt: skip

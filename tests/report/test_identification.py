@@ -61,7 +61,7 @@ def test_the_interval_of_the_table_rests_on_the_larger_error(workbench):
 def test_the_error_of_the_friction_stands_beside_that_of_the_effort(stage):
     words = Page(identification_page(stage)).words
     best = stage.identified.best
-    assert f"({best.friction_error_percent:.3g} % of what friction takes of it)" in words
+    assert f"({best.friction_alone_error_percent:.3g} % of what friction takes of it)" in words
 
 
 def test_a_model_that_is_not_the_closest_says_which_is(workbenches):

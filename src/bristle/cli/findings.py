@@ -39,7 +39,7 @@ def show_identification(
         rmse = with_unit(best.loop_rmse, unit_of("force", best.plant.kind))
         say(f"Effort error of the simulated loop {best.error_percent:.3g} %, {rmse} root mean square{held_out}.")
     else:
-        friction = f"{best.friction_error_percent:.3g} % of what friction takes of it"
+        friction = f"{best.friction_alone_error_percent:.3g} % of what friction takes of it"
         say(f"Force error {best.force_error_percent:.3g} % of the effort, {friction}{held_out}.")
     gain = gain_of(simulation) if simulation else None
     for sentence in about_loop(gain, following, best.plant.kind):

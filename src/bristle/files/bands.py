@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 
 __all__ = ["bands_at", "bands_table"]
 
-NUMBERS = ("scatter", "noise", "unexplained", "lasting", "inflation")
+NUMBERS = (
+    "scatter", "noise", "unexplained", "lasting", "inflation", "left_in_closed_loop", "left_in_open_loop",
+)  # fmt: skip
 MEMBERS = 40
 DIGITS = 7
 
@@ -33,6 +35,8 @@ def bands_table(bands: Any) -> Table:
     table["unexplained"].comment("left over beyond noise, encoder and scatter")
     table["lasting"].comment("s over which that keeps its side")
     table["inflation"].comment("factor set on blocks that were held out")
+    for loop in ("closed", "open"):
+        table[f"left_in_{loop}_loop"].comment("of the position in a simulation, beyond all that")
     draws = tomlkit.table()
     for name, values in bands.draws.items():
         draws.add(key_of(name), tomlkit.item([_short(draw) for draw in values[:MEMBERS]]))

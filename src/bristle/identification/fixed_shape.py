@@ -96,6 +96,14 @@ class ShapedModel(FrictionModel):
         """Return values with the lists in place of the stiffness, whatever else there is among them."""
         return {name: value for name, value in values.items() if name != TOTAL} | self.lists(values)
 
+    def share_within(self, distance: float, stiffness: float, level: float) -> float:
+        """Return what share of a stiffness is that of elements that slip within a distance [m or rad], at some level.
+
+        All of them together have that stiffness [N/m or N*m/rad] and that level [N or N*m].
+        """
+        stiffnesses, levels = (np.array(part) for part in self.shape)
+        return float(np.sum(stiffnesses[levels * level < distance * stiffnesses * stiffness]))
+
     def values(self, parameters: Any) -> dict[str, Any]:
         """Return the values that a person sets, from what kernels receive."""
         values = self.inner.values(parameters)

@@ -39,6 +39,7 @@ from bristle.identification.request import (
 from bristle.identification.result import Fit, Identification
 from bristle.identification.roles import Role, names_of, offset_of
 from bristle.identification.settings import Settings
+from bristle.identification.simulated_bands import with_loops
 from bristle.identification.sliding_friction import context_of
 from bristle.identification.time_blocks import blocks_for
 from bristle.identification.uncertainty import with_uncertainty
@@ -134,7 +135,7 @@ def identify(
     unfinished = _unfinished(fits, [component.name for component in components if component.name not in left_out])
     if draws and not unfinished:
         report = _share(progress, count, len(components), f"fitting {best.name} to simulated logs")
-        best, unfinished = _with_uncertainty(best, estimations[best.name], draws, chosen, report)
+        best, unfinished = _with_uncertainty(best, estimations[best.name], draws, chosen, report, pairs)
     return Identification(
         (best, *rest), first_log, _treatment(context.dataset, best), tuple(log for log, _ in pairs[1:]), unfinished,
         context.dataset.break_aways(best.plant, offset_of(best.friction.component.variables, best.friction.values)),
@@ -172,11 +173,12 @@ def _measured(alignment: Alignment | None, prior: PriorKnowledge) -> dict[str, t
 
 
 def _with_uncertainty(
-    fit: Fit, estimation: Estimation, draws: int, settings: Settings, report: Report
+    fit: Fit, estimation: Estimation, draws: int, settings: Settings, report: Report,
+    pairs: Sequence[tuple[Log, Axis | None]],
 ) -> tuple[Fit, str]:  # fmt: skip
     """Return a fit with its intervals, and what was interrupted, in words."""
     try:
-        return with_uncertainty(fit, estimation, draws, settings, report), ""
+        return with_loops(with_uncertainty(fit, estimation, draws, settings, report), pairs), ""
     except KeyboardInterrupt as error:
         obey(error)
         return fit, "interrupted: the intervals are not those of simulated logs"

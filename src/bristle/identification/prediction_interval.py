@@ -52,6 +52,9 @@ class Bands:
         How long that keeps its side [s].
     inflation : float
         Factor set on held-out blocks.
+    left_in_closed_loop, left_in_open_loop : float
+        What the simulated loop leaves over of the measured position beyond all that and the rounding of the encoder,
+        as a standard deviation [m or rad].
     """
 
     draws: Mapping[str, np.ndarray]
@@ -60,6 +63,8 @@ class Bands:
     unexplained: float
     lasting: float = 0.0
     inflation: float = 1.0
+    left_in_closed_loop: float = 0.0
+    left_in_open_loop: float = 0.0
 
     @property
     def count(self) -> int:

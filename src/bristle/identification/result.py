@@ -10,6 +10,7 @@ import numpy as np
 
 from bristle.core.held_out import HeldOut
 from bristle.core.normal import NORMAL_95
+from bristle.identification.roles import constant_of
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.simulation.result import relative_error_percent
 
@@ -116,6 +117,8 @@ class Resampling:
     curve : tuple of (float, float, float, float)
         Of elements that slip: displacement [m or rad], force on the virgin curve there [N or N*m], and the ends of its
         95 % interval.
+    curve_from : float
+        Displacement from which on that curve is identified [m or rad]; 0 where all of it is.
     """
 
     bands: Bands
@@ -125,6 +128,7 @@ class Resampling:
     white: bool
     jackknife: Mapping[str, float]
     curve: tuple[tuple[float, float, float, float], ...] = ()
+    curve_from: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -234,6 +238,13 @@ class Fit:
         return relative_error_percent(friction, friction - self.traces.residual)
 
     @property
+    def friction_alone_error_percent(self) -> float:
+        """The same as a percentage of friction alone, its constant part (weight, bias) taken out."""
+        constant = constant_of(self.friction.component.variables, self.friction.values)
+        friction = self.traces.friction - constant
+        return relative_error_percent(friction, friction - self.traces.residual)
+
+    @property
     def error_percent(self) -> float:
         """What was made small: the error of a simulation where there is one, else of the effort of each row [%]."""
         simulated = (self.position_error_percent, self.loop_error_percent)
@@ -245,6 +256,7 @@ class Fit:
         metrics = {
             "force_error_percent": self.force_error_percent,
             "friction_error_percent": self.friction_error_percent,
+            "friction_alone_error_percent": self.friction_alone_error_percent,
             "condition_number": self.condition_number,
         }
         if self.position_error_percent is not None and self.position_rmse is not None:

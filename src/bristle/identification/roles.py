@@ -8,7 +8,7 @@ from enum import Enum
 from bristle.core.variable import Variable
 from bristle.friction.slots import OFFSET
 
-__all__ = ["Role", "name_of", "names_of", "offset_of"]
+__all__ = ["Role", "constant_of", "name_of", "names_of", "offset_of"]
 
 
 class Role(Enum):
@@ -43,3 +43,10 @@ def offset_of(variables: Mapping[str, Variable], values: Mapping[str, float]) ->
     """Return the constant part of friction [N or N*m]; 0 where a model has none."""
     name = name_of(OFFSET, variables)
     return 0.0 if name is None else values.get(name, 0.0)
+
+
+def constant_of(variables: Mapping[str, Variable], values: Mapping[str, float]) -> float:
+    """Return what of a friction is no friction [N or N*m]: its constant part, or half of what two levels differ by."""
+    levels = [values[name] for name in names_of(Role.LEVEL, variables)]
+    halves = 0.5 * (levels[0] - levels[1]) if len(levels) > 1 else 0.0
+    return offset_of(variables, values) + halves

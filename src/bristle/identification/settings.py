@@ -41,7 +41,11 @@ class Settings(CheckThresholds):
     zone_noise: float = _set(
         10.0, "standard deviations of the noise of the position that a pre-sliding zone must exceed", "σ"
     )
-    zone_counts: float = _set(2.0, "encoder steps that a pre-sliding zone must exceed", "steps")
+    zone_counts: float = _set(5.0, "encoder steps that a pre-sliding zone must exceed", "steps")
+    blurred_share: float = _set(
+        0.05, "share of the stiffness of elements that slip within so many steps, from which it is not identified",
+        most=1.0,
+    )  # fmt: skip
 
     # Channels in time.
     delay_unsure: float = _set(

@@ -51,6 +51,7 @@ def with_uncertainty(
         white=is_white(residual, settings),
         jackknife=jackknife_std(solution, cycles, residual),
         curve=replicates.curve,
+        curve_from=_curve_from(fit.estimates, settings.zone_counts * replicates.disturbance.resolution),
     )
     variables = problem.parameters.variables
     reasons = {parameter.name: parameter.diagnostic for parameter in lost}
@@ -70,11 +71,18 @@ def with_uncertainty(
     )  # fmt: skip
 
 
+def _curve_from(estimates: Sequence[Estimate], least: float) -> float:
+    """Return from which displacement on a virgin curve is identified: beyond `least` where a stiffness is blurred."""
+    reasons = (estimate.reason for estimate in estimates if estimate.reason is not None)
+    return least if any(reason.code == "coarse_elements" for reason in reasons) else 0.0
+
+
 def _bands(replicates: Bootstrap, estimation: Estimation) -> Bands:
     """Return what a band around an effort is made of; what a position lacks is none of it."""
     problem, _ = estimation.resampled
     members = [estimation.finished(member) for member in replicates.members]
     lacking, rest = replicates.unexplained if problem.is_effort else 0.0, replicates.residual
+    jitter = replicates.disturbance.jitter  # until a loop is simulated, the least that it leaves over
     if replicates.scatter.value > 0.0:
         rest = within_cycles(problem.half_cycles, replicates.slope, rest)
     return Bands(
@@ -84,7 +92,7 @@ def _bands(replicates: Bootstrap, estimation: Estimation) -> Bands:
             if name not in problem.parameters.loop
         },
         scatter=replicates.scatter.value, noise=replicates.disturbance.noise, unexplained=lacking,
-        lasting=correlation_time(rest, problem.row_time, lacking),
+        lasting=correlation_time(rest, problem.row_time, lacking), left_in_closed_loop=jitter, left_in_open_loop=jitter,
     )  # fmt: skip
 
 

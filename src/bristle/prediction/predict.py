@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 from os import PathLike
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -15,10 +14,8 @@ from bristle.core.contracts import Model
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.edge import Amount, among, amount, guarded, instance, model, optional
 from bristle.core.errors import InputError
-from bristle.core.experiment import substeps_for
 from bristle.core.status import Status
 from bristle.core.variable import Variable, unit_of
-from bristle.engine import Trace, run_open_loop
 from bristle.engine.checks import finite
 from bristle.files.given import AXIS, LOG, log_and_axis
 from bristle.friction import is_static, with_presliding
@@ -26,17 +23,16 @@ from bristle.identification.dataset import Dataset
 from bristle.identification.prediction_interval import Bands, half_width
 from bristle.identification.preprocessing import treat_all
 from bristle.identification.request import CUTOFF, treatment_of
+from bristle.identification.simulated_bands import Widths, simulated_widths
 from bristle.logs.log import Log
 from bristle.prediction.doubts import with_doubts
-from bristle.prediction.simulated_bands import Widths, simulated_widths
-from bristle.simulation.recorded.between_samples import finer
-from bristle.simulation.recorded.closed_loop import START_SAMPLES, beginning_of, closed_loop_of
-from bristle.simulation.recorded.open_loop import open_loop_of
+from bristle.simulation.recorded.closed_loop import START_SAMPLES
+from bristle.simulation.recorded.course import LOOPS, Course, Stretch
 from bristle.simulation.result import Prediction, relative_error_percent
 
 __all__ = ["MODES", "predict", "unexplained_force"]
 
-MODES = ("inverse", "closed-loop", "open-loop")
+MODES = ("inverse", *LOOPS)
 MOST = 0.4  # of the sampling frequency, for a cut-off
 
 
@@ -125,23 +121,19 @@ def _simulated(
     if axis.presliding and is_static(friction):
         friction = with_presliding(friction, axis.presliding)
         about.append(Diagnostic("presliding_distance", "", "note", {"distance": axis.presliding}, log.kind))
-    run = _closed_loop if mode == "closed-loop" else _from_rest if axis.at_rest else _open_loop
     segments = log.segments or (slice(0, len(log)),)
     runs, used, widths = [], [], []
     for part in segments:
-        first, last, _ = part.indices(len(log))
-        first += START_SAMPLES if run is _open_loop else 0
-        if last - first <= START_SAMPLES:
-            about.append(Diagnostic("short_stretch", severity="note", numbers={"samples": last - first}))
+        stretch = Stretch.of(log, axis, mode, part)
+        if stretch.count <= START_SAMPLES:
+            about.append(Diagnostic("short_stretch", severity="note", numbers={"samples": stretch.count}))
             continue
-        samples = slice(first, last)
-        simulate = partial(run, log, axis, samples)
-        runs.append(simulate(plant, friction, np.zeros(last - first)))
+        runs.append(stretch.run(plant, friction, np.zeros(stretch.count)))
+        first = stretch.samples.start
         used.append(slice(first, first + runs[-1].position.size))
         about += runs[-1].diagnostics
         if bands is not None:
-            step = axis.resolution or 0.0
-            widths.append(simulated_widths(bands, plant, friction, runs[-1], log, samples, step, simulate))
+            widths.append(simulated_widths(bands, plant, friction, runs[-1], stretch))
     if not runs:
         raise InputError("no stretch of the log is long enough", path="log", allowed=f"> {2 * START_SAMPLES} samples")
     return _with_widths(_compare(mode, log, runs, used, _each_once(about)), widths)
@@ -195,43 +187,7 @@ def _inverse(plant: Model, friction: Model, log: Log, dataset: Dataset) -> Predi
     )
 
 
-class _Run(NamedTuple):
-    """What became of one stretch of a log."""
-
-    position: np.ndarray
-    command: np.ndarray
-    status: Status
-    diagnostics: tuple[Diagnostic, ...] = ()
-
-    @classmethod
-    def of(cls, trace: Trace) -> _Run:
-        return cls(trace.measured, trace.command, trace.status)
-
-
-def _closed_loop(log: Log, axis: Axis, part: slice, plant: Model, friction: Model, unseen: np.ndarray) -> _Run:
-    return _Run.of(closed_loop_of(log, axis, part).run(plant, friction, disturbance=unseen))
-
-
-def _open_loop(log: Log, axis: Axis, part: slice, plant: Model, friction: Model, unseen: np.ndarray) -> _Run:
-    assert log.effort is not None
-    start = beginning_of(log, part.start, axis.resolution).state(friction)
-    effort, steps = log.effort.values[part] - unseen, substeps_for(log.sample_time)
-    if axis.hold != "band_limited":
-        hold = axis.hold or "zero"
-        return _Run.of(run_open_loop(plant, friction, effort, log.sample_time, steps=steps, hold=hold, **start))
-    fine = finer(effort, steps, periodic=False)
-    trace = run_open_loop(plant, friction, fine, log.sample_time / steps, steps=1, hold="linear", **start)
-    return _Run(trace.position[::steps], effort, trace.status)
-
-
-def _from_rest(log: Log, axis: Axis, part: slice, plant: Model, friction: Model, unseen: np.ndarray) -> _Run:
-    loop = open_loop_of(log, axis, part)
-    position, status = loop.position(plant, friction, unseen)
-    assert log.effort is not None
-    return _Run(position[np.isfinite(position)], log.effort.values[part], status, (loop.diagnostic,))
-
-
-def _compare(mode: str, log: Log, runs: list[_Run], used: list[slice], about: tuple[Diagnostic, ...]) -> Prediction:
+def _compare(mode: str, log: Log, runs: list[Course], used: list[slice], about: tuple[Diagnostic, ...]) -> Prediction:
     assert log.effort is not None
     effort = np.concatenate([log.effort.values[part] for part in used])
     position = np.concatenate([log.position.values[part] for part in used])

@@ -140,11 +140,14 @@ def _resampling(fit: Fit) -> dict[str, Any] | None:
         "unexplained": resampling.bands.unexplained,
         "lasting": resampling.bands.lasting,
         "inflation": resampling.bands.inflation,
+        "left_in_closed_loop": resampling.bands.left_in_closed_loop,
+        "left_in_open_loop": resampling.bands.left_in_open_loop,
         "white": resampling.white,
         "jackknife_std": dict(resampling.jackknife),
         "virgin_curve": {
             name: [row[column] for row in resampling.curve] for column, name in enumerate(("x", "force", "low", "high"))
         },
+        "virgin_curve_from": resampling.curve_from,
     }
 
 

@@ -108,7 +108,7 @@ def _error(fit: Fit) -> str:
     else:
         text = (
             f"It reproduces the effort of the log to {_percent(fit.force_error_percent)} of its root mean square "
-            f"({_percent(fit.friction_error_percent)} of what friction takes of it)"
+            f"({_percent(fit.friction_alone_error_percent)} of what friction takes of it)"
         )
     if fit.held_out is None:
         return f"{text}; nothing was held out, so how it does on another log is open."

@@ -27,6 +27,7 @@ from bristle.workflow.model_in_hand import ModelInHand
 
 __all__ = ["Loaded", "load"]
 
+ERRORS = ("noise", "unexplained", "lasting", "inflation", "left_in_closed_loop", "left_in_open_loop")
 SIMULATED = ("position_error_percent", "position_rmse", "loop_error_percent", "loop_rmse")
 
 
@@ -173,13 +174,14 @@ def _resampling(
     """Return how sure the model is, with every draw where their file is there, else with those of the model file."""
     if numbers is None or not (draws or bands):
         return None
-    errors = {name: numbers[name] for name in ("noise", "unexplained", "lasting", "inflation")}
+    errors = {name: numbers[name] for name in ERRORS}
     curve = numbers["virgin_curve"]
     return Resampling(
         bands=Bands(draws or (bands or {})["draws"], scatter=numbers["scatter"]["value"], **errors),
         scatter=Scatter(**numbers["scatter"]), half_cycles=numbers["half_cycles"], resolution=numbers["resolution"],
         white=numbers["white"], jackknife=numbers["jackknife_std"],
         curve=tuple(zip(*(curve[name] for name in ("x", "force", "low", "high")), strict=True)),
+        curve_from=numbers["virgin_curve_from"],
     )  # fmt: skip
 
 

@@ -15,11 +15,12 @@ from bristle.core.normal import NORMAL_95
 from bristle.core.variable import Kind, Variable, unit_of
 from bristle.identification.covariance import Covariance
 from bristle.identification.diagnostics.excitation import Excitation
+from bristle.identification.fixed_shape import TOTAL, ShapedModel
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import Fixed
 from bristle.identification.result import Estimate
-from bristle.identification.roles import Role
+from bristle.identification.roles import Role, names_of
 
 __all__ = ["Judgement", "about_estimates", "about_fixed", "combinations_of"]
 
@@ -79,6 +80,8 @@ class Judgement:
         value, std = self.excitation.values[name], max(self._std[name])
         if self.excitation.is_hidden(name, filtered=self.filtered):
             return self.excitation.cause(name)
+        if (blurred := self._blurred(name)) is not None:
+            return blurred
         if name in self.solution.at_edge:
             return self.excitation.cause(name) if Role.INERTIA.fits(variable) else None
         if self._lacks_its_force(name):
@@ -95,6 +98,23 @@ class Judgement:
         if not math.isfinite(std) or value == 0.0 or std > STATED_UP_TO * abs(value):
             return cause
         return replace(cause, numbers={**cause.numbers, "std_percent": 100.0 * std / abs(value)})
+
+    def _blurred(self, name: str) -> Diagnostic | None:
+        """Return that elements which slip within a few encoder steps make up the stiffness of all; None otherwise.
+
+        Around a reversal an encoder shows nothing of the first steps: elements take up what it leaves out. Replicates
+        begin from what it has shown, and do not tell by how much.
+        """
+        component, least = self.problem.parameters.component, self.excitation.settings
+        if name != TOTAL or not isinstance(component, ShapedModel):
+            return None
+        values, resolution = self.excitation.values, self.problem.dataset.resolution
+        level = float(np.mean([values[level] for level in names_of(Role.LEVEL, self.excitation.variables)]))
+        share = component.share_within(least.zone_counts * resolution, values[name], level)
+        if share <= least.blurred_share:
+            return None
+        numbers = {"percent": 100.0 * share, "counts": least.zone_counts, "resolution": resolution}
+        return Diagnostic("coarse_elements", name, "warning", numbers, self._kind)
 
     def _lacks_its_force(self, name: str) -> bool:
         """Return whether a velocity tells how a force falls, and no such force is known."""

@@ -65,6 +65,13 @@ PARAMETERS: dict[str, Sentence] = {
         "the pre-sliding zone of {zone:length} is less than {counts:.0f} steps of the recorded position "
         "({resolution:length} each)",
     ),
+    "coarse_elements": cause(
+        "elements that slip within a few steps of the encoder make up part of the stiffness",
+        _FINER,
+        "{percent:.0f} % of it are elements that slip within {counts:.0f} steps of the recorded position "
+        "({resolution:length} each), where they stand for what the encoder leaves out: stiffness and virgin curve up "
+        "to there may be that much too large",
+    ),
     "noisy_position": cause(
         "the noise of the position is as large as the pre-sliding zone",
         _FINER,

@@ -210,10 +210,12 @@ def closed_loop_of(
             mend=f"Name its column in [columns] of the axis file, or {instead}",
         )  # fmt: skip
     desired = desired_of(log.reference.values[part], log.sample_time)
-    limit, first = axis.effort_limit or math.inf, part.indices(len(log))[0]
-    law, beginning = within_drive(axis.controller, limit), beginning_of(log, first, axis.resolution)
+    limit, first, injected = axis.effort_limit or math.inf, part.indices(len(log))[0], log.injected_effort[part]
+    # A known input takes off again what a law asks for beyond the drive: the drive bounds their sum.
+    law = within_drive(axis.controller, limit + float(np.max(np.abs(injected), initial=0.0)))
+    beginning = beginning_of(log, first, axis.resolution)
     return ClosedLoop(
-        law, desired, log.injected_effort[part], log.sample_time, beginning, limit, axis.resolution or 0.0, axis.lag,
+        law, desired, injected, log.sample_time, beginning, limit, axis.resolution or 0.0, axis.lag,
         0.0 if log.effort is None else float(log.effort.values[first]),
         resumed_effort_at(law, desired, log, first, beginning),
     )  # fmt: skip

@@ -1,0 +1,169 @@
+r"""Bands around a simulated prediction: how far the motion and the effort of a loop may be from what was predicted.
+
+The simulation is run again with each of several sets of parameters that the log of the identification allows. On the
+plant acts, besides,
+
+.. math:: d = (c_k - 1)\, F(t) + \varepsilon\, g_j
+
+with a level of friction :math:`c_k` drawn anew for each half-cycle `k` of the recorded motion, the friction force `F`
+along it, what the model leaves over beyond that, :math:`\varepsilon`, and a standard normal number :math:`g_j` that
+lasts as long as what is left over keeps its side. A band around the effort is
+
+.. math:: \hat u \pm 1.96\, \kappa \sqrt{\overline{(u_b - \hat u)^2} + \sigma^2}
+
+where :math:`\sigma` is the noise of what is measured and :math:`\kappa` the factor that held-out blocks asked for. That
+of the position is
+
+.. math:: \hat q \pm 1.96 \sqrt{\overline{(q_b - \hat q)^2} + \sigma_q^2 + \rho^2}
+
+with the rounding :math:`\sigma_q` of the encoder and :math:`\rho` for all that these leave over of the measured
+position: noise, and what the model lacks in the loop. It is set on the log of the identification, simulated in the same
+loop, so that 95 % of its positions lie inside. The spread is that about the prediction itself: where an error of the
+force adds up, as in open loop, it grows with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from bristle.core.axis import Axis
+from bristle.core.contracts import Model
+from bristle.core.cores import Abreast
+from bristle.core.errors import InputError
+from bristle.core.normal import NORMAL_95
+from bristle.engine.motion import along
+from bristle.identification.half_cycles import least_way
+from bristle.identification.prediction_interval import MEMBERS, SEED, Bands, with_parameters
+from bristle.identification.preprocessing import CUTOFF_SHARE, segment_of
+from bristle.identification.result import Fit
+from bristle.logs.log import Log
+from bristle.logs.segmentation import numbered, reversals, turns_apart
+from bristle.simulation.recorded.closed_loop import START_SAMPLES
+from bristle.simulation.recorded.course import Course, Stretch, can_be_simulated
+
+__all__ = ["Widths", "simulated_widths", "with_loops"]
+
+ROUNDING = 0.475 / NORMAL_95  # of a step: 95 % of what rounding adds, alike over the whole step, lie within 0.475 of it
+SIMULATED = 400_000  # samples of all simulations that tell what they leave over
+FEW, MANY = 3, 12  # of them
+LEFT = {"closed-loop": "left_in_closed_loop", "open-loop": "left_in_open_loop"}
+
+
+class Widths(NamedTuple):
+    """Half-widths of the 95 % bands around position [m or rad] and effort [N or N*m], shape (sample,)."""
+
+    position: np.ndarray
+    effort: np.ndarray
+
+
+def simulated_widths(bands: Bands, plant: Model, friction: Model, predicted: Course, stretch: Stretch) -> Widths:
+    """Return the half-widths of the 95 % bands around a simulation; infinite where no other one came that far.
+
+    Parameters
+    ----------
+    bands : Bands
+        What the widths are made of.
+    plant, friction : Model
+        The model; parameters that were not fitted are those of it.
+    predicted : Course
+        What was predicted with it.
+    stretch : Stretch
+        Of which log: where the motion turned, friction found another level.
+    """
+    position, effort = _squares(bands, plant, friction, predicted, stretch, MEMBERS)
+    left = getattr(bands, LEFT[stretch.loop])
+    return Widths(
+        NORMAL_95 * np.sqrt(position + _rounding(stretch) ** 2 + left**2),
+        NORMAL_95 * bands.inflation * np.sqrt(effort + bands.noise**2),
+    )
+
+
+def with_loops(fit: Fit, pairs: Sequence[tuple[Log, Axis | None]]) -> Fit:
+    """Return a fit whose bands know what simulations of its logs leave over of the measured positions.
+
+    In a loop that cannot be simulated, as where no controller is known, that stays what it is.
+    """
+    if fit.resampling is None:
+        return fit
+    bands = fit.resampling.bands
+    found: dict[str, float] = {}
+    for loop, name in LEFT.items():
+        stretches = [stretch for log, axis in pairs for stretch in _stretches(log, axis, loop, fit.lag)]
+        # What cannot be simulated is not predicted either: a plant or a friction that needs another channel.
+        with suppress(InputError):
+            squares = _squares_left(bands, fit.plant, fit.friction, stretches)
+            found |= {name: max(float(np.quantile(squares, 0.95, method="higher")), 0.0) ** 0.5} if squares.size else {}
+    return replace(fit, resampling=replace(fit.resampling, bands=replace(bands, **found)))
+
+
+def _stretches(log: Log, axis: Axis | None, loop: str, lag: float | None) -> list[Stretch]:
+    """Return what of a log can be simulated in a loop."""
+    axis = axis or Axis(kind=log.kind)
+    if not can_be_simulated(log, axis, loop):
+        return []
+    axis = axis if lag is None else replace(axis, lag=lag)
+    stretches = (Stretch.of(log, axis, loop, part) for part in log.segments or (slice(None),))
+    return [stretch for stretch in stretches if stretch.count > START_SAMPLES]
+
+
+def _squares_left(bands: Bands, plant: Model, friction: Model, stretches: Sequence[Stretch]) -> np.ndarray:
+    """Return by how much the squared residual of each position exceeds what the band has for it [m^2 or rad^2]."""
+    members = min(max(SIMULATED // max(sum(stretch.count for stretch in stretches), 1), FEW), MANY)
+    squares = [np.zeros(0)]
+    for stretch in stretches:
+        dressed = stretch.dressed(friction)
+        course = stretch.run(plant, dressed, np.zeros(stretch.count))
+        spread, _ = _squares(bands, plant, dressed, course, stretch, members)
+        residual = stretch.position[: course.position.size] - course.position
+        # A sample where no other simulation came that far lies in any band.
+        squares.append((residual / NORMAL_95) ** 2 - spread - _rounding(stretch) ** 2)
+    return np.concatenate(squares)
+
+
+def _rounding(stretch: Stretch) -> float:
+    return ROUNDING * (stretch.axis.resolution or 0.0)
+
+
+def _squares(
+    bands: Bands, plant: Model, friction: Model, predicted: Course, stretch: Stretch, most: int
+) -> np.ndarray:  # fmt: skip
+    """Return the mean square of what other simulations are off, of position and effort, shape (2, sample)."""
+    count, dt, rng = predicted.position.size, stretch.log.sample_time, np.random.default_rng(SEED)
+    cycle, force = _along(friction, stretch)
+    block = (np.arange(cycle.size) * dt / max(bands.lasting, dt)).astype(int)
+
+    def member(index: int, level: np.ndarray, left: np.ndarray) -> np.ndarray:
+        mine = with_parameters(bands, index, plant), with_parameters(bands, index, friction)
+        trial = stretch.run(*mine, bands.scatter * level[cycle] * force + bands.unexplained * left[block])
+        off = np.full((2, count), np.nan)
+        reached = min(trial.position.size, count)
+        off[0, :reached] = trial.position[:reached] - predicted.position[:reached]
+        off[1, :reached] = trial.command[:reached] - predicted.command[:reached]
+        return off * off
+
+    members = range(min(bands.count, most))
+    levels, left = (rng.standard_normal((len(members), int(numbers[-1]) + 1)) for numbers in (cycle, block))
+    with Abreast() as pool:
+        return _mean(np.array(list(pool.map(member, members, levels, left))))
+
+
+def _mean(squares: np.ndarray) -> np.ndarray:
+    """Return the mean over those simulations that came so far."""
+    finite = np.isfinite(squares)
+    total, count = np.sum(squares, axis=0, where=finite), finite.sum(axis=0)
+    return np.divide(total, count, out=np.full(total.shape, np.inf), where=count > 0)
+
+
+def _along(friction: Model, stretch: Stretch) -> tuple[np.ndarray, np.ndarray]:
+    """Return the number of the half-cycle of each sample of a log, and the friction force there [N or N*m]."""
+    log, resolution = stretch.log, stretch.axis.resolution or 0.0
+    segment, noise, _ = segment_of(log, stretch.samples, CUTOFF_SHARE / log.sample_time, resolution)
+    changes = reversals(segment.velocity, sided=True).tolist()
+    turns = turns_apart(segment.position, changes, least_way(resolution, noise))
+    cycle = numbered(turns, segment.position.size)
+    return cycle, along(friction, dt=log.sample_time, **segment.signals(log.sample_time))

@@ -1,0 +1,98 @@
+"""Bands around simulated positions hold what was measured: logs by simulators that are not the package's."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from tests.prediction import foreign_axis, foreign_oscillator
+
+from bristle import controllers
+from bristle.core import Axis
+from bristle.identification import identify
+from bristle.prediction import predict
+
+OPEN = Axis(
+    plant="oscillator", resolution=foreign_oscillator.AXIS_STEP, at_rest=True, method="output_error", offset=0.0
+)
+SLIDE = foreign_axis.VERTICAL._replace(weight=0.0)
+LOOP = Axis(
+    controller=controllers.cascade(k_p=SLIDE.k_p, k_v=SLIDE.k_v, k_i=SLIDE.k_i, k_ff=SLIDE.k_ff), resolution=SLIDE.count
+)
+
+
+def swings(seconds=6.0, quick=1.9):
+    """Three sines that begin gently [m]."""
+    t = 1e-3 * np.arange(round(1e3 * seconds))
+    begun = np.clip(t / 0.5, 0.0, 1.0)
+    parts = ((2e-2, 0.55, 5.0), (3e-3, quick, 1.0), (4e-4, 4.9, 4.0))
+    sines = sum(size * (np.sin(2.0 * np.pi * f * t + phase) - np.sin(phase)) for size, f, phase in parts)
+    return begun**2 * (3.0 - 2.0 * begun) * sines
+
+
+@cache
+def fitted_in_open_loop(noise, step):
+    log = foreign_oscillator.recorded(1, noise=noise, step=step)
+    return identify(log, "bouc_wen", axis=replace(OPEN, resolution=step), blocks=0, draws=20).best
+
+
+@cache
+def fitted_along_the_motion(jitter):
+    log = foreign_axis.recorded(SLIDE, swings(), jitter=jitter)
+    return identify(log, "lugre", axis=LOOP, blocks=0, draws=20).best
+
+
+@pytest.mark.parametrize(("noise", "step"), [(8e-6, 1e-6), (0.0, 1e-5)])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_in_open_loop_they_hold_19_of_20_positions_of_the_log_and_of_a_noisy_twin(noise, step, seed):
+    fit = fitted_in_open_loop(noise, step)
+    log = foreign_oscillator.recorded(seed, noise=noise, step=step)
+    found = predict(
+        fit.plant, fit.friction, log, replace(OPEN, resolution=step), "open-loop", bands=fit.resampling.bands
+    )
+    assert 90.0 < found.position_inside_percent < 98.0
+
+
+@pytest.mark.parametrize("jitter", [0.0, 3e-6])
+@pytest.mark.parametrize("seed", [5, 8])
+def test_in_closed_loop_they_do_though_inverse_dynamics_never_saw_the_loop(jitter, seed):
+    fit = fitted_along_the_motion(jitter)
+    log = foreign_axis.recorded(SLIDE, swings(), jitter=jitter, seed=seed)
+    found = predict(fit.plant, fit.friction, log, LOOP, "closed-loop", bands=fit.resampling.bands)
+    assert 90.0 < found.position_inside_percent < 98.0
+    # Without what is left over, spread and rounding alone do not.
+    bare = replace(fit.resampling.bands, left_in_closed_loop=0.0)
+    without = predict(fit.plant, fit.friction, log, LOOP, "closed-loop", bands=bare)
+    assert without.position_inside_percent < 85.0
+
+
+def test_a_loop_that_nobody_can_simulate_leaves_the_noise_of_the_position():
+    log = foreign_axis.recorded(SLIDE, swings(), jitter=3e-6)
+    unknown = identify(log, axis=replace(LOOP, controller=None), blocks=0, draws=20).best.resampling.bands
+    assert unknown.left_in_closed_loop == pytest.approx(3e-6, rel=0.1)
+
+
+def test_pulses_beyond_the_limit_of_the_drive_are_predicted_where_the_limit_acts_on_the_sum():
+    slide = foreign_axis.Axis(95.0, 0.0, 20.0, 20.0, 1.0, 240.0, 1e7, 5e3, 160.0, 8500.0, 0.0, 0.0, 5e-8)
+    limit, pulse = 350.0, 178.0
+    axis = Axis(
+        controller=controllers.cascade(k_p=slide.k_p, k_v=slide.k_v),
+        resolution=slide.count,
+        effort_limit=limit,
+        presliding=4e-6,
+    )
+
+    def recorded(seed, quick):
+        desired = swings(6.0, quick)
+        pulses = np.where(np.sin(2.0 * np.pi * 1.3 * np.arange(desired.size) / 1e3) > 0.6, pulse, 0.0)
+        return foreign_axis.recorded(slide, 2.3 * desired, seed=seed, noise=0.5, pulses=pulses, limit=limit)
+
+    log = recorded(5, 1.9)
+    law = log.effort.values - log.injected_effort
+    assert np.min(law) < -1.1 * limit
+    fit = identify(log, axis=axis, blocks=0, draws=20).best
+    for unseen in (log, recorded(8, 1.9), recorded(9, 2.2)):
+        found = predict(fit.plant, fit.friction, unseen, axis, "closed-loop", bands=fit.resampling.bands)
+        assert found.metrics["force_error_percent"] < 3.0
+        assert 85.0 < found.inside_percent < 99.0
+        assert 85.0 < found.position_inside_percent < 99.0
