@@ -92,9 +92,10 @@ def test_what_is_late_biases_nothing_and_is_told():
     assert assumptions_of(fit.best)[0].startswith("the effort lags the position by 3")
     for name in ("M", "F_C"):
         assert fit.best.parameters[name].value == pytest.approx(TRUTH[name], rel=0.01)
-    treatment = {name: fit.treatment[name] for name in ("delay", "smoothing") if name in fit.treatment}
+    treatment = {name: fit.treatment[name] for name in ("delay", "smoothing", "slow") if name in fit.treatment}
     known = predict(fit.best.plant, fit.best.friction, log, **treatment)
     unaware = predict(fit.best.plant, fit.best.friction, log)
+    assert known.metrics["force_error_percent"] == pytest.approx(fit.best.force_error_percent, rel=1e-9)
     assert known.metrics["force_error_percent"] < 0.7 * unaware.metrics["force_error_percent"]
 
 

@@ -61,6 +61,9 @@ class Settings(CheckThresholds):
     acceleration_noise: float = _set(
         0.01, "share of noise in the mean square acceleration from which it is told", most=1.0
     )
+    noisy_inertia: float = _set(
+        0.05, "share of noise in the mean square acceleration beyond which a fit does not tell the inertia", most=1.0
+    )
     half_sample_damping: float = _set(
         0.1, "share of a damping from which the stiffness over half a sample is told to matter"
     )

@@ -15,6 +15,7 @@ from bristle.core.normal import NORMAL_95
 from bristle.core.variable import Kind, Variable, unit_of
 from bristle.identification.covariance import Covariance
 from bristle.identification.diagnostics.excitation import Excitation
+from bristle.identification.diagnostics.residual import noisy_inertia
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameter_space import Solution
 from bristle.identification.parameters import Fixed
@@ -79,6 +80,9 @@ class Judgement:
         value, std = self.excitation.values[name], max(self._std[name])
         if self.excitation.is_hidden(name, filtered=self.filtered):
             return self.excitation.cause(name)
+        dataset = self.problem.dataset
+        if self.filtered and Role.INERTIA.fits(variable) and dataset.acceleration_noise_share > least.noisy_inertia:
+            return noisy_inertia(dataset, name, least)
         if name in self.solution.at_edge:
             return self.excitation.cause(name) if Role.INERTIA.fits(variable) else None
         if self._lacks_its_force(name):
