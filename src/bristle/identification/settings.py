@@ -44,9 +44,10 @@ class Settings(CheckThresholds):
     zone_counts: float = _set(2.0, "encoder steps that a pre-sliding zone must exceed", "steps")
 
     # Channels in time.
-    delay_unsure: float = _set(
-        0.7, "half-width of the 95 % interval of a delay beyond which the log does not show it", "samples"
+    delay_rough: float = _set(
+        0.7, "half-width of the 95 % interval of a delay beyond which it is told as unknown", "samples"
     )
+    delay_unsure: float = _set(3.0, "half-width of a delay beyond which nothing is moved", "samples")
     delay_inertia: float = _set(
         0.03, "half-width of the inertia, as a share of it, beyond which the log does not show a delay", most=1.0
     )

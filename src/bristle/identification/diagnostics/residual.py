@@ -131,7 +131,10 @@ def about_alignment(
     dataset, alignment, about = problem.dataset, problem.dataset.alignment, list[Diagnostic]()
     if alignment is None:
         return ()
-    if alignment.delay is not None:
+    if (
+        alignment.delay is not None
+        and (alignment.delay_half_width or 0.0) <= settings.delay_rough * dataset.sample_time
+    ):
         samples = {"samples": alignment.delay / dataset.sample_time, "half_width": alignment.delay_half_width or 0.0}
         about.append(Diagnostic("delay_found", severity="note", numbers={"delay": alignment.delay} | samples))
     elif alignment.sought:
