@@ -92,9 +92,10 @@ def test_what_is_late_biases_nothing_and_is_told():
     assert assumptions_of(fit.best)[0].startswith("the effort lags the position by 3")
     for name in ("M", "F_C"):
         assert fit.best.parameters[name].value == pytest.approx(TRUTH[name], rel=0.01)
-    treatment = {name: fit.treatment[name] for name in ("delay", "smoothing") if name in fit.treatment}
+    treatment = {name: fit.treatment[name] for name in ("delay", "smoothing", "slow") if name in fit.treatment}
     known = predict(fit.best.plant, fit.best.friction, log, **treatment)
     unaware = predict(fit.best.plant, fit.best.friction, log)
+    assert known.metrics["force_error_percent"] == pytest.approx(fit.best.force_error_percent, rel=1e-9)
     assert known.metrics["force_error_percent"] < 0.7 * unaware.metrics["force_error_percent"]
 
 
@@ -125,7 +126,7 @@ def test_a_log_that_does_not_show_it_is_not_refused():
     log = log_of(motion, sliding_effort(motion, noise=1.0))
     fit = identify(log, blocks=0, draws=0).best
     assert "delay_unknown" in [one.code for one in fit.diagnostics]
-    assert any("does not show by how much the effort lags" in one for one in warnings_of(fit))
+    assert any("hardly shows by how much the effort lags" in one for one in warnings_of(fit))
 
 
 def test_friction_before_sliding_is_taken_for_no_delay():
@@ -155,6 +156,12 @@ def test_rows_that_want_another_inertia_are_told(monkeypatch):
         )
         fit = identify(log, blocks=0, draws=0).best
         assert ("stages_differ" in [one.code for one in fit.diagnostics]) is told, factor
+
+
+def test_a_delay_that_is_known_roughly_is_taken_out_and_told_as_unknown():
+    fit = identify(late(3.0 * DT), blocks=0, draws=0, settings=Settings(delay_rough=0.01)).best
+    assert "delay_unknown" in [one.code for one in fit.diagnostics]
+    assert fit.parameters["M"].value == pytest.approx(TRUTH["M"], rel=0.002)
 
 
 def test_thresholds_decide_what_is_known():

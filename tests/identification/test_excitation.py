@@ -101,6 +101,18 @@ def test_noise_of_the_position_makes_the_inertia_of_a_stated_treatment_small_and
     assert not any(one.startswith("M is too small") for one in warnings_of(found))
 
 
+def test_an_inertia_that_drowns_in_noise_is_not_identified():
+    motion = sines()
+    noise = np.random.default_rng(1).normal(0.0, 4e-5, motion.time.size)
+    log = log_of(motion._replace(position=motion.position + noise), sliding_effort(motion))
+    fit = identify(log, axis=Axis(seeks_delay=False, cutoff=100.0), blocks=0, draws=0).best
+    mass = fit.parameters["M"]
+    assert mass.value < 0.93 * 12.0
+    assert mass.status == "unidentifiable"
+    assert [one.code for one in fit.diagnostics].count("noisy_acceleration") == 1
+    assert fit.parameters["F_C"].status == "identified"
+
+
 def test_a_model_that_explains_little_is_said():
     motion = sines()
     fit = identify(log_of(motion, sliding_effort(motion)), mass=400.0, draws=0).best

@@ -34,6 +34,12 @@ def test_what_a_wider_cutoff_contradicts_is_left_out(contradicting):
     assert believed(rung(), rung(), contradicting) == [0, 1]
 
 
+def test_cutoffs_that_disagree_about_a_filter_may_agree_about_the_rest():
+    rungs = rung(), rung(c=4e-6)
+    assert believed(*rungs) == []
+    assert agreeing(rungs, DT, sought=True, filters=False) == list(rungs)
+
+
 def test_the_longest_run_counts():
     assert believed(rung(9.0), rung(), rung(), rung()) == [1, 2, 3]
 

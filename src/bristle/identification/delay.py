@@ -56,7 +56,7 @@ class Alignment:
 def aligned(dataset: Dataset, alignment: Alignment) -> Dataset:
     """Return the rows of a log whose channels stand in time as they were found to."""
     moved = shifted(dataset, alignment.delay or 0.0, alignment.smoothing or 0.0)
-    moved = moved if alignment.mass is None else differentiated(moved)
+    moved = differentiated(moved) if alignment.slow else moved
     return replace(moved, alignment=alignment)
 
 

@@ -81,26 +81,26 @@ def alignment_of(
     for cutoff in np.geomspace(lowest, highest, RUNGS).tolist():
         plain = rows.fit(cutoff, start, free=(sought, False))
         rungs.append(Rung(plain, rows.fit(cutoff, plain.delay, free=(sought, True), steps=1)))
-    run = agreeing(rungs, rows.dt, sought=sought)
+    run = agreeing(rungs, rows.dt, sought=sought) or agreeing(rungs, rows.dt, sought=sought, filters=False)
     return _alignment_from(rows, run, settings, sought=sought) if run else Alignment(sought=sought)
 
 
-def agreeing(rungs: Sequence[Rung], dt: float, *, sought: bool) -> list[Rung]:
-    """Return the most rungs in a row that do not contradict each other, the narrowest first."""
+def agreeing(rungs: Sequence[Rung], dt: float, *, sought: bool, filters: bool = True) -> list[Rung]:
+    """Return the most rungs in a row that do not contradict each other, of `filters` neither, the narrowest first."""
     usable = [rung for rung in rungs if rung.plain.converged and rung.plain.theta[0] > 2.0 * rung.plain.std(0)]
     worst = POOR * min((rung.free.std(0) for rung in usable), default=0.0)
     usable, most = [rung for rung in usable if rung.free.std(0) <= worst], list[Rung]()
     for first in range(len(usable)):
         run = usable[first : first + 1]
         for rung in usable[first + 1 :]:
-            if any(_contradicts(rung.free, narrow.free, dt, sought=sought) for narrow in run):
+            if any(_contradicts(rung.free, narrow.free, dt, sought=sought, filters=filters) for narrow in run):
                 break
             run.append(rung)
         most = run if len(run) > len(most) else most
     return most if len(most) >= FEWEST_ALIKE else []
 
 
-def _contradicts(wide: InstrumentFit, narrow: InstrumentFit, dt: float, *, sought: bool) -> bool:
+def _contradicts(wide: InstrumentFit, narrow: InstrumentFit, dt: float, *, sought: bool, filters: bool) -> bool:
     """Return whether a wider cut-off says something else: noise makes the inertia smaller, and looks like a filter."""
 
     def apart(place: int, change: float, spare: float) -> bool:
@@ -108,9 +108,10 @@ def _contradicts(wide: InstrumentFit, narrow: InstrumentFit, dt: float, *, sough
         joint = math.hypot(max(before**2 - after**2, 0.0) ** 0.5, ALIKE * before)
         return abs(change) > AGREE * joint + spare
 
+    tail = GROWS if abs(wide.c) > abs(narrow.c) else FADES
     return (
         apart(0, float(wide.theta[0] - narrow.theta[0]), 0.0)
-        or apart(-1, wide.c - narrow.c, (GROWS if abs(wide.c) > abs(narrow.c) else FADES) * abs(narrow.c))
+        or (filters and apart(-1, wide.c - narrow.c, tail * abs(narrow.c)))
         or (sought and apart(wide.theta.size, wide.delay - narrow.delay, 0.05 * dt))
     )
 

@@ -271,7 +271,7 @@ class RowReplicates:
     @property
     def _finely(self) -> bool:
         alignment = self.problem.dataset.alignment
-        return alignment is not None and alignment.mass is not None
+        return alignment is not None and alignment.slow > 0.0
 
     @cached_property
     def _friction(self) -> Model:

@@ -48,9 +48,10 @@ class Settings(CheckThresholds):
     )  # fmt: skip
 
     # Channels in time.
-    delay_unsure: float = _set(
-        0.7, "half-width of the 95 % interval of a delay beyond which the log does not show it", "samples"
+    delay_rough: float = _set(
+        0.7, "half-width of the 95 % interval of a delay beyond which it is told as unknown", "samples"
     )
+    delay_unsure: float = _set(3.0, "half-width of a delay beyond which nothing is moved", "samples")
     delay_inertia: float = _set(
         0.03, "half-width of the inertia, as a share of it, beyond which the log does not show a delay", most=1.0
     )
@@ -64,6 +65,9 @@ class Settings(CheckThresholds):
     # Noise and residual.
     acceleration_noise: float = _set(
         0.01, "share of noise in the mean square acceleration from which it is told", most=1.0
+    )
+    noisy_inertia: float = _set(
+        0.05, "share of noise in the mean square acceleration beyond which a fit does not tell the inertia", most=1.0
     )
     half_sample_damping: float = _set(
         0.1, "share of a damping from which the stiffness over half a sample is told to matter"

@@ -20,6 +20,7 @@ from bristle.engine.checks import finite
 from bristle.files.given import AXIS, LOG, log_and_axis
 from bristle.friction import is_static, with_presliding
 from bristle.identification.dataset import Dataset
+from bristle.identification.delay import differentiated
 from bristle.identification.prediction_interval import Bands, half_width
 from bristle.identification.preprocessing import treat_all
 from bristle.identification.request import CUTOFF, treatment_of
@@ -40,13 +41,14 @@ MOST = 0.4  # of the sampling frequency, for a cut-off
     mode=among(*MODES), velocity_max=optional(amount(Variable("length/time", "largest speed", min=0.0))),
     delay=optional(amount(Variable("time", "delay of the effort"))),
     smoothing=optional(amount(Variable("time", "filter of the effort"))),
+    slow=optional(amount(Variable("frequency", "cut-off of the instruments", min=0.0))),
     lag=optional(amount(Variable("time", "lag of the drive", min=0.0))), bands=optional(instance(Bands, "a Bands")),
 )  # fmt: skip
 def predict(
     plant: Model, friction: Model, log: Log | str | PathLike[str], axis: Axis | str | PathLike[str] | None = None,
     mode: str = "inverse", *, cutoff: float | str | None = None, decimation: int | None = None,
     velocity_max: Amount | None = None, delay: Amount | None = None, smoothing: Amount | None = None,
-    lag: Amount | None = None, bands: Bands | None = None,
+    slow: Amount | None = None, lag: Amount | None = None, bands: Bands | None = None,
 ) -> Prediction:  # fmt: skip
     """Predict a log with a model.
 
@@ -74,6 +76,9 @@ def predict(
     smoothing : float or str, optional
         Time constant of a filter that the effort passed more than the position, as the identification found; negative
         where it passed less [s]. For the inverse mode.
+    slow : float or str, optional
+        Cut-off of the instruments [Hz] where the identification looked at the channels before the fit: accelerations
+        are as fine then as they were there, for the inverse mode.
     lag : float or str, optional
         Time constant with which the drive follows its controller, as the identification found [s], for the closed loop;
         the axis decides where it is not given.
@@ -105,6 +110,7 @@ def predict(
     if mode == "inverse":
         filtering, remarks = _within_reach(log, *treatment_of(cutoff, decimation, log.kind), axis)
         dataset = treat_all([log], [axis], *filtering, delay or 0.0, smoothing or 0.0)
+        dataset = differentiated(dataset) if slow else dataset
         width = None if bands is None else half_width(bands, plant, friction, dataset)
         prediction = replace(_inverse(plant, friction, log, dataset), half_width=width)
         prediction = replace(prediction, diagnostics=(*remarks, *prediction.diagnostics))

@@ -15,6 +15,7 @@ from bristle.core.normal import NORMAL_95
 from bristle.core.variable import Kind, Variable, unit_of
 from bristle.identification.covariance import Covariance
 from bristle.identification.diagnostics.excitation import Excitation
+from bristle.identification.diagnostics.residual import noisy_inertia
 from bristle.identification.fixed_shape import TOTAL, ShapedModel
 from bristle.identification.inverse_dynamics import InverseDynamics
 from bristle.identification.parameter_space import Solution
@@ -82,6 +83,9 @@ class Judgement:
             return self.excitation.cause(name)
         if (blurred := self._blurred(name)) is not None:
             return blurred
+        dataset = self.problem.dataset
+        if self.filtered and Role.INERTIA.fits(variable) and dataset.acceleration_noise_share > least.noisy_inertia:
+            return noisy_inertia(dataset, name, least)
         if name in self.solution.at_edge:
             return self.excitation.cause(name) if Role.INERTIA.fits(variable) else None
         if self._lacks_its_force(name):

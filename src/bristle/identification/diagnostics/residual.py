@@ -18,7 +18,15 @@ from bristle.identification.result import Estimate
 from bristle.identification.roles import Role, name_of, names_of
 from bristle.identification.settings import Settings
 
-__all__ = ["about_alignment", "about_held_effort", "about_noise", "about_residual", "about_rise", "about_treatment"]
+__all__ = [
+    "about_alignment",
+    "about_held_effort",
+    "about_noise",
+    "about_residual",
+    "about_rise",
+    "about_treatment",
+    "noisy_inertia",
+]
 
 FALLS_WITH = 5.0  # power of the cut-off that the noise of the acceleration grows with
 MENDED = 0.1  # of the share of noise that is told
@@ -101,14 +109,19 @@ def about_held_effort(
 
 
 def about_noise(problem: InverseDynamics, settings: Settings) -> tuple[Diagnostic, ...]:
-    """Return a warning where noise of the position makes the inertia too small."""
-    dataset, least = problem.dataset, settings.acceleration_noise
-    share = dataset.acceleration_noise_share
+    """Return a warning where noise of the position makes the inertia too small, but not so much that it is unknown."""
+    share = problem.dataset.acceleration_noise_share
     inertia = name_of(Role.INERTIA, problem.parameters.plant.variables)
-    if inertia not in problem.parameters.free or share < least:
+    if inertia not in problem.parameters.free or not settings.acceleration_noise <= share <= settings.noisy_inertia:
         return ()
-    enough = dataset.bandwidth * (MENDED * least / share) ** (1.0 / FALLS_WITH)
-    return (Diagnostic("noisy_acceleration", inertia, "warning", {"percent": 100.0 * share, "cutoff": enough}),)
+    return (noisy_inertia(problem.dataset, inertia, settings),)
+
+
+def noisy_inertia(dataset: Dataset, name: str, settings: Settings) -> Diagnostic:
+    """Return by how much noise of the position makes the inertia too small, and the cut-off that would mend it."""
+    share = dataset.acceleration_noise_share
+    enough = dataset.bandwidth * (MENDED * settings.acceleration_noise / share) ** (1.0 / FALLS_WITH)
+    return Diagnostic("noisy_acceleration", name, "warning", {"percent": 100.0 * share, "cutoff": enough})
 
 
 def about_alignment(
@@ -118,7 +131,10 @@ def about_alignment(
     dataset, alignment, about = problem.dataset, problem.dataset.alignment, list[Diagnostic]()
     if alignment is None:
         return ()
-    if alignment.delay is not None:
+    if (
+        alignment.delay is not None
+        and (alignment.delay_half_width or 0.0) <= settings.delay_rough * dataset.sample_time
+    ):
         samples = {"samples": alignment.delay / dataset.sample_time, "half_width": alignment.delay_half_width or 0.0}
         about.append(Diagnostic("delay_found", severity="note", numbers={"delay": alignment.delay} | samples))
     elif alignment.sought:

@@ -139,7 +139,7 @@ FITS: dict[str, Sentence] = {
         "a delay between the channels was found and taken out",
     ),
     "delay_unknown": says(
-        "this log does not show by how much the effort lags the position: nothing was moved. A delay would bias the "
+        "this log hardly shows by how much the effort lags the position. A delay that is not taken out biases the "
         "inertia, and damping and stiffness before sliding more. Record accelerations that change fast, or write "
         "`delay` under [timing] of the axis file",
         "the delay between the channels is not known",
