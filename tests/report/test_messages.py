@@ -15,6 +15,7 @@ from bristle.identification import identify
 from bristle.report.messages import as_data, clause, fields_of, message, note_of, warnings_of
 from bristle.report.sentences import SENTENCES
 from bristle.report.sentences.checks import CHECKS
+from bristle.report.sentences.structure import STRUCTURE
 
 PACKAGE = Path(bristle.__file__).parent
 # Filled in by what writes the sentence, not by what makes the diagnostic.
@@ -52,8 +53,8 @@ def test_every_code_has_a_sentence_and_every_sentence_a_code():
 
 def test_codes_are_words_in_small_letters_joined_by_one_sign_and_each_says_what_it_means():
     for code, one in SENTENCES.items():
-        # What a check of a log finds is joined as identifiers are: people write those names into files.
-        sign = "_" if code in CHECKS else "-"
+        # What a check of a log or of a structure finds is joined as identifiers are: people write those into files.
+        sign = "_" if code in CHECKS | STRUCTURE else "-"
         assert all(part.isalnum() and part == part.lower() for part in code.split(sign)), code
         assert one.means, code
         assert one.advice, code

@@ -20,6 +20,7 @@ from bristle.files.given import logs_and_axes
 from bristle.identification.dataset import Dataset
 from bristle.identification.delay import Alignment, aligned
 from bristle.identification.diagnostics.checks import checks_of, with_checks
+from bristle.identification.diagnostics.structure import with_structure
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.first_stage import alignment_of
 from bristle.identification.fitting import fit
@@ -128,6 +129,7 @@ def identify(
     fits, estimations, left_out = _fits(context, components, held_out, partial(_share, progress, count))
     best, *rest = (replace(fit, rank=rank) for rank, fit in enumerate(with_information(in_order(fits, chosen)), 1))
     best, *rest = (with_checks(fit, of_logs) for fit in (best, *rest))
+    best = with_structure(best, estimations[best.name], chosen)
     if blocks is None and not held_out:
         best = replace(best, diagnostics=(TOO_SHORT, *best.diagnostics))
     unfinished = _unfinished(fits, [component.name for component in components if component.name not in left_out])
