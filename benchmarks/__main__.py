@@ -27,6 +27,7 @@ from benchmarks.preisach import preisach
 from benchmarks.presliding import presliding
 from benchmarks.readers import readers
 from benchmarks.stick_slip import stick_slip
+from benchmarks.structure import structures
 from benchmarks.timing import BRISTLE, EXAMPLES, HEAD, Ratio, command, python, side_by_side, wall
 from benchmarks.tracking import tracking
 

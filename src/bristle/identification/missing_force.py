@@ -27,6 +27,7 @@ import numpy as np
 from bristle.core.lazy import cached_property
 from bristle.identification.dataset import Dataset
 from bristle.identification.half_cycles import Groups, independent_rows
+from bristle.identification.settings import Settings
 from bristle.identification.waves import frequency_in, waves
 
 __all__ = ["Missing", "Rows", "missing_forces"]
@@ -43,6 +44,7 @@ TINY = 1e-9
 ROUNDS = 8  # of the weights, which depend on the scatter that they tell
 GAP = 1.5  # of the time from row to row, beyond which some are left out
 MOST = 3  # causes
+PLAIN = ("speed", "ripple")  # causes that act far from reversals, too
 
 
 class Missing(NamedTuple):
@@ -114,24 +116,27 @@ class Rows:
         return np.where(apart | np.roll(apart, -1), 0.0, np.gradient(signal, time))
 
 
-def missing_forces(rows: Rows, least_share: float, least_force: float) -> tuple[tuple[Missing, ...], float]:
+def missing_forces(rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...], float]:
     """Return the forces that a model lacks, the one that tells most first, and what is left without them [N or N*m].
 
-    A cause counts from a share of the weighted squares that it tells, and from a share of the friction force.
+    A cause counts from the shares of the weighted squares, of friction and of the effort that the settings name.
     """
     if rows.cycles.count < FEWEST_CYCLES or rows.residual.size < FEWEST_ROWS or not rows.friction.any():
         return (), 0.0
     weighed, causes, missing = _Weighed.of(rows), dict(_columns(rows)), list[Missing]()
     explained = rows.explained
-    friction = float(np.sqrt(np.mean(rows.friction**2)))
+    friction, effort = (float(np.sqrt(np.mean(signal**2))) for signal in (rows.friction, rows.dataset.effort))
+    least = max(settings.missing_force * friction, settings.missing_effort * effort)
     left = weighed.left(explained)
     while len(missing) < MOST and (causes or not missing):
         ripple, period = _ripple(rows, weighed, explained)
         tried = causes | ({} if ripple is None or any(force.period for force in missing) else {"ripple": ripple})
-        best = max((_tried(weighed, name, explained, columns, left) for name, columns in tried.items()),
-                   key=lambda force: force.share, default=Missing("", 0.0, 0.0))  # fmt: skip
-        if best.share < least_share or best.force < least_force * friction:
+        forces = [_tried(weighed, name, explained, columns, left) for name, columns in tried.items()]
+        shares = {name: settings.missing_share if name in PLAIN else settings.missing_share_else for name in tried}
+        forces = [force for force in forces if force.share >= shares[force.cause] and force.force >= least]
+        if not forces:
             break
+        best = max(forces, key=lambda force: force.share)
         missing.append(best._replace(period=period if best.cause == "ripple" else 0.0))
         explained = np.column_stack([explained, tried[best.cause]])
         causes.pop(best.cause, None)

@@ -36,7 +36,7 @@ def missing_in(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[tu
         problem.dataset, problem.half_cycles, fit.traces.residual, solution.jacobian, fit.traces.predicted,
         fit.traces.predicted - fit.traces.mechanical, problem.friction_slope(values),
     )  # fmt: skip
-    return missing_forces(rows, settings.missing_share, settings.missing_force)
+    return missing_forces(rows, settings)
 
 
 def with_structure(fit: Fit, estimation: Estimation, settings: Settings) -> Fit:
