@@ -57,7 +57,7 @@ def test_the_variants_whose_loops_are_stable_are_simulated_all_the_same(bristle,
     assert "slow: unstable" in ended.err
     assert "nine samples of delay" in ended.data["variants"]["slow"]["status"]
     told = ended.data["diagnostics"][-1]
-    assert (told["code"], told["severity"], told["numbers"]["variants"]) == ("loop-diverges", "error", ["slow"])
+    assert (told["code"], told["severity"], told["numbers"]["variants"]) == ("loop_diverges", "error", ["slow"])
     assert ended.data["variants"]["slow"]["status"] == told["message"]
 
 
@@ -69,7 +69,7 @@ def test_a_small_margin_is_warned_of(bristle, place):
     assert "base, none: warning: the phase margin is" in ended.err
     assert "the phase margin is" in ended.data["warnings"][0]
     told = ended.data["diagnostics"][0]
-    assert (told["code"], told["severity"]) == ("small-margin", "warning")
+    assert (told["code"], told["severity"]) == ("small_margin", "warning")
     assert told["numbers"]["variants"] == ["base", "none"]
     assert ended.data["warnings"][0] == f"base, none: warning: {told['message']}"
     assert 0.0 < told["numbers"]["phase"] < told["numbers"]["enough"]

@@ -52,5 +52,5 @@ def test_what_a_fit_says_with_more_is_said_once():
     v = np.gradient(x, 1e-3)
     log = Run(0).log(position=x, effort=12.0 * np.gradient(v, 1e-3) + 9.0 * np.sign(v) + 14.0 * v)
     codes = [one.code for one in identify(log, draws=0).best.diagnostics]
-    assert "motion-repeats" in codes
+    assert "motion_repeats" in codes
     assert "repeats_one_motion" not in codes

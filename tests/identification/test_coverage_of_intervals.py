@@ -112,7 +112,7 @@ def test_what_differs_between_half_cycles_and_is_no_level_is_told(spread, told):
     parts = tuple(slice(k * size, (k + 1) * size) for k in range(count))
     log = log_of(motion, effort + 0.05 * rng.standard_normal(effort.size), segments=parts)
     fit = identify(log, "coulomb", offset=0.0, decimation=5, blocks=0, draws=20).best
-    assert any(one.code == "half-cycles-differ" and one.numbers["names"] == ("M",) for one in fit.diagnostics) == told
+    assert any(one.code == "half_cycles_differ" and one.numbers["names"] == ("M",) for one in fit.diagnostics) == told
     if told:
         assert fit.resampling.jackknife["M"] == pytest.approx(stats.sem(masses), rel=0.03)
 

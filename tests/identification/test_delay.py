@@ -117,7 +117,7 @@ def test_a_stated_delay_is_left_alone():
     log = late(3.0 * DT)
     stated = identify(log, axis=Axis(seeks_delay=False), blocks=0, draws=0)
     assert "delay" not in stated.treatment
-    assert not [one for one in stated.best.diagnostics if one.code in ("delay-found", "delay-unknown")]
+    assert not [one for one in stated.best.diagnostics if one.code in ("delay_found", "delay-unknown")]
 
 
 def test_a_log_that_does_not_show_it_is_not_refused():

@@ -121,7 +121,7 @@ def test_so_much_as_noise_makes_the_inertia_too_small_is_told():
         shaken = motion._replace(position=motion.position + noise)
         fit = identify(log_of(shaken, sliding_effort(motion, seed)), blocks=0, draws=0).best
         missing.append(100.0 * (1.0 - fit.parameters["M"].value / TRUTH["M"]))
-        told.append(next(one.numbers["percent"] for one in fit.diagnostics if one.code == "noisy-acceleration"))
+        told.append(next(one.numbers["percent"] for one in fit.diagnostics if one.code == "noisy_acceleration"))
     assert np.mean(told) == pytest.approx(np.mean(missing), rel=0.25)
 
 

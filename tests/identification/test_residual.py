@@ -70,9 +70,9 @@ def test_a_static_model_is_told_to_lack_presliding(presliding):
 @pytest.mark.parametrize("threshold", ["reversal_share", "reversal_excess", "reversal_lag"])
 def test_presliding_is_lacking_only_where_much_is_left_over_and_lags(presliding, threshold):
     most = {"reversal_share": 1.0, "reversal_excess": 1e3, "reversal_lag": 10.0}[threshold]
-    assert any(one.code == "no-presliding" for one in fit_to(presliding, "coulomb_viscous").diagnostics)
+    assert any(one.code == "no_presliding" for one in fit_to(presliding, "coulomb_viscous").diagnostics)
     doubtful = fit_to(presliding, "coulomb_viscous", settings={threshold: most})
-    assert not any(one.code == "no-presliding" for one in doubtful.diagnostics)
+    assert not any(one.code == "no_presliding" for one in doubtful.diagnostics)
 
 
 def test_what_is_left_over_in_waves_is_told_and_white_noise_is_not():

@@ -68,9 +68,9 @@ def test_all_thresholds_given_at_once_leave_none_to_the_axis(log):
 
 @pytest.mark.parametrize(
     ("changed", "code"),
-    [({"acceleration_noise": 0.0}, "noisy-acceleration"), ({"poor_error": 0.0}, "unexplained"),
-     ({"coloured_error": 0.0, "coloured_correlation": -1.0}, "coloured-residual"),
-     ({"inseparable": 0.0}, "correlated"), ({"unsure_std": 1e-9, "negligible_force": 0.0}, "low-speed")],
+    [({"acceleration_noise": 0.0}, "noisy_acceleration"), ({"poor_error": 0.0}, "unexplained"),
+     ({"coloured_error": 0.0, "coloured_correlation": -1.0}, "coloured_residual"),
+     ({"inseparable": 0.0}, "correlated"), ({"unsure_std": 1e-9, "negligible_force": 0.0}, "low_speed")],
 )  # fmt: skip
 def test_a_threshold_decides_what_is_said(log, changed, code):
     assert code not in codes(identify(log, axis=AS_TREATED, draws=0, blocks=0))
@@ -79,7 +79,7 @@ def test_a_threshold_decides_what_is_said(log, changed, code):
 
 @pytest.mark.parametrize(
     ("changed", "code"),
-    [({"at_odds": 0.0}, "half-cycles-differ"), ({"seen_rise": 1e12}, "unseen")],
+    [({"at_odds": 0.0}, "half_cycles_differ"), ({"seen_rise": 1e12}, "unseen")],
 )  # fmt: skip
 def test_a_threshold_of_resampling_decides_what_is_said(log, changed, code):
     assert code not in codes(identify(log, draws=20, blocks=0))
@@ -96,7 +96,7 @@ def test_rows_of_a_held_out_block_decide_how_many_there_are(log):
     rows = identify(log, draws=0, blocks=0).treatment["rows"]
     fewer = identify(log, draws=0, settings={"held_out_rows": float(rows // 4)}).best.held_out
     assert len(fewer.block_errors_percent) == 3
-    assert "too-short" in codes(identify(log, draws=0, settings={"held_out_rows": float(rows)}))
+    assert "too_short" in codes(identify(log, draws=0, settings={"held_out_rows": float(rows)}))
 
 
 def test_they_are_shown_those_that_were_changed_apart():

@@ -56,7 +56,7 @@ def test_measured_and_simulated_following_error_agree(judged):
     for name, measured in told_of["measured"].items():
         assert told_of["simulated"][name] == pytest.approx(measured, rel=0.05)
         assert told_of["compensated"][name] < 0.2 * measured
-    assert not any(one["code"] == "loop-contradicts" for one in found.outcome.summary["diagnostics"])
+    assert not any(one["code"] == "loop_contradicts" for one in found.outcome.summary["diagnostics"])
 
 
 @pytest.mark.parametrize(("wrong", "expected"), [
@@ -135,7 +135,7 @@ def test_a_contradicted_loop_promises_nothing(vertical):
     found = br.identify(log, "lugre", axis=told(VERTICAL, k_p=2.0 * VERTICAL.k_p), draws=0, blocks=0)
     summary, page = found.outcome.summary, found.outcome.page
     assert summary["following_error"]["compensated"] is None
-    doubt = next(one for one in summary["diagnostics"] if one["code"] == "loop-contradicts")
+    doubt = next(one for one in summary["diagnostics"] if one["code"] == "loop_contradicts")
     assert doubt["message"] in summary["warnings"]
     assert "No gain is promised" in page
     assert "lowers the following error" not in page

@@ -77,7 +77,7 @@ def test_the_numbers_are_those_that_the_sentence_names(fits):
             assert needed <= set(one.numbers), one
             assert set(one.numbers) - needed <= {"value", "unit", "std_percent", "slowest", "fastest", "direction"}, one
         seen.add(one.code)
-    assert {"low-speed", "low-acceleration", "filtered", "intervals", "held-default", "redundant"} <= seen
+    assert {"low_speed", "low_acceleration", "filtered", "intervals", "held_default", "redundant"} <= seen
 
 
 def test_a_diagnostic_survives_pickle_and_stands_in_json_with_its_sentence(fits):
@@ -89,10 +89,10 @@ def test_a_diagnostic_survives_pickle_and_stands_in_json_with_its_sentence(fits)
 
 
 def test_units_are_those_of_the_axis():
-    turning = Diagnostic("low-speed", "F_v", numbers={"speed": 2.0}, kind="rotational")
+    turning = Diagnostic("low_speed", "F_v", numbers={"speed": 2.0}, kind="rotational")
     assert message(turning) == "F_v cannot be identified: the log never exceeds 2 rad/s"
     assert clause(turning) == "the log never exceeds 2 rad/s"
-    assert all(exponents_of(spec) for spec in fields_of("fast-reversals").values() if "length" in spec)
+    assert all(exponents_of(spec) for spec in fields_of("fast_reversals").values() if "length" in spec)
 
 
 def test_what_is_redundant_is_both_held_and_not_identified(fits):
@@ -103,8 +103,8 @@ def test_what_is_redundant_is_both_held_and_not_identified(fits):
 
 
 def test_an_edge_names_its_cause():
-    cause = {"cause": "low-speed", "speed": 0.5, "value": 1.0, "unit": "N", "edge": "largest"}
-    told = message(Diagnostic("edge-of-search", "F_v", numbers=cause))
+    cause = {"cause": "low_speed", "speed": 0.5, "value": 1.0, "unit": "N", "edge": "largest"}
+    told = message(Diagnostic("edge_of_search", "F_v", numbers=cause))
     assert told == (
         "F_v has no standard error: the search ran to the largest value that this log could show, 1 N: the log never "
         "exceeds 500 mm/s"
@@ -112,5 +112,5 @@ def test_an_edge_names_its_cause():
 
 
 def test_the_unit_of_a_shift_is_that_of_a_damping():
-    told = Diagnostic("half-sample", "sigma_1", numbers={"names": ("sigma_1", "sigma_2"), "shift": 12.0})
+    told = Diagnostic("half_sample", "sigma_1", numbers={"names": ("sigma_1", "sigma_2"), "shift": 12.0})
     assert message(told).startswith("sigma_1, sigma_2 may be too large by 12 N·s/m and more")

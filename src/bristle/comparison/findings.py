@@ -59,19 +59,19 @@ def findings_of(findings: Findings) -> tuple[Diagnostic, ...]:
     diagnostics = [*_about_channels(findings), *_about_motion(findings)]
     if all(log.effort is not None for log in (*findings.before, *findings.after)) and not findings.tells_friction:
         reason = str(findings.reason) if findings.reason else ""
-        diagnostics.append(about("friction-not-told", numbers={"why": reason}))
+        diagnostics.append(about("friction_not_told", numbers={"why": reason}))
     times = [log.sample_time for side in (findings.before, findings.after) for log in side]
     if max(times) > min(times) * (1.0 + ALIKE):
-        diagnostics.append(about("sample-times-differ", "note", {"longest": max(times)}))
+        diagnostics.append(about("sample_times_differ", "note", {"longest": max(times)}))
     if len(findings.before) == 1 or len(findings.after) == 1:
-        diagnostics.append(about("one-recording", "note"))
+        diagnostics.append(about("one_recording", "note"))
     return tuple(sorted(diagnostics, key=lambda diagnostic_: diagnostic_.severity == "note"))
 
 
 def _about_channels(findings: Findings) -> list[Diagnostic]:
     diagnostics = []
     sides = {"before": findings.before, "after": findings.after}
-    for channel, code in (("reference", "no-reference"), ("effort", "no-effort")):
+    for channel, code in (("reference", "no_reference"), ("effort", "no_effort")):
         lacking = tuple(name for name, logs in sides.items() if any(getattr(log, channel) is None for log in logs))
         if lacking:
             diagnostics.append(Diagnostic(code, "", "warning", {"sides": lacking}, findings.kind))
@@ -82,17 +82,17 @@ def _about_motion(findings: Findings) -> list[Diagnostic]:
     shared, diagnostics = findings.shared, []
     if min(shared.before_percent, shared.after_percent) < ALL_PERCENT:
         shares: dict[str, Number] = {"before_percent": shared.before_percent, "after_percent": shared.after_percent}
-        diagnostics.append(Diagnostic("motions-differ", numbers=shares, kind=findings.kind))
+        diagnostics.append(Diagnostic("motions_differ", numbers=shares, kind=findings.kind))
     if not shared.complete:
-        diagnostics.append(Diagnostic("pieces-for-cycles", kind=findings.kind))
+        diagnostics.append(Diagnostic("pieces_for_cycles", kind=findings.kind))
     fewest = min(shared.cycles_before, shared.cycles_after)
     if not findings.widths:
-        diagnostics.append(Diagnostic("no-interval", kind=findings.kind))
+        diagnostics.append(Diagnostic("no_interval", kind=findings.kind))
     else:
         if shared.complete and fewest < FEW:
-            diagnostics.append(Diagnostic("few-cycles", numbers={"cycles": fewest}, kind=findings.kind))
+            diagnostics.append(Diagnostic("few_cycles", numbers={"cycles": fewest}, kind=findings.kind))
         if min(findings.widths) < IDENTICAL:
-            diagnostics.append(Diagnostic("cycles-identical", kind=findings.kind))
+            diagnostics.append(Diagnostic("cycles_identical", kind=findings.kind))
     if shared.as_one > NOTED:
-        diagnostics.append(Diagnostic("cycles-alike", "", "note", {"cycles": shared.as_one}, findings.kind))
+        diagnostics.append(Diagnostic("cycles_alike", "", "note", {"cycles": shared.as_one}, findings.kind))
     return diagnostics

@@ -76,7 +76,7 @@ def of_one_speed(parameters: ParameterSet, dataset: Dataset) -> ParameterSet:
     viscous = [name for name in parameters.free if name in damping]
     if np.mean(speeds) ** 2 < ONE_SPEED * np.mean(speeds**2):
         return parameters
-    fixed = Fixed(0.0, "held-one-speed")
+    fixed = Fixed(0.0, "held_one_speed")
     free = tuple(name for name in parameters.free if name not in viscous)
     return replace(parameters, free=free, fixed={**parameters.fixed, **dict.fromkeys(viscous, fixed)})
 

@@ -55,7 +55,7 @@ class Unidentifiable:
     def diagnostic(self) -> Diagnostic:
         """Why."""
         if self.instead:
-            return Diagnostic("seen-together", self.name, numbers={"percent": self.percent, "instead": self.instead})
+            return Diagnostic("seen_together", self.name, numbers={"percent": self.percent, "instead": self.instead})
         return Diagnostic("unseen", self.name, numbers={"percent": self.percent})
 
 

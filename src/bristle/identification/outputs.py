@@ -117,8 +117,8 @@ class Position(Output):
     loop: OpenLoop
 
     signal = "position"
-    code = "output-error-open"
-    intervals_code = "intervals-motion"
+    code = "output_error_open"
+    intervals_code = "intervals_motion"
     is_effort = False
     away_evaluations = 15
     is_refined = True
@@ -194,8 +194,8 @@ class Effort(Output):
     presliding: float | None = None
 
     signal = "loop"
-    code = "output-error-closed"
-    intervals_code = "intervals-loop"
+    code = "output_error_closed"
+    intervals_code = "intervals_loop"
     is_effort = True
     away_evaluations = 5  # the controller keeps a closed loop near its minimum
 

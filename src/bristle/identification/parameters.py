@@ -94,8 +94,8 @@ def parameters_of(component: FrictionModel, prior: PriorKnowledge, dataset: Data
         If parameters by direction are asked of a log that moves in one direction only, or the log lacks the load or
         the temperature that a slot asks for.
     """
-    held = {name: Fixed(value, "found-first", half_width=width) for name, (value, width) in prior.found.items()}
-    held |= {name: Fixed(value, "held-known") for name, value in prior.values.items()}
+    held = {name: Fixed(value, "found_first", half_width=width) for name, (value, width) in prior.found.items()}
+    held |= {name: Fixed(value, "held_known") for name, value in prior.values.items()}
     held |= _redundant(component, stroke_of(dataset))
     held |= _slot_parameters(component, dataset, prior.pitch)
     damped = name_of(Role.VISCOUS, prior.plant.variables) is not None
@@ -103,13 +103,13 @@ def parameters_of(component: FrictionModel, prior: PriorKnowledge, dataset: Data
         if variable == OFFSET:
             continue
         if damped and Role.VISCOUS.fits(variable):
-            held[name] = Fixed(0.0, "held-plant-damping")
+            held[name] = Fixed(0.0, "held_plant_damping")
         elif name in component.defaults and not variable.excitation and name not in (*held, *prior.free):
             default = component.defaults[name]
             code = variable.code(default, name) if variable.choices else default
-            held[name] = Fixed(code, "held-default")
+            held[name] = Fixed(code, "held_default")
     unidentifiable = _held_offset(component, dataset)
-    fixed = unidentifiable if prior.offset is None else Fixed(prior.offset, "held-known")
+    fixed = unidentifiable if prior.offset is None else Fixed(prior.offset, "held_known")
     if fixed is not None:
         held |= dict.fromkeys(names_of(OFFSET, component.variables), fixed)
     free = tuple(name for name in (*prior.plant.variables, *component.variables) if name not in held)
@@ -138,11 +138,11 @@ def _held_offset(component: FrictionModel, dataset: Dataset) -> Fixed | None:
     force = unit_of("force", dataset.kind)
     levels = [name for name in split if component.variables[name].unit(dataset.kind) == force]
     if levels:
-        return Fixed(0.0, "held-levels", numbers={"levels": tuple(levels[:2])})
+        return Fixed(0.0, "held_levels", numbers={"levels": tuple(levels[:2])})
     variables = component.variables.items()
     forces = [name for name, variable in variables if variable != OFFSET and variable.unit(dataset.kind) == force]
     if side and forces:
-        return Fixed(0.0, "held-one-direction", numbers={"level": forces[0], "direction": side})
+        return Fixed(0.0, "held_one_direction", numbers={"level": forces[0], "direction": side})
     return None
 
 
@@ -164,9 +164,9 @@ def _slot_parameters(component: FrictionModel, dataset: Dataset, pitch: float | 
     low = min(float(np.min(segment.position)) for segment in dataset.segments)
     high = max(float(np.max(segment.position)) for segment in dataset.segments)
     fixed = {
-        MIDDLE: Fixed(0.5 * (low + high), "held-middle"),
-        HALF_RANGE: Fixed(0.5 * (high - low), "held-half-range"),
+        MIDDLE: Fixed(0.5 * (low + high), "held_middle"),
+        HALF_RANGE: Fixed(0.5 * (high - low), "held_half_range"),
     }
     if pitch is not None:
-        fixed[PITCH] = Fixed(pitch, "held-pitch")
+        fixed[PITCH] = Fixed(pitch, "held_pitch")
     return {name: fixed[variable] for name, variable in component.variables.items() if variable in fixed}

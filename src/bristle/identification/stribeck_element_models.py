@@ -29,7 +29,7 @@ from bristle.identification.parameter_space import Solution
 
 __all__ = ["StribeckElements", "estimate_stribeck_elements"]
 
-OF_THIS_SHAPE = Diagnostic("element-shape", severity="note")
+OF_THIS_SHAPE = Diagnostic("element_shape", severity="note")
 
 ROUNDS = 4
 FALLS = 0.98  # of the sum of squares before: by less it does not fall

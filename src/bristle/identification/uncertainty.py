@@ -127,7 +127,7 @@ def _at_odds(
         if estimate.status == "identified"
         and jackknife.get(estimate.name, 0.0) > settings.at_odds * std.get(estimate.name, np.inf)
     )
-    return (Diagnostic("half-cycles-differ", numbers={"names": names}),) if names else ()
+    return (Diagnostic("half_cycles_differ", numbers={"names": names}),) if names else ()
 
 
 def _how_sure(problem: Problem, fit: Fit, resampling: Resampling, unexplained: float) -> Diagnostic:

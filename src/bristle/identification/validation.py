@@ -34,7 +34,7 @@ from bristle.simulation.result import relative_error_percent
 
 __all__ = ["TOO_SHORT", "held_out_error", "in_order", "ranked", "with_information"]
 
-TOO_SHORT = Diagnostic("too-short")
+TOO_SHORT = Diagnostic("too_short")
 FEWEST = 10.0  # measurements
 PLACES = frozenset({"position", "periodic"})  # slots that know the place of the axis
 

@@ -17,7 +17,7 @@ __all__ = ["with_doubts"]
 
 NOTHING_PERCENT = 100.0  # error of predicting zero
 FAR = 1.5  # times the largest speed that the model was fitted to
-WORSE = {"position": "position-worse-than-none", "force": "effort-worse-than-none"}
+WORSE = {"position": "position_worse_than_none", "force": "effort_worse_than_none"}
 SPAN = 20  # samples over which a speed is taken
 
 
@@ -53,7 +53,7 @@ def _about_speed(log: Log, velocity_max: float | None) -> tuple[Diagnostic, ...]
     top = _largest_speed(log)
     if velocity_max is None or top <= FAR * velocity_max:
         return ()
-    return (Diagnostic("beyond-speed", "", "warning", {"speed": top, "fitted_speed": velocity_max}, log.kind),)
+    return (Diagnostic("beyond_speed", "", "warning", {"speed": top, "fitted_speed": velocity_max}, log.kind),)
 
 
 def _largest_speed(log: Log) -> float:

@@ -105,7 +105,7 @@ def _contradiction(
         "suspects": tuple(_side(cause.value) if cause.name == "reference" else cause.name for cause in suspects),
         "factors": tuple(abs(cause.value) for cause in suspects),
     }
-    return Diagnostic("loop-contradicts", numbers=errors | causes, kind=variant.plant.kind)
+    return Diagnostic("loop_contradicts", numbers=errors | causes, kind=variant.plant.kind)
 
 
 def _side(time: float) -> str:

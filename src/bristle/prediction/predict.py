@@ -124,7 +124,7 @@ def _simulated(
     about: list[Diagnostic] = []
     if axis.presliding and is_static(friction):
         friction = with_presliding(friction, axis.presliding)
-        about.append(Diagnostic("presliding-distance", "", "note", {"distance": axis.presliding}, log.kind))
+        about.append(Diagnostic("presliding_distance", "", "note", {"distance": axis.presliding}, log.kind))
     run = _closed_loop if mode == "closed-loop" else _from_rest if axis.at_rest else _open_loop
     segments = log.segments or (slice(0, len(log)),)
     runs, used, widths = [], [], []
@@ -132,7 +132,7 @@ def _simulated(
         first, last, _ = part.indices(len(log))
         first += START_SAMPLES if run is _open_loop else 0
         if last - first <= START_SAMPLES:
-            about.append(Diagnostic("short-stretch", severity="note", numbers={"samples": last - first}))
+            about.append(Diagnostic("short_stretch", severity="note", numbers={"samples": last - first}))
             continue
         samples = slice(first, last)
         simulate = partial(run, log, axis, samples)
@@ -157,7 +157,7 @@ def _each_once(diagnostics: Sequence[Diagnostic]) -> tuple[Diagnostic, ...]:
 def _about_start(places: Sequence[float | None]) -> tuple[Diagnostic, ...]:
     """Return where the contact stood before each stretch; nothing where that does not matter."""
     percents = tuple(100.0 * place for place in places if place is not None)
-    return (Diagnostic("start-of-contact", severity="note", numbers={"percents": percents}),) if percents else ()
+    return (Diagnostic("start_of_contact", severity="note", numbers={"percents": percents}),) if percents else ()
 
 
 def _within_reach(
@@ -168,7 +168,7 @@ def _within_reach(
     if limit is None or limit * log.sample_time < 0.5:
         return (cutoff, decimation), ()
     most = MOST / log.sample_time
-    return (most, 1), (Diagnostic("slow-sampling", severity="note", numbers={"wanted": limit, "cutoff": most}),)
+    return (most, 1), (Diagnostic("slow_sampling", severity="note", numbers={"wanted": limit, "cutoff": most}),)
 
 
 def _inverse(plant: Model, friction: Model, log: Log, dataset: Dataset) -> Prediction:
@@ -184,7 +184,7 @@ def _inverse(plant: Model, friction: Model, log: Log, dataset: Dataset) -> Predi
         diagnostics=(
             *_about_start(dataset.contacts(friction, plant)),
             Diagnostic(
-                "filtered-rows",
+                "filtered_rows",
                 severity="note",
                 numbers={
                     "cutoff": dataset.cutoff,

@@ -53,9 +53,9 @@ def message(diagnostic: Diagnostic) -> str:
 
     Examples
     --------
-    >>> message(Diagnostic("low-speed", "F_v", numbers={"speed": 628e-6}))
+    >>> message(Diagnostic("low_speed", "F_v", numbers={"speed": 628e-6}))
     'F_v cannot be identified: the log never exceeds 628 µm/s'
-    >>> message(Diagnostic("held-known", "M", "note", {"value": 12.0, "unit": "kg"}))
+    >>> message(Diagnostic("held_known", "M", "note", {"value": 12.0, "unit": "kg"}))
     'M is held at 12 kg: given as known'
     """
     head = _HEADS.get((SENTENCES[diagnostic.code].about, diagnostic.severity), "")
@@ -67,7 +67,7 @@ def clause(diagnostic: Diagnostic) -> str:
 
     Examples
     --------
-    >>> clause(Diagnostic("low-speed", "F_v", numbers={"speed": 628e-6}))
+    >>> clause(Diagnostic("low_speed", "F_v", numbers={"speed": 628e-6}))
     'the log never exceeds 628 µm/s'
     """
     return _formatted(SENTENCES[diagnostic.code].template(diagnostic.numbers), diagnostic)

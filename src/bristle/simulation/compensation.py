@@ -113,7 +113,7 @@ def on_another_rig(experiment: Experiment) -> dict[str, Diagnostic]:
         Its variants feed friction forward; one that does not tell what it was identified on is not spoken of.
     """
     return {
-        variant.name: Diagnostic("another-rig", severity="note", kind=variant.plant.kind)
+        variant.name: Diagnostic("another_rig", severity="note", kind=variant.plant.kind)
         for variant in experiment.variants
         if variant.feedforward.fitted_to and variant.feedforward.fitted_to != digest(variant.friction)
     }

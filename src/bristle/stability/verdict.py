@@ -33,21 +33,21 @@ def verdict_of(assessment: Assessment) -> Diagnostic:
     worst = assessment.worst
     numbers: dict[str, Number] = {"radius": worst.loop.spectral_radius}
     if assessment.verdict is Verdict.STABLE:
-        return Diagnostic("loop-stable", severity="note", numbers=numbers, kind=assessment.kind)
+        return Diagnostic("loop_stable", severity="note", numbers=numbers, kind=assessment.kind)
     diverges = assessment.verdict is Verdict.DIVERGES
     numbers |= {"motions": MOTIONS_IN_WORDS[worst.motions], "delay": worst.loop.delay, **_cause_of(assessment)}
     if diverges:
-        return Diagnostic("loop-diverges", severity="error", numbers=numbers, kind=assessment.kind)
-    return Diagnostic("loop-oscillates", severity="error", numbers=numbers, kind=assessment.kind)
+        return Diagnostic("loop_diverges", severity="error", numbers=numbers, kind=assessment.kind)
+    return Diagnostic("loop_oscillates", severity="error", numbers=numbers, kind=assessment.kind)
 
 
 def doubts_of(assessment: Assessment) -> tuple[Diagnostic, ...]:
     """Return what to know of a loop that is stable: margins that are small, a law that switches."""
-    diagnostics = [Diagnostic("switching-law")] if assessment.switches else []
+    diagnostics = [Diagnostic("switching_law")] if assessment.switches else []
     held = assessment.stiffness
     if held is not None and held.left < MOSTLY * (held.law + held.friction):
         numbers = {"taken": held.compensation, "whole": held.law + held.friction, "law": held.law}
-        diagnostics.append(Diagnostic("stiffness-taken", numbers=numbers, kind=assessment.kind))
+        diagnostics.append(Diagnostic("stiffness_taken", numbers=numbers, kind=assessment.kind))
     bare = [
         assessed for assessed in assessment.bare if not assessed.loop.is_unstable and assessed.margins.phase is not None
     ]
@@ -61,7 +61,7 @@ def doubts_of(assessment: Assessment) -> tuple[Diagnostic, ...]:
             "phase": phase,
             "enough": PHASE_ENOUGH,
         }
-        diagnostics.append(Diagnostic("small-margin", numbers=margins if gain is None else {**margins, "gain": gain}))
+        diagnostics.append(Diagnostic("small_margin", numbers=margins if gain is None else {**margins, "gain": gain}))
     return tuple(diagnostics)
 
 
@@ -69,11 +69,11 @@ def _cause_of(assessment: Assessment) -> dict[str, Number]:
     """Return what puts the largest pole where it is, and up to which delay and gain the loop would be stable."""
     worst, held = assessment.worst, assessment.stiffness
     if worst.friction is Friction.SLIDING:
-        return {"why": "falling-friction", "mend": "raise-gains"}
+        return {"why": "falling_friction", "mend": "raise_gains"}
     no_time_left = held is not None and held.left <= 0.0
     if no_time_left and worst.friction is Friction.STUCK:
-        return {"why": "stiffness-taken", "mend": "feed-desired"}
-    numbers: dict[str, Number] = {"mend": "feed-desired"} if no_time_left else {}
+        return {"why": "stiffness_taken", "mend": "feed_desired"}
+    numbers: dict[str, Number] = {"mend": "feed_desired"} if no_time_left else {}
     delay, gain = _longest_delay(assessment), _largest_gain(assessment)
     numbers |= {"longest_delay": delay} if delay is not None else {}
     numbers |= {"largest_gain_percent": 100.0 * gain} if gain is not None else {}

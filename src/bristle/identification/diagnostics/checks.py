@@ -23,9 +23,9 @@ TRADED = {
     "never_slides": ("acceleration", "sliding", "speed", "stribeck"),
 }
 """By code, what it takes to tell the parameters that trade places in such a log."""
-BY_THE_LOG = ("held-one-direction", "held-one-speed")
+BY_THE_LOG = ("held_one_direction", "held_one_speed")
 """Why a parameter is held that such a log does not tell."""
-TOLD_MORE_FULLY = {"repeats_one_motion": ("motion-repeats", "one-amplitude")}
+TOLD_MORE_FULLY = {"repeats_one_motion": ("motion_repeats", "one_amplitude")}
 """Codes of a fit that say the same with more."""
 
 

@@ -85,7 +85,7 @@ class Judgement:
             return self.excitation.cause(name)
         peak = self.excitation.scales.peak
         if Role.BREAK_AWAY.fits(variable) and value > least.beyond_effort * peak:
-            return Diagnostic("beyond-effort", name, "warning", {"effort": peak}, self._kind)
+            return Diagnostic("beyond_effort", name, "warning", {"effort": peak}, self._kind)
         # No value of a constant force within its error would matter.
         rms_effort = float(np.sqrt(np.mean(self.problem.dataset.effort**2)))
         small = variable.quantity == "force" and std < least.negligible_force * rms_effort
@@ -111,12 +111,12 @@ class Judgement:
         value = self.excitation.values[name]
         numbers: dict[str, Number] = {"value": value, "unit": variable.unit(self._kind)}
         if edge == "smallest" and Role.BREAK_AWAY.fits(variable):
-            return Diagnostic("edge-no-fall", name, "warning", numbers, self._kind)
+            return Diagnostic("edge_no_fall", name, "warning", numbers, self._kind)
         cause = self.excitation.cause(name)
         numbers |= {"edge": edge, "cause": cause.code, **cause.numbers}
         bound, small = variable.min if edge == "smallest" else variable.max, self.excitation.scales.magnitude(variable)
         of_model = math.isclose(value, bound, rel_tol=1e-2, abs_tol=1e-9 * abs(small))
-        return Diagnostic("edge-of-model" if of_model else "edge-of-search", name, "warning", numbers, self._kind)
+        return Diagnostic("edge_of_model" if of_model else "edge_of_search", name, "warning", numbers, self._kind)
 
 
 def why_fixed(name: str, fixed: Fixed, variable: Variable, kind: Kind) -> Diagnostic:

@@ -55,19 +55,19 @@ class Excitation:
         dataset, scales = self.dataset, self.scales
         match excitation:
             case "acceleration":
-                return "low-acceleration", {"acceleration": float(np.max(np.abs(dataset.acceleration)))}
+                return "low_acceleration", {"acceleration": float(np.max(np.abs(dataset.acceleration)))}
             case "speed":
                 low, high = np.quantile(np.abs(dataset.velocity), [0.1, 0.9])
-                return "one-speed" if high < self.settings.one_speed * low else "low-speed", {"speed": scales.speed}
+                return "few_speeds" if high < self.settings.one_speed * low else "low_speed", {"speed": scales.speed}
             case "stribeck":
                 return self._without_fall()
             case "presliding":
                 return self._without_presliding()
             case "displacement":
-                return "no-bend", {"stroke": scales.stroke}
+                return "no_bend", {"stroke": scales.stroke}
             case "sliding":
-                return "few-strokes", {"reversals": self._reversals, "stroke": scales.stroke}
-        return "small-effect", {}
+                return "few_strokes", {"reversals": self._reversals, "stroke": scales.stroke}
+        return "small_effect", {}
 
     def _without_fall(self) -> tuple[str, dict[str, Number]]:
         speeds, fall = self.dataset.all_velocities, name_of(Role.FALL, self.variables)
@@ -86,16 +86,16 @@ class Excitation:
             for speed in passage.speeds
         ]
         if not steady:
-            return "no-steady-slide", numbers
-        return "no-fall", numbers | {"slowest": min(steady), "fastest": max(steady)}
+            return "no_steady_slide", numbers
+        return "no_fall", numbers | {"slowest": min(steady), "fastest": max(steady)}
 
     def _without_presliding(self) -> tuple[str, dict[str, Number]]:
         count, zone = self._reversals, self._zone
         if not count:
-            return "no-reversal", {}
+            return "no_reversal", {}
         if zone is None:
-            return "few-reversals", {"reversals": count}
-        return self._below_the_noise(zone) or ("fast-reversals", {
+            return "few_reversals", {"reversals": count}
+        return self._below_the_noise(zone) or ("fast_reversals", {
             "reversals": count, "zone": zone, "samples": self._samples_within(zone),
             "filter_samples": self._filter_period,
         })  # fmt: skip
@@ -104,9 +104,9 @@ class Excitation:
         """Return why a displacement [m or rad] is too short for the position that was recorded, if it is."""
         dataset, least = self.dataset, self.settings
         if zone < least.zone_counts * dataset.resolution:
-            return "coarse-position", {"zone": zone, "counts": least.zone_counts, "resolution": dataset.resolution}
+            return "coarse_position", {"zone": zone, "counts": least.zone_counts, "resolution": dataset.resolution}
         if zone < least.zone_noise * dataset.noise:
-            return "noisy-position", {"zone": zone, "deviations": least.zone_noise, "noise": dataset.noise}
+            return "noisy_position", {"zone": zone, "deviations": least.zone_noise, "noise": dataset.noise}
         return None
 
     @property

@@ -47,13 +47,13 @@ def about_amplitudes(dataset: Dataset, friction: Model, settings: Settings) -> t
     amplitude = float(np.median(ways))
     advised = tuple(share * amplitude for share in DESIGN)
     numbers = {"half_cycles": ways.size, "amplitude": amplitude, "advised": advised}
-    return (Diagnostic("one-amplitude", numbers=numbers, kind=dataset.kind),)
+    return (Diagnostic("one_amplitude", numbers=numbers, kind=dataset.kind),)
 
 
 def about_repetition(dataset: Dataset, settings: Settings) -> tuple[Diagnostic, ...]:
     """Return a warning where held-out blocks only repeat the motion that was fitted."""
     period = repeats_after(dataset, settings)
-    return () if period is None else (Diagnostic("motion-repeats", numbers={"period": period}),)
+    return () if period is None else (Diagnostic("motion_repeats", numbers={"period": period}),)
 
 
 def repeats_after(dataset: Dataset, settings: Settings = DEFAULT) -> float | None:
@@ -82,7 +82,7 @@ def about_repeated_logs(dataset: Dataset, settings: Settings) -> tuple[Diagnosti
     repeated = {log for log, second in permutations(thinned, 2) if _repeats(thinned[log], thinned[second], settings)}
     if not repeated:
         return ()
-    return (Diagnostic("logs-repeat", numbers={"repeated": len(repeated), "logs": len(motions)}),)
+    return (Diagnostic("logs_repeat", numbers={"repeated": len(repeated), "logs": len(motions)}),)
 
 
 def _repeats(x: np.ndarray, y: np.ndarray, settings: Settings) -> bool:

@@ -31,11 +31,11 @@ def about_residual(
     """Return a warning where the model leaves much of the effort [%] over, and where it lacks pre-sliding."""
     residual = problem.dataset.effort - problem.predicted(values)
     if percent >= settings.reversal_error and _lacks_presliding(problem, values, residual, settings):
-        code = "no-presliding"
+        code = "no_presliding"
     elif percent >= settings.poor_error:
         code = "unexplained"
     elif percent >= settings.coloured_error and neighbour_correlation(residual) > settings.coloured_correlation:
-        code = "coloured-residual"
+        code = "coloured_residual"
     else:
         return ()
     return (Diagnostic(code, numbers={"percent": percent}),)
@@ -66,7 +66,7 @@ def about_rise(problem: InverseDynamics, values: Mapping[str, float]) -> tuple[D
     if speed is None or len(firsts) != len(levels):
         return ()
     return tuple(
-        Diagnostic("rising-friction", first, "warning", {
+        Diagnostic("rising_friction", first, "warning", {
             "first": values[first], "level": values[level], "speed": values[speed], "direction": direction,
         }, problem.dataset.kind)
         for first, level, direction in zip(firsts, levels, DIRECTIONS.get(len(firsts), ()), strict=False)
@@ -97,7 +97,7 @@ def about_held_effort(
     aligned = dataset.alignment is not None and dataset.alignment.delay is not None
     if dataset.held is not None or aligned or not touched:
         return ()
-    return (Diagnostic("half-sample", touched[0], "warning", {"names": touched, "shift": shift}, dataset.kind),)
+    return (Diagnostic("half_sample", touched[0], "warning", {"names": touched, "shift": shift}, dataset.kind),)
 
 
 def about_noise(problem: InverseDynamics, settings: Settings) -> tuple[Diagnostic, ...]:
@@ -108,7 +108,7 @@ def about_noise(problem: InverseDynamics, settings: Settings) -> tuple[Diagnosti
     if inertia not in problem.parameters.free or share < least:
         return ()
     enough = dataset.bandwidth * (MENDED * least / share) ** (1.0 / FALLS_WITH)
-    return (Diagnostic("noisy-acceleration", inertia, "warning", {"percent": 100.0 * share, "cutoff": enough}),)
+    return (Diagnostic("noisy_acceleration", inertia, "warning", {"percent": 100.0 * share, "cutoff": enough}),)
 
 
 def about_alignment(
@@ -120,7 +120,7 @@ def about_alignment(
         return ()
     if found.delay is not None:
         samples = {"samples": found.delay / dataset.sample_time, "half_width": found.delay_half_width or 0.0}
-        about.append(Diagnostic("delay-found", severity="note", numbers={"delay": found.delay} | samples))
+        about.append(Diagnostic("delay_found", severity="note", numbers={"delay": found.delay} | samples))
     elif found.sought:
         about.append(Diagnostic("delay-unknown"))
     if found.smoothing is not None:
@@ -159,6 +159,6 @@ def about_treatment(dataset: Dataset) -> tuple[Diagnostic, ...]:
         "filtered": {"cutoff": dataset.cutoff, "dropped": dataset.dropped, "decimation": dataset.decimation}
     }
     if dataset.rest_share > 0.0 and not dataset.keeps_rests:
-        remarks["rests-left-out"] = {"percent": 100.0 * dataset.rest_share}
-    remarks["standard-errors"] = {}
+        remarks["rests_left_out"] = {"percent": 100.0 * dataset.rest_share}
+    remarks["standard_errors"] = {}
     return tuple(Diagnostic(code, severity="note", numbers=numbers) for code, numbers in remarks.items())

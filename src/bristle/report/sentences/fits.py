@@ -24,7 +24,7 @@ FITS: dict[str, Sentence] = {
         "two parameters trade places",
         "give one of them, or excite them apart",
     ),
-    "half-sample": says(
+    "half_sample": says(
         "{names:list} may be too large by {shift:force*time/length} and more: an effort that the controller holds "
         "until "
         "its next sample leads the position by half a sample. Write `held = true` under [effort] of the axis file if "
@@ -33,14 +33,14 @@ FITS: dict[str, Sentence] = {
         "half a sample between effort and position decides on a damping",
         "write `held` under [effort]",
     ),
-    "noisy-acceleration": says(
+    "noisy_acceleration": says(
         "{parameter} is too small by about {percent:.2g} %: so much of the acceleration is noise of the position; "
         "lower "
         "the cut-off to {cutoff:.0f} Hz",
         "noise of the position makes the inertia too small",
         "lower the cut-off to the one told",
     ),
-    "no-presliding": says(
+    "no_presliding": says(
         "the model leaves {percent:.0f} % of the effort unexplained, much of it around reversals, where friction "
         "builds up over a distance that this model does not have: its parameters may be biased beyond "
         "their intervals. Add `lugre` or `dahl` to the comparison, or leave slow and short reversals out",
@@ -53,13 +53,13 @@ FITS: dict[str, Sentence] = {
         "the model explains little",
         "check units, signs, delay and mass",
     ),
-    "coloured-residual": says(
+    "coloured_residual": says(
         "the model leaves {percent:.0f} % of the effort unexplained, and that is no noise but lasts from row to "
         "row: compare it with models that know more, and take the intervals for too narrow",
         "what the model leaves over is no noise",
         "compare with models that know more",
     ),
-    "rising-friction": Sentence(
+    "rising_friction": Sentence(
         (
             "friction rises from {first:force} to {level:force} over the first {speed:length/time}: no Stribeck "
             "effect, "
@@ -72,14 +72,14 @@ FITS: dict[str, Sentence] = {
         "take the curve for what it is",
         choose=lambda texts, numbers: texts[bool(numbers["direction"])],
     ),
-    "half-cycles-differ": says(
+    "half_cycles_differ": says(
         "leaving out half-cycles changes {names:list} by more than noise, encoder and scatter do: the model "
         "lacks something that differs between the half-cycles, and these intervals are too narrow",
         "parameters change from half-cycle to half-cycle",
         "look for what differs: position, load, temperature",
     ),
     # What the motion cannot tell, and what was held out.
-    "one-amplitude": says(
+    "one_amplitude": says(
         "all {half_cycles} half-cycles go the same way of {amplitude:length}: a log of one amplitude holds no "
         "loop inside another one, so that it cannot tell a contact that remembers one force (dahl, lugre) from one "
         "that remembers its turning points (maxwell_slip), however their errors differ. Record a motion to and fro "
@@ -87,12 +87,12 @@ FITS: dict[str, Sentence] = {
         "the log turns at one amplitude only",
         "record a motion over the amplitudes told",
     ),
-    "motion-repeats": says(
+    "motion_repeats": says(
         "the motion repeats itself every {period:time}: " + _NO_TEST,
         "what was held out is no other motion",
         "predict a log of another motion",
     ),
-    "logs-repeat": Sentence(
+    "logs_repeat": Sentence(
         (
             "each log repeats the motion of another one: " + _NO_TEST,
             "{repeated} of {logs} logs repeat the motion of another one: " + _NO_TEST,
@@ -101,7 +101,7 @@ FITS: dict[str, Sentence] = {
         "predict a log of another motion",
         choose=lambda texts, numbers: texts[numbers["repeated"] < numbers["logs"]],
     ),
-    "too-short": says(
+    "too_short": says(
         "the log is too short for a part of it to be held out: all errors are those of what was fitted",
         "nothing was held out",
         "record a longer log",
@@ -112,12 +112,12 @@ FITS: dict[str, Sentence] = {
         "run it again",
     ),
     # What a fit rests on.
-    "output-error-open": says(
+    "output_error_open": says(
         "the parameters make the position that the effort causes the measured one, unfiltered; what is said of the "
         "effort holds along the measured motion, differentiated twice, and serves as the start only",
         "the position was fitted",
     ),
-    "output-error-closed": says(
+    "output_error_closed": says(
         "the parameters make the effort that the controller asks for in the simulated loop the measured one, "
         "unfiltered, from the reference and the known inputs; what is said of rows of the effort holds along the "
         "measured motion and serves as the start only",
@@ -134,7 +134,7 @@ FITS: dict[str, Sentence] = {
         "nothing",
         choose=plural("decimation"),
     ),
-    "delay-found": says(
+    "delay_found": says(
         "the effort lags the position by {delay:time} ({samples:.2f} samples; 95 % interval ±{half_width:time}), found "
         "in this log together with the inertia, and taken out",
         "a delay between the channels was found and taken out",
@@ -164,17 +164,17 @@ FITS: dict[str, Sentence] = {
         "two estimates of the inertia disagree",
         "look for what else differs: gear, load, friction over position",
     ),
-    "rests-left-out": says(
+    "rests_left_out": says(
         "{percent:.3g} % of the samples are at rest and left out: there friction balances whatever effort there is",
         "samples at rest were not fitted",
         'write `rests = "keep"` under [identification] where they tell friction',
     ),
-    "standard-errors": says(
+    "standard_errors": says(
         "standard errors take the residuals for independent; intervals rest on those that hold for residuals "
         "correlated over time, where these are larger",
         "which standard errors are told",
     ),
-    "element-shape": says(
+    "element_shape": says(
         "errors and intervals are those for elements of this shape: their shares do not vary in them",
         "the shape of the elements is taken for known",
     ),
@@ -184,11 +184,11 @@ FITS: dict[str, Sentence] = {
         ),
         "how the 95 % intervals were found",
     ),
-    "intervals-loop": says(
+    "intervals_loop": says(
         _INTERVALS.format(causes="encoder steps of {resolution:length} in the loop", left="{unexplained:force}"),
         "the same, of a fit to a closed loop",
     ),
-    "intervals-motion": says(
+    "intervals_motion": says(
         _INTERVALS.format(causes="encoder steps of {resolution:length} behind the motion", left="{unexplained:length}"),
         "the same, of a fit to the position",
     ),

@@ -11,16 +11,16 @@ __all__ = ["LOOPS", "counted"]
 
 WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
 CAUSES = {
-    "falling-friction": "friction falls with velocity at the speed of the reference, and the axis sticks and slips",
-    "stiffness-taken": "friction fed forward along the measured motion takes away more stiffness than the axis has",
+    "falling_friction": "friction falls with velocity at the speed of the reference, and the axis sticks and slips",
+    "stiffness_taken": "friction fed forward along the measured motion takes away more stiffness than the axis has",
     "stuck": "stuck, the axis is held by the friction as well, and the gain of both is too high for the delay",
     "delay": "{delay:samples} of delay",
     "gains": "gains too high for the sample time",
     "none": "no gain below this one stabilises it",
 }
 MENDS = {
-    "raise-gains": "Raise the gains or feed the friction forward",
-    "feed-desired": "Feed it forward along the desired motion",
+    "raise_gains": "Raise the gains or feed the friction forward",
+    "feed_desired": "Feed it forward along the desired motion",
 }
 SUSPECTS = {
     "k_p": "the position gain {factor:3 digits} times as large as the axis file says",
@@ -80,35 +80,35 @@ def _contradicts(texts: tuple[str, ...], numbers: Mapping[str, Any]) -> str:
 
 
 LOOPS: dict[str, Sentence] = {
-    "loop-stable": says("the sampled loop is stable: its largest pole is at {radius:4 digits}", "the loop is stable"),
-    "loop-diverges": Sentence(
+    "loop_stable": says("the sampled loop is stable: its largest pole is at {radius:4 digits}", "the loop is stable"),
+    "loop_diverges": Sentence(
         ("unstable, not simulated: the sampled loop has a pole at {radius:4 digits}",),
         "the loop runs away, for the reason `why`",
         "lower the delay or the gains, as told",
         choose=_diverges,
         also=REASONS,
     ),
-    "loop-oscillates": Sentence(
+    "loop_oscillates": Sentence(
         ("the sampled loop has a pole at {radius:4 digits}",),
         "the loop does not settle, for the reason `why`",
         "lower the delay or the gains, as told",
         choose=_oscillates,
         also=REASONS,
     ),
-    "switching-law": says(
+    "switching_law": says(
         "the law has no slope at rest: it answers however small a motion with a jump of the effort, and chatters "
         "around rest. A boundary layer ends that",
         "the control law switches",
         "give it a boundary layer",
     ),
-    "stiffness-taken": says(
+    "stiffness_taken": says(
         "friction is fed forward along the measured motion, and takes {taken:stiffness of an axis} of the "
         "{whole:stiffness of an axis} that hold the axis, of which the law itself has no more than "
         "{law:stiffness of an axis}: at gains this low it raises the error. Feed it forward along the desired motion",
         "friction fed forward along the measured motion takes stiffness away",
         "feed it forward along the desired motion",
     ),
-    "loop-contradicts": Sentence(
+    "loop_contradicts": Sentence(
         (
             "the simulated loop does not follow as the axis did: its following error is {simulated:length} peak to "
             "peak and {simulated_rms:length} root mean square, the log has {measured:length} and {measured_rms:length}",
@@ -125,7 +125,7 @@ LOOPS: dict[str, Sentence] = {
         choose=_contradicts,
         also=("suspects", "factors"),
     ),
-    "small-margin": Sentence(
+    "small_margin": Sentence(
         (
             "the phase margin is {phase:2 digits}° (at least {enough:g}° is usual)",
             ", {gain:3 digits} times the gain makes it unstable",
@@ -135,7 +135,7 @@ LOOPS: dict[str, Sentence] = {
         choose=_margin,
         also=("motions",),
     ),
-    "another-rig": says(
+    "another_rig": says(
         "its compensator was identified on another friction than the one here: what it reaches is not what a model "
         "identified on this one would",
         "a compensator was identified on another friction",

@@ -20,14 +20,14 @@ def _in_words(speed: float) -> str:
 
 PARAMETERS: dict[str, Sentence] = {
     # A parameter that the log does not determine.
-    "low-acceleration": cause(
+    "low_acceleration": cause(
         "the motion hardly accelerates",
         _WEIGH,
         "the acceleration never exceeds {acceleration:length/time^2}; give the mass or inertia in the axis file",
     ),
-    "one-speed": cause("there is one speed only", _SPEEDS, "the log moves at one speed only, {speed:length/time}"),
-    "low-speed": cause("the speeds are too low", _SPEEDS, "the log never exceeds {speed:length/time}"),
-    "no-fall": cause(
+    "few_speeds": cause("there is one speed only", _SPEEDS, "the log moves at one speed only, {speed:length/time}"),
+    "low_speed": cause("the speeds are too low", _SPEEDS, "the log never exceeds {speed:length/time}"),
+    "no_fall": cause(
         "the fall of friction with speed does not show",
         "move slowly and steadily, at least at five speeds below the one at which friction is least",
         "the log does not show the force fall with speed ({slow_samples} of {samples} samples are slower than "
@@ -36,21 +36,21 @@ PARAMETERS: dict[str, Sentence] = {
         "{speed:length/time}, and it slides steadily at {slowest:length/time})",
         choose=lambda texts, numbers: texts[_in_words(numbers["slowest"]) == _in_words(numbers["fastest"])],
     ),
-    "no-steady-slide": cause(
+    "no_steady_slide": cause(
         "the fall of friction with speed does not show, and nothing slides steadily",
         "move slowly and steadily, at least at five speeds below the one at which friction is least",
         "the log does not show the force fall with speed ({slow_samples} of {samples} samples are slower than "
         "{speed:length/time}, and none of its motion is a slide at constant velocity)",
     ),
-    "no-reversal": cause("the motion does not reverse", _REVERSE, "the log has no reversal"),
-    "few-reversals": cause(
+    "no_reversal": cause("the motion does not reverse", _REVERSE, "the log has no reversal"),
+    "few_reversals": cause(
         "there are few reversals",
         _REVERSE,
         "the log has only {reversals} reversal",
         "the log has only {reversals} reversals",
         choose=plural("reversals"),
     ),
-    "fast-reversals": cause(
+    "fast_reversals": cause(
         "reversals are through the pre-sliding zone before the filter sees it",
         _REVERSE,
         "the log has only {reversals} reversal, each crosses the pre-sliding zone of {zone:length} in {samples:.0f} "
@@ -59,34 +59,34 @@ PARAMETERS: dict[str, Sentence] = {
         "samples, where a period of the filter takes {filter_samples:.0f}",
         choose=plural("reversals"),
     ),
-    "coarse-position": cause(
+    "coarse_position": cause(
         "the pre-sliding zone is a few steps of the encoder",
         _FINER,
         "the pre-sliding zone of {zone:length} is less than {counts:.0f} steps of the recorded position "
         "({resolution:length} each)",
     ),
-    "noisy-position": cause(
+    "noisy_position": cause(
         "the noise of the position is as large as the pre-sliding zone",
         _FINER,
         "the pre-sliding zone of {zone:length} is less than {deviations:.0f} times the noise of the position "
         "({noise:length} standard deviation), which turns friction alike",
     ),
-    "no-bend": cause(
+    "no_bend": cause(
         "the force stays straight over the stroke",
         "move at several amplitudes, up to the largest that matters",
         "over a stroke of {stroke:length} the log does not show the force bend",
     ),
-    "few-strokes": cause(
+    "few_strokes": cause(
         "there is too little sliding in both directions",
         "move in both directions, at least ten reversals",
         "the log holds {reversals} reversals over a stroke of {stroke:length}",
     ),
-    "small-effect": cause(
+    "small_effect": cause(
         "the parameter hardly changes the effort",
         "leave it out, or excite it more",
         "its effect on the effort is smaller than what the model misses",
     ),
-    "beyond-effort": cause(
+    "beyond_effort": cause(
         "the best force is one that the log never reached",
         "let the axis stick and break away, or leave it out",
         "the best value is far beyond the largest effort of the log, {effort:force}",
@@ -97,7 +97,7 @@ PARAMETERS: dict[str, Sentence] = {
         "changed by {percent:.0f} %, with all others fitted again, the error on held-out blocks does not rise "
         "noticeably",
     ),
-    "seen-together": cause(
+    "seen_together": cause(
         "the same, and other parameters move with it",
         "give one of them, or excite them apart",
         "the log sees it only together with {instead:list}: changed by {percent:.0f} %, it is made up for by them, and "
@@ -109,7 +109,7 @@ PARAMETERS: dict[str, Sentence] = {
         "read the products, under `combinations`",
     ),
     # A parameter at the end of its range.
-    "edge-no-fall": Sentence(
+    "edge_no_fall": Sentence(
         (
             "the best value is the smallest that is allowed, {value:unit}: in this log friction does not fall with "
             "speed",
@@ -118,43 +118,43 @@ PARAMETERS: dict[str, Sentence] = {
         "take a model without the Stribeck effect",
         "edge",
     ),
-    "edge-of-model": Sentence(
+    "edge_of_model": Sentence(
         ("the best value is the {edge} that is allowed, {value:unit}; {cause}",),
         "the best value is the smallest or largest that the model allows",
         "see `cause`, a code of this table",
         "edge",
     ),
-    "edge-of-search": Sentence(
+    "edge_of_search": Sentence(
         ("the search ran to the {edge} value that this log could show, {value:unit}: {cause}",),
         "the best value lies where the log shows nothing any more",
         "see `cause`, a code of this table",
         "edge",
     ),
     # A parameter that is held.
-    "held-known": held("given as known", "given by a person"),
-    "held-default": held(
+    "held_known": held("given as known", "given by a person"),
+    "held_default": held(
         "a shape that is kept at its default", "a shape that nobody asked for", "identify it with --free"
     ),
-    "held-plant-damping": held(
+    "held_plant_damping": held(
         "it cannot be told from the damping c of the plant", "viscous friction is that of the plant"
     ),
-    "held-levels": held(
+    "held_levels": held(
         "it cannot be told from the difference between {levels[0]} and {levels[1]}",
         "the offset is the difference of friction by direction",
     ),
-    "held-one-direction": held(
+    "held_one_direction": held(
         "it cannot be told from {level}: the log moves {direction} only",
         "in one direction, offset and friction are one",
         "move in both directions",
     ),
-    "held-one-speed": held(
+    "held_one_speed": held(
         "the log moves at one speed only: it cannot be told from elements that slip at once",
         "at one speed, viscous friction is a constant that turns with the motion",
         _SPEEDS,
     ),
-    "held-middle": held("the middle of the range of the log", "where the position of a slot is counted from"),
-    "held-half-range": held("half of the range of the log", "the length that the position of a slot is counted in"),
-    "held-pitch": held(
+    "held_middle": held("the middle of the range of the log", "where the position of a slot is counted from"),
+    "held_half_range": held("half of the range of the log", "the length that the position of a slot is counted in"),
+    "held_pitch": held(
         "the lead of the axis file, or else the period of what simple friction leaves", "the pitch of the screw"
     ),
 }

@@ -58,8 +58,8 @@ class OpenLoop:
     def diagnostic(self) -> Diagnostic:
         """How the motion begins."""
         if not self.periodic:
-            return Diagnostic("begins-at-rest", severity="note")
-        return Diagnostic("run-in", severity="note", numbers={"periods": self.count * self.steps / self.effort.size})
+            return Diagnostic("begins_at_rest", severity="note")
+        return Diagnostic("run_in", severity="note", numbers={"periods": self.count * self.steps / self.effort.size})
 
     def position(
         self, plant: Model, friction: Model, unseen: np.ndarray | None = None
