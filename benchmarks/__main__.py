@@ -29,6 +29,7 @@ from benchmarks.presliding import presliding
 from benchmarks.readers import readers
 from benchmarks.stick_slip import stick_slip
 from benchmarks.strange_logs import strange_logs
+from benchmarks.structure import structures
 from benchmarks.timing import BRISTLE, EXAMPLES, HEAD, Ratio, command, python, side_by_side, wall
 from benchmarks.tracking import tracking
 
@@ -167,7 +168,7 @@ BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
 }
 # No times but shares, of hundreds of identifications: half an hour, so only where it is asked for.
 LONG: dict[str, Callable[[], Iterator[Share]]] = {
-    one.__name__: one for one in (coverage, loop_coverage, strange_logs, lies)
+    one.__name__: one for one in (coverage, loop_coverage, strange_logs, lies, structures)
 }
 
 

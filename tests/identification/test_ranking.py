@@ -3,10 +3,14 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
-from tests.identification.known_logs import sliding_log
+from tests.identification.known_logs import log_of, sines, sliding_effort, sliding_log
 
+from bristle.friction import find
 from bristle.identification import HeldOut, identify
+from bristle.identification.diagnostics.repetition import spread_between_repeats
+from bristle.identification.preprocessing import treat_all
 from bristle.identification.validation import ranked
 
 BLOCKS = (3.0, 3.4, 2.8, 3.2, 3.1)
@@ -21,22 +25,23 @@ def fit():
 def made(fit):
     """Make a fit with so many parameters, so many of them not identified, and these errors on the blocks."""
 
-    def make(name, errors, parameters, unknown=0):
+    def make(name, errors, parameters, unknown=0, component=None):
         estimates = [replace(fit.estimates[0], name=f"p{i}", status="identified") for i in range(parameters)]
         estimates[:unknown] = [replace(one, status="unidentifiable") for one in estimates[:unknown]]
         mean = sum(errors) / len(errors)
         spread = (sum((one - mean) ** 2 for one in errors) / (len(errors) - 1)) ** 0.5
         return replace(
-            fit, friction=SimpleNamespace(name=name), estimates=tuple(estimates),
+            fit, friction=SimpleNamespace(name=name, component=component or fit.friction.component),
+            estimates=tuple(estimates),
             correlation_names=tuple(one.name for one in estimates), held_out=HeldOut(tuple(errors), mean, spread),
         )  # fmt: skip
 
     return make
 
 
-def order(*fits):
-    names = [one.name for one in ranked(fits)]
-    assert [one.name for one in ranked(fits[::-1])] == names
+def order(*fits, spread=0.0):
+    names = [one.name for one in ranked(fits, spread=spread)]
+    assert [one.name for one in ranked(fits[::-1], spread=spread)] == names
     return names
 
 
@@ -81,3 +86,27 @@ def test_what_is_within_the_spread_may_lie_on_its_edge(made):
     leader = made("rich", (2.0, 4.0), 10, unknown=5)
     leader = replace(leader, held_out=HeldOut((2.0, 4.0), 3.0, 1.0))
     assert order(made("simple", (3.0, 5.0), 3), leader) == ["simple", "rich"]
+
+
+def test_what_knows_the_place_gains_nothing_below_the_spread_of_one_motion(made):
+    plain = made("plain", [one + 0.5 for one in BLOCKS], 3)
+    by_place = made("by place", BLOCKS, 6, component=find("coulomb_viscous+periodic"))
+    by_direction = made("by direction", BLOCKS, 6, component=find("coulomb_viscous+asymmetry"))
+    assert order(plain, by_place) == ["by place", "plain"]
+    assert order(plain, by_place, spread=0.6) == ["plain", "by place"]
+    assert order(plain, by_place, spread=0.4) == ["by place", "plain"]
+    # What knows no place does not follow what comes back there.
+    assert order(plain, by_direction, spread=0.6) == ["by direction", "plain"]
+
+
+def test_the_spread_is_that_of_the_effort_between_repeats():
+    motion = sines(12.0, amplitudes=(0.02,), frequencies=(0.5,), phases=(0.0,))
+    effort = sliding_effort(motion, noise=0.0)
+    second = (motion.time // 2.0) % 2.0 == 1.0
+    spreads = []
+    for share in (0.0, 0.05):
+        dataset = treat_all([log_of(motion, effort * np.where(second, 1.0 + share, 1.0))], [None], 50.0, 10)
+        spreads.append(spread_between_repeats(dataset))
+    assert spreads[0] < 1.0
+    assert spreads[1] == pytest.approx(5.0, rel=0.1)
+    assert spread_between_repeats(treat_all([sliding_log()], [None], 50.0, 10)) == 0.0

@@ -13,13 +13,17 @@ import numpy as np
 from bristle.core.axis import Axis
 from bristle.core.contracts import FrictionModel
 from bristle.core.cores import cores_for_simulations
+from bristle.core.diagnostic import Diagnostic
 from bristle.core.edge import FLAG, NAMES, PROGRESS, among, guarded, instance, optional, whole
 from bristle.core.errors import InputError
 from bristle.core.interruption import obey
 from bristle.files.given import logs_and_axes
+from bristle.friction import find
 from bristle.identification.dataset import Dataset
 from bristle.identification.delay import Alignment, aligned
 from bristle.identification.diagnostics.checks import checks_of, with_checks
+from bristle.identification.diagnostics.repetition import spread_between_repeats
+from bristle.identification.diagnostics.structure import next_models, with_structure
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.first_stage import alignment_of
 from bristle.identification.fitting import fit
@@ -29,6 +33,7 @@ from bristle.identification.parameters import PriorKnowledge
 from bristle.identification.preprocessing import treat_all
 from bristle.identification.request import (
     METHODS,
+    asks_for_all,
     freed,
     models_of,
     prior_knowledge_of,
@@ -50,6 +55,7 @@ from bristle.logs.log import Log
 __all__ = ["identify"]
 
 FEWEST_DRAWS, MOST_DRAWS = 20, 100_000
+TURNS = 2  # of slots added to the best of all models
 
 Progress = Callable[[float, str], None]
 
@@ -75,7 +81,7 @@ def identify(
     log : Log or path-like, or list of either
         Position and effort, or the file that holds them. Of several logs, each is held out in turn.
     model : str, FrictionModel, or list of either
-        ``"lugre"``, ``"coulomb_viscous,stribeck+asymmetry"``, a model of your own; ``"all"`` for every one of bristle.
+        ``"lugre"``, ``"coulomb_viscous,stribeck+asymmetry"``, a model of your own; ``"all"`` with the slots that help.
     axis : Axis or path-like, or list of either, optional
         One for all logs, or one for each. What is known, or the file that says it: mass, offset, encoder resolution,
         cut-off and decimation.
@@ -120,21 +126,21 @@ def identify(
     """
     pairs = with_method(logs_and_axes(log, axis), method, global_search)
     chosen = settings_of(pairs[0][1], settings)
-    components = models_of(model)
+    components, extended = models_of(model), asks_for_all(model)
     _refuse_without_effort([log for log, _ in pairs])
     (first_log, first_axis), kind = pairs[0], pairs[0][0].kind
     prior = replace(prior_knowledge_of(first_axis, mass, offset, kind), free=freed(free, components))
     of_logs, pairs = checks_of(pairs, prior, chosen), [(parted(log, axis, chosen), axis) for log, axis in pairs]
     context = _context(pairs, prior, chosen, *treatment_of(cutoff, decimation, kind))
-    count, held_out = len(components) + bool(draws), blocks_for(context.dataset, blocks, chosen)
+    count, held_out = len(components) + extended + bool(draws), blocks_for(context.dataset, blocks, chosen)
     fits, estimations, left_out = _fits(context, components, held_out, partial(_share, progress, count))
-    ranked = enumerate(with_information(in_order(fits, chosen)), 1)
-    best, *rest = (with_checks(replace(fit, rank=rank), of_logs) for rank, fit in ranked)
-    if blocks is None and not held_out:
-        best = replace(best, diagnostics=(TOO_SHORT, *best.diagnostics))
+    if extended:
+        report = _share(progress, count, len(components), "fitting slots")
+        components = (*components, *_with_slots(context, fits, estimations, left_out, held_out, report))
+    best, *rest = _judged(fits, estimations, context, of_logs, short=blocks is None and not held_out)
     unfinished = _unfinished(fits, [component.name for component in components if component.name not in left_out])
     if draws and not unfinished:
-        report = _share(progress, count, len(components), f"fitting {best.name} to simulated logs")
+        report = _share(progress, count, count - 1, f"fitting {best.name} to simulated logs")
         best, unfinished = _with_uncertainty(best, estimations[best.name], draws, chosen, report, pairs)
     return Identification(
         (best, *rest), first_log, _treatment(context.dataset, best), tuple(log for log, _ in pairs[1:]), unfinished,
@@ -210,6 +216,49 @@ def _fits(
     if left_out and not fits:
         raise next(iter(left_out.values()))
     return fits, estimations, {name: error.message for name, error in left_out.items()}
+
+
+def _ranked(fits: Sequence[Fit], context: Context) -> list[Fit]:
+    """Return fits with their ranks, best first."""
+    order = in_order(fits, context.settings, spread_between_repeats(context.dataset, context.settings))
+    return [replace(fit, rank=rank) for rank, fit in enumerate(with_information(order), 1)]
+
+
+def _judged(
+    fits: Sequence[Fit], estimations: Mapping[str, Estimation], context: Context, of_logs: Sequence[Diagnostic], *,
+    short: bool,
+) -> list[Fit]:  # fmt: skip
+    """Return fits best first, with what their logs say, and the best one with what its model lacks."""
+    best, *rest = (with_checks(fit, of_logs) for fit in _ranked(fits, context))
+    best = with_structure(best, estimations[best.name], context.settings)
+    return [replace(best, diagnostics=(TOO_SHORT, *best.diagnostics)) if short else best, *rest]
+
+
+def _with_slots(
+    context: Context, fits: list[Fit], estimations: dict[str, Estimation], left_out: dict[str, str], blocks: int,
+    report: Report,
+) -> list[FrictionModel]:  # fmt: skip
+    """Fit the best model with the slots that its residual names, and so on; return the models that were added."""
+    added: list[FrictionModel] = []
+    for turn in range(TURNS):
+        if any(fit.unfinished for fit in fits):
+            break
+        best = _ranked(fits, context)[0]
+        names = next_models(best, estimations[best.name], context.settings)
+        further = [find(name) for name in names if name not in estimations and name not in left_out]
+        if not further:
+            break
+        more, of_them, refused = _fits(context, further, blocks, partial(_part, report, turn, len(further)))
+        added += further
+        fits += more
+        estimations |= of_them
+        left_out |= refused
+    return added
+
+
+def _part(report: Report, turn: int, count: int, number: int, task: str) -> Report:
+    """Return what is told the share of one of so many fits, of one of all turns."""
+    return lambda share, remark="": report((turn + (number + share) / count) / TURNS, remark)
 
 
 def _treatment(dataset: Dataset, best: Fit) -> dict[str, float]:

@@ -25,6 +25,7 @@ from bristle.plants import PLANTS
 __all__ = [
     "CUTOFF",
     "METHODS",
+    "asks_for_all",
     "freed",
     "models_of",
     "prior_knowledge_of",
@@ -68,6 +69,11 @@ def models_of(model: Any) -> tuple[FrictionModel, ...]:
     if not components:
         raise InputError("names no friction model", path="model", value=model, mend='Write "coulomb_viscous"')
     return tuple(components.values())
+
+
+def asks_for_all(model: Any) -> bool:
+    """Return whether every model that can be identified is asked for."""
+    return any(_is_all(item) for item in _separated(model))
 
 
 def _separated(model: Any) -> list[Any]:

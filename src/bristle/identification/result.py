@@ -232,6 +232,13 @@ class Fit:
         return {estimate.name: estimate for estimate in self.estimates}
 
     @property
+    def effective(self) -> tuple[str, ...]:
+        """Parameters that are identified, but of a model that lacks a force: they hold along such a motion only."""
+        lacking = next((diagnostic for diagnostic in self.diagnostics if diagnostic.code == "structure"), None)
+        names = lacking.numbers["names"] if lacking is not None else ()
+        return tuple(str(name) for name in names) if isinstance(names, tuple) else ()
+
+    @property
     def friction_error_percent(self) -> float:
         """What is left over, as a percentage of the effort less that of the plant: 100 ||residual|| / ||u - M a||."""
         friction = self.traces.friction

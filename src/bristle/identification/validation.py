@@ -25,6 +25,7 @@ import numpy as np
 
 from bristle.core.diagnostic import Diagnostic
 from bristle.core.held_out import HeldOut
+from bristle.friction.slots import variations_of
 from bristle.identification.estimation import Estimation
 from bristle.identification.half_cycles import independent_rows
 from bristle.identification.result import Fit, Information
@@ -35,6 +36,7 @@ __all__ = ["TOO_SHORT", "held_out_error", "in_order", "ranked", "with_informatio
 
 TOO_SHORT = Diagnostic("too_short")
 FEWEST = 10.0  # measurements
+PLACES = frozenset({"position", "periodic"})  # slots that know the place of the axis
 
 
 def held_out_error(
@@ -50,35 +52,39 @@ def held_out_error(
     return HeldOut(tuple(errors), float(np.mean(errors)), float(np.std(errors, ddof=1)), name)
 
 
-def in_order(fits: Sequence[Fit], settings: Settings = DEFAULT) -> list[Fit]:
-    """Return fits to the same log, best first.
+def in_order(fits: Sequence[Fit], settings: Settings = DEFAULT, spread: float = 0.0) -> list[Fit]:
+    """Return fits to the same log, best first; `spread` is that between repeats of one motion [%], 0 where none is.
 
     One that was interrupted has nothing held out. It comes last, unless it already explains far more than the best of
     the others: then that one is what a person who could wait no longer came for.
     """
     interrupted = [fit for fit in fits if fit.unfinished]
-    finished = ranked([fit for fit in fits if not fit.unfinished], settings)
+    finished = ranked([fit for fit in fits if not fit.unfinished], settings, spread)
     most = settings.unfinished_error * _error(finished[0]) if finished else 0.0
     ahead = [fit for fit in interrupted if fit.error_percent < most]
     return [*ahead, *finished, *(fit for fit in interrupted if fit.error_percent >= most)]
 
 
-def ranked(fits: Sequence[Fit], settings: Settings = DEFAULT) -> list[Fit]:
+def ranked(fits: Sequence[Fit], settings: Settings = DEFAULT, spread: float = 0.0) -> list[Fit]:
     """Return fits to the same log, best first; of the blocks that were held out, all have the same or none any.
 
     The smallest held-out error leads. Before it comes the simplest model whose error exceeds it by no more than
     the standard error of their difference, block by block. A leader of which half the parameters or more could not be
     identified has no claim: it gives way to any simpler model that could be, within the spread of its own error
     over the blocks.
+
+    Where a log repeats one motion, the place of the axis tells the time within a period: what varies with it follows
+    whatever comes back there. A leader that varies along the axis gives way to a model that does so less, within
+    the `spread` of the effort between repeats.
     """
     left, in_rank = list(fits), []
     while left:
-        in_rank.append(_first(left, settings))
+        in_rank.append(_first(left, settings, spread))
         left.remove(in_rank[-1])
     return in_rank
 
 
-def _first(fits: list[Fit], settings: Settings) -> Fit:
+def _first(fits: list[Fit], settings: Settings, spread: float) -> Fit:
     leader = min(fits, key=_error)
     if _doubtful(leader, settings):
         spread = leader.held_out.std_percent if leader.held_out else 0.0
@@ -88,6 +94,15 @@ def _first(fits: list[Fit], settings: Settings) -> Fit:
             if not _doubtful(fit, settings) and _size(fit) < _size(leader) and _error(fit) <= _error(leader) + spread
         ]
         leader = min(sound, key=_error, default=leader)
+    if spread > 0.0:
+        plainer = [
+            fit
+            for fit in fits
+            if _by_place(fit) < _by_place(leader)
+            and _doubtful(fit, settings) <= _doubtful(leader, settings)
+            and _error(fit) <= _error(leader) + spread
+        ]
+        leader = min(plainer, key=_error, default=leader)
     return min((fit for fit in fits if _no_worse(fit, leader, settings)), key=lambda fit: (_size(fit), _error(fit)))
 
 
@@ -100,6 +115,11 @@ def _no_worse(fit: Fit, leader: Fit, settings: Settings) -> bool:
         apart = np.subtract(fit.held_out.block_errors_percent, leader.held_out.block_errors_percent)
         margin = max(margin, float(np.std(apart, ddof=1)) / apart.size**0.5)
     return _error(fit) <= _error(leader) + margin
+
+
+def _by_place(fit: Fit) -> frozenset[str]:
+    """Return the slots by which a model varies along the axis."""
+    return PLACES.intersection(variations_of(fit.friction.component))
 
 
 def _error(fit: Fit) -> float:

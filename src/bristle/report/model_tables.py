@@ -21,6 +21,8 @@ STATUS_WORDS = {
     "at_edge": "at the edge of its range",
     "unidentifiable": "not identified",
 }
+EFFECTIVE = "effective"
+"""What stands beside a parameter of a model that lacks a force."""
 
 
 def parameter_table(fit: Fit) -> Table:
@@ -34,11 +36,14 @@ def parameter_table(fit: Fit) -> Table:
     return Table(
         f"Parameters of {fit.name}",
         heads,
-        [_parameter_row(estimate, plain=plain) for estimate in (*fit.estimates, *fit.combinations)],
+        [
+            _parameter_row(estimate, plain=plain, effective=estimate.name in fit.effective)
+            for estimate in (*fit.estimates, *fit.combinations)
+        ],
     ).without_empty_columns()
 
 
-def _parameter_row(estimate: Estimate, *, plain: bool) -> tuple[str, ...]:
+def _parameter_row(estimate: Estimate, *, plain: bool, effective: bool) -> tuple[str, ...]:
     std = estimate.std if plain and estimate.std is not None and math.isfinite(estimate.std) else None
     scale = scale_of(estimate.unit, estimate.value or std or 0.0)
     scaled = None if std is None else std * scale.factor
@@ -56,7 +61,7 @@ def _parameter_row(estimate: Estimate, *, plain: bool) -> tuple[str, ...]:
         scale.unit or "–",
         _percent(estimate.relative_std_percent) if plain else "–",
         "–" if half == "–" else f"± {half}",
-        STATUS_WORDS.get(estimate.status, estimate.status),
+        EFFECTIVE if effective else STATUS_WORDS.get(estimate.status, estimate.status),
     )
 
 

@@ -123,13 +123,15 @@ def _certainty(fit: Fit) -> str:
     free = [estimate for estimate in fit.estimates if estimate.status != "held"]
     unknown = [estimate.name for estimate in free if estimate.status != "identified"]
     if unknown:
-        return f"{len(unknown)} of {len(free)} parameters could not be identified from this log: {', '.join(unknown)}."
+        text = f"{len(unknown)} of {len(free)} parameters could not be identified from this log: {', '.join(unknown)}."
+        return text + (" The others are effective: the model lacks a force." if fit.effective else "")
     if not free:
         return "No parameter was asked of this log: all were held."
     precisions = [(estimate.interval_percent, estimate.name) for estimate in free]
     percents = [(percent, name) for percent, name in precisions if percent is not None and percent < 100.0]
     zero = [name for percent, name in precisions if percent is None or percent >= 100.0]
-    text = f"All {len(free)} parameters are identified"
+    kind = "identified, but effective: the model lacks a force" if fit.effective else "identified"
+    text = f"All {len(free)} parameters are {kind}"
     if percents:
         widest, name = max(percents)
         text += f"; the least certain, {name}, to ± {_percent(widest)} (95 % interval)"

@@ -15,7 +15,14 @@ from bristle.logs import repetition
 from bristle.logs.repetition import by_lag
 from bristle.logs.segmentation import alternating
 
-__all__ = ["about_amplitudes", "about_repeated_logs", "about_repetition", "repeats_after", "stroke_lengths"]
+__all__ = [
+    "about_amplitudes",
+    "about_repeated_logs",
+    "about_repetition",
+    "repeats_after",
+    "spread_between_repeats",
+    "stroke_lengths",
+]
 
 COMPARED = 4000  # samples of the longer of two logs
 DESIGN = (1.0, 0.4, 0.7, 0.2, 1.0)  # of the amplitude: turning points that close loops inside one another
@@ -53,6 +60,16 @@ def repeats_after(dataset: Dataset, settings: Settings = DEFAULT) -> float | Non
     """Return the period of a motion that repeats itself [s]; None where it does not."""
     position = max((segment.position for segment in dataset.segments), key=len)
     return repetition.repeats_after(position, dataset.sample_time, settings)
+
+
+def spread_between_repeats(dataset: Dataset, settings: Settings = DEFAULT) -> float:
+    """Return by how much the effort of one repeat differs from the next [% of it]; 0 where no motion repeats itself."""
+    period = repeats_after(dataset, settings)
+    if period is None:
+        return 0.0
+    effort = max((segment.effort for segment in dataset.segments), key=len)
+    size, later = float(np.sqrt(np.mean(effort**2))), round(period / dataset.sample_time)
+    return 100.0 * float(np.sqrt(np.mean((effort[later:] - effort[:-later]) ** 2))) / size if size > 0.0 else 0.0
 
 
 def about_repeated_logs(dataset: Dataset, settings: Settings) -> tuple[Diagnostic, ...]:

@@ -7,8 +7,9 @@ from bristle.report.sentences.loops import LOOPS
 from bristle.report.sentences.parameters import PARAMETERS
 from bristle.report.sentences.predictions import PREDICTIONS
 from bristle.report.sentences.sentence import Sentence
+from bristle.report.sentences.structure import STRUCTURE
 
 __all__ = ["SENTENCES", "Sentence"]
 
-SENTENCES: dict[str, Sentence] = {**CHECKS, **PARAMETERS, **FITS, **PREDICTIONS, **LOOPS, **COMPARISONS}
+SENTENCES: dict[str, Sentence] = {**CHECKS, **PARAMETERS, **FITS, **STRUCTURE, **PREDICTIONS, **LOOPS, **COMPARISONS}
 """The sentence of each code."""

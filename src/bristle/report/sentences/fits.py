@@ -16,6 +16,7 @@ _INTERVALS = (
     "none of these, and comes back block by block with a sign drawn by chance"
 )
 
+
 FITS: dict[str, Sentence] = {
     # Pairs of parameters, noise, residual.
     "correlated": says(

@@ -1,0 +1,40 @@
+"""The model to try next, where another one lacks what friction depends on."""
+
+from __future__ import annotations
+
+from bristle.core.contracts import FrictionModel, Model
+from bristle.friction import MODELS, base_of, is_static, with_slots
+from bristle.friction.slots import directional, variations_of
+
+__all__ = ["SLOT_OF", "model_with"]
+
+SLOT_OF = {
+    "direction": "asymmetry", "position": "position", "ripple": "periodic", "load": "load",
+    "temperature": "temperature",
+}  # fmt: skip
+"""The slot that has what a cause needs."""
+FALLS = "v_S"
+"""The parameter of every model whose friction falls with speed."""
+
+
+def model_with(cause: str, friction: Model) -> str:
+    """Return the name of a model that has what another one lacks by a cause; empty where there is none."""
+    component, base = friction.component, base_of(friction.component)
+    if cause in SLOT_OF:
+        return _beside(component, SLOT_OF[cause])
+    if cause == "presliding":
+        return "lugre"
+    if cause == "lag":
+        return "" if base is MODELS["gms"] else "gms"
+    if cause != "speed":
+        return ""
+    falls = any(name.startswith(FALLS) for name in component.variables)
+    if not is_static(friction) and not falls:
+        return "lugre"
+    return "" if base is MODELS["stribeck_free"] else "stribeck_free"
+
+
+def _beside(component: FrictionModel, slot: str) -> str:
+    """Return the name of a model with one more slot; empty where it has that one."""
+    slots = (*variations_of(component), *(("asymmetry",) if directional(component) else ()))
+    return "" if slot in slots else with_slots(base_of(component), (*slots, slot)).name

@@ -1,0 +1,75 @@
+"""Whether a model has the structure of the axis: which force it lacks, by name, and which model has it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bristle.core.contracts import Model
+from bristle.core.diagnostic import Diagnostic, Number
+from bristle.friction import is_static
+from bristle.friction.next_model import SLOT_OF, model_with
+from bristle.identification.estimation import Estimation
+from bristle.identification.missing_force import Missing, Rows, missing_forces
+from bristle.identification.result import Fit
+from bristle.identification.settings import Settings
+
+__all__ = ["missing_in", "next_models", "with_structure"]
+
+CODES = {
+    "speed": "missing_speed", "direction": "missing_direction", "lag": "missing_lag", "play": "missing_play",
+    "presliding": "missing_presliding", "position": "missing_position", "ripple": "missing_ripple",
+    "load": "missing_load", "temperature": "missing_temperature",
+}  # fmt: skip
+"""The code of each cause."""
+AMPLITUDE = 2.0**0.5  # of waves, over their root mean square
+
+
+def missing_in(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[tuple[Missing, ...], float]:
+    """Return the forces that a fit along the measured motion lacks, and what noise and scatter leave [N or N*m]."""
+    problem, solution = estimation.inverse, estimation.solution
+    if fit.unfinished or estimation.simulates or solution.jacobian.shape[0] != fit.traces.residual.size:
+        return (), 0.0
+    values = problem.parameters.complete(solution.values)
+    rows = Rows(
+        problem.dataset, problem.half_cycles, fit.traces.residual, solution.jacobian, fit.traces.predicted,
+        fit.traces.predicted - fit.traces.mechanical, problem.friction_slope(values),
+    )  # fmt: skip
+    return missing_forces(rows, settings)
+
+
+def with_structure(fit: Fit, estimation: Estimation, settings: Settings) -> Fit:
+    """Return a fit with what its model lacks before all else that is to be known of it."""
+    missing, left = missing_in(fit, estimation, settings)
+    if not missing:
+        return fit
+    kind, friction = fit.friction.kind, fit.traces.predicted - fit.traces.mechanical
+    level = float(np.sqrt(np.mean(friction**2)))
+    lacking = float(np.sqrt(sum(force.force**2 for force in missing)))
+    names = tuple(estimate.name for estimate in fit.estimates if estimate.status == "identified")
+    numbers: dict[str, Number] = {
+        "missing": lacking, "percent": 100.0 * lacking / level, "chance": left, "names": names,
+        "causes": tuple(force.cause for force in missing),
+    }  # fmt: skip
+    named = [_diagnostic(force, level, fit.friction) for force in missing]
+    return replace(fit, diagnostics=(Diagnostic("structure", "", "warning", numbers, kind), *named, *fit.diagnostics))
+
+
+def next_models(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[str, ...]:
+    """Return the models with one more slot to try beside a fit: both directions apart, and what its residual names."""
+    causes = ("direction", *(force.cause for force in missing_in(fit, estimation, settings)[0]))
+    names = (model_with(cause, fit.friction) for cause in causes if cause in SLOT_OF)
+    return tuple(dict.fromkeys(name for name in names if name))
+
+
+def _diagnostic(missing: Missing, level: float, friction: Model) -> Diagnostic:
+    # A static model has no distance over which its force turns: what builds up there is pre-sliding before it is play.
+    cause = "presliding" if missing.cause == "play" and is_static(friction) else missing.cause
+    numbers: dict[str, Number] = {
+        "force": missing.force, "percent": 100.0 * missing.force / level, "share_percent": 100.0 * missing.share,
+        "model": model_with(cause, friction),
+    }  # fmt: skip
+    if cause == "ripple":
+        numbers |= {"period": missing.period, "amplitude": AMPLITUDE * missing.force}
+    return Diagnostic(CODES[cause], "", "warning", numbers, friction.kind)

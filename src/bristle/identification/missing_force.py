@@ -1,0 +1,275 @@
+r"""Forces that a model has no place for, found in what its fit leaves over.
+
+Each cause has a few columns: what friction would do with it, to first order. A cause is there where its columns,
+fitted to most half-cycles, tell the residual of the others (cross-validation [1]_). Two things would hide it, and are
+weighed first. Rows around reversals err by their sampling: each band of distance from a reversal counts by what it
+leaves over. And friction has another level on each half-cycle: with the share :math:`1 - \sqrt{v_k / (\tau^2 + v_k)}`
+of that level taken out, of a scatter :math:`\tau` and an error :math:`v_k`, rows are as good as independent of it
+[2]_. What the parameters of the model can take is no missing force, nor is what a wrong inertia, a delay or a filter of
+a channel makes: their derivatives are fitted with each cause.
+
+References
+----------
+.. [1] M. Stone, "Cross-validatory choice and assessment of statistical predictions", Journal of the Royal Statistical
+   Society B 36(2), 1974. doi:10.1111/j.2517-6161.1974.tb00994.x
+.. [2] W. A. Fuller, G. E. Battese, "Transformations for estimation of linear models with nested-error structure",
+   Journal of the American Statistical Association 68(343), 1973. doi:10.1080/01621459.1973.10481414
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from bristle.core.lazy import cached_property
+from bristle.identification.dataset import Dataset
+from bristle.identification.half_cycles import Groups, independent_rows
+from bristle.identification.settings import Settings
+from bristle.identification.waves import frequency_in, waves
+
+__all__ = ["Missing", "Rows", "missing_forces"]
+
+PARTS = 10  # of the half-cycles, each told by the others
+FEWEST_CYCLES, FEWEST_ROWS = 5, 200
+FALLS = (0.01, 0.03, 0.1, 0.3, 1.0)  # of the largest speed, over which friction may fall
+WAYS = tuple(np.geomspace(1e-4, 0.03, 6).tolist())  # of the range, over which a force may build up after a reversal
+BANDS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # periods of the cut-off from a reversal
+SLOW = (0.003, 0.01, 0.03)  # of the largest speed
+LEAST_BAND = 0.5  # of the median: no band counts for much more than the others
+SMALL = 1e-3  # of a column: what keeps one that is seldom seen from being fitted to chance
+TINY = 1e-9
+ROUNDS = 8  # of the weights, which depend on the scatter that they tell
+GAP = 1.5  # of the time from row to row, beyond which some are left out
+MOST = 3  # causes
+PLAIN = ("speed", "ripple")  # causes that act far from reversals, too
+
+
+class Missing(NamedTuple):
+    """A force that the model lacks.
+
+    Parameters
+    ----------
+    cause : str
+        What it depends on: ``speed``, ``direction``, ``lag``, ``play``, ``position``, ``ripple``, ``load``,
+        ``temperature``.
+    share : float
+        Of the weighted squares of the residual, what it tells on half-cycles that it was not fitted to.
+    force : float
+        Root mean square of it over all rows [N or N*m], without what the parameters of the model would take.
+    period : float
+        Of a ripple [m or rad].
+    """
+
+    cause: str
+    share: float
+    force: float
+    period: float = 0.0
+
+
+@dataclass(frozen=True)
+class Rows:
+    """The rows of a fit: the residual, the derivatives by its parameters, its effort and friction, and their slope."""
+
+    dataset: Dataset
+    cycles: Groups
+    residual: np.ndarray
+    jacobian: np.ndarray
+    predicted: np.ndarray
+    friction: np.ndarray
+    slope: np.ndarray
+
+    @cached_property
+    def side(self) -> np.ndarray:
+        """The direction of motion, 1 or -1."""
+        return np.where(self.dataset.velocity < 0.0, -1.0, 1.0)
+
+    @cached_property
+    def first(self) -> np.ndarray:
+        """The first row of each half-cycle."""
+        return np.flatnonzero(np.diff(self.cycles.index, prepend=-1))
+
+    @cached_property
+    def last(self) -> np.ndarray:
+        """The last row of each half-cycle."""
+        return np.append(self.first[1:], self.residual.size) - 1
+
+    def from_ends(self, along: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return how far each row is from the first and from the last one of its half-cycle, along a signal."""
+        cycle = self.cycles.index
+        return np.abs(along - along[self.first][cycle]), np.abs(along[self.last][cycle] - along)
+
+    @cached_property
+    def explained(self) -> np.ndarray:
+        """What is no missing force, shape (row, column): parameters, inertia, delay and filter, a constant."""
+        rate = self._rate(self.predicted)
+        further = (self.dataset.acceleration, rate, self._rate(rate), np.ones_like(rate))
+        return np.column_stack([self.jacobian, *further])
+
+    def _rate(self, signal: np.ndarray) -> np.ndarray:
+        """Return the rate of a signal; none where rows are left out."""
+        time = self.dataset.time
+        step = np.diff(time, prepend=time[0])
+        apart = step > GAP * np.median(step)
+        return np.where(apart | np.roll(apart, -1), 0.0, np.gradient(signal, time))
+
+
+def missing_forces(rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...], float]:
+    """Return the forces that a model lacks, the one that tells most first, and what is left without them [N or N*m].
+
+    A cause counts from the shares of the weighted squares, of friction and of the effort that the settings name.
+    """
+    if rows.cycles.count < FEWEST_CYCLES or rows.residual.size < FEWEST_ROWS or not rows.friction.any():
+        return (), 0.0
+    weighed, causes, missing = _Weighed.of(rows), dict(_columns(rows)), list[Missing]()
+    explained = rows.explained
+    friction, effort = (float(np.sqrt(np.mean(signal**2))) for signal in (rows.friction, rows.dataset.effort))
+    least = max(settings.missing_force * friction, settings.missing_effort * effort)
+    left = weighed.left(explained)
+    while len(missing) < MOST and (causes or not missing):
+        ripple, period = _ripple(rows, weighed, explained)
+        tried = causes | ({} if ripple is None or any(force.period for force in missing) else {"ripple": ripple})
+        forces = [_tried(weighed, name, explained, columns, left) for name, columns in tried.items()]
+        shares = {name: settings.missing_share if name in PLAIN else settings.missing_share_else for name in tried}
+        forces = [force for force in forces if force.share >= shares[force.cause] and force.force >= least]
+        if not forces:
+            break
+        best = max(forces, key=lambda force: force.share)
+        missing.append(best._replace(period=period if best.cause == "ripple" else 0.0))
+        explained = np.column_stack([explained, tried[best.cause]])
+        causes.pop(best.cause, None)
+        left = weighed.left(explained)
+    return tuple(missing), float(np.sqrt(np.mean(left**2)))
+
+
+def _columns(rows: Rows) -> Mapping[str, np.ndarray]:
+    """Return what friction does by each cause, to first order, shape (row, column) each."""
+    dataset, side = rows.dataset, rows.side[:, None]
+    speed = np.abs(dataset.velocity)
+    speed = speed / float(np.quantile(speed, 0.99))
+    falls = np.exp(-speed[:, None] / np.array(FALLS))
+    middle, reach = 0.5 * (dataset.position.max() + dataset.position.min()), 0.5 * float(np.ptp(dataset.position))
+    place = ((dataset.position - middle) / reach)[:, None]
+    ways = 2.0 * reach * np.array(WAYS)
+    behind, before = rows.from_ends(dataset.position)
+    columns = {
+        "speed": side * np.column_stack([falls, np.sqrt(speed), speed**2]),
+        "direction": np.column_stack([np.ones_like(speed), speed, falls]),
+        "lag": dataset.acceleration[:, None] * falls,
+        "play": side * np.exp(-np.column_stack([behind[:, None] / ways, before[:, None] / ways])),
+        "position": np.column_stack([place, place**2, side * place, side * place**2]),
+    }
+    for name in ("load", "temperature"):
+        recorded = [segment.surroundings.get(name) for segment in dataset.segments]
+        if all(signal is not None for signal in recorded):
+            signal = dataset.sampled([signal for signal in recorded if signal is not None])
+            columns[name] = (rows.friction * (signal - np.mean(signal)))[:, None]
+    return columns
+
+
+def _ripple(rows: Rows, weighed: _Weighed, explained: np.ndarray) -> tuple[np.ndarray | None, float]:
+    """Return the waves over the position that take most of what is left, added to friction and in proportion to it."""
+    x, side = rows.dataset.position, rows.side
+    most = float(np.ptp(x)) * rows.dataset.cutoff / float(np.median(np.abs(rows.dataset.velocity)))
+    frequency = frequency_in(x, side, weighed.without(explained), most)
+    return (None, 0.0) if frequency is None else (waves(x, side, frequency), 1.0 / frequency)
+
+
+def _tried(weighed: _Weighed, cause: str, explained: np.ndarray, columns: np.ndarray, left: np.ndarray) -> Missing:
+    after, force = weighed.with_columns(explained, columns)
+    return Missing(cause, 1.0 - float(after @ after) / max(float(left @ left), TINY), float(np.sqrt(np.mean(force**2))))
+
+
+@dataclass(frozen=True)
+class _Weighed:
+    """Rows of equal worth: weighed by their distance from a reversal, and freed of the scatter of the level.
+
+    `lost` is the share of its level that each half-cycle loses, `part` the number of the part that a row is in.
+    """
+
+    rows: Rows
+    weight: np.ndarray
+    lost: np.ndarray
+    part: np.ndarray
+
+    @classmethod
+    def of(cls, rows: Rows) -> _Weighed:
+        """Return the weights that the residual of a fit asks for."""
+        cycle, residual = rows.cycles.index, rows.residual
+        nearest = np.minimum(*rows.from_ends(rows.dataset.time)) * rows.dataset.cutoff
+        speed = np.abs(rows.dataset.velocity)
+        slow = np.digitize(speed / float(np.quantile(speed, 0.99)), SLOW)
+        band = np.digitize(nearest, BANDS) + (len(BANDS) + 1) * slow
+        squares = np.bincount(band, residual**2) / np.maximum(np.bincount(band), 1)
+        size = np.sqrt(squares)[band]
+        size = np.maximum(size, max(LEAST_BAND * float(np.median(size)), TINY * float(np.abs(rows.predicted).max())))
+        weight = 1.0 / size
+        weight /= float(np.sqrt(np.mean(weight**2)))
+        part = np.arange(residual.size) * 2 * PARTS // residual.size
+        part = (cycle if rows.cycles.count >= 2 * PARTS else part) % PARTS
+        return cls(rows, weight, _lost(rows, weight), part)
+
+    def of_columns(self, columns: np.ndarray) -> np.ndarray:
+        """Return columns or a signal, shape (row, ...), weighed."""
+        slope = self.rows.slope * self.weight
+        weighed = columns.reshape(columns.shape[0], -1) * self.weight[:, None]
+        power, cycles = self.rows.cycles.summed(slope * slope), self.rows.cycles
+        level = cycles.summed(slope[:, None] * weighed) / np.maximum(power, np.finfo(float).tiny)[:, None]
+        freed = weighed - (self.lost[:, None] * level)[cycles.index] * slope[:, None]
+        return freed.reshape(columns.shape)
+
+    @cached_property
+    def residual(self) -> np.ndarray:
+        """The residual, weighed."""
+        return self.of_columns(self.rows.residual)
+
+    def without(self, explained: np.ndarray) -> np.ndarray:
+        """Return the weighed residual without what some columns take of it, fitted to all rows."""
+        columns = self.of_columns(explained)
+        return self.residual - columns @ np.linalg.lstsq(columns, self.residual, rcond=TINY)[0]
+
+    def left(self, explained: np.ndarray) -> np.ndarray:
+        """Return the weighed residual without what some columns, fitted to the other parts, tell of each part."""
+        return self._fitted(self.of_columns(explained), explained.shape[1])[0]
+
+    def with_columns(self, explained: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the same with the columns of a cause, and what these take of all rows beside the others [N or N*m]."""
+        together = np.column_stack([explained, columns])
+        left, coefficients = self._fitted(self.of_columns(together), explained.shape[1])
+        force = (columns @ coefficients[explained.shape[1] :]) * self.weight
+        own = np.linalg.qr(explained * self.weight[:, None])[0]
+        return left, force - own @ (own.T @ force)
+
+    def _fitted(self, columns: np.ndarray, certain: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return what is left of each part by a fit to the others, and the coefficients of a fit to all.
+
+        All but the first columns, which are `certain`, are held back a little.
+        """
+        scale = np.linalg.norm(columns, axis=0)
+        scale[scale == 0.0] = 1.0
+        scaled, residual = columns / scale, self.residual
+        parts = [self.part == number for number in range(PARTS)]
+        grams = [scaled[rows].T @ scaled[rows] for rows in parts]
+        rights = [scaled[rows].T @ residual[rows] for rows in parts]
+        held = np.diag(np.where(np.arange(scale.size) < certain, TINY, SMALL))
+        gram, right, left = sum(grams) + held, sum(rights), np.empty_like(residual)
+        for rows, own, pull in zip(parts, grams, rights, strict=True):
+            left[rows] = residual[rows] - scaled[rows] @ np.linalg.solve(gram - own, right - pull)
+        return left, np.linalg.solve(gram, right) / scale
+
+
+def _lost(rows: Rows, weight: np.ndarray) -> np.ndarray:
+    """Return the share of its level that each half-cycle loses, so that its rows are as good as independent."""
+    slope, residual, cycles = rows.slope * weight, rows.residual * weight, rows.cycles
+    power = np.maximum(cycles.summed(slope * slope), np.finfo(float).tiny)
+    level = cycles.summed(slope * residual) / power
+    within = residual - level[cycles.index] * slope
+    error = float(within @ within) / max(independent_rows(within), 1.0) / power
+    square = float(np.mean(level**2))
+    for _ in range(ROUNDS):
+        share = 1.0 / (square + error)
+        square = float(np.sum(share * level**2) / np.sum(share))
+    square = max(square - float(np.median(error)), 0.0)
+    return 1.0 - np.sqrt(error / np.maximum(error + square, np.finfo(float).tiny))

@@ -1,0 +1,57 @@
+"""Waves over the position in what a fit leaves over: cogging, a screw, a belt."""
+
+from __future__ import annotations
+
+import numpy as np
+
+__all__ = ["frequency_in", "waves"]
+
+TURNS_LEAST = 1.5  # over the range
+BINS = 8192  # of the position
+PADDED = 4  # times: quarters of a turn are told apart
+HIGHEST = 2  # peaks that are looked at closely
+FINER = 13  # frequencies around each
+REACH = 0.6  # turns over the range to either side of it
+CLEARED = 4  # quarters of a turn around a peak that are no other one
+SMALL = 1e-6
+
+
+def waves(x: np.ndarray, side: np.ndarray, frequency: float) -> np.ndarray:
+    """Return cosine and sine of a frequency [1/m or 1/rad], and both by the side of motion, shape (row, 4)."""
+    phase = 2.0 * np.pi * frequency * x
+    pair = np.column_stack([np.cos(phase), np.sin(phase)])
+    return np.hstack([pair, side[:, None] * pair])
+
+
+def frequency_in(x: np.ndarray, side: np.ndarray, residual: np.ndarray, most: float) -> float | None:
+    """Return the frequency [1/m or 1/rad] of the waves that take most of a residual; None where the range is too short.
+
+    Up to `most` turns over the range are looked for.
+    """
+    stroke = float(np.ptp(x))
+    most = min(most, BINS / 2.0)
+    if stroke <= 0.0 or most < TURNS_LEAST:
+        return None
+    place = ((x - x.min()) / stroke * (BINS - 1)).astype(int)
+    power = sum(
+        np.abs(np.fft.rfft(np.bincount(place, weights=signal, minlength=BINS), PADDED * BINS)) ** 2
+        for signal in (residual, side * residual)
+    )
+    turns = np.arange(PADDED * BINS // 2 + 1) / PADDED
+    power = np.where((turns >= TURNS_LEAST) & (turns <= most), power, 0.0)
+    best = (-1.0, 0.0)
+    for _ in range(HIGHEST):
+        peak = int(np.argmax(power))
+        for near in turns[peak] + np.linspace(-REACH, REACH, FINER):
+            frequency = max(float(near), 0.5) / stroke
+            best = max(best, (_explained(x, side, residual, frequency), frequency))
+        power[max(peak - CLEARED, 0) : peak + CLEARED + 1] = 0.0
+    return best[1]
+
+
+def _explained(x: np.ndarray, side: np.ndarray, residual: np.ndarray, frequency: float) -> float:
+    """Return the sum of squares that the waves of a frequency take of a residual, beside a constant for each side."""
+    columns = np.column_stack([waves(x, side, frequency), np.ones_like(x), side])
+    gram, right = columns.T @ columns, columns.T @ residual
+    held = SMALL * float(np.trace(gram)) * np.eye(right.size)
+    return float(right @ np.linalg.solve(gram + held, right))

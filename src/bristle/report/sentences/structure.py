@@ -1,0 +1,97 @@
+"""What a model has no place for, told from what its fit leaves over, and the model to try next."""
+
+from __future__ import annotations
+
+from bristle.report.sentences.sentence import Sentence
+
+__all__ = ["STRUCTURE"]
+
+_CURVE = "friction over the speed has another curve than the model: {force:force}, {percent:.2g} % of friction"
+
+
+def _missing(text: str, by_model: str, without: str, means: str) -> Sentence:
+    """Return what is said of a force that a model lacks: which one has it, or that there is none."""
+    return Sentence(
+        (f"{text}. Next: {by_model}", f"{text}; {without}"),
+        means, "try the model that is named",
+        choose=lambda texts, numbers: texts[0 if numbers["model"] else 1], also=("share_percent",),
+    )  # fmt: skip
+
+
+STRUCTURE: dict[str, Sentence] = {
+    "structure": Sentence(
+        (
+            "the structure of the model does not hold: {missing:force} (root mean square, {percent:.2g} % of friction) "
+            "of what it leaves over is no chance, but comes back on half-cycles that it was not fitted to, where noise "
+            "and scatter leave {chance:force}. What it depends on is told next",
+            ". Parameters are effective: {names:list} and their intervals hold for this model along such a motion, and "
+            "are not those of the axis",
+        ),
+        "the model lacks a force that comes back",
+        "try the model that is named, and take parameters and intervals for effective until then",
+        choose=lambda texts, numbers: texts[0] + (texts[1] if numbers["names"] else ""),
+        also=("causes",),
+    ),
+    "missing_speed": Sentence(
+        (
+            _CURVE + "; no model of bristle has another one",
+            _CURVE + ". Next: `{model}`",
+            _CURVE + ". Next: `{model}`, of which the exponent may be identified as well (`--free delta_S`)",
+        ),
+        "friction over the speed has another curve",
+        "try the model that is named",
+        choose=lambda texts, numbers: texts[("", "lugre", "stribeck_free").index(numbers["model"])],
+        also=("share_percent",),
+    ),
+    "missing_direction": _missing(
+        "friction differs between the directions: {force:force}, {percent:.2g} % of it",
+        "`{model}`",
+        "this model has a set of parameters for each already: look at load and cables",
+        "friction differs between the directions",
+    ),
+    "missing_lag": _missing(
+        "friction lags behind the speed: {force:force} over the acceleration, {percent:.2g} % of friction",
+        "`{model}`, whose sliding force follows the curve with a lag",
+        "this model lags by itself: look for a filter of a channel",
+        "friction lags behind the speed",
+    ),
+    "missing_play": _missing(
+        "the force around reversals builds up over another way than in the model, as with play in the drive: "
+        "{force:force}, {percent:.2g} % of friction",
+        "`{model}`",
+        "no model of bristle has play: record the position behind it too, and look for it in coupling and screw",
+        "the force around reversals builds up in another way, as with play",
+    ),
+    "missing_presliding": _missing(
+        "the force builds up over a distance after each reversal, which this model does not have: {force:force}, "
+        "{percent:.2g} % of friction",
+        "`{model}`",
+        "no model of bristle has another way of building up",
+        "the force builds up over a distance",
+    ),
+    "missing_position": _missing(
+        "friction changes along the axis: {force:force}, {percent:.2g} % of it",
+        "`{model}`",
+        "this model changes along the axis already, up to the square of the position",
+        "friction changes along the axis",
+    ),
+    "missing_ripple": _missing(
+        "the force ripples over the position, with a period of {period:length} and an amplitude of {amplitude:force}, "
+        "{percent:.2g} % of friction (root mean square), as cogging or a screw does",
+        "`{model}`",
+        "this model has one period already: look for a second one in motor, screw and belt",
+        "the force ripples over the position",
+    ),
+    "missing_load": _missing(
+        "friction changes with the recorded load: {force:force}, {percent:.2g} % of it",
+        "`{model}`",
+        "this model changes with the load already",
+        "friction changes with the load",
+    ),
+    "missing_temperature": _missing(
+        "friction changes with the recorded temperature: {force:force}, {percent:.2g} % of it",
+        "`{model}`",
+        "this model changes with the temperature already",
+        "friction changes with the temperature",
+    ),
+}

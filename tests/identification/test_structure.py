@@ -1,0 +1,105 @@
+"""A force that the model has no place for is told by name, with the model to try next; a right structure is not."""
+
+import numpy as np
+import pytest
+from tests.identification.known_logs import log_of, sines, sliding_effort
+
+from bristle.identification import identify
+from bristle.report.messages import warnings_of
+from bristle.report.model_tables import parameter_table
+from bristle.report.verdict import sentences
+
+LEVEL = 8.0  # [N], of the sliding effort
+
+
+@pytest.fixture(scope="module")
+def motion():
+    return sines(20.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
+
+
+def with_scatter(motion, force, seed=0, share=0.02):
+    """Effort of the axis with a force, all friction at another level after each reversal."""
+    generator = np.random.default_rng(seed)
+    side = np.sign(motion.velocity)
+    turn = np.cumsum(np.abs(np.diff(side, prepend=side[0])) > 0)
+    level = 1.0 + share * generator.standard_normal(turn[-1] + 1)
+    plain = sliding_effort(motion, seed, F_C=0.0)
+    return plain + (LEVEL * side + force) * level[turn]
+
+
+def forces(motion, cause):
+    side, v = np.where(motion.velocity < 0.0, -1.0, 1.0), motion.velocity
+    speed = np.abs(v) / np.max(np.abs(v))
+    return {
+        "nothing": 0.0 * v,
+        "speed": LEVEL * side * 0.5 * np.sqrt(speed),
+        "direction": 1.5 * v / np.max(np.abs(v)) * side,
+        "ripple": 0.1 * LEVEL * np.sin(2.0 * np.pi * motion.position / 0.01 + 1.0),
+        "position": 0.1 * LEVEL * motion.position / np.ptp(motion.position) * side,
+        "lag": -0.4 * LEVEL * motion.acceleration / np.max(np.abs(motion.acceleration)) * np.exp(-speed / 0.1),
+    }[cause]
+
+
+def best_of(motion, cause, model="coulomb_viscous", seed=0, **settings):
+    log = log_of(motion, with_scatter(motion, forces(motion, cause), seed), step=1e-7)
+    return identify(log, model, blocks=0, draws=0, settings=settings)
+
+
+def causes_in(fit):
+    return next((one.numbers["causes"] for one in fit.diagnostics if one.code == "structure"), ())
+
+
+@pytest.mark.parametrize(
+    ("cause", "following"),
+    [
+        ("speed", "stribeck_free"), ("direction", "coulomb_viscous+asymmetry"), ("ripple", "coulomb_viscous+periodic"),
+        ("position", "coulomb_viscous+position"), ("lag", "gms"),
+    ],
+)  # fmt: skip
+def test_a_missing_force_is_named_with_the_model_that_has_it(motion, cause, following):
+    fit = best_of(motion, cause).best
+    assert causes_in(fit)[0] == cause
+    named = next(one for one in fit.diagnostics if one.code == f"missing_{cause}")
+    assert named.numbers["model"] == following
+    assert any(f"`{following}`" in one for one in warnings_of(fit))
+
+
+def test_a_ripple_has_its_period_and_amplitude(motion):
+    numbers = next(one for one in best_of(motion, "ripple").best.diagnostics if one.code == "missing_ripple").numbers
+    assert numbers["period"] == pytest.approx(0.01, rel=0.01)
+    assert numbers["amplitude"] == pytest.approx(0.1 * LEVEL, rel=0.15)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_right_structure_is_left_alone_though_its_level_scatters(motion, seed):
+    assert causes_in(best_of(motion, "nothing", seed=seed).best) == ()
+
+
+def test_the_model_that_is_named_has_it(motion):
+    assert causes_in(best_of(motion, "ripple", "coulomb_viscous+periodic").best) == ()
+
+
+def test_parameters_of_a_model_that_lacks_a_force_are_effective(motion):
+    found = best_of(motion, "ripple")
+    assert set(found.best.effective) == {"M", "F_v", "F_C", "offset"}
+    assert {row[-1] for row in parameter_table(found.best).rows} == {"effective"}
+    assert any("effective" in one for one in sentences(found, "axis", None, None))
+    assert not best_of(motion, "nothing").best.effective
+
+
+def test_thresholds_decide_what_is_said(motion):
+    assert causes_in(best_of(motion, "ripple", missing_share=0.999).best) == ()
+    assert causes_in(best_of(motion, "ripple", missing_force=0.5).best) == ()
+    assert causes_in(best_of(motion, "ripple", missing_effort=0.5).best) == ()
+    assert causes_in(best_of(motion, "direction", missing_share_else=0.999).best) == ()
+
+
+def test_all_models_include_the_slots_that_the_residual_names(motion, monkeypatch):
+    import bristle.identification.request as request
+
+    monkeypatch.setattr(request, "MODELS", {name: request.MODELS[name] for name in ("coulomb", "coulomb_viscous")})
+    log = log_of(motion, with_scatter(motion, forces(motion, "ripple")), step=1e-7)
+    names = [fit.name for fit in identify(log, "all", blocks=3, draws=0).fits]
+    assert names[0] == "coulomb_viscous+periodic"
+    assert {"coulomb", "coulomb_viscous", "coulomb_viscous+asymmetry"} < set(names)
+    assert [fit.rank for fit in identify(log, "coulomb,coulomb_viscous", blocks=3, draws=0).fits] == [1, 2]
