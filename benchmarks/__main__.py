@@ -165,7 +165,9 @@ BENCHMARKS: dict[str, Callable[[], Iterator[Ratio]]] = {
     )
 }
 # No times but shares, of hundreds of identifications: half an hour, so only where it is asked for.
-LONG: dict[str, Callable[[], Iterator[Share]]] = {"coverage": coverage, "loop_coverage": loop_coverage, "structures": structures}
+LONG: dict[str, Callable[[], Iterator[Share]]] = {
+    "coverage": coverage, "loop_coverage": loop_coverage, "structures": structures,
+}  # fmt: skip
 
 
 def main(names: list[str]) -> int:
