@@ -49,7 +49,14 @@ def test_symmetric_friction_as_published(emps):
         assert abs(estimate.value - value) < 0.5 * abs(value) * percent / 100.0, name
         assert 1.0 / 1.5 < estimate.relative_std_percent / percent < 1.5, name
     assert 4.0 < fit.force_error_percent < 4.2
-    assert [warning.partition(":")[0] for warning in warnings_of(fit)] == ["the motion repeats itself every 6.24 s"]
+    assert warnings_of(fit)[-1].partition(":")[0] == "the motion repeats itself every 6.24 s"
+
+
+def test_what_the_symmetric_model_lacks_is_the_direction_and_a_turn_of_the_screw(emps):
+    fit = identify(emps, "coulomb_viscous", draws=0, blocks=0).best
+    missing = {one.code: one.numbers for one in fit.diagnostics if one.code.startswith("missing_")}
+    assert missing["missing_direction"]["model"] == "coulomb_viscous+asymmetry"
+    assert missing["missing_ripple"]["period"] == pytest.approx(2.5e-3, rel=0.01)
 
 
 def test_friction_by_direction_as_published(emps):

@@ -75,6 +75,19 @@ def test_a_right_structure_is_left_alone_though_its_level_scatters(motion, seed)
     assert causes_in(best_of(motion, "nothing", seed=seed).best) == ()
 
 
+def test_a_small_ripple_is_seen_through_a_level_that_scatters_more(motion):
+    effort = with_scatter(motion, 0.3 * forces(motion, "ripple"), share=0.06)
+    fit = identify(log_of(motion, effort, step=1e-7), blocks=0, draws=0).best
+    assert causes_in(fit) == ("ripple",)
+
+
+def test_what_only_the_fitted_half_cycles_show_is_nothing():
+    motion = sines(5.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
+    least = dict.fromkeys(("missing_share", "missing_share_else"), 0.08)
+    found = [best_of(motion, "nothing", seed=seed, missing_force=0.0, missing_effort=0.0, **least) for seed in range(4)]
+    assert not any(causes_in(one.best) for one in found)
+
+
 def test_the_model_that_is_named_has_it(motion):
     assert causes_in(best_of(motion, "ripple", "coulomb_viscous+periodic").best) == ()
 

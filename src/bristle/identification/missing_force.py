@@ -44,6 +44,8 @@ TINY = 1e-9
 ROUNDS = 8  # of the weights, which depend on the scatter that they tell
 GAP = 1.5  # of the time from row to row, beyond which some are left out
 MOST = 3  # causes
+SMALLEST = float(np.finfo(float).tiny)
+SEEN = 1e-12  # of the friction of the half-cycle with most: less has no level
 PLAIN = ("speed", "ripple")  # causes that act far from reversals, too
 
 
@@ -179,7 +181,9 @@ def _ripple(rows: Rows, weighed: _Weighed, explained: np.ndarray) -> tuple[np.nd
 
 def _tried(weighed: _Weighed, cause: str, explained: np.ndarray, columns: np.ndarray, left: np.ndarray) -> Missing:
     after, force = weighed.with_columns(explained, columns)
-    return Missing(cause, 1.0 - float(after @ after) / max(float(left @ left), TINY), float(np.sqrt(np.mean(force**2))))
+    return Missing(
+        cause, 1.0 - float(after @ after) / max(float(left @ left), SMALLEST), float(np.sqrt(np.mean(force**2)))
+    )
 
 
 @dataclass(frozen=True)
@@ -216,7 +220,7 @@ class _Weighed:
         slope = self.rows.slope * self.weight
         weighed = columns.reshape(columns.shape[0], -1) * self.weight[:, None]
         power, cycles = self.rows.cycles.summed(slope * slope), self.rows.cycles
-        level = cycles.summed(slope[:, None] * weighed) / np.maximum(power, np.finfo(float).tiny)[:, None]
+        level = cycles.summed(slope[:, None] * weighed) / _floored(power)[:, None]
         freed = weighed - (self.lost[:, None] * level)[cycles.index] * slope[:, None]
         return freed.reshape(columns.shape)
 
@@ -260,10 +264,16 @@ class _Weighed:
         return left, np.linalg.solve(gram, right) / scale
 
 
+def _floored(power: np.ndarray) -> np.ndarray:
+    return np.maximum(power, max(SEEN * float(power.max()), SMALLEST))
+
+
 def _lost(rows: Rows, weight: np.ndarray) -> np.ndarray:
     """Return the share of its level that each half-cycle loses, so that its rows are as good as independent."""
     slope, residual, cycles = rows.slope * weight, rows.residual * weight, rows.cycles
-    power = np.maximum(cycles.summed(slope * slope), np.finfo(float).tiny)
+    power = _floored(cycles.summed(slope * slope))
+    if power.max() <= SMALLEST:
+        return np.zeros(cycles.count)
     level = cycles.summed(slope * residual) / power
     within = residual - level[cycles.index] * slope
     error = float(within @ within) / max(independent_rows(within), 1.0) / power
@@ -272,4 +282,4 @@ def _lost(rows: Rows, weight: np.ndarray) -> np.ndarray:
         share = 1.0 / (square + error)
         square = float(np.sum(share * level**2) / np.sum(share))
     square = max(square - float(np.median(error)), 0.0)
-    return 1.0 - np.sqrt(error / np.maximum(error + square, np.finfo(float).tiny))
+    return 1.0 - np.sqrt(error / np.maximum(error + square, SMALLEST))
