@@ -2,7 +2,8 @@ r"""How sure a fit is of its parameters, and whether the log determines them at 
 
 The standard errors are those of least squares, :math:`s^2 (J^T J)^{-1}`, which take the residuals for independent.
 They are not where the model misses something. Intervals, and whether a parameter counts as identified, therefore rest
-on the larger of these and the errors that hold for residuals correlated over time (clustered by block [1]_). The
+on the larger of these and the errors that hold for residuals correlated over time (clustered by block [1]_), to which
+those of the delay, and of what was found with it before the fit, are added. The
 jackknife over half-cycles, a cross-check of the bootstrap, takes nothing for known but the model.
 
 References
@@ -15,6 +16,7 @@ References
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,8 +56,11 @@ class Covariance:
     condition_number: float
 
 
-def covariance_of(solution: Solution, residual: np.ndarray) -> Covariance:
-    """Return the standard errors of a solution with this residual [N or N*m], shape (row,)."""
+def covariance_of(solution: Solution, residual: np.ndarray, errors: Sequence[np.ndarray] = ()) -> Covariance:
+    """Return the standard errors of a solution with this residual [N or N*m], shape (row,).
+
+    The `errors` are further ones of the rows, each of one standard error and of all rows at once, as that of a delay.
+    """
     names = list(solution.space.reported)
     inner = np.array([name not in solution.at_edge for name in names], dtype=bool)
     jacobian = solution.jacobian[:, inner]
@@ -67,7 +72,8 @@ def covariance_of(solution: Solution, residual: np.ndarray) -> Covariance:
     inverse = (directions[regular].T / singular[regular] ** 2) @ directions[regular]
     variance = float(residual @ residual) / max(residual.size - len(names), 1)
     plain = variance * inverse
-    robust = inverse @ _scatter(columns * residual[:, None], len(names)) @ inverse
+    pulls = columns.T @ np.column_stack([*errors, np.zeros_like(residual)])
+    robust = inverse @ (_scatter(columns * residual[:, None], len(names)) + pulls @ pulls.T) @ inverse
     # Columns that take part in a direction that the rows do not see, and those that no row sees.
     blind = np.any(np.abs(directions[~regular]) > 1e-3, axis=0)
     derivative = solution.derivative[:, inner]

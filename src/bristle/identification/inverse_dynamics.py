@@ -115,6 +115,27 @@ class InverseDynamics:
         """Return what `residual` does, for each of several sets of free parameters."""
         return abreast(self.residual)(several)
 
+    def found_first(self) -> list[np.ndarray]:
+        """Return what an error of what was found before the fit does to the effort of the rows [N or N*m].
+
+        Arrays of shape (row,): one for the delay, and one for each parameter found with it; each of one standard error.
+        """
+        changes = [
+            entry.half_width / NORMAL_95 * self.mechanical(self.unit(name))
+            for name, entry in self.parameters.fixed.items()
+            if entry.half_width is not None
+        ]
+        if self.delay_std:
+            slopes = [derivative(segment.effort, self.dataset.sample_time) for segment in self.dataset.segments]
+            changes.append(self.delay_std * self.dataset.rows_of(slopes))
+        return changes
+
+    @cached_property
+    def delay_std(self) -> float:
+        """Standard error of the delay that was taken out of the log [s]."""
+        alignment = self.dataset.alignment
+        return (alignment.delay_half_width or 0.0) / NORMAL_95 if alignment else 0.0
+
     def errors(self, free: Mapping[str, float]) -> dict[str, float]:
         """Return nothing: the error of the effort along the motion is known of every fit."""
         return {}
@@ -249,24 +270,18 @@ class RowReplicates:
             kind=dataset.kind,
         )
 
-    @cached_property
-    def _delay_std(self) -> float:
-        """Standard error of the delay that was taken out of the log [s]."""
-        alignment = self.problem.dataset.alignment
-        return (alignment.delay_half_width or 0.0) / NORMAL_95 if alignment else 0.0
-
     def _wrong(self, rng: np.random.Generator, side: float) -> tuple[float, Model]:
         """Return by how much the delay of the log may be wrong [s], and the plant, as wrong as what was found first."""
         fixed = self.problem.parameters.fixed.items()
         widths = {name: entry.half_width for name, entry in fixed if entry.half_width is not None}
-        if not widths and not self._delay_std:
+        if not widths and not self.problem.delay_std:
             return 0.0, self._plant
         late, *errors = side * rng.standard_normal(1 + len(widths))
         drawn = {
             name: self.values[name] + error / NORMAL_95 * width
             for (name, width), error in zip(widths.items(), errors, strict=True)
         }
-        return float(late) * self._delay_std, self.problem.plant({**self.values, **drawn})
+        return float(late) * self.problem.delay_std, self.problem.plant({**self.values, **drawn})
 
     @property
     def _finely(self) -> bool:
