@@ -27,7 +27,7 @@ from bristle.core.errors import InputError
 
 __all__ = ["Tried", "lacking", "structures", "tried", "truth_of"]
 
-FIRST, RIGHT, WRONG = 1000, {"lugre": 70, "coulomb": 30}, 12
+FIRST, RIGHT, WRONG = 2000, {"lugre": 70, "coulomb": 30}, 12
 KINDS = ("lag", "ripple", "root_viscous", "stribeck_half", "play")
 TOLD = ("structure", "unexplained", "coloured_residual", "no_presliding")
 """Codes that say that the model is not that of the axis."""

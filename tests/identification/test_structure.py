@@ -104,7 +104,7 @@ def test_thresholds_decide_what_is_said(motion):
     assert causes_in(best_of(motion, "ripple", missing_share=0.999).best) == ()
     assert causes_in(best_of(motion, "ripple", missing_force=0.5).best) == ()
     assert causes_in(best_of(motion, "ripple", missing_effort=0.5).best) == ()
-    assert causes_in(best_of(motion, "direction", missing_share_else=0.999).best) == ()
+    assert causes_in(best_of(motion, "lag", missing_share_else=0.999).best) == ()
 
 
 def test_all_models_include_the_slots_that_the_residual_names(motion, monkeypatch):

@@ -2,10 +2,12 @@ r"""Forces that a model has no place for, found in what its fit leaves over.
 
 Each cause has a few columns: what friction would do with it, to first order. A cause is there where its columns,
 fitted to most half-cycles, tell the residual of the others (cross-validation [1]_). Two things would hide it, and are
-weighed first. Rows around reversals err by their sampling: each band of distance from a reversal counts by what it
-leaves over. And friction has another level on each half-cycle: with the share :math:`1 - \sqrt{v_k / (\tau^2 + v_k)}`
-of that level taken out, of a scatter :math:`\tau` and an error :math:`v_k`, rows are as good as independent of it
-[2]_. What the parameters of the model can take is no missing force, nor is what a wrong inertia, a delay or a filter of
+weighed first. Rows around reversals err by their sampling: what does not act there alone is looked for farther away,
+and each band of distance from a reversal counts by what it leaves over. And friction has another level on each
+half-cycle: with the share :math:`1 - \sqrt{v_k / (\tau^2 + v_k)}` of that level taken out, of a scatter :math:`\tau`
+and an error :math:`v_k`, rows are as good as independent of it [2]_.
+
+What the parameters of the model can take is no missing force, nor is what a wrong inertia, a delay or a filter of
 a channel makes: their derivatives are fitted with each cause.
 
 References
@@ -18,8 +20,8 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -46,7 +48,10 @@ GAP = 1.5  # of the time from row to row, beyond which some are left out
 MOST = 3  # causes
 SMALLEST = float(np.finfo(float).tiny)
 SEEN = 1e-12  # of the friction of the half-cycle with most: less has no level
-PLAIN = ("speed", "ripple")  # causes that act far from reversals, too
+FAR = 3.0  # periods of the cut-off from a reversal
+ANYWHERE = ("speed", "direction", "position", "ripple", "load", "temperature")
+AROUND = ("lag", "play")
+"""Causes that act everywhere, and those that act around reversals."""
 
 
 class Missing(NamedTuple):
@@ -73,20 +78,62 @@ class Missing(NamedTuple):
 
 @dataclass(frozen=True)
 class Rows:
-    """The rows of a fit: the residual, the derivatives by its parameters, its effort and friction, and their slope."""
+    """The rows of a fit: motion and effort, the residual, the derivatives by its parameters, friction and its slope.
 
-    dataset: Dataset
-    cycles: Groups
+    `surroundings` are those that were recorded, by name.
+    """
+
+    time: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    acceleration: np.ndarray
+    effort: np.ndarray
     residual: np.ndarray
     jacobian: np.ndarray
     predicted: np.ndarray
     friction: np.ndarray
     slope: np.ndarray
+    cycles: Groups
+    surroundings: Mapping[str, np.ndarray]
+    cutoff: float
+
+    @classmethod
+    def of(cls, dataset: Dataset, cycles: Groups, residual: np.ndarray, jacobian: np.ndarray, friction: np.ndarray,
+           slope: np.ndarray) -> Rows:  # fmt: skip
+        """Return the rows of a data set."""
+        surroundings = dict[str, np.ndarray]()
+        for name in ("load", "temperature"):
+            if all(name in segment.surroundings for segment in dataset.segments):
+                surroundings[name] = dataset.sampled([segment.surroundings[name] for segment in dataset.segments])
+        return cls(
+            dataset.time, dataset.position, dataset.velocity, dataset.acceleration, dataset.effort, residual, jacobian,
+            dataset.effort - residual, friction, slope, cycles, surroundings, dataset.cutoff,
+        )  # fmt: skip
+
+    def at(self, rows: np.ndarray) -> Rows:
+        """Return some of the rows, of which an array of bool is true."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        arrays = {name: value[rows] for name, value in values.items() if isinstance(value, np.ndarray)}
+        surroundings = {name: signal[rows] for name, signal in self.surroundings.items()}
+        return replace(self, **arrays, cycles=Groups(self.cycles.of_rows[rows]), surroundings=surroundings)
+
+    @property
+    def enough(self) -> bool:
+        """Whether there are enough rows and half-cycles for some to be told by the others."""
+        moves = self.residual.size >= FEWEST_ROWS and bool(self.friction.any())
+        return moves and self.cycles.count >= FEWEST_CYCLES
+
+    @cached_property
+    def far(self) -> np.ndarray:
+        """Which rows are far from reversals, and move."""
+        speed = np.abs(self.velocity)
+        periods = np.minimum(*self.from_ends(self.time)) * self.cutoff
+        return (periods > FAR) & (speed > SLOW[0] * float(np.quantile(speed, 0.99)))
 
     @cached_property
     def side(self) -> np.ndarray:
         """The direction of motion, 1 or -1."""
-        return np.where(self.dataset.velocity < 0.0, -1.0, 1.0)
+        return np.where(self.velocity < 0.0, -1.0, 1.0)
 
     @cached_property
     def first(self) -> np.ndarray:
@@ -107,12 +154,12 @@ class Rows:
     def explained(self) -> np.ndarray:
         """What is no missing force, shape (row, column): parameters, inertia, delay and filter, a constant."""
         rate = self._rate(self.predicted)
-        further = (self.dataset.acceleration, rate, self._rate(rate), np.ones_like(rate))
+        further = (self.acceleration, rate, self._rate(rate), np.ones_like(rate))
         return np.column_stack([self.jacobian, *further])
 
     def _rate(self, signal: np.ndarray) -> np.ndarray:
         """Return the rate of a signal; none where rows are left out."""
-        time = self.dataset.time
+        time = self.time
         step = np.diff(time, prepend=time[0])
         apart = step > GAP * np.median(step)
         return np.where(apart | np.roll(apart, -1), 0.0, np.gradient(signal, time))
@@ -123,19 +170,30 @@ def missing_forces(rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...],
 
     A cause counts from the shares of the weighted squares, of friction and of the effort that the settings name.
     """
-    if rows.cycles.count < FEWEST_CYCLES or rows.residual.size < FEWEST_ROWS or not rows.friction.any():
+    if not rows.enough:
         return (), 0.0
-    weighed, causes, missing = _Weighed.of(rows), dict(_columns(rows)), list[Missing]()
-    explained = rows.explained
-    friction, effort = (float(np.sqrt(np.mean(signal**2))) for signal in (rows.friction, rows.dataset.effort))
+    missing, left = list[Missing](), 0.0
+    if np.count_nonzero(rows.far) >= FEWEST_ROWS and (away := rows.at(rows.far)).enough:
+        missing, left = _search(away, away.explained, ANYWHERE, settings.missing_share, settings)
+    explained = np.column_stack([rows.explained, *(_columns_of(rows, force) for force in missing)])
+    around, of_all = _search(rows, explained, AROUND, settings.missing_share_else, settings)
+    return (*missing, *around), left if missing else of_all
+
+
+def _search(
+    rows: Rows, explained: np.ndarray, names: Sequence[str], least_share: float, settings: Settings
+) -> tuple[list[Missing], float]:  # fmt: skip
+    """Return the causes of these names that tell something of rows, besides what is explained, and what is left."""
+    friction, effort = (float(np.sqrt(np.mean(signal**2))) for signal in (rows.friction, rows.effort))
     least = max(settings.missing_force * friction, settings.missing_effort * effort)
+    weighed, missing = _Weighed.of(rows), list[Missing]()
+    causes = {name: columns for name, columns in _columns(rows).items() if name in names}
     left = weighed.left(explained)
-    while len(missing) < MOST and (causes or not missing):
-        ripple, period = _ripple(rows, weighed, explained)
+    while len(missing) < MOST:
+        ripple, period = _ripple(rows, weighed, explained) if "ripple" in names else (None, 0.0)
         tried = causes | ({} if ripple is None or any(force.period for force in missing) else {"ripple": ripple})
         forces = [_tried(weighed, name, explained, columns, left) for name, columns in tried.items()]
-        shares = {name: settings.missing_share if name in PLAIN else settings.missing_share_else for name in tried}
-        forces = [force for force in forces if force.share >= shares[force.cause] and force.force >= least]
+        forces = [force for force in forces if force.share >= least_share and force.force >= least]
         if not forces:
             break
         best = max(forces, key=lambda force: force.share)
@@ -143,38 +201,38 @@ def missing_forces(rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...],
         explained = np.column_stack([explained, tried[best.cause]])
         causes.pop(best.cause, None)
         left = weighed.left(explained)
-    return tuple(missing), float(np.sqrt(np.mean(left**2)))
+    return missing, float(np.sqrt(np.mean(left**2)))
+
+
+def _columns_of(rows: Rows, force: Missing) -> np.ndarray:
+    """Return what friction does by the cause of a force, shape (row, column)."""
+    return waves(rows.position, rows.side, 1.0 / force.period) if force.period else _columns(rows)[force.cause]
 
 
 def _columns(rows: Rows) -> Mapping[str, np.ndarray]:
-    """Return what friction does by each cause, to first order, shape (row, column) each."""
-    dataset, side = rows.dataset, rows.side[:, None]
-    speed = np.abs(dataset.velocity)
+    """Return what friction does by each cause but a ripple, to first order, shape (row, column) each."""
+    x, side, speed = rows.position, rows.side[:, None], np.abs(rows.velocity)
     speed = speed / float(np.quantile(speed, 0.99))
     falls = np.exp(-speed[:, None] / np.array(FALLS))
-    middle, reach = 0.5 * (dataset.position.max() + dataset.position.min()), 0.5 * float(np.ptp(dataset.position))
-    place = ((dataset.position - middle) / reach)[:, None]
-    ways = 2.0 * reach * np.array(WAYS)
-    behind, before = rows.from_ends(dataset.position)
-    columns = {
+    middle, reach = 0.5 * (x.max() + x.min()), 0.5 * float(np.ptp(x))
+    place = ((x - middle) / reach)[:, None]
+    behind, before = (way[:, None] / (2.0 * reach * np.array(WAYS)) for way in rows.from_ends(x))
+    return {
         "speed": side * np.column_stack([falls, np.sqrt(speed), speed**2]),
         "direction": np.column_stack([np.ones_like(speed), speed, falls]),
-        "lag": dataset.acceleration[:, None] * falls,
-        "play": side * np.exp(-np.column_stack([behind[:, None] / ways, before[:, None] / ways])),
+        "lag": rows.acceleration[:, None] * falls,
+        "play": side * np.exp(-np.column_stack([behind, before])),
         "position": np.column_stack([place, place**2, side * place, side * place**2]),
-    }
-    for name in ("load", "temperature"):
-        recorded = [segment.surroundings.get(name) for segment in dataset.segments]
-        if all(signal is not None for signal in recorded):
-            signal = dataset.sampled([signal for signal in recorded if signal is not None])
-            columns[name] = (rows.friction * (signal - np.mean(signal)))[:, None]
-    return columns
+        **{
+            name: (rows.friction * (signal - np.mean(signal)))[:, None] for name, signal in rows.surroundings.items()
+        },
+    }  # fmt: skip
 
 
 def _ripple(rows: Rows, weighed: _Weighed, explained: np.ndarray) -> tuple[np.ndarray | None, float]:
     """Return the waves over the position that take most of what is left, added to friction and in proportion to it."""
-    x, side = rows.dataset.position, rows.side
-    most = float(np.ptp(x)) * rows.dataset.cutoff / float(np.median(np.abs(rows.dataset.velocity)))
+    x, side = rows.position, rows.side
+    most = float(np.ptp(x)) * rows.cutoff / float(np.median(np.abs(rows.velocity)))
     frequency = frequency_in(x, side, weighed.without(explained), most)
     return (None, 0.0) if frequency is None else (waves(x, side, frequency), 1.0 / frequency)
 
@@ -202,8 +260,8 @@ class _Weighed:
     def of(cls, rows: Rows) -> _Weighed:
         """Return the weights that the residual of a fit asks for."""
         cycle, residual = rows.cycles.index, rows.residual
-        nearest = np.minimum(*rows.from_ends(rows.dataset.time)) * rows.dataset.cutoff
-        speed = np.abs(rows.dataset.velocity)
+        nearest = np.minimum(*rows.from_ends(rows.time)) * rows.cutoff
+        speed = np.abs(rows.velocity)
         slow = np.digitize(speed / float(np.quantile(speed, 0.99)), SLOW)
         band = np.digitize(nearest, BANDS) + (len(BANDS) + 1) * slow
         squares = np.bincount(band, residual**2) / np.maximum(np.bincount(band), 1)

@@ -82,15 +82,17 @@ class Settings(CheckThresholds):
     reversal_share: float = _set(0.25, "share of the squared residual around reversals that is much", most=1.0)
     reversal_excess: float = _set(3.0, "times the share of the rows around reversals that the share there must be")
     missing_share: float = _set(
-        0.25, "share of the residual, weighed by noise and scatter, that another curve over the speed or a ripple must "
-        "tell on half-cycles that it was not fitted to, for the model to lack it", most=1.0,
+        0.25, "share of the residual, weighed by noise and scatter, that one cause must tell, away from reversals, on "
+        "half-cycles that it was not fitted to, for the model to lack it", most=1.0,
     )  # fmt: skip
-    missing_share_else: float = _set(0.36, "the same of other causes: sampling of reversals looks like those", most=1.0)
+    missing_share_else: float = _set(
+        0.36, "the same of a lag and of play, which act around reversals, as errors of sampling do", most=1.0
+    )
     missing_force: float = _set(
         0.004, "share of the friction force, root mean square, below which a model lacks no force"
     )
     missing_effort: float = _set(
-        0.005, "share of the effort, root mean square, below which a missing force is one of the treatment of the log"
+        0.004, "share of the effort, root mean square, below which a missing force is one of the treatment of the log"
     )
     reversal_lag: float = _set(0.1, "share of the friction force by which friction must lag behind around reversals")
 

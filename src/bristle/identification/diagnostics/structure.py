@@ -32,8 +32,8 @@ def missing_in(fit: Fit, estimation: Estimation, settings: Settings) -> tuple[tu
     if fit.unfinished or estimation.simulates or solution.jacobian.shape[0] != fit.traces.residual.size:
         return (), 0.0
     values = problem.parameters.complete(solution.values)
-    rows = Rows(
-        problem.dataset, problem.half_cycles, fit.traces.residual, solution.jacobian, fit.traces.predicted,
+    rows = Rows.of(
+        problem.dataset, problem.half_cycles, fit.traces.residual, solution.jacobian,
         fit.traces.predicted - fit.traces.mechanical, problem.friction_slope(values),
     )  # fmt: skip
     return missing_forces(rows, settings)
