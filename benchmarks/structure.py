@@ -29,7 +29,7 @@ __all__ = ["Tried", "lacking", "structures", "tried", "truth_of"]
 
 FIRST, RIGHT, WRONG = 2000, {"lugre": 70, "coulomb": 30}, 12
 KINDS = ("lag", "ripple", "root_viscous", "stribeck_half", "play")
-TOLD = ("structure", "unexplained", "coloured-residual", "no-presliding")
+TOLD = ("structure", "unexplained", "coloured_residual", "no_presliding")
 """Codes that say that the model is not that of the axis."""
 LAG = 0.02  # [s]
 PLAY = 10.0  # times the play that is drawn
@@ -97,7 +97,7 @@ def tried(kind: str, seed: int) -> Tried:
             found = br.identify(table, MODELS.get(kind, "lugre"), axis=axis, blocks=0, draws=0)
         except InputError as error:
             return Tried((), 0.0, str(error))
-    codes = [one.code for one in found.best.diagnostics]
+    codes = [one.code.replace("-", "_") for one in found.best.diagnostics]
     causes = [code for code in codes if code in TOLD or code.startswith("missing_")]
     return Tried(tuple(causes), lacking(truth, run))
 
