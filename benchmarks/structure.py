@@ -97,7 +97,7 @@ def tried(kind: str, seed: int) -> Tried:
             found = br.identify(table, MODELS.get(kind, "lugre"), axis=axis, blocks=0, draws=0)
         except InputError as error:
             return Tried((), 0.0, str(error))
-    codes = [one.code for one in found.best.diagnostics]
+    codes = [one.code.replace("-", "_") for one in found.best.diagnostics]
     causes = [code for code in codes if code in TOLD or code.startswith("missing_")]
     return Tried(tuple(causes), lacking(truth, run))
 
