@@ -97,18 +97,24 @@ def test_open_loop_skips_twenty_samples_and_follows_the_motion():
     assert np.max(np.abs(prediction.position_predicted - prediction.position)[first]) < 4e-5
 
 
+def channels_of(found):
+    return {name: found.treatment[name] for name in ("delay", "smoothing", "slow") if name in found.treatment}
+
+
 def test_inverse_is_the_residual_of_the_identification():
     log = recorded()
-    fit = identify(log, "coulomb_viscous+asymmetry", axis=AXIS, draws=0).best
-    prediction = predict(fit.plant, fit.friction, log, AXIS, "inverse")
+    found = identify(log, "coulomb_viscous+asymmetry", axis=AXIS, draws=0)
+    fit = found.best
+    prediction = predict(fit.plant, fit.friction, log, AXIS, "inverse", **channels_of(found))
     assert prediction.metrics["force_error_percent"] == pytest.approx(fit.force_error_percent, rel=1e-9)
     assert prediction.position_predicted is None
 
 
 def test_the_treatment_of_the_identification_overrides_that_of_the_axis():
     log = recorded()
-    fit = identify(log, axis=AXIS, cutoff=40.0, decimation=4, draws=0).best
-    own = predict(fit.plant, fit.friction, log, AXIS, cutoff=40.0, decimation=4)
+    found = identify(log, axis=AXIS, cutoff=40.0, decimation=4, draws=0)
+    fit = found.best
+    own = predict(fit.plant, fit.friction, log, AXIS, cutoff=40.0, decimation=4, **channels_of(found))
     assert own.metrics["force_error_percent"] == pytest.approx(fit.force_error_percent, rel=1e-9)
     assert own.time.size == fit.traces.time.size
     assert "40 Hz" in notes_of(own)[0]
@@ -118,8 +124,9 @@ def test_the_treatment_of_the_identification_overrides_that_of_the_axis():
 @pytest.mark.parametrize("cutoff", [15.0, 30.0, 60.0])
 def test_the_unexplained_force_is_the_residual_of_the_identification(cutoff):
     log = recorded()
-    fit = identify(log, axis=AXIS, cutoff=cutoff, decimation=1, blocks=0, draws=0).best
-    left = unexplained_force(fit.plant, fit.friction, log, AXIS, cutoff=cutoff)
+    found = identify(log, axis=AXIS, cutoff=cutoff, decimation=1, blocks=0, draws=0)
+    fit = found.best
+    left = unexplained_force(fit.plant, fit.friction, log, AXIS, cutoff=cutoff, **channels_of(found))
     at_rows = left[np.searchsorted(log.time.values, fit.traces.time)]
     assert np.allclose(at_rows, fit.traces.residual, atol=1e-9 * np.max(np.abs(log.effort.values)))
 

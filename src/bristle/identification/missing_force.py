@@ -27,6 +27,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bristle.core.lazy import cached_property
+from bristle.core.least_squares import unbounded
 from bristle.identification.dataset import Dataset
 from bristle.identification.half_cycles import Groups, independent_rows
 from bristle.identification.settings import Settings
@@ -290,7 +291,7 @@ class _Weighed:
     def without(self, explained: np.ndarray) -> np.ndarray:
         """Return the weighed residual without what some columns take of it, fitted to all rows."""
         columns = self.of_columns(explained)
-        return self.residual - columns @ np.linalg.lstsq(columns, self.residual, rcond=TINY)[0]
+        return self.residual - columns @ unbounded(columns, self.residual, rcond=TINY)
 
     def left(self, explained: np.ndarray) -> np.ndarray:
         """Return the weighed residual without what some columns, fitted to the other parts, tell of each part."""

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bristle.core.axis import Axis
+from bristle.core.least_squares import unbounded
 from bristle.identification.dataset import Segment, derivative, low_passed
 from bristle.identification.delay import at, through_filter
 from bristle.identification.preprocessing import segment_of, smallest_step
@@ -188,7 +189,7 @@ class WideRows:
 
 def _solved(gram: np.ndarray, right: np.ndarray) -> np.ndarray:
     scale = np.sqrt(np.maximum(np.diag(gram), np.finfo(float).tiny))
-    return np.linalg.lstsq(gram / np.outer(scale, scale), right / scale, rcond=SINGULAR)[0] / scale
+    return unbounded(gram / np.outer(scale, scale), right / scale, rcond=SINGULAR) / scale
 
 
 def _jackknife(rows: np.ndarray, target: np.ndarray) -> np.ndarray:

@@ -18,7 +18,8 @@ __all__ = ["longest_of", "loop_of"]
 
 
 def loop_of(
-    plant: Model, friction: Model, log: Log, axis: Axis, *, cutoff: float | None = None, lag: float | None = None
+    plant: Model, friction: Model, log: Log, axis: Axis, *, cutoff: float | None = None, lag: float | None = None,
+    delay: float | None = None, smoothing: float | None = None, slow: float | None = None,
 ) -> Experiment | None:  # fmt: skip
     """Return the loop of an axis without and with compensation, on the reference that a log holds.
 
@@ -38,6 +39,8 @@ def loop_of(
         Cut-off of the identification [Hz]; the axis decides where it is not given.
     lag : float, optional
         Time constant with which the drive follows its controller [s]; the axis decides where it is not given.
+    delay, smoothing, slow : float, optional
+        What the identification took out of the effort of the log, as in `predict`.
 
     Returns
     -------
@@ -47,6 +50,9 @@ def loop_of(
     if axis.controller is None or log.reference is None or log.effort is None:
         return None
     longest, limit = longest_of(log), axis.effort_limit or math.inf
+    left = unexplained_force(
+        plant, friction, log, axis, cutoff=cutoff, delay=delay, smoothing=smoothing, slow=slow
+    )  # fmt: skip
     simulated = friction
     if axis.presliding and is_static(friction):
         simulated = with_presliding(friction, axis.presliding)
@@ -60,7 +66,7 @@ def loop_of(
         resolution=axis.resolution or 0.0,
         effort_limit=limit,
         lag=axis.lag if lag is None else lag,
-        disturbance=(unexplained_force(plant, friction, log, axis, cutoff=cutoff) - log.injected_effort)[longest],
+        disturbance=(left - log.injected_effort)[longest],
         start=_start(within_drive(axis.controller, limit), log, axis, longest),
         name=axis.name,
     )

@@ -36,12 +36,14 @@ __all__ = ["MODES", "predict", "unexplained_force"]
 MODES = ("inverse", *LOOPS)
 MOST = 0.4  # of the sampling frequency, for a cut-off
 
+DELAY = optional(amount(Variable("time", "delay of the effort")))
+SMOOTHING = optional(amount(Variable("time", "filter of the effort")))
+SLOW = optional(amount(Variable("frequency", "cut-off of the instruments", min=0.0)))
+
 
 @guarded(
     mode=among(*MODES), velocity_max=optional(amount(Variable("length/time", "largest speed", min=0.0))),
-    delay=optional(amount(Variable("time", "delay of the effort"))),
-    smoothing=optional(amount(Variable("time", "filter of the effort"))),
-    slow=optional(amount(Variable("frequency", "cut-off of the instruments", min=0.0))),
+    delay=DELAY, smoothing=SMOOTHING, slow=SLOW,
     lag=optional(amount(Variable("time", "lag of the drive", min=0.0))), bands=optional(instance(Bands, "a Bands")),
 )  # fmt: skip
 def predict(
@@ -109,8 +111,7 @@ def predict(
         raise InputError("has no effort to compare with or to apply", path="log", mend="Name its column in the axis")
     if mode == "inverse":
         filtering, remarks = _within_reach(log, *treatment_of(cutoff, decimation, log.kind), axis)
-        dataset = treat_all([log], [axis], *filtering, delay or 0.0, smoothing or 0.0)
-        dataset = differentiated(dataset) if slow else dataset
+        dataset = _rows(log, axis, *filtering, delay, smoothing, slow)
         width = None if bands is None else half_width(bands, plant, friction, dataset)
         prediction = replace(_inverse(plant, friction, log, dataset), half_width=width)
         prediction = replace(prediction, diagnostics=(*remarks, *prediction.diagnostics))
@@ -244,13 +245,23 @@ def _error_percent(signal: Any, predicted: Any) -> float | None:
     return None if predicted is None else relative_error_percent(signal, predicted)
 
 
+def _rows(
+    log: Log, axis: Axis | None, cutoff: float | None, decimation: int | None, delay: float | None,
+    smoothing: float | None, slow: float | None,
+) -> Dataset:  # fmt: skip
+    """Return the rows of a log, treated as its identification did."""
+    dataset = treat_all([log], [axis], cutoff, decimation, delay or 0.0, smoothing or 0.0)
+    return differentiated(dataset) if slow else dataset
+
+
 @guarded(
     plant=model("plant"), friction=model("friction"), log=LOG, axis=optional(AXIS),
-    cutoff=optional(amount(CUTOFF, exclusive=True)),
+    cutoff=optional(amount(CUTOFF, exclusive=True)), delay=DELAY, smoothing=SMOOTHING, slow=SLOW,
 )  # fmt: skip
 def unexplained_force(
-    plant: Model, friction: Model, log: Log, axis: Axis | None = None, *, cutoff: Amount | None = None
-) -> np.ndarray:
+    plant: Model, friction: Model, log: Log, axis: Axis | None = None, *, cutoff: Amount | None = None,
+    delay: Amount | None = None, smoothing: Amount | None = None, slow: Amount | None = None,
+) -> np.ndarray:  # fmt: skip
     """Return the force that a model does not explain, at the rate of the log.
 
     It is what remains of the effort after inertia and friction, behind the filter of the identification; zero at
@@ -267,13 +278,15 @@ def unexplained_force(
         Its cut-off and encoder resolution are used.
     cutoff : float or str, optional
         Cut-off of the identification [Hz]; the axis decides where it is not given.
+    delay, smoothing, slow : float or str, optional
+        What the identification took out of the effort, as in `predict`; nothing where not given.
 
     Returns
     -------
     ndarray, shape (sample,)
         Force [N or N*m].
     """
-    dataset = treat_all([log], [axis], cutoff)
+    dataset = _rows(log, axis, cutoff, None, delay, smoothing, slow)
     force = np.zeros(len(log))
     for segment, explained in zip(dataset.segments, dataset.explained(plant, friction), strict=True):
         residual = np.where(segment.velocity == 0.0, 0.0, segment.effort - explained)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 __all__ = ["DiagnosticWithMessage", "ModelInHand"]
 
-TREATMENT = ("cutoff", "decimation", "velocity_max", "delay", "lag")
+TREATMENT = ("cutoff", "decimation", "velocity_max", "delay", "smoothing", "slow", "lag")
 COLUMNS = ("Parameter", "Value", "95 % interval", "Unit", "Standard error [%]", "Remark")
 
 
@@ -86,18 +86,24 @@ class ModelInHand(WithCard):
 
     @property
     def covariance_names(self) -> tuple[str, ...]:
-        """Names of the parameters that were identified, in the order of the covariance."""
+        """Names of the parameters that were identified, in the order of the covariance; found before the fit last."""
+        together = self.best.correlation_names
         stds = self._stds()
-        return tuple(name for name in self.best.correlation_names if name in stds)
+        return (*(name for name in together if name in stds), *(name for name in stds if name not in together))
 
     @property
     def covariance(self) -> np.ndarray:
-        """Covariance of the parameters that were identified [products of their units], shape (parameter, parameter)."""
-        stds, names = self._stds(), self.best.correlation_names
-        places = [index for index, name in enumerate(names) if name in stds]
-        std = np.array([stds[names[index]] for index in places])
-        correlation = np.asarray(self.best.correlation, dtype=float)
-        return correlation[np.ix_(places, places)] * np.outer(std, std)
+        """Covariance of the parameters that were identified [products of their units], shape (parameter, parameter).
+
+        An inertia that was found before the fit counts as independent of the others; `draws` have it as it is.
+        """
+        stds, together = self._stds(), self.best.correlation_names
+        places = [index for index, name in enumerate(together) if name in stds]
+        names, count = self.covariance_names, len(places)
+        correlation = np.eye(len(names))
+        correlation[:count, :count] = np.asarray(self.best.correlation, dtype=float)[np.ix_(places, places)]
+        std = np.array([stds[name] for name in names])
+        return correlation * np.outer(std, std)
 
     def _stds(self) -> dict[str, float]:
         """Return the standard errors of what was identified; products of parameters count as parameters."""

@@ -187,9 +187,10 @@ def _in_the_loop(identification: Identification, axis: Axis, progress: Progress 
     best, log = identification.best, identification.log
     if best.position_rmse is not None:
         return None, predict(best.plant, best.friction, log, axis, "open-loop"), following_of(log)
-    experiment = loop_of(
-        best.plant, best.friction, log, axis, cutoff=identification.treatment["cutoff"], lag=best.lag
-    )  # fmt: skip
+    treatment = {
+        name: identification.treatment.get(name) for name in ("cutoff", "delay", "smoothing", "slow")
+    }  # fmt: skip
+    experiment = loop_of(best.plant, best.friction, log, axis, lag=best.lag, **treatment)
     if experiment is None:
         return None, None, following_of(log)
     simulation = simulate(experiment, progress)
