@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.identification.known_logs import STATED, sliding_log
 from tests.report.pages import Page
 from tests.report.test_pages import identification_page
 
@@ -16,12 +17,14 @@ from bristle.core.typography import typeset_sentence
 from bristle.core.units import factor
 from bristle.friction import MODELS, find
 from bristle.identification import identify
+from bristle.logs import Log
 from bristle.prediction import drive_table, predict
 from bristle.prediction.loop import loop_of
 from bristle.report.advice import ADVICE, next_measurements
 from bristle.report.identification import identification_report
 from bristle.report.messages import assumptions_of, warnings_of
 from bristle.report.model_tables import as_csv, drive_rows, parameter_table
+from bristle.report.verdict import sentences
 from bristle.simulation import simulate
 
 
@@ -42,6 +45,17 @@ def test_each_parameter_stands_in_the_table_with_its_standard_error(workbench):
         else:
             assert plain(cells["Standard error"]) * scale == pytest.approx(estimate.std, rel=0.06)
             assert plain(cells["Value"]) * scale == pytest.approx(estimate.value, abs=0.06 * estimate.std)
+
+
+@pytest.mark.parametrize(("shift", "stands"), [(3, "lags behind"), (-3, "runs ahead of")])
+def test_a_delay_that_was_found_stands_in_the_first_lines(shift, stands):
+    log = sliding_log()
+    late = np.roll(log.effort.values, shift)[50:-50]
+    moved = Log(time=log.time.values[50:-50], position=log.position.values[50:-50], effort=late, sample_time=1e-3)
+    told = " ".join(sentences(identify(moved, draws=0, blocks=0), "axis", None, None))
+    assert f"The effort {stands} the position by" in told
+    assert "samples): found in this log, and taken out" in told
+    assert "samples)" not in " ".join(sentences(identify(moved, axis=STATED, draws=0, blocks=0), "axis", None, None))
 
 
 def test_the_interval_of_the_table_rests_on_the_larger_error(workbench):
