@@ -248,7 +248,11 @@ def _with_slots(
         further = [find(name) for name in names if name not in estimations and name not in left_out]
         if not further:
             break
-        more, of_them, refused = _fits(context, further, blocks, partial(_part, report, turn, len(further)))
+        try:
+            more, of_them, refused = _fits(context, further, blocks, partial(_part, report, turn, len(further)))
+        except InputError as error:  # none of them can be fitted to this log
+            left_out |= {one.name: error.message for one in further}
+            break
         added += further
         fits += more
         estimations |= of_them
