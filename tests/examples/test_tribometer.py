@@ -58,7 +58,8 @@ def test_break_away_repeats_from_stroke_to_stroke(found):
 @pytest.mark.measured
 def test_what_this_log_cannot_tell_is_said(found):
     identification, _, _ = found
-    assert identification.best.name == "maxwell_slip+position"
+    # Its terms of the place predict the second half better, by less than one stroke differs from the next.
+    assert identification.best.name == "maxwell_slip"
     for fit in identification.fits:
         told = " ".join(warnings_of(fit))
         assert "a log of one amplitude holds no loop inside another one" in told

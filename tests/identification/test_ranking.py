@@ -99,6 +99,13 @@ def test_what_knows_the_place_gains_nothing_below_the_spread_of_one_motion(made)
     assert order(plain, by_direction, spread=0.6) == ["by direction", "plain"]
 
 
+def test_a_half_unidentified_leader_keeps_the_place_where_no_motion_repeats_itself(made):
+    larger = made("larger", [one + 0.1 for one in BLOCKS], 12)
+    by_place = made("by place", BLOCKS, 6, unknown=3, component=find("coulomb_viscous+periodic"))
+    assert order(larger, by_place) == ["by place", "larger"]
+    assert order(larger, by_place, spread=0.2) == ["larger", "by place"]
+
+
 def test_the_spread_is_that_of_the_effort_between_repeats():
     motion = sines(12.0, amplitudes=(0.02,), frequencies=(0.5,), phases=(0.0,))
     effort = sliding_effort(motion, noise=0.0)

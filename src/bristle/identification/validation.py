@@ -87,11 +87,11 @@ def ranked(fits: Sequence[Fit], settings: Settings = DEFAULT, spread: float = 0.
 def _first(fits: list[Fit], settings: Settings, spread: float) -> Fit:
     leader = min(fits, key=_error)
     if _doubtful(leader, settings):
-        spread = leader.held_out.std_percent if leader.held_out else 0.0
+        scatter = leader.held_out.std_percent if leader.held_out else 0.0
         sound = [
             fit
             for fit in fits
-            if not _doubtful(fit, settings) and _size(fit) < _size(leader) and _error(fit) <= _error(leader) + spread
+            if not _doubtful(fit, settings) and _size(fit) < _size(leader) and _error(fit) <= _error(leader) + scatter
         ]
         leader = min(sound, key=_error, default=leader)
     if spread > 0.0:
