@@ -25,7 +25,7 @@ SPOILT = {
     "structure", "filter_suspect", "delay_unknown", "stages_differ", "rows_lost", "sign_reversed", "effort_unsigned",
     "clock_suspect", "unit_suspect", "velocity_contradicts", "clipped", "saturates", "mass_contradicts",
     "gear_suspect", "level_drifts", "level_over_position", "one_direction", "one_speed", "never_slides",
-    "below_resolution", "backlash", "half_cycles_differ",
+    "below_resolution", "half_cycles_differ",
 }  # fmt: skip
 """Codes that doubt a record, or the model on it, rather than a single parameter."""
 

@@ -83,7 +83,7 @@ def test_a_small_ripple_is_seen_through_a_level_that_scatters_more(motion):
 
 def test_what_only_the_fitted_half_cycles_show_is_nothing():
     motion = sines(5.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
-    least = dict.fromkeys(("missing_share", "missing_share_else"), 0.08)
+    least = dict.fromkeys(("missing_share", "missing_share_around"), 0.08)
     found = [best_of(motion, "nothing", seed=seed, missing_force=0.0, missing_effort=0.0, **least) for seed in range(4)]
     assert not any(causes_in(one.best) for one in found)
 
@@ -104,7 +104,7 @@ def test_thresholds_decide_what_is_said(motion):
     assert causes_in(best_of(motion, "ripple", missing_share=0.999).best) == ()
     assert causes_in(best_of(motion, "ripple", missing_force=0.5).best) == ()
     assert causes_in(best_of(motion, "ripple", missing_effort=0.5).best) == ()
-    assert causes_in(best_of(motion, "lag", missing_share_else=0.999).best) == ()
+    assert causes_in(best_of(motion, "lag", missing_share_around=0.999).best) == ()
 
 
 def test_all_models_include_the_slots_that_the_residual_names(motion, monkeypatch):

@@ -13,8 +13,6 @@ SLOT_OF = {
     "temperature": "temperature",
 }  # fmt: skip
 """The slot that has what a cause needs."""
-FALLS = "v_S"
-"""The parameter of every model whose friction falls with speed."""
 
 
 def model_with(cause: str, friction: Model) -> str:
@@ -28,10 +26,17 @@ def model_with(cause: str, friction: Model) -> str:
         return "" if base is MODELS["gms"] else "gms"
     if cause != "speed":
         return ""
-    falls = any(name.startswith(FALLS) for name in component.variables)
-    if not is_static(friction) and not falls:
+    if not is_static(friction) and not _falls(component):
         return "lugre"
     return "" if base is MODELS["stribeck_free"] else "stribeck_free"
+
+
+def _falls(component: FrictionModel) -> bool:
+    """Return whether the friction of a model falls with speed: it has a speed over which it does."""
+    return any(
+        (variable.quantity, variable.excitation) == ("length/time", "stribeck")
+        for variable in component.variables.values()
+    )
 
 
 def _beside(component: FrictionModel, slot: str) -> str:

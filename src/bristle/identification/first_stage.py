@@ -135,10 +135,10 @@ def _alignment_from(rows: WideRows, rungs: list[Rung], settings: Settings, *, so
     lag = lag if delay_known or not sought else None
     well = mass_width <= settings.inertia_unsure * mass
     return Alignment(
-        *((delay, width) if delay_known else (None, None)),
-        *(None, None) if lag is None else (lag, STUDENT * channels.lag_error),
-        *((mass, mass_width) if well else (None, None)),
-        chosen.plain.cutoff, sought,
+        delay=delay if delay_known else None, delay_half_width=width if delay_known else None,
+        smoothing=lag, smoothing_half_width=None if lag is None else STUDENT * channels.lag_error,
+        mass=mass if well else None, mass_half_width=mass_width if well else None,
+        slow=chosen.plain.cutoff, sought=sought,
     )  # fmt: skip
 
 

@@ -177,7 +177,7 @@ def missing_forces(rows: Rows, settings: Settings) -> tuple[tuple[Missing, ...],
     if np.count_nonzero(rows.far) >= FEWEST_ROWS and (away := rows.at(rows.far)).enough:
         missing, left = _search(away, away.explained, ANYWHERE, settings.missing_share, settings)
     explained = np.column_stack([rows.explained, *(_columns_of(rows, force) for force in missing)])
-    around, of_all = _search(rows, explained, AROUND, settings.missing_share_else, settings)
+    around, of_all = _search(rows, explained, AROUND, settings.missing_share_around, settings)
     return (*missing, *around), left if missing else of_all
 
 

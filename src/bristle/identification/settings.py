@@ -85,7 +85,7 @@ class Settings(CheckThresholds):
         0.25, "share of the residual, weighed by noise and scatter, that one cause must tell, away from reversals, on "
         "half-cycles that it was not fitted to, for the model to lack it", most=1.0,
     )  # fmt: skip
-    missing_share_else: float = _set(
+    missing_share_around: float = _set(
         0.36, "the same of a lag and of play, which act around reversals, as errors of sampling do", most=1.0
     )
     missing_force: float = _set(

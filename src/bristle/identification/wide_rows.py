@@ -78,7 +78,6 @@ class WideRows:
     step: float  # s from row to row
     dt: float
     noise: float  # of the position, sample by sample
-    waves: list[float] = field(default_factory=list)
     narrow: dict[float, np.ndarray] = field(default_factory=dict)
 
     def suffice(self) -> bool:

@@ -16,7 +16,7 @@ from bristle.report.design_tables import (
     margin_table,
     proposal_table,
 )
-from bristle.report.messages import as_data, message
+from bristle.report.messages import as_data, message, whole_sentence
 from bristle.report.page import Picture, picture, render
 from bristle.stability import doubts_of, verdict_of
 
@@ -63,7 +63,7 @@ def design_sentences(design: Design) -> list[str]:
     """Return what matters most of a design, in words."""
     assessment = design.assessment
     lines = [f"{design.variant.name}: {message(verdict_of(assessment))}."]
-    lines += [f"{_capital(message(doubt))}." for doubt in doubts_of(assessment)]
+    lines += [whole_sentence(doubt) for doubt in doubts_of(assessment)]
     delays = design.delays
     lines.append(
         f"The loop has {with_unit(delays.total, 's')} of delay. As a rule of thumb that allows the sum of its two "
@@ -120,10 +120,6 @@ def _length(length: float, unit: str) -> str:
 
 def _peak(proposal: Proposal) -> float:
     return proposal.following_error.peak_to_peak if proposal.following_error is not None else float("inf")
-
-
-def _capital(text: str) -> str:
-    return text[0].upper() + text[1:]
 
 
 def _circle_words(design: Design) -> str:

@@ -28,6 +28,7 @@ __all__ = [
     "notes_of",
     "sentence_of",
     "warnings_of",
+    "whole_sentence",
 ]
 
 _HEADS = {
@@ -60,6 +61,12 @@ def message(diagnostic: Diagnostic) -> str:
     """
     head = _HEADS.get((SENTENCES[diagnostic.code].about, diagnostic.severity), "")
     return _formatted(head, diagnostic) + clause(diagnostic)
+
+
+def whole_sentence(diagnostic: Diagnostic) -> str:
+    """Return the same with a capital and a full stop."""
+    text = message(diagnostic)
+    return f"{text[0].upper()}{text[1:]}."
 
 
 def clause(diagnostic: Diagnostic) -> str:
@@ -122,12 +129,17 @@ class _Words(Formatter):
     """Formats numbers by what they are.
 
     Behind the colon stands a generalised quantity (``length/time``), ``unit`` for the unit that the numbers name,
-    ``list`` or ``and`` for names, ``samples`` for a count in words, ``2 digits``, or what Python knows.
+    ``list`` or ``and`` for names, ``samples`` for a count in words, ``2 digits``, or what Python knows. ``!m`` is the
+    magnitude.
     """
 
     def __init__(self, kind: Kind, unit: str) -> None:
         self.kind: Kind = kind
         self.unit = unit
+
+    def convert_field(self, value: Any, conversion: str | None) -> Any:
+        """Return the magnitude of a number where that is asked for."""
+        return abs(value) if conversion == "m" else super().convert_field(value, conversion)  # pyright: ignore[reportArgumentType]
 
     def format_field(self, value: Any, format_spec: str) -> str:
         """Return one number in words."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from bristle.core.typography import number, with_unit
 from bristle.core.variable import unit_of
 from bristle.report.compensation import Gain, about_loop
+from bristle.report.messages import whole_sentence
 
 if TYPE_CHECKING:
     from bristle.identification.result import Fit, Identification
@@ -61,7 +62,7 @@ def sentences(
         How the axis followed its reference in the log.
     """
     fit = identification.best
-    lines = [_model(identification, axis_name), _error(fit), _certainty(fit), *_channels(identification)]
+    lines = [_model(identification, axis_name), _error(fit), _certainty(fit), *_channels(fit)]
     if prediction is not None:
         lines += _prediction(prediction)
     lines += about_loop(gain, following, fit.plant.kind)
@@ -138,18 +139,9 @@ def _certainty(fit: Fit) -> str:
     return f"{text}; {' and '.join(zero)} cannot be told from zero." if zero else f"{text}."
 
 
-def _channels(identification: Identification) -> list[str]:
+def _channels(fit: Fit) -> list[str]:
     """Return how the effort of the log stands in time to its position, where that was found."""
-    treatment = identification.treatment
-    if "delay_half_width" not in treatment:
-        return []
-    delay, half_width = treatment.get("delay", 0.0), treatment["delay_half_width"]
-    stands = "lags behind" if delay >= 0.0 else "runs ahead of"
-    samples = number(abs(delay) / identification.log.sample_time, digits=2)
-    return [
-        f"The effort {stands} the position by {with_unit(abs(delay), 's')} ± {with_unit(half_width, 's')} "
-        f"(95 % interval; {samples} samples): found in this log, and taken out."
-    ]
+    return [whole_sentence(one) for one in fit.diagnostics if one.code == "delay_found"]
 
 
 def _prediction(prediction: Prediction) -> list[str]:

@@ -134,10 +134,16 @@ FITS: dict[str, Sentence] = {
         "nothing",
         choose=plural("decimation"),
     ),
-    "delay_found": says(
-        "the effort lags the position by {delay:time} ({samples:.2f} samples; 95 % interval ±{half_width:time}), found "
-        "in this log together with the inertia, and taken out",
+    "delay_found": Sentence(
+        (
+            "the effort lags the position by {delay:time} ({samples:.2f} samples; 95 % interval ±{half_width:time}), "
+            "found in this log together with the inertia, and taken out",
+            "the effort runs ahead of the position by {delay!m:time} ({samples!m:.2f} samples; 95 % interval "
+            "±{half_width:time}), found in this log together with the inertia, and taken out",
+        ),
         "a delay between the channels was found and taken out",
+        "nothing",
+        choose=lambda texts, numbers: texts[numbers["delay"] < 0.0],
     ),
     "delay_unknown": says(
         "this log hardly shows by how much the effort lags the position. A delay that is not taken out biases the "
