@@ -7,6 +7,7 @@ import shutil
 import statistics
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -105,5 +106,10 @@ def python(code: str, **environment: str) -> Callable[[], object]:
 
 
 def command(*words: str, **environment: str) -> Callable[[], object]:
-    """Return the run of a command; it must succeed."""
-    return lambda: subprocess.run(words, check=True, capture_output=True, env=os.environ | environment)
+    """Return the run of a command; it must succeed.
+
+    Modules are compiled once, as those of a package are that was installed.
+    """
+    kept = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    compiled = {"PYTHONPYCACHEPREFIX": str(Path(tempfile.gettempdir()) / "bristle-benchmarks")}
+    return lambda: subprocess.run(words, check=True, capture_output=True, env=kept | compiled | environment)
