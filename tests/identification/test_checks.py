@@ -5,6 +5,7 @@ import pytest
 from tests.logs.test_check import MASS, Run
 
 from bristle.identification import identify
+from bristle.prediction import predict
 from bristle.report.messages import message, warnings_of
 from bristle.report.sentences.checks import CHECKS
 
@@ -64,3 +65,5 @@ def test_nothing_is_fitted_across_lost_rows():
     fit = identify(log, draws=0, blocks=0).best
     assert "rows_lost" in {one.code for one in fit.diagnostics}
     assert fit.plant.values["M"] == pytest.approx(MASS, rel=2e-3)
+    # Nor is it predicted across them: the step there would be an acceleration of many g.
+    assert predict(fit.plant, fit.friction, log).metrics["force_error_percent"] < 1.5 * fit.force_error_percent

@@ -23,14 +23,16 @@ def waves(x: np.ndarray, side: np.ndarray, frequency: float) -> np.ndarray:
     return np.hstack([pair, side[:, None] * pair])
 
 
-def frequency_in(x: np.ndarray, side: np.ndarray, residual: np.ndarray, most: float) -> float | None:
+def frequency_in(
+    x: np.ndarray, side: np.ndarray, residual: np.ndarray, most: float, least: float = TURNS_LEAST
+) -> float | None:  # fmt: skip
     """Return the frequency [1/m or 1/rad] of the waves that take most of a residual; None where the range is too short.
 
-    Up to `most` turns over the range are looked for.
+    From `least` to `most` turns over the range are looked for.
     """
     stroke = float(np.ptp(x))
     most = min(most, BINS / 2.0)
-    if stroke <= 0.0 or most < TURNS_LEAST:
+    if stroke <= 0.0 or most < least:
         return None
     place = ((x - x.min()) / stroke * (BINS - 1)).astype(int)
     power = sum(
@@ -38,7 +40,7 @@ def frequency_in(x: np.ndarray, side: np.ndarray, residual: np.ndarray, most: fl
         for signal in (residual, side * residual)
     )
     turns = np.arange(PADDED * BINS // 2 + 1) / PADDED
-    power = np.where((turns >= TURNS_LEAST) & (turns <= most), power, 0.0)
+    power = np.where((turns >= least) & (turns <= most), power, 0.0)
     best = (-1.0, 0.0)
     for _ in range(HIGHEST):
         peak = int(np.argmax(power))

@@ -16,6 +16,7 @@ from bristle.core.least_squares import unbounded
 from bristle.identification.dataset import Segment, derivative, low_passed
 from bristle.identification.delay import at, through_filter
 from bristle.identification.preprocessing import segment_of, smallest_step
+from bristle.identification.waves import frequency_in, waves
 from bristle.logs.log import Log
 
 __all__ = ["InstrumentFit", "WideRows", "wide_rows"]
@@ -34,7 +35,8 @@ STEPS = 8
 CLOSE, CLOSE_FILTER = 0.02, 3e-8  # samples, s^2: a step that is none
 BLOCKS = 20  # of the jackknife
 FILTER = 2e-6  # s^2: c of a filter of 2 ms, which a channel may have without a word
-WAVES, TURNS, BINS, WAVE_SHARE = 2, 3.0, 8192, 0.05  # over the position: most, fewest periods, share of the residual
+WAVES, WAVE_SHARE = 2, 0.05  # over the position: most, share of the residual
+TURNS, MOST_TURNS = 3.0, 1024.0  # of them over the range
 FEWEST = 400  # rows
 SINGULAR = 1e-9  # of normal equations with a diagonal of ones
 
@@ -171,18 +173,16 @@ class WideRows:
             rows = weight * np.concatenate([s.columns for s in self.stretches], axis=1)
             target = weight * np.concatenate([s.effort(delay) for s in self.stretches])
             basis = np.linalg.qr(rows.T)[0]
-            residual, span = target - basis @ (basis.T @ target), float(np.ptp(x))
-            sums = np.bincount(((x - x.min()) * (BINS - 1) / span).astype(int), weight * residual, BINS)
-            spectrum = np.abs(np.fft.rfft(sums, 4 * BINS))[: BINS // 8 * 4]
-            first = int(4 * TURNS)
-            wave = 2.0 * np.pi * 0.25 * (first + int(np.argmax(spectrum[first:]))) * (BINS - 1) / BINS / span
-            pair = weight * np.stack([np.cos(wave * x), np.sin(wave * x)])
-            pair = pair.T - basis @ (basis.T @ pair.T)
+            residual, alike = target - basis @ (basis.T @ target), np.ones_like(x)
+            frequency = frequency_in(x, alike, weight * residual, MOST_TURNS, TURNS)
+            if frequency is None:
+                return
+            pair = weight[:, None] * waves(x, alike, frequency)[:, :2]
+            pair -= basis @ (basis.T @ pair)
             if np.sum((np.linalg.qr(pair)[0].T @ residual) ** 2) < WAVE_SHARE * np.sum(residual**2):
                 return
             for s in self.stretches:
-                waves = np.stack([np.cos(wave * s.position), np.sin(wave * s.position)])
-                s.columns = np.vstack([s.columns, waves])
+                s.columns = np.vstack([s.columns, waves(s.position, np.ones_like(s.position), frequency)[:, :2].T])
             self.narrow.clear()
 
 

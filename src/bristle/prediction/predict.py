@@ -25,6 +25,7 @@ from bristle.identification.prediction_interval import Bands, half_width
 from bristle.identification.preprocessing import treat_all
 from bristle.identification.request import CUTOFF, treatment_of
 from bristle.identification.simulated_bands import Widths, simulated_widths
+from bristle.logs.check import parted
 from bristle.logs.log import Log
 from bristle.prediction.doubts import with_doubts
 from bristle.simulation.recorded.closed_loop import START_SAMPLES
@@ -109,6 +110,7 @@ def predict(
         )
     if log.effort is None:
         raise InputError("has no effort to compare with or to apply", path="log", mend="Name its column in the axis")
+    log = parted(log, axis)
     if mode == "inverse":
         filtering, remarks = _within_reach(log, *treatment_of(cutoff, decimation, log.kind), axis)
         dataset = _rows(log, axis, *filtering, delay, smoothing, slow)
