@@ -50,3 +50,14 @@ def test_a_component_tells_what_it_calls_a_parameter_by_direction(name):
     assert set(directional(component)) == {key for key in component.variables if key[-4:] in ("_pos", "_neg")}
     assert directional(slotted(OWN, asymmetry=False)) == ()
     assert directional(OWN) == ()
+
+
+@pytest.mark.parametrize(("offset", "code"), [(3.0, "held_levels"), (-12.0, "held_constant"), (12.0, "held_constant")])
+def test_a_weight_larger_than_friction_makes_no_level_negative(offset, code):
+    truth = find("coulomb_viscous+asymmetry")(F_C_pos=5.0, F_C_neg=4.0, F_v_pos=0.0, F_v_neg=0.0, offset=offset)
+    fit = identify(slow_log(truth, duration=10.0), "coulomb_viscous+asymmetry", blocks=0, draws=0).best
+    found = {name: one.value for name, one in fit.parameters.items()}
+    assert fit.parameters["offset"].reason.code == code
+    assert found["F_C_pos"] + found["offset"] == pytest.approx(5.0 + offset, abs=0.1)
+    assert found["F_C_neg"] - found["offset"] == pytest.approx(4.0 - offset, abs=0.1)
+    assert {fit.parameters[name].status for name in ("F_C_pos", "F_C_neg")} == {"identified"}

@@ -14,6 +14,7 @@ from bristle.core.diagnostic import Number
 from bristle.core.dimensions import exponents_of
 from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
+from bristle.core.least_squares import unbounded
 from bristle.core.variable import Variable, unit_of
 from bristle.friction.slots import OFFSET, directional
 from bristle.friction.variation import HALF_RANGE, MIDDLE, PITCH, SIGNALS
@@ -25,6 +26,8 @@ from bristle.plants.inertia import MODEL as inertia
 __all__ = ["Fixed", "ParameterSet", "PriorKnowledge", "parameters_of"]
 
 ONE_WAY = 0.01  # share of the samples below which a direction counts as not seen
+SLIDES = 0.1  # of the largest speed: what is slower is not asked for a level of friction
+SINGULAR = 1e-9
 
 
 class Fixed(NamedTuple):
@@ -138,12 +141,26 @@ def _held_offset(component: FrictionModel, dataset: Dataset) -> Fixed | None:
     force = unit_of("force", dataset.kind)
     levels = [name for name in split if component.variables[name].unit(dataset.kind) == force]
     if levels:
-        return Fixed(0.0, "held_levels", numbers={"levels": tuple(levels[:2])})
+        constant = _constant_beyond(dataset)
+        return Fixed(constant, "held_constant" if constant else "held_levels", numbers={"levels": tuple(levels[:2])})
     variables = component.variables.items()
     forces = [name for name, variable in variables if variable != OFFSET and variable.unit(dataset.kind) == force]
     if side and forces:
         return Fixed(0.0, "held_one_direction", numbers={"level": forces[0], "direction": side})
     return None
+
+
+def _constant_beyond(dataset: Dataset) -> float:
+    """Return the constant force without which friction of one direction would be negative [N or N*m]; 0 where none is.
+
+    It is half of what the levels of both directions differ by, as of a weight that is larger than friction.
+    """
+    velocity = dataset.velocity
+    fast = np.abs(velocity) > SLIDES * float(np.max(np.abs(velocity)))
+    v, forward = velocity[fast], velocity[fast] > 0.0
+    columns = np.stack([forward, ~forward, v * forward, v * ~forward, dataset.acceleration[fast]], axis=1)
+    level_forward, level_backward = unbounded(columns, dataset.effort[fast], rcond=SINGULAR)[:2]
+    return 0.5 * float(level_forward + level_backward) if level_forward * level_backward > 0.0 else 0.0
 
 
 def _only_direction(dataset: Dataset) -> str:

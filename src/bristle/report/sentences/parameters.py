@@ -149,6 +149,12 @@ PARAMETERS: dict[str, Sentence] = {
         "it cannot be told from the difference between {levels[0]} and {levels[1]}",
         "the offset is the difference of friction by direction",
     ),
+    "held_constant": held(
+        "half of what the effort of both directions differs by, as of a weight: {levels[0]} and {levels[1]} cannot be "
+        "told from it, and without it one of them would be negative",
+        "a constant force is larger than friction",
+        "write `offset` under [plant] of the axis file where it is known",
+    ),
     "held_one_direction": held(
         "it cannot be told from {level}: the log moves {direction} only",
         "in one direction, offset and friction are one",
