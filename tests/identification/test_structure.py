@@ -1,9 +1,12 @@
 """A force that the model has no place for is told by name, with the model to try next; a right structure is not."""
 
+from importlib import import_module
+
 import numpy as np
 import pytest
 from tests.identification.known_logs import log_of, sines, sliding_effort
 
+from bristle.core.errors import InputError
 from bristle.identification import identify
 from bristle.report.messages import warnings_of
 from bristle.report.model_tables import parameter_table
@@ -81,6 +84,20 @@ def test_a_small_ripple_is_seen_through_a_level_that_scatters_more(motion):
     assert causes_in(fit) == ("ripple",)
 
 
+def test_a_small_force_is_seen_beside_a_large_one(motion):
+    effort = with_scatter(motion, 2.0 * forces(motion, "position") + 0.35 * forces(motion, "ripple"))
+    fit = identify(log_of(motion, effort, step=1e-7), blocks=0, draws=0).best
+    assert causes_in(fit) == ("position", "ripple")
+
+
+def test_a_small_ripple_is_seen_through_noise_of_slow_motion(motion):
+    slow = np.abs(motion.velocity) < 0.03 * np.max(np.abs(motion.velocity))
+    noise = np.where(slow, 20.0, 0.0) * np.random.default_rng(5).standard_normal(slow.size)
+    effort = with_scatter(motion, 0.3 * forces(motion, "ripple")) + noise
+    fit = identify(log_of(motion, effort, step=1e-7), blocks=0, draws=0).best
+    assert causes_in(fit) == ("ripple",)
+
+
 def test_what_only_the_fitted_half_cycles_show_is_nothing():
     motion = sines(5.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
     least = dict.fromkeys(("missing_share", "missing_share_around"), 0.08)
@@ -116,3 +133,22 @@ def test_all_models_include_the_slots_that_the_residual_names(motion, monkeypatc
     assert names[0] == "coulomb_viscous+periodic"
     assert {"coulomb", "coulomb_viscous", "coulomb_viscous+asymmetry"} < set(names)
     assert [fit.rank for fit in identify(log, "coulomb,coulomb_viscous", blocks=3, draws=0).fits] == [1, 2]
+
+
+def test_slots_that_the_log_cannot_bear_are_left_out_not_the_comparison(motion, monkeypatch):
+    # The function of that name hides its module.
+    module = import_module("bristle.identification.identify")
+    request = import_module("bristle.identification.request")
+    fit = module.fit
+
+    def refusing(context, component, *others):
+        if "+" in component.name:
+            raise InputError("cannot be fitted", path="model", value=component.name)
+        return fit(context, component, *others)
+
+    monkeypatch.setattr(module, "fit", refusing)
+    monkeypatch.setattr(request, "MODELS", {"coulomb_viscous": request.MODELS["coulomb_viscous"]})
+    log = log_of(motion, with_scatter(motion, forces(motion, "ripple")), step=1e-7)
+    found = identify(log, "all", blocks=3, draws=0)
+    assert [one.name for one in found.fits] == ["coulomb_viscous"]
+    assert set(found.left_out) == {"coulomb_viscous+asymmetry", "coulomb_viscous+periodic"}
