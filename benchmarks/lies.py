@@ -17,17 +17,11 @@ from benchmarks.strange_logs import MODELS, STROKES, table_of, true_values
 from benchmarks.strangers import LIES, make
 from bristle.core.cores import core_count
 from bristle.core.errors import InputError
+from bristle.report.judgement import DOUBTS
 
 __all__ = ["Outcome", "judged", "lies"]
 
 LOGS, DRAWS = 8, 30
-SPOILT = {
-    "structure", "filter_suspect", "delay_unknown", "stages_differ", "rows_lost", "sign_reversed", "effort_unsigned",
-    "clock_suspect", "unit_suspect", "velocity_contradicts", "clipped", "saturates", "mass_contradicts",
-    "gear_suspect", "level_drifts", "level_over_position", "one_direction", "one_speed", "never_slides",
-    "below_resolution", "half_cycles_differ",
-}  # fmt: skip
-"""Codes that doubt a record, or the model on it, rather than a single parameter."""
 
 
 class Outcome(NamedTuple):
@@ -39,7 +33,7 @@ class Outcome(NamedTuple):
 
     @property
     def well(self) -> bool:
-        return bool(self.refused) or bool(SPOILT.intersection(self.codes)) or not self.missed
+        return bool(self.refused) or bool(set(DOUBTS).intersection(self.codes)) or not self.missed
 
 
 def judged(name: str, seed: int) -> Outcome:
@@ -75,6 +69,6 @@ def lies() -> Iterator[Share]:
         found = list(pool.map(judged, names, [*range(LOGS)] * len(LIES)))
     for name in LIES:
         outcomes = [one for lie, one in zip(names, found, strict=True) if lie == name]
-        told = sum(bool(SPOILT.intersection(one.codes)) for one in outcomes)
+        told = sum(bool(set(DOUBTS).intersection(one.codes)) for one in outcomes)
         remark = f"{sum(bool(one.refused) for one in outcomes)} refused, {told} told"
         yield Share(name, 100.0 * sum(one.well for one in outcomes) / LOGS, 100.0, 100.0, LOGS, remark)

@@ -1,10 +1,12 @@
 """Which cut-offs of the instruments are believed, and what is left out of the rows."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from tests.identification.known_logs import TRUTH, Motion, log_of, sines, sliding_effort
 
-from bristle.identification.first_stage import Rung, agreeing, alignment_of
+from bristle.identification.first_stage import Rung, _alignment_from, agreeing, alignment_of
 from bristle.identification.settings import DEFAULT, Settings
 from bristle.identification.wide_rows import InstrumentFit
 
@@ -12,10 +14,47 @@ DT = 1e-3
 FAST = {"amplitudes": (0.02, 0.004, 0.0015), "frequencies": (0.5, 3.1, 7.3), "phases": (0.3, 1.1, 2.5)}
 
 
-def rung(mass=10.0, delay=0.0, c=0.0, *, std=0.01, converged=True):
+def instruments(mass=10.0, delay=0.0, c=0.0, *, std=0.01, c_std=5e-7, bias=0.0, converged=True, cutoff=20.0):
     """What one cut-off says, known to `std` of the mass, a tenth of a sample, and 1 ms of a filter."""
-    fit = InstrumentFit(20.0, np.array([mass]), delay, c, np.diag([std, 1e-4, 5e-7]) ** 2, 0.0, converged)
+    covariance = np.diag([std, 1e-4, c_std]) ** 2
+    return InstrumentFit(cutoff, np.array([mass]), delay, c, covariance, bias, converged)
+
+
+def rung(*values, **named):
+    """The same without a filter and with one that is free."""
+    fit = instruments(*values, **named)
     return Rung(fit, fit)
+
+
+def aligned_by(*rungs, bent=None):
+    """What is made of cut-offs that agree; `bent` is what the rows say with a filter in a channel."""
+    rows = SimpleNamespace(dt=DT, fit=lambda *_, **__: bent)
+    return _alignment_from(rows, list(rungs), DEFAULT, sought=True)
+
+
+def test_what_changes_with_the_cutoff_widens_the_interval():
+    steady, drifting = aligned_by(rung(), rung(), rung()), aligned_by(rung(), rung(), rung(10.02, 8e-5))
+    assert drifting.delay_half_width > steady.delay_half_width + 2e-5
+    assert drifting.mass_half_width > steady.mass_half_width + 5e-3
+
+
+def test_a_cutoff_at_which_noise_may_bias_is_not_chosen():
+    assert aligned_by(rung(cutoff=10.0), rung(cutoff=20.0)).slow == 20.0
+    assert aligned_by(rung(cutoff=10.0), rung(cutoff=20.0, bias=1e-4)).slow == 10.0
+
+
+def test_a_filter_that_is_hardly_known_moves_the_inertia_little():
+    plain = instruments(10.0)
+    sure, unsure = (Rung(plain, instruments(10.02, c=4e-7, c_std=std)) for std in (1e-8, 4e-6))
+    clear, doubtful = aligned_by(sure, sure), aligned_by(unsure, unsure)
+    assert clear.mass == pytest.approx(10.02, abs=0.001)
+    assert doubtful.mass == pytest.approx(10.0, abs=0.006)
+
+
+@pytest.mark.parametrize(("narrow", "seen"), [(2e-5, True), (1e-9, False), (-2e-5, False)])
+def test_a_filter_that_a_narrower_cutoff_does_not_see_is_noise(narrow, seen):
+    bent = instruments(c=2e-5)
+    assert (aligned_by(rung(c=narrow), rung(c=2e-5), bent=bent).smoothing is not None) is seen
 
 
 def believed(*rungs, sought=True):

@@ -85,7 +85,7 @@ def test_a_small_ripple_is_seen_through_a_level_that_scatters_more(motion):
 
 
 def test_a_small_force_is_seen_beside_a_large_one(motion):
-    effort = with_scatter(motion, 2.0 * forces(motion, "position") + 0.35 * forces(motion, "ripple"))
+    effort = with_scatter(motion, 2.0 * forces(motion, "position") + 0.2 * forces(motion, "ripple"))
     fit = identify(log_of(motion, effort, step=1e-7), blocks=0, draws=0).best
     assert causes_in(fit) == ("position", "ripple")
 
@@ -96,6 +96,15 @@ def test_a_small_ripple_is_seen_through_noise_of_slow_motion(motion):
     effort = with_scatter(motion, 0.3 * forces(motion, "ripple")) + noise
     fit = identify(log_of(motion, effort, step=1e-7), blocks=0, draws=0).best
     assert causes_in(fit) == ("ripple",)
+
+
+def test_what_acts_around_reversals_is_named_nothing_else(motion):
+    side = np.where(motion.velocity < 0.0, -1.0, 1.0)
+    turned = np.diff(side, prepend=side[0]) != 0.0
+    place = np.r_[motion.position[0], motion.position[turned]][np.cumsum(turned)]
+    building_up = -2.0 * LEVEL * side * np.exp(-np.abs(motion.position - place) / 5e-5)
+    fit = identify(log_of(motion, with_scatter(motion, building_up), step=1e-7), blocks=0, draws=0).best
+    assert causes_in(fit) == ("play",)
 
 
 def test_what_only_the_fitted_half_cycles_show_is_nothing():

@@ -23,6 +23,7 @@ from bristle.figures.error_over_count import error_over_count
 from bristle.figures.error_over_level import error_over_level
 from bristle.figures.everett_surface import everett_surface
 from bristle.figures.files import figure_file, fits_as_png
+from bristle.figures.first_page import first_page
 from bristle.figures.fitted import fitted
 from bristle.figures.following_error import following_error, has_completed
 from bristle.figures.friction_over_velocity import friction_over_velocity
@@ -68,6 +69,7 @@ __all__ = [
     "everett_surface",
     "expected",
     "figure_file",
+    "first_page",
     "fits_as_png",
     "fitted",
     "following_error",

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from bristle.core.variable import Kind
     from bristle.simulation.result import SimulationResult, VariantResult
 
-__all__ = ["following_error", "has_completed"]
+__all__ = ["draw_worst_reversal", "following_error", "has_completed"]
 
 BINS = 80
 CLOSE_UP = 0.05  # share of the samples
@@ -114,6 +114,14 @@ def _draw_errors(axes: style.Axes, loops: list[_Loop], kind: Kind) -> Scale:
         _plot(axes, loop.time, loop.error, scale, loop.look, loop.name)
     axes.set_ylabel(scale.label("Following error"))
     return scale
+
+
+def draw_worst_reversal(axes: style.Axes, result: SimulationResult, measured: np.ndarray | None) -> None:
+    """Draw the following error around the reversal with its widest swing: as measured, as it is, and the last one."""
+    loops = _settled(result, measured)
+    shown = [loops[number] for number in sorted({0, min(int(measured is not None), len(loops) - 1), len(loops) - 1})]
+    times = _turn(shown[0])
+    _draw_errors(axes, [loop.between(times[0], times[-1]) for loop in shown], result.experiment.kind)
 
 
 def _draw_close_up(close: style.Axes, full: style.Axes, loops: list[_Loop], kind: Kind) -> None:

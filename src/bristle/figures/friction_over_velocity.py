@@ -15,7 +15,7 @@ from bristle.figures.labels import effort_scale, scale_for
 if TYPE_CHECKING:
     from bristle.identification.result import Fit
 
-__all__ = ["friction_over_velocity"]
+__all__ = ["draw_friction", "friction_over_velocity"]
 
 BRANCHES = (
     ("measured, speeding up", 1.0, {"marker": "o", "color": "#e0a83c", "markersize": 2.6}),
@@ -34,12 +34,19 @@ def friction_over_velocity(fit: Fit, curve: Sequence[tuple[float, float]] = ()) 
     curve : sequence of (velocity, effort)
         Steady friction of the model [m/s or rad/s, N or N*m], in order of velocity.
     """
+    figure, ((axes,),) = style.panels(3.7)
+    draw_friction(axes, fit, curve)
+    style.legend(axes)
+    return figure
+
+
+def draw_friction(axes: style.Axes, fit: Fit, curve: Sequence[tuple[float, float]]) -> None:
+    """Draw the friction over the velocity into a panel."""
     traces, kind = fit.traces, fit.plant.kind
     friction = traces.friction
     steady = np.array(list(curve), dtype=float).reshape(-1, 2)
     scale, _ = effort_scale(kind, friction, steady[:, 1])
     speed = scale_for("length/time", kind, traces.velocity, steady[:, 0])
-    figure, ((axes,),) = style.panels(3.7)
     rate = traces.acceleration * np.where(np.signbit(traces.velocity), -1.0, 1.0)
     for name, side, look in BRANCHES:
         chosen = np.flatnonzero((rate >= 0.0) == (side > 0.0))
@@ -54,5 +61,3 @@ def friction_over_velocity(fit: Fit, curve: Sequence[tuple[float, float]] = ()) 
     axes.axvline(0.0, color=style.GREY, linewidth=0.7)
     axes.set_xlabel(speed.label("Velocity"))
     axes.set_ylabel(scale.label("Friction torque" if kind == "rotational" else "Friction force"))
-    style.legend(axes)
-    return figure

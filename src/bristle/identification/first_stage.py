@@ -118,12 +118,12 @@ def _contradicts(wide: InstrumentFit, narrow: InstrumentFit, dt: float, *, sough
 
 def _alignment_from(rows: WideRows, rungs: list[Rung], settings: Settings, *, sought: bool) -> Alignment:
     """Return what the sharpest of the rungs says, noise being nothing in it, and how sure that is."""
-    clean = [rung for rung in rungs if BIAS_UNSURE * rung.plain.bias <= BIAS_OVER_ERROR * rung.plain.std(0)] or rungs[
-        :1
-    ]
-    sharp = SHARPER * min(rung.plain.std(0) for rung in clean)
-    chosen = [rung for rung in clean if rung.plain.std(0) <= sharp][-1]
-    narrower, dt = rungs[max(rungs.index(chosen) - 2, 0)], rows.dt
+    errors = [rung.plain.std(0) for rung in rungs]
+    bounds = zip(rungs, errors, strict=True)
+    clean = [n for n, (rung, error) in enumerate(bounds) if BIAS_UNSURE * rung.plain.bias <= BIAS_OVER_ERROR * error]
+    sharp = SHARPER * min(errors[n] for n in clean or [0])
+    sharpest = max(n for n in clean or [0] if errors[n] <= sharp)
+    chosen, narrower, dt = rungs[sharpest], rungs[max(sharpest - 2, 0)], rows.dt
     filtered = _with_filter(rows, chosen, narrower, settings.filter_seen, sought=sought)
     channels = filtered or _without_filter(chosen, narrower, sought=sought)
     pairs = zip(channels.errors, channels.changes, strict=False)

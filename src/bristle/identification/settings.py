@@ -73,6 +73,8 @@ class Settings(CheckThresholds):
         0.1, "share of a damping from which the stiffness over half a sample is told to matter"
     )
     poor_error: float = _set(40.0, "error of the effort from which units and signs are doubted", "%")
+    usable_error: float = _set(20.0, "error of a model, of what friction takes, above which it is used with care", "%")
+    useless_error: float = _set(60.0, "error of a model, of what friction takes, above which it is not used", "%")
     coloured_error: float = _set(15.0, "error of the effort from which a residual that lasts is told", "%")
     coloured_correlation: float = _set(
         0.8, "correlation of the residual from row to row above which it lasts", least=-1.0, most=1.0

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from bristle.core.edge import guarded, instance, whole
 from bristle.engine.steady import steady_force
 from bristle.identification.result import Fit
+from bristle.identification.roles import Role, name_of, offset_of
 
-__all__ = ["drive_table", "largest_deviation", "steady_curve"]
+__all__ = ["LevelValues", "drive_table", "largest_deviation", "level_values", "steady_curve"]
 
 FINE = 300  # points of the steady curve on each side
 NEAREST = 1e-6  # of the largest speed: the first of these points
@@ -46,6 +48,59 @@ def drive_table(fit: Fit, entries: int = 20) -> list[tuple[float, float]]:
     """
     sides = _sides(fit)
     return [point for side in sides for point in side[_placed(side, entries // len(sides))].tolist()]
+
+
+class LevelValues(NamedTuple):
+    r"""The friction of a drive that takes one level for each direction and a constant force.
+
+    .. math:: u = M a + F_\text{constant} + \begin{cases} F_+ & v > 0 \\ -F_- & v < 0 \end{cases}
+
+    Parameters
+    ----------
+    inertia : float
+        Moving mass [kg or kg*m^2].
+    constant : float
+        Gravity or bias [N or N*m].
+    forward, backward : float or None
+        Levels F+ and F- [N or N*m]; None for a direction that the log does not have.
+    deviation : float
+        How far these levels are from the steady friction at most, over the speeds of the log [N or N*m].
+    """
+
+    inertia: float
+    constant: float
+    forward: float | None
+    backward: float | None
+    deviation: float
+
+
+@guarded(fit=instance(Fit, "a model that was identified"))
+def level_values(fit: Fit) -> LevelValues | None:
+    """Return the friction as one level for each direction: the middle of the steady friction at the speeds of a log.
+
+    Parameters
+    ----------
+    fit : Fit
+        An identified model.
+
+    Returns
+    -------
+    LevelValues or None
+        None for a plant on a spring, which does not move on steadily.
+    """
+    sides = {bool(np.signbit(side[0, 0])): side[:, 1] for side in _sides(fit)}
+    if not sides:
+        return None
+    variables, values = fit.friction.component.variables, fit.friction.values
+    constant = offset_of(variables, values)
+    middle = {back: 0.5 * float(force.min() + force.max()) for back, force in sides.items()}
+    deviation = max(0.5 * float(np.ptp(force)) for force in sides.values())
+    inertia = name_of(Role.INERTIA, fit.plant.component.variables)
+    return LevelValues(
+        fit.plant.values[inertia] if inertia else 0.0, constant,
+        middle[False] - constant if False in middle else None, constant - middle[True] if True in middle else None,
+        deviation,
+    )  # fmt: skip
 
 
 def steady_curve(fit: Fit) -> list[tuple[float, float]]:

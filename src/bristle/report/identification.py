@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -13,6 +14,8 @@ from bristle.prediction.drive_table import largest_deviation, steady_curve
 from bristle.report.advice import next_measurements
 from bristle.report.certificates import certificate_table
 from bristle.report.compensation import gain_of
+from bristle.report.first_page import answers, facts
+from bristle.report.judgement import judged
 from bristle.report.log_facts import log_facts, scatter_facts, treatment_facts
 from bristle.report.loop_tables import variant_table
 from bristle.report.messages import assumptions_of, message, notes_of, warnings_of
@@ -23,7 +26,7 @@ from bristle.report.pictures import identification_pictures
 from bristle.report.prediction import prediction_picture
 from bristle.report.settings import changed_settings, settings_table
 from bristle.report.simulation import following_picture
-from bristle.report.verdict import figures_of_merit, sentences
+from bristle.report.verdict import sentences
 from bristle.simulation.compensation import AS_RECORDED
 
 if TYPE_CHECKING:
@@ -69,11 +72,11 @@ def identification_report(
     fit, kind = identification.best, identification.best.plant.kind
     curve = steady_curve(fit)
     segments = passages(identification.log)
-    pictures = identification_pictures(identification, table or (), curve, segments)
     gain = None if simulation is None else gain_of(simulation)
     contradicted = following is not None and following.contradiction is not None
     if simulation is not None and contradicted:
         simulation = _as_recorded(simulation)
+    pictures = identification_pictures(identification, table or (), curve, segments, simulation, following)
     if simulation is not None:
         pictures |= following_picture(simulation, following)
     if prediction is not None:
@@ -84,7 +87,9 @@ def identification_report(
         command=command,
         banner=banner,
         axis_name=axis_name,
-        merits=figures_of_merit(fit, gain, following),
+        facts=facts(identification, axis_name, datetime.date.today().isoformat()),
+        judgement=judged(fit, identification.settings, following),
+        answers=answers(identification, simulation, following, next_measurements(fit)),
         verdict=sentences(identification, axis_name, gain, prediction, following),
         parameters=parameter_table(fit),
         warnings=[*warnings_of(fit), *_contradictions(following)],

@@ -13,11 +13,18 @@ if TYPE_CHECKING:
 
     from bristle.identification.result import Identification
     from bristle.logs.passage import Passage
+    from bristle.prediction.following import Following
+    from bristle.simulation.result import SimulationResult
 
 __all__ = ["identification_pictures"]
 
 # For each figure: what it is, and what to see in it.
 CAPTIONS = {
+    "first": (
+        "Friction over velocity, and the following error at its worst reversal",
+        "Above, friction measured and modelled. Below, where the log has a loop, the following error around its worst "
+        "reversal: measured, simulated as it is, and compensated.",
+    ),
     "passages": PASSAGES_CAPTION,
     "parameters": (
         "95 % interval of each parameter in percent of its value",
@@ -61,7 +68,7 @@ CAPTIONS = {
 
 def identification_pictures(
     identification: Identification, table: Sequence[tuple[float, float]], curve: Sequence[tuple[float, float]],
-    segments: Sequence[Passage],
+    segments: Sequence[Passage], simulation: SimulationResult | None = None, following: Following | None = None,
 ) -> dict[str, Picture]:  # fmt: skip
     """Return the figures of an identification by name.
 
@@ -75,11 +82,16 @@ def identification_pictures(
         The same, finer.
     segments : sequence of Passage
         What the log contains.
+    simulation : SimulationResult, optional
+        The loop as it is and compensated.
+    following : Following, optional
+        How the axis followed its reference in the log.
     """
     from bristle import figures
 
     fit = identification.best
     draw: dict[str, Callable[[], Figure]] = {
+        "first": lambda: figures.first_page(fit, curve, simulation, following.error if following else None),
         "parameters": lambda: figures.parameters(fit),
         "time": lambda: figures.effort_over_time(fit),
         "velocity": lambda: figures.friction_over_velocity(fit, curve),

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from bristle.core.status import Status
 from bristle.core.variable import unit_of
-from bristle.prediction.drive_table import largest_deviation
+from bristle.prediction.drive_table import largest_deviation, level_values
+from bristle.report.judgement import judged
 from bristle.report.loop_warnings import loop_warnings
 from bristle.report.messages import as_data, assumptions_of, message, note_of, notes_of, warnings_of
 
@@ -39,6 +40,7 @@ def identification_summary(
     return {
         "model": best.name,
         "kind": kind,
+        "verdict": judged(best, identification.settings, following).as_data(),
         "parameters": _parameters(best),
         "combinations": _described(best.combinations),
         "metrics": NOT_SIMULATED | best.metrics,
@@ -58,6 +60,7 @@ def identification_summary(
             "velocity": [velocity for velocity, _ in table], "effort": [effort for _, effort in table],
             "largest_deviation": largest_deviation(best, table) if table else None,
         },
+        "drive_levels": None if (levels := level_values(best)) is None else levels._asdict(),
         "following_error": None if following is None else following.as_data(),
         "compensation": None if simulation is None else _variants(simulation),
         "prediction": None if prediction is None else _prediction(prediction),

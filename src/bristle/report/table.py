@@ -14,6 +14,9 @@ __all__ = ["Quantity", "Table"]
 _NUMBER = re.compile(r"[−+±]? ?[\d.]+(e[−+]?\d+)?( ± [\d.]+)?|–|[−+]?∞")
 
 
+EMPTY = ("", "–")  # cells that say nothing
+
+
 class Table(NamedTuple):
     """A table: its caption, the heads of its columns, its rows; the first cell of a row is its head."""
 
@@ -28,7 +31,7 @@ class Table(NamedTuple):
 
     def without_empty_columns(self) -> Table:
         """Return the table without the columns in which no row has anything to say."""
-        filled = [column for column in range(len(self.heads)) if any(row[column] for row in self.rows)]
+        filled = [column for column in range(len(self.heads)) if any(row[column] not in EMPTY for row in self.rows)]
         return Table(
             self.caption,
             [self.heads[column] for column in filled],

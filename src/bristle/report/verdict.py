@@ -15,31 +15,9 @@ if TYPE_CHECKING:
     from bristle.prediction.following import Following
     from bristle.simulation.result import Prediction
 
-__all__ = ["figures_of_merit", "sentences"]
+__all__ = ["sentences"]
 
 WIDER_OUTSIDE = 1.25  # ratio of held-out to fitted error from which the reader is told
-
-
-def figures_of_merit(fit: Fit, gain: Gain | None, following: Following | None = None) -> list[tuple[str, str]]:
-    """Return the few numbers that decide, each with what it is; of a gain that the log contradicts, none."""
-    error_name = "Effort error" if fit.position_error_percent is None else "Position error"
-    error_name = error_name if fit.loop_error_percent is None else "Effort error of the simulated loop"
-    rows = [("Friction model", fit.name), (error_name, _percent(fit.error_percent))]
-    if fit.held_out is not None:
-        rows.append((f"On held-out {fit.held_out.of}", _percent(fit.held_out.mean_percent)))
-    return rows + _of_the_loop(gain, following, unit_of("length", fit.plant.kind))
-
-
-def _of_the_loop(gain: Gain | None, following: Following | None, unit: str) -> list[tuple[str, str]]:
-    words, errors = [], []
-    if following is not None:
-        words, errors = ["in the log"], [_fixed(following.measured.peak_to_peak, unit)]
-    if following is not None and following.contradiction is not None:
-        if following.simulated is not None:
-            words, errors = [*words, "simulated"], [*errors, _fixed(following.simulated.peak_to_peak, unit)]
-    elif gain is not None and gain.steps:
-        words, errors = [*words, f"simulated: {gain.names}"], [*errors, gain.peaks]
-    return [(f"Following error, peak to peak, {'; '.join(words)}", "; ".join(errors))] if words else []
 
 
 def sentences(
@@ -141,21 +119,17 @@ def _certainty(fit: Fit) -> str:
 
 def _channels(fit: Fit) -> list[str]:
     """Return how the effort of the log stands in time to its position, where that was found."""
-    return [whole_sentence(one) for one in fit.diagnostics if one.code == "delay_found"]
+    return [whole_sentence(delay) for delay in fit.diagnostics if delay.code == "delay_found"]
 
 
 def _prediction(prediction: Prediction) -> list[str]:
-    force, position = (prediction.metrics.get(f"{signal}_error_percent") for signal in ("force", "position"))
+    force, position = prediction.metrics.get("force_error_percent"), prediction.metrics.get("position_rmse")
     parts = [f"the effort with an error of {_percent(float(force))}"] if force is not None else []
-    parts += [f"the position with one of {_percent(float(position))}"] if position is not None else []
+    unit = str(prediction.metrics["position_unit"])
+    parts += [f"the position to {with_unit(float(position), unit)} root mean square"] if position is not None else []
     if not parts:
         return []
     return [f"Run on the log in {prediction.mode} mode, it predicts {' and '.join(parts)}."]
-
-
-def _fixed(length: float, unit: str) -> str:
-    """Return a length that no line ends in."""
-    return with_unit(length, unit).replace(" ", "\u00a0")
 
 
 def _percent(value: float) -> str:

@@ -1,0 +1,131 @@
+"""The first page of a report: is it good, what to type in, what it gains and costs, can it be trusted, what next."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bristle.core.typography import number, with_unit
+from bristle.core.variable import unit_of
+from bristle.prediction.drive_table import level_values
+from bristle.report.messages import message
+
+if TYPE_CHECKING:
+    from bristle.identification.result import Estimate, Fit, Identification
+    from bristle.prediction.following import Following
+    from bristle.simulation.result import SimulationResult, VariantResult
+
+__all__ = ["answers", "facts"]
+
+
+def facts(identification: Identification, axis_name: str, date: str) -> str:
+    """Return what the page is about: the axis, its log, the model, and when it was made."""
+    log, further = identification.log, len(identification.further_logs)
+    logs = f"{log.source.name.strip('<>')} and {further} more" if further else log.source.name.strip("<>")
+    return " · ".join(
+        (date, axis_name, f"log {logs}, {_fixed(log.duration, 's')}", f"model {identification.best.name}")
+    )  # fmt: skip
+
+
+def answers(
+    identification: Identification, simulation: SimulationResult | None, following: Following | None,
+    next_measurements: Sequence[tuple[str, str]],
+) -> list[tuple[str, list[str]]]:  # fmt: skip
+    """Return the five questions of a person who has an axis, each with its answer in a few lines."""
+    fit = identification.best
+    return [
+        ("Is it good?", _quality(fit)),
+        ("What to type in", _typed_in(fit)),
+        ("What it gains, and costs", _gain(fit, simulation, following)),
+        ("Can it be trusted?", _trust(fit)),
+        ("What next", _next(fit, next_measurements)),
+    ]
+
+
+def _quality(fit: Fit) -> list[str]:
+    if fit.position_rmse is not None:
+        line = f"position of the log to {_fixed(fit.position_rmse, unit_of('length', fit.plant.kind))}"
+    elif fit.loop_rmse is not None:
+        line = f"effort of the loop to {_fixed(fit.loop_rmse, unit_of('force', fit.plant.kind))}"
+    else:
+        line = f"effort of the log to {_percent(fit.force_error_percent)}, friction alone to "
+        line += _percent(fit.friction_alone_error_percent)
+    if fit.held_out is None:
+        return [line, "nothing was held out"]
+    return [line, f"on {fit.held_out.of} that it was not fitted to: {_percent(fit.held_out.mean_percent)}"]
+
+
+def _typed_in(fit: Fit) -> list[str]:
+    levels, unit = level_values(fit), unit_of("force", fit.plant.kind)
+    if levels is None:
+        return ["nothing: a plant on a spring does not move on steadily"]
+    mass = "inertia" if fit.plant.kind == "rotational" else "mass"
+    sides = {"F+": levels.forward, "F\u2212": levels.backward}
+    words = [f"{name} {_fixed(value, unit)}" for name, value in sides.items() if value is not None]
+    words += [f"constant {_fixed(levels.constant, unit)}"] if levels.constant else []
+    return [
+        f"{mass} {_fixed(levels.inertia, unit_of('mass', fit.plant.kind))}",
+        f"{', '.join(words)}: levels within {_fixed(levels.deviation, unit)} of the curve",
+        "or the table for the drive, below",
+    ]
+
+
+def _gain(fit: Fit, simulation: SimulationResult | None, following: Following | None) -> list[str]:
+    length, force = (unit_of(quantity, fit.plant.kind) for quantity in ("length", "force"))
+    if following is None:
+        return ["not simulated: that takes a log with a reference, and a controller in the axis file"]
+    lines = [f"following error, peak to peak: {_fixed(following.measured.peak_to_peak, length)} in the log"]
+    if following.contradiction is not None:
+        return [*lines, f"no gain is promised: {message(following.contradiction)}"]
+    if following.simulated is not None and following.compensated is not None:
+        pair = (following.simulated, following.compensated)
+        before, after = (_fixed(error.peak_to_peak, length) for error in pair)
+        lines.append(f"simulated: {before} as it is, {after} compensated")
+    if simulation is not None and (efforts := _efforts(simulation)):
+        before, after = (_fixed(effort, force) for effort in efforts)
+        lines.append(f"effort, root mean square: {before} as it is, {after} compensated")
+    return lines
+
+
+def _efforts(simulation: SimulationResult) -> tuple[float, float] | None:
+    """Return the effort of the loop as it is and of its last variant, root mean square; None where one diverged."""
+    names = [variant.name for variant in simulation.experiment.variants]
+    sides = [simulation.variants[name] for name in (names[0], names[-1])]
+    return None if any(not np.all(np.isfinite(side.effort)) for side in sides) else (_rms(sides[0]), _rms(sides[1]))
+
+
+def _rms(variant: VariantResult) -> float:
+    return float(np.sqrt(np.mean(variant.effort**2)))
+
+
+def _trust(fit: Fit) -> list[str]:
+    sought = [estimate for estimate in fit.estimates if estimate.status != "held"]
+    identified = [estimate for estimate in sought if estimate.status == "identified"]
+    if not identified:
+        return ["no parameter was identified"]
+    lines = [f"{len(identified)} of {len(sought)} parameters identified; 95 % intervals:"]
+    lines.append(", ".join(_precise(estimate) for estimate in identified))
+    return lines + (["they are effective: the model lacks a force"] if fit.effective else [])
+
+
+def _precise(estimate: Estimate) -> str:
+    half = estimate.interval_percent
+    return f"{estimate.name} " + ("–" if half is None else f"± {number(half, digits=2)} %" if half < 100.0 else "≈ 0")
+
+
+def _next(fit: Fit, next_measurements: Sequence[tuple[str, str]]) -> list[str]:
+    models = [str(doubt.numbers["model"]) for doubt in fit.diagnostics if doubt.numbers.get("model")]
+    lines = [f"fit {' or '.join(dict.fromkeys(models))}: it has what this model lacks"] if models else []
+    lines += [f"for {names}: {motion}" for names, motion in next_measurements]
+    return lines or ["try it on the machine, record again, and let `bristle compare` tell what it gained"]
+
+
+def _percent(value: float) -> str:
+    return f"{number(value, digits=3)} %"
+
+
+def _fixed(value: float, unit: str) -> str:
+    """Return a number with its unit, between which no line ends."""
+    return with_unit(value, unit).replace(" ", "\u00a0")

@@ -1,0 +1,37 @@
+"""Waves over the position are found between whole turns over the range, and in what turns with the motion."""
+
+import numpy as np
+import pytest
+
+from bristle.identification.waves import frequency_in
+
+TURNS = 7.38  # over the range
+
+
+@pytest.fixture(scope="module")
+def passes():
+    """Position and direction of some strokes, slower near their ends."""
+    time = np.linspace(0.0, 12.0 * np.pi, 6000)
+    x = 0.1 * np.cos(time)
+    return x, np.where(np.gradient(x) < 0.0, -1.0, 1.0)
+
+
+@pytest.mark.parametrize("odd", [False, True])
+def test_a_wave_is_found_between_whole_turns_whether_it_turns_with_the_motion_or_not(passes, odd):
+    x, side = passes
+    frequency = TURNS / np.ptp(x)
+    wave = (side if odd else 1.0) * np.sin(2.0 * np.pi * frequency * x + 0.4)
+    noise = 0.3 * np.random.default_rng(3).standard_normal(x.size)
+    assert frequency_in(x, side, wave + noise, 100.0) == pytest.approx(frequency, rel=0.006)
+
+
+def test_a_wave_is_sought_between_the_fewest_and_the_most_turns(passes):
+    x, side = passes
+    wave = np.sin(2.0 * np.pi * TURNS / np.ptp(x) * x)
+    noise = 0.1 * np.random.default_rng(4).standard_normal(x.size)
+    for most, least in ((TURNS - 2.0, 1.5), (100.0, TURNS + 2.0)):
+        found = frequency_in(x, side, wave + noise, most, least) * np.ptp(x)
+        assert least - 1.0 < found < most + 1.0
+        assert abs(found - TURNS) > 1.0
+    assert frequency_in(x, side, wave, 1.0) is None
+    assert frequency_in(0.0 * x, side, wave, 100.0) is None

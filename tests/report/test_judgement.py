@@ -1,0 +1,111 @@
+"""The verdict of an identification, and the first page that it stands on."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.identification.known_logs import TRUTH, log_of, sines, sliding_effort, sliding_log
+
+from bristle.core.diagnostic import Diagnostic
+from bristle.identification import identify
+from bristle.identification.settings import Settings
+from bristle.prediction.drive_table import level_values
+from bristle.prediction.following import Following
+from bristle.report.first_page import answers
+from bristle.report.judgement import DOUBTS, judged
+from bristle.report.sentences import SENTENCES
+from bristle.report.symbols import symbolic
+from bristle.simulation.result import statistics_of
+
+USUAL = Settings()
+
+
+@pytest.fixture(scope="module")
+def found():
+    return identify(sliding_log(), draws=0, blocks=3)
+
+
+def doubted(fit, *diagnostics):
+    return replace(fit, diagnostics=diagnostics)
+
+
+def test_a_sound_log_is_usable(found):
+    assert judged(found.best, USUAL) == ("usable", ())
+
+
+@pytest.mark.parametrize("code", DOUBTS)
+def test_every_doubt_asks_for_care_and_says_why(found, code):
+    level, reasons = judged(doubted(found.best, Diagnostic(code, severity="warning")), USUAL)
+    assert level == "with_care"
+    assert reasons == (SENTENCES[code].means,)
+
+
+def test_a_note_asks_for_nothing(found):
+    assert judged(doubted(found.best, Diagnostic("structure", severity="note")), USUAL).level == "usable"
+
+
+def test_a_contradiction_asks_for_another_log(found):
+    level, reasons = judged(doubted(found.best, Diagnostic("sign_reversed", severity="error")), USUAL)
+    assert level == "measure_again"
+    assert reasons == (SENTENCES["sign_reversed"].means,)
+
+
+def test_open_parameters_ask_for_care_and_half_of_them_for_another_log(found):
+    fit = doubted(found.best)
+    levels = []
+    for count in range(len(fit.estimates) + 1):
+        open_ = [replace(one, status="unidentifiable") for one in fit.estimates[:count]]
+        levels.append(judged(replace(fit, estimates=(*open_, *fit.estimates[count:])), USUAL).level)
+    assert levels == ["usable", "with_care", "measure_again", "measure_again", "measure_again"]
+
+
+def test_the_error_that_friction_takes_decides(found):
+    error = found.best.friction_alone_error_percent
+    for usable, useless, level in ((1.1, 2.0, "usable"), (0.9, 2.0, "with_care"), (0.5, 0.9, "measure_again")):
+        settings = Settings.of({"usable_error": usable * error, "useless_error": useless * error})
+        assert judged(doubted(found.best), settings).level == level
+
+
+def test_a_loop_that_follows_otherwise_asks_for_care(found):
+    nothing = statistics_of(np.zeros(2))
+    following = Following(np.zeros(2), np.zeros(2), nothing, contradiction=Diagnostic("loop_contradicts"))
+    assert judged(doubted(found.best), USUAL, following).level == "with_care"
+
+
+def test_levels_are_those_of_each_direction_without_the_weight():
+    motion = sines(20.0, amplitudes=(0.03, 0.012, 0.004), frequencies=(0.31, 0.83, 2.3))
+    effort = sliding_effort(motion, F_C=8.0) + np.where(motion.velocity > 0.0, 1.5, 0.0) + 20.0
+    levels = level_values(identify(log_of(motion, effort), "coulomb+asymmetry", draws=0, offset=20.0).best)
+    viscous = TRUTH["F_v"] * np.max(np.abs(motion.velocity))
+    assert levels.constant == 20.0
+    assert levels.inertia == pytest.approx(TRUTH["M"], rel=0.01)
+    assert levels.forward - levels.backward == pytest.approx(1.5 + 2.0 * TRUTH["offset"], abs=0.25)
+    assert 8.0 < levels.backward + TRUTH["offset"] < 8.0 + viscous
+    assert levels.deviation == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_five_questions_are_answered(found):
+    told = dict(answers(found, None, None, [("F_S", "move slowly")]))
+    assert list(told) == [
+        "Is it good?", "What to type in", "What it gains, and costs", "Can it be trusted?", "What next",
+    ]  # fmt: skip
+    assert all(told.values())
+    mass = found.best.parameters["M"]
+    assert told["What to type in"][0] == f"mass {mass.value:.3g}\u00a0kg"
+    assert f"M ± {mass.interval_percent:.2g} %" in told["Can it be trusted?"][1]
+    assert told["What next"] == ["for F_S: move slowly"]
+    assert "effective" not in " ".join(told["Can it be trusted?"])
+
+
+@pytest.mark.parametrize(
+    ("text", "symbol"),
+    [
+        ("F_C_neg", "<i>F</i><sub>C\u2212</sub>"),
+        ("sigma_0", "<i>σ</i><sub>0</sub>"),
+        ("`F_S`", "`F_S`"),
+        ("stribeck_free", "stribeck_free"),
+        ("a < b", "a &lt; b"),
+    ],
+)
+def test_names_of_parameters_are_symbols(text, symbol):
+    assert symbolic(text) == symbol
