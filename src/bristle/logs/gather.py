@@ -9,10 +9,12 @@ import numpy as np
 
 from bristle.core import units
 from bristle.core.axis import COLUMNS, Axis, Column
+from bristle.core.diagnostic import Diagnostic
 from bristle.core.errors import InputError, close_names
 from bristle.core.variable import KINDS, Kind, unit_of
 from bristle.logs.channel import CHANNELS, Channel
 from bristle.logs.choice import USUAL_NAMES
+from bristle.logs.merge import onto_one_time
 from bristle.logs.table import Table, some_of, split_unit
 
 __all__ = ["Gathered", "axis_of", "gather"]
@@ -26,6 +28,7 @@ class Gathered:
     injected: list[Channel] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     problems: list[InputError] = field(default_factory=list)
+    found: list[Diagnostic] = field(default_factory=list)
 
     def named(self) -> Iterator[tuple[str, Channel]]:
         """Yield the name and the channel of all that was found."""
@@ -36,7 +39,10 @@ class Gathered:
 def gather(table: Table, axis: Axis) -> Gathered:
     """Return the channels that `axis` names, in SI of its kind, sign and transmission applied."""
     gathered = Gathered(notes=list(table.notes))
+    implied = _implied_time(table, axis, gathered)
     for name, column in axis.columns.items():
+        if name == "time" and implied:
+            continue
         if (channel := _channel(table, column, name, axis.kind, gathered)) is not None:
             gathered.channels[name] = channel
     for index, injected in enumerate(axis.injected):
@@ -47,10 +53,27 @@ def gather(table: Table, axis: Axis) -> Gathered:
         gathered.problems.append(
             InputError("no column is named as the position", path=f"axis {axis.name}", mend="Name it in [columns]")
         )
+    if implied:
+        onto_one_time(table, gathered)
     _tell_of_shared_columns(gathered)
     _refuse_unequal_lengths(table, gathered)
     _add_reference(gathered)
     return gathered
+
+
+def _implied_time(table: Table, axis: Axis, gathered: Gathered) -> bool:
+    """Return whether the time is that which the columns bring with them."""
+    position, time = axis.columns.get("position"), axis.columns.get("time")
+    own = table.stamps.get(table.name_of(position.name) or "") if position else None
+    if own is None:
+        return False
+    if time is None:
+        return True
+    named = table.name_of(time.name)
+    if named is not None and named not in table.stamps.values():
+        return False
+    gathered.notes.append(f"columns.time is not needed: each column of this {table.format} file brings its time")
+    return True
 
 
 def axis_of(table: Table) -> Axis:
