@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from bristle.logs.merge import onto_one_time
 from bristle.logs.table import Table, some_of, split_unit
 
 __all__ = ["Gathered", "axis_of", "gather"]
+
+FOLLOWING = ("reference", "following_error")  # they count as the position does
+SI = {"m": "m", "rad": "rad"}
 
 
 @dataclass
@@ -43,6 +46,8 @@ def gather(table: Table, axis: Axis) -> Gathered:
     for name, column in axis.columns.items():
         if name == "time" and implied:
             continue
+        if name in FOLLOWING:
+            column = _in_the_unit_of(axis.columns.get("position"), column, table, gathered)
         if (channel := _channel(table, column, name, axis.kind, gathered)) is not None:
             gathered.channels[name] = channel
     for index, injected in enumerate(axis.injected):
@@ -102,6 +107,19 @@ def axis_of(table: Table) -> Axis:
     kind: Kind = KINDS[1] if units.compatible(position, "rad", path=str(table.source)) else KINDS[0]
     columns = {channel: Column(name, "", unit_of(CHANNELS[channel], kind)) for channel, name in names.items() if name}
     return Axis(name=table.source.stem, kind=kind, columns=columns)
+
+
+def _in_the_unit_of(position: Column | None, column: Column, table: Table, gathered: Gathered) -> Column:
+    """Return a reference of which neither the file nor the axis says the unit: it has that of the position."""
+    name = table.name_of(column.name)
+    if position is None or column.unit or name is None or table.units.get(name) or column.base != SI.get(column.base):
+        return column
+    unit = position.unit or table.units.get(table.name_of(position.name) or "", "")
+    if not unit:
+        return column
+    gathered.notes.append(f"column {name} has no unit: taken in that of the position, {unit}")
+    sign = -1.0 if column.scale < 0.0 else 1.0
+    return replace(column, unit=unit, base=position.base, scale=sign * abs(position.scale))
 
 
 def _channel(table: Table, column: Column, key: str, kind: Kind, gathered: Gathered) -> Channel | None:

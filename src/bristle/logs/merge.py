@@ -27,7 +27,7 @@ def onto_one_time(table: Table, gathered: Gathered) -> None:
     Where a channel has a sample at such a time it is taken as it is, else it is interpolated; what lies before the
     first sample or after the last one of any channel is left out.
     """
-    position = gathered.channels["position"] if "position" in gathered.channels else None
+    position = gathered.channels.get("position")
     if position is None:
         return
     own = table.stamps[position.column]

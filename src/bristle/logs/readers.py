@@ -11,6 +11,7 @@ from pathlib import Path
 from bristle.core.content import SIZE_LIMIT, Content, Readable
 from bristle.core.errors import InputError, MissingExtraError, said_by_library
 from bristle.logs.choice import ALL, Choice
+from bristle.logs.json_records import looks_like_json
 from bristle.logs.names import with_plain_names
 from bristle.logs.table import Table
 from bristle.logs.tables import content_of_log
@@ -31,7 +32,7 @@ REFUSED = {
 }
 # Kinds of files that native libraries read, or that ask for a package: module, what they are called, the package.
 APART = {"hdf5": ("HDF5", "h5py"), "parquet": ("Parquet", "pyarrow"), "tdms": ("TDMS", "nptdms")}
-HOLD_TABLES = ("hdf5", "npz")
+HOLD_TABLES = ("hdf5", "npz", "json_records")
 
 
 def read_table(
@@ -111,4 +112,6 @@ def _kind_of(content: Content) -> str:
         return "tdms"
     if data.startswith(MAT) or suffix == ".mat":
         return "mat"
-    return "csv"
+    if data[:256].lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<"):
+        return "sinumerik"
+    return "json_records" if looks_like_json(data[:4096]) else "csv"

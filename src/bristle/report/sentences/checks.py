@@ -37,8 +37,8 @@ CHECKS: dict[str, Sentence] = {
     "stamps_jitter": Sentence(
         (
             "the time stamps are off even ones by {percent:.2g} % of the sample time (19 of 20) and up to "
-            "{largest:.2g} %: all channels were resampled on their stamps onto steps of {sample_time:time}, which errs by "
-            "about {position_error:length} in the position",
+            "{largest:.2g} %: all channels were resampled on their stamps onto steps of {sample_time:time}, which errs "
+            "by about {position_error:length} in the position",
             " and {effort_error:force} in the effort",
             " (root mean square). If the stamps are off and the samples are not, leave the column of time out of "
             "the axis file and write sample_time under [timing]",
