@@ -21,6 +21,7 @@ __all__ = ["read_table"]
 HDF5, PARQUET, ARCHIVE = b"\x89HDF", b"PAR1", b"PK\x03\x04"
 ARRAY = b"\x93NUMPY"
 MAT, MAT_73, TDMS = b"MATLAB 5.0", b"MATLAB 7.3", b"TDSm"
+MDF, MCAP = b"MDF ", b"\x89MCAP"
 
 # First bytes -> why the file is not read, and what to do.
 REFUSED = {
@@ -28,11 +29,14 @@ REFUSED = {
     b"\xd0\xcf\x11\xe0": "It is an old spreadsheet: export the log as CSV",
     b"\x1f\x8b": "It is compressed: unpack it first (gunzip)",
     b"%PDF": "It is a document: export the log as CSV",
-    b"MDF ": "It is a measurement data file (MDF): export the log as CSV",
 }
-# Kinds of files that native libraries read, or that ask for a package: module, what they are called, the package.
-APART = {"hdf5": ("HDF5", "h5py"), "parquet": ("Parquet", "pyarrow"), "tdms": ("TDMS", "nptdms")}
-HOLD_TABLES = ("hdf5", "npz", "json_records")
+# Kinds of files that native libraries read, or that ask for a package: module, what they are called, the package, and
+# the extra that it comes with.
+APART = {
+    "hdf5": ("HDF5", "h5py", "io"), "parquet": ("Parquet", "pyarrow", "io"), "tdms": ("TDMS", "nptdms", "io"),
+    "mf4": ("MF4", "asammdf", "mf4"), "mcap": ("MCAP", "mcap_ros2", "mcap"),
+}  # fmt: skip
+HOLD_TABLES = ("hdf5", "npz", "json_records", "mcap")
 
 
 def read_table(
@@ -43,7 +47,8 @@ def read_table(
     Parameters
     ----------
     given : path-like, bytes, file object or Content
-        CSV and other text, MAT, TDMS, Parquet, HDF5, or NPZ; ``FILE::TABLE`` names a table in it.
+        Text, traces of TwinCAT and SINUMERIK, JSON, MAT, TDMS, Parquet, HDF5, NPZ, MF4 or MCAP; ``FILE::TABLE`` names a
+        table in it.
     table : str, optional
         Name of the table, group or array in a file that holds several; where the path names none.
     choice : Choice
@@ -92,9 +97,9 @@ def _read(kind: str, content: Content, table: str | None, choice: Choice, limit:
 
 
 def _refuse_without(kind: str, source: Path) -> None:
-    subject, package = APART[kind]
+    subject, package, extra = APART[kind]
     if find_spec(package) is None:
-        raise MissingExtraError.of(f"{source}: reading {subject}", "io")
+        raise MissingExtraError.of(f"{source}: reading {subject}", extra)
 
 
 def _kind_of(content: Content) -> str:
@@ -108,6 +113,10 @@ def _kind_of(content: Content) -> str:
     for magic, mend in REFUSED.items():
         if data.startswith(magic):
             raise InputError("is not a log that can be read", path=str(content.source), mend=mend)
+    if data.startswith(MDF):
+        return "mf4"
+    if data.startswith(MCAP):
+        return "mcap"
     if data.startswith(TDMS) or suffix == ".tdms":
         return "tdms"
     if data.startswith(MAT) or suffix == ".mat":
