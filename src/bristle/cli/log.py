@@ -82,6 +82,8 @@ def log(
         if proposal is not None:
             summary |= {"proposal": {"text": proposal.text, "missing": list(proposal.missing)}}
             summary["notes"] = [*proposal.notes, *summary["notes"]]
+            if "columns.position.unit" in proposal.missing:  # of a size that nobody knows nothing can be said
+                summary["diagnostics"] = [one for one in summary["diagnostics"] if one["code"] != "unit_suspect"]
         if folder:
             source = provenance(context.obj, log=content, axis=described)
             used = proposal.axis if proposal else log_axis

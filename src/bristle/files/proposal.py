@@ -32,6 +32,7 @@ HINTS = {
     "columns.effort.unit": "unit of the numbers: N, N*m, or A, %, ‰ or V with its constant under [effort]",
     "effort.rated": 'what 100 % are, such as "120 N" (or "2.4 N*m", and with a screw its lead)',
     "effort.constant": 'force or torque for one {drive}, such as "61.2 N/{drive}" or "0.12 N*m/{drive}"',
+    "transmission.lead": 'travel for one turn, such as "10 mm"',
     "encoder.resolution": 'movement for one count, such as "0.1 um" or "0.01 deg"',
     "timing.sample_time": 'time between samples, such as "1 ms"',
 }
@@ -149,6 +150,8 @@ def _tables(table: Table, roles: Roles) -> dict[str, Any]:
     tables |= {"kind": kind} if kind else {}
     tables["columns"] = columns
     facts = _told(table.facts)
+    if "velocity" in columns and not _goes_with(columns["velocity"]["unit"], position.unit, facts):
+        del columns["velocity"]  # of the motor, and the way from there to the position is not told
     if position.unit and units.compatible(position.unit, "count"):
         told = facts.get("encoder.counts_per_rev")
         tables["encoder"] = {"counts_per_rev": told} if told else {"resolution": FILL_IN}
@@ -156,8 +159,8 @@ def _tables(table: Table, roles: Roles) -> dict[str, Any]:
         tables |= _constant(effort, facts)
     if "time" not in columns and not roles.implied_time and table.sample_time is None:
         tables["timing"] = {"sample_time": FILL_IN}
-    if "transmission.lead" in facts and _needs_lead(tables, kind):
-        tables["transmission"] = {"lead": facts["transmission.lead"]}
+    if _needs_lead(tables, kind):
+        tables["transmission"] = {"lead": facts.get("transmission.lead", FILL_IN)}
     return tables
 
 
@@ -170,9 +173,32 @@ def _constant(effort: Role, facts: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _needs_lead(tables: Mapping[str, Any], kind: Kind | None) -> bool:
+    """Return whether position and effort are measured on both sides of a screw."""
+    turns = _turns(tables)
+    return kind is not None and turns is not None and turns != (kind == KINDS[1])
+
+
+def _turns(tables: Mapping[str, Any]) -> bool | None:
+    """Return whether the drive turns: its effort is a torque, or its encoder counts turns; None where nothing tells."""
+    if "counts_per_rev" in tables.get("encoder", {}):
+        return True
     texts = [str(value) for value in tables.get("effort", {}).values()]
-    turned = "counts_per_rev" in tables.get("encoder", {})
-    return kind != KINDS[1] and (turned or any("N*m" in text for text in texts))
+    texts.append(tables["columns"].get("effort", {}).get("unit", ""))
+    turns = [units.compatible(unit, "N*m") for unit in map(_unit_in, texts) if unit and units.is_unit(unit)
+             and any(units.compatible(unit, base) for base in ("N", "N*m"))]  # fmt: skip
+    return any(turns) if turns else None
+
+
+def _unit_in(text: str) -> str:
+    """Return the force or torque that a unit, a rated effort or a constant speaks of."""
+    unit = re.sub(r"^[\d.eE+-]+\s*", "", text)
+    return unit.rpartition("/")[0] or unit
+
+
+def _goes_with(velocity: str, position: str, facts: Mapping[str, Any]) -> bool:
+    kinds = [next((base for base in ("m", "rad", "count") if unit and units.compatible(unit, base + per)), "")
+             for unit, per in ((velocity, "/s"), (position, ""))]  # fmt: skip
+    return kinds[0] == kinds[1] or ("count" not in kinds and "transmission.lead" in facts)
 
 
 def _told(facts: Mapping[str, str]) -> dict[str, Any]:
@@ -204,7 +230,7 @@ def _fits(unit: str, key: str) -> bool:
 
 def _assumed(tables: Mapping[str, Any]) -> dict[str, Any]:
     """Return the tables with SI for what is missing, so that the log can be looked at."""
-    kind: Kind = tables.get("kind") or KINDS[0]
+    kind: Kind = tables.get("kind") or (KINDS[1] if _turns(tables) else KINDS[0])
     columns = {name: dict(entry) for name, entry in tables["columns"].items()}
     for name, entry in columns.items():
         if entry.get("unit") == FILL_IN:
@@ -212,7 +238,9 @@ def _assumed(tables: Mapping[str, Any]) -> dict[str, Any]:
             entry["unit"] = ASSUMED_UNIT[channel][kind]
     assumed = {**tables, "kind": kind, "columns": columns}
     force = ASSUMED_UNIT["effort"][kind]
-    for name, filled in (("effort", force), ("encoder", ASSUMED_UNIT["position"][kind]), ("timing", "s")):
+    for name, filled in (
+        ("effort", force), ("encoder", ASSUMED_UNIT["position"][kind]), ("timing", "s"), ("transmission", "m"),
+    ):  # fmt: skip
         if name in tables:
             assumed[name] = {
                 key: f"1 {filled}{_per(key, columns)}" if value == FILL_IN else value

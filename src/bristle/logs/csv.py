@@ -32,6 +32,7 @@ from bristle.logs.scope import read as read_scope
 from bristle.logs.stamped_text import (
     dates_in,
     facts_above,
+    large_counts,
     partly_empty,
     period_told,
     units_of_labview,
@@ -47,6 +48,7 @@ HEAD_BYTES = 2**17
 TEXT_SHARE = 0.9  # of the bytes of text in two bytes a letter are what they are in plain text
 LONGEST_LINE = 4 * 2**20
 UNUSED = (b"\x81", b"\x8d", b"\x8f", b"\x90", b"\x9d")  # in the code page of Windows
+_QUOTED_COMMA = re.compile(rb'"([+-]?\d+),(\d+(?:[eE][+-]?\d+)?)"')  # decimal commas between commas
 _FORTRAN = rb"(?<=[\d.])[dD](?=[+-]?\d)"
 _NOT_FINITE = rb"(?<![\d.])1\.#([A-Za-z]+)\w*"  # as the C library of Windows wrote it until 2015
 PIECE = 2**20
@@ -94,6 +96,9 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
     columns = {layout.names[i]: column for i, column in zip(chosen, values, strict=True)}
     dates = dates_in(body, layout, encoding) if not all(layout.numeric) else {}
     columns |= {layout.names[i]: stamps for i, stamps in dates.items() if choice(layout.names[i])}
+    counts = large_counts(body, layout, encoding)
+    columns |= {layout.names[i]: stamps for i, stamps in counts.items() if choice(layout.names[i])}
+    dates |= counts
     numeric = [numeric or i in dates for i, numeric in enumerate(layout.numeric)]
     left_out = [name for name, is_numeric in zip(layout.names, numeric, strict=True) if not is_numeric]
     if left_out:
@@ -167,6 +172,8 @@ def _decodable(data: bytes, source: Path) -> tuple[bytes, str]:
     data = data.removeprefix(codecs.BOM_UTF8)
     if b"\r" in data:
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    if _QUOTED_COMMA.search(data[:HEAD_BYTES]):
+        data = _QUOTED_COMMA.sub(rb"\1.\2", data)
     return data, "utf-8" if _is_utf8(data) else "cp1252" if _is_western(data) else "latin-1"
 
 

@@ -20,6 +20,7 @@ from bristle.logs.words import is_time, unit_of_time
 __all__ = ["looks_like_json", "read"]
 
 DEEPEST = 8
+LARGE = 10**15  # of a count of µs or less since long ago
 STARTS = tuple(sign.encode() for sign in '"{[}]-0123456789')
 FEWEST = 2
 NAMES, VALUES, UNITS = (
@@ -250,11 +251,19 @@ def _advances(values: np.ndarray) -> bool:
     return bool(np.all(np.isfinite(values)) and values.size > 1 and np.mean(np.diff(values) > 0) > 0.5)
 
 
+def _counted(values: list[int]) -> np.ndarray:
+    """Return times that count from long ago in s from the first: as numbers they would lose their end."""
+    size = next(size for least, size in ((1e18, 1e9), (1e17, 1e7), (0, 1e6)) if abs(values[0]) >= least)
+    return np.array([value - values[0] for value in values], dtype=np.int64) / size
+
+
 def _numbers(values: list[Any]) -> np.ndarray | None:
     """Return a list as numbers: a missing one is NaN, dates are seconds from the first."""
     filled = [value for value in values if value is not None]
     if not filled:
         return None
+    if len(filled) == len(values) and all(type(value) is int for value in values) and abs(values[0]) > LARGE:
+        return _counted(values)
     if all(isinstance(value, (int, float)) for value in filled):
         return np.array([np.nan if value is None else value for value in values], dtype=float)
     if not all(isinstance(value, str) for value in filled) or len(filled) < len(values):

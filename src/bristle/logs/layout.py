@@ -33,7 +33,10 @@ COMMENTS = r'(?m)^[ \t]*#.*$|[ \t]#[^"\n]*$'
 # Tried in this order; None is any run of blanks. A comma is last but one: it may be a decimal comma.
 DELIMITERS = ("\t", ";", ",", None)
 # Units that a line below the names may consist of, besides the decimal ones.
-USUAL_UNITS = frozenset({"deg", "deg/s", "rev", "rev/s", "rpm", "1/min", "min", "lbf", "inch"})
+USUAL_UNITS = frozenset(
+    {"deg", "deg/s", "deg/s^2", "rev", "rev/s", "rpm", "1/min", "min", "h", "lbf", "inch", "mm/min", "m/min", "m/s^2",
+     "mm/s^2", "rad/s^2", "degC", "K", "bar", "W", "kW", "Hz", "kHz", "LU", "Grad", "bool", "hex"}
+)  # fmt: skip
 PREAMBLE_LINES, SAMPLE_ROWS = 400, 20
 MOST_COLUMNS = 50_000
 MOST_CELLS = 300_000  # that are looked at to find where the numbers begin
@@ -286,7 +289,9 @@ def _header_cells(line: str, layout: Layout) -> list[str]:
         # A unit stands apart from its name by a blank, too.
         words = re.split(r"(?<=\s)(?=[\[(])", line)
         line = "".join([*(word.rstrip() for word in words[:-1]), words[-1]])
-    cells = cells_of(line, layout.delimiter)
+    cells = [cell.lstrip(COMMENT + "%").strip() for cell in cells_of(line, layout.delimiter)]
+    if len(cells) == len(layout.numeric) + 1 and cells[-1].lower() in ("", "comment"):
+        cells.pop()  # of remarks that no row of numbers has, as in files of LabVIEW
     lacking = layout.numeric[len(cells) :]
     return cells if any(lacking) else cells + [""] * len(lacking)
 

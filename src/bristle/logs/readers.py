@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Callable
 from importlib import import_module
 from importlib.util import find_spec
@@ -13,8 +14,10 @@ from bristle.core.errors import InputError, MissingExtraError, said_by_library
 from bristle.logs.choice import ALL, Choice
 from bristle.logs.json_records import looks_like_json
 from bristle.logs.names import with_plain_names
+from bristle.logs.stamped_text import period_told
 from bristle.logs.table import Table
 from bristle.logs.tables import content_of_log
+from bristle.logs.words import is_time
 
 __all__ = ["read_table"]
 
@@ -71,7 +74,16 @@ def read_table(
     read = _read(kind, content, content.part or table, choice, size_limit)
     if table is not None and kind not in HOLD_TABLES:
         read = dataclasses.replace(read, notes=(*read.notes, f"the file is one table: {table!r} is not looked for"))
+    read = _with_period(read)
     return with_plain_names(dataclasses.replace(read, source=content.source, origin=content.origin))
+
+
+def _with_period(table: Table) -> Table:
+    """Return the table with the time between samples that stands in it as a single number, where it has no times."""
+    if table.sample_time is not None or table.stamps or any(map(is_time, table.names)):
+        return table
+    told = {re.split(r"[./]", name)[-1]: f"{value!r}" for name, value in table.constants.items()}
+    return dataclasses.replace(table, sample_time=period_told(told))
 
 
 def _read(kind: str, content: Content, table: str | None, choice: Choice, limit: int) -> Table:

@@ -141,9 +141,11 @@ def _time(table: Table, columns: list[_Column]) -> Role | None:
     rising = [column for column in columns if np.mean(np.diff(column.values) > 0) > 0.5 and _advances(column)]
     named = [column for column in rising if is_time(column.name) and (not column.unit or column.is_one_of(("s",)))]
     named += [column for column in rising if column.is_one_of(("s",)) and column not in named]
-    if not named:  # without a name: what rises evenly from row to row, first of all columns
+    if (
+        not named and table.sample_time is None
+    ):  # without a name: what rises evenly from row to row, first of all columns
         named = [column for column in rising[:1] if column is columns[0] and _even(column.values) and not column.unit
-                 and column.meaning.role in ("", "status")]  # fmt: skip
+                 and column.meaning.role in ("", "status") and not _counts_rows(column.values)]  # fmt: skip
     if not named:
         return None
     chosen = named[0]
@@ -151,6 +153,10 @@ def _time(table: Table, columns: list[_Column]) -> Role | None:
     return Role(
         chosen.name, unit, chosen.told_by or "numbers", "its name" if is_time(chosen.name) else "it rises evenly"
     )
+
+
+def _counts_rows(values: np.ndarray) -> bool:
+    return bool(np.all(np.diff(values) == 1.0))
 
 
 def _advances(column: _Column) -> bool:
@@ -324,7 +330,7 @@ def _role_of_velocity(velocity: _Column, position: _Column, unit: str, stamps: n
 def _unit_of_effort(effort: _Column, about: str) -> tuple[str, str]:
     if effort.unit:
         return effort.unit, effort.told_by
-    words = set(words_of(effort.name))
+    words = {*words_of(effort.name), "".join(words_of(effort.name))}
     for unit, names in MEASURED_IN.items():
         if words & set(names) or any(len(name) > 4 and name in "".join(words) for name in names):
             return unit, "its name"

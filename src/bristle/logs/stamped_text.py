@@ -13,16 +13,28 @@ from bristle.core import units
 from bristle.logs.layout import CLOCK, Layout, cells_of, without_comments
 from bristle.logs.own_times import Series, table_of_series
 from bristle.logs.table import Table, split_unit
-from bristle.logs.words import is_time, plain_unit, unit_of_time
+from bristle.logs.words import is_time, plain_unit, unit_in_name, unit_of_time
 
-__all__ = ["amount_in", "dates_in", "facts_above", "partly_empty", "period_told", "units_of_labview", "with_own_times"]
+__all__ = [
+    "amount_in",
+    "dates_in",
+    "facts_above",
+    "large_counts",
+    "partly_empty",
+    "period_told",
+    "units_of_labview",
+    "with_own_times",
+]
 
+LONG = 10  # digits of a time that counts from long ago
+EPOCHS = ((19, 1e9), (17, 1e7), (16, 1e6), (13, 1e3), (0, 1.0))  # digits, and what it counts in a second
 OFTEN = 0.2  # share of empty cells from which on a column was recorded less often, or ended early
 LONGEST_FACT = 200
 PERIOD_NAMES = (
     "sampletime", "sample time", "sampling time", "sampling period", "sampling interval", "abtastzeit",
-    "abtastintervall", "delta_x", "abtasttakt", "takt",
-    "sample period", "sample interval", "cycle time", "zykluszeit", "trace cycle", "aufzeichnungstakt", "interval",
+    "abtastintervall", "abtasttakt", "takt",
+    "sample period", "sample interval", "sampleinterval", "samplingtime", "samplingperiod", "tsample", "t sample",
+    "delta x", "cycle time", "zykluszeit", "trace cycle", "aufzeichnungstakt", "interval",
     "dt", "ts",
 )  # fmt: skip
 RATE_NAMES = (
@@ -63,7 +75,8 @@ def period_told(facts: dict[str, str]) -> float | None:
     (0.00025, 0.00025, None)
     """
     for name, text in facts.items():
-        key = split_unit(name)[0].lower().rstrip(":")
+        key = split_unit(name)[0].lower().rstrip(":").replace("_", " ")
+        key = key.removesuffix(" ms").removesuffix(" us").removesuffix(" s").removesuffix(" hz").removesuffix(" khz")
         for names, target in ((PERIOD_NAMES, "s"), (RATE_NAMES, "Hz")):
             if key in names and (value := _amount(name, text, target)):
                 return value if target == "s" else 1.0 / value
@@ -78,10 +91,10 @@ def amount_in(name: str, text: str) -> tuple[float, str] | None:
     >>> amount_in("Nennmoment [Nm]", "2,4"), amount_in("Rated torque", "2.4 Nm"), amount_in("Device", "AX5000")
     ((2.4, 'N*m'), (2.4, 'N*m'), None)
     """
-    match = re.match(r"([+-]?\d[\d.,]*(?:[eE][+-]?\d+)?)\s*(\S*)", text)
+    match = re.match(r"([+-]?\d[\d.,]*(?:[eE][+-]?\d+)?)\s*([^\d\s]\S*)?", text)
     if match is None:
         return None
-    unit = plain_unit(match[2] or split_unit(name)[1])
+    unit = plain_unit(match[2] or split_unit(name)[1] or unit_in_name(name))
     try:
         return float(match[1].replace(",", ".")), units.split(f"1 {unit}")[1] if unit else ""
     except ValueError:
@@ -132,6 +145,29 @@ def _moment(cell: str) -> datetime:
     fraction = (parts[1] + "000000")[:6] if len(parts) > 1 else "000000"
     hour = ":".join(part.zfill(2) for part in parts[0].split(":"))
     return datetime.fromisoformat(f"{date or '2000-01-01'}T{hour}.{fraction}")
+
+
+def large_counts(body: bytes, layout: Layout, encoding: str) -> dict[int, np.ndarray]:
+    """Return the times that count since long ago, as seconds from the first row: a number would lose their end."""
+    found: dict[int, np.ndarray] = {}
+    lines: list[str] = []
+    for index, numeric in enumerate(layout.numeric):
+        if not numeric or not is_time(layout.names[index]):
+            continue
+        lines = lines or [line for line in body.decode(encoding, "replace").split("\n") if line.strip()]
+        cell = cells_of(lines[0], layout.delimiter)[index].replace(",", ".")
+        whole = cell.partition(".")[0].lstrip("-")
+        if len(whole) < LONG or not whole.isdigit():
+            continue
+        cells = [cells_of(line, layout.delimiter)[index].replace(",", ".").partition(".") for line in lines]
+        if not all(left.isdigit() and (not right or right.isdigit()) for left, _, right in cells):
+            continue
+        counts = np.array([int(left) for left, _, _ in cells], dtype=np.int64)
+        parts = np.array([float(f"0.{right or 0}") for _, _, right in cells])
+        scale = next(size for least, size in EPOCHS if len(whole) >= least)
+        seconds = (counts - counts[0]) / scale + (parts - parts[0]) / scale
+        found[index] = np.round(seconds, 9)
+    return found
 
 
 def partly_empty(body: bytes, layout: Layout, encoding: str) -> dict[int, np.ndarray] | None:

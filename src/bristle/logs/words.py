@@ -258,7 +258,7 @@ WRITTEN = {
     "inc": "count", "incr": "count", "inkr": "count", "inkr.": "count", "inkremente": "count", "increments": "count",
     "increment": "count", "counts": "count", "cnt": "count", "cnts": "count",
     "count": "count", "ticks": "count", "tick": "count", "pulse": "count", "pulses": "count", "lsb": "count",
-    "digit": "count", "digits": "count", "digit(s)": "count",
+    "digit": "count", "digits": "count", "digit(s)": "count", "lu": "count",
     "inc/s": "count/s", "counts/s": "count/s", "cnt/s": "count/s", "cts": "count", "cts/s": "count/s",
     "inc/sec": "count/s",
     "%o": "‰", "permille": "‰", "per mille": "‰", "promille": "‰", "0.1%": "‰", "0,1%": "‰", "0.1 %": "‰",
