@@ -158,7 +158,8 @@ def drive_without_time(folder: Path, m: Motion) -> Path:
 def drive_units_row(folder: Path, m: Motion) -> Path:
     lines = ["Trace of axis Y", "Time\tPosition actual value\tPosition demand value\tForce actual", "s\tmm\tmm\tN"]
     lines += ["\t".join(row) for row in zip(
-        (decimal(t, 6) for t in m.time_us), mm(m.position_um), mm(m.reference_um), newton(m.torque), strict=True)]  # fmt: skip
+        (decimal(t, 6) for t in m.time_us), mm(m.position_um), mm(m.reference_um), newton(m.torque),
+        strict=True)]  # fmt: skip
     return _written(folder / "units_row.txt", "\r\n".join(lines) + "\r\n", "utf-16")
 
 
@@ -192,7 +193,8 @@ def labview(folder: Path, m: Motion) -> Path:
              "X0\t0,0E+0\t0,0E+0\t", "Delta_X\t1,000000E-3\t1,000000E-3\t", "***End_of_Header***\t\t\t",
              "X_Value\tPosition\tForce\tComment"]  # fmt: skip
     lines += ["\t".join(row) + "\t" for row in zip(
-        (decimal(t, 6, True) for t in m.time_us), mm(m.position_um, True), newton(m.torque, True), strict=True)]  # fmt: skip
+        (decimal(t, 6, True) for t in m.time_us), mm(m.position_um, True), newton(m.torque, True),
+        strict=True)]  # fmt: skip
     return _written(folder / "log.lvm", "\r\n".join(lines) + "\r\n", "cp1252")
 
 
@@ -248,7 +250,8 @@ def sinumerik(folder: Path, m: Motion) -> Path:
              '<frameHeader startTime="2025-03-14T09:31:12" stopInc="0"/>',
              '<dataSignal id="f1" key="1" name="/Nck/!SD/nckServoDataActPos1stEnc64[u1,1]" '
              'description="Lageistwert Messsystem 1 X1 (64 bit)" units="mm" interval="1" datapointCount="4000"/>',
-             '<dataSignal id="f2" key="2" name="/DriveVsa/r80" description="Kraftistwert X1" units="N" interval="2"/>']  # fmt: skip
+             '<dataSignal id="f2" key="2" name="/DriveVsa/r80" description="Kraftistwert X1" units="N" interval="2"/>',
+             ]  # fmt: skip
     for t, x in zip(m.time_us, mm(m.position_um), strict=True):
         second = f' f2="{decimal(taken[int(t)] * round(RATED), 3)}"' if int(t) in taken else ""
         parts.append(f'<rec time="{decimal(t, 6)}" f1="{x}"{second}/>')

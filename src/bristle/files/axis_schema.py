@@ -21,7 +21,7 @@ def _no_truth_value(value: Any) -> Any:
 
 
 def _by_number(value: Any) -> Any:
-    """Take the number of a column, counted from 1, for the name that it has where a file names none."""
+    """Take the number of a column, counted from 1, in place of its name."""
     return f"column_{value}" if isinstance(value, int) and not isinstance(value, bool) and value > 0 else value
 
 

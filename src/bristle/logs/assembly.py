@@ -56,7 +56,7 @@ def clock_for(table: Table, axis: Axis, gathered: Gathered) -> Clock:
     if period is None:
         raise InputError(
             "has no column of time and no sample time", path=str(table.source),
-            mend="Name the column of time in [columns] of the axis file, or write sample_time in [timing]",
+            mend='Name the column of time in [columns] of the axis file, or write sample_time = "1 ms" under [timing]',
         )  # fmt: skip
     if table.sample_time and abs(period / table.sample_time - 1) > 0.01:
         raise InputError(

@@ -91,7 +91,10 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
     facts = facts_above(lines, layout)
     if (apart := _with_own_times(body, layout, source, choice, encoding, notes)) is not None:
         return replace(apart, facts=facts)
-    chosen = [i for i, numeric in enumerate(layout.numeric) if numeric and choice(layout.names[i])]
+    numbers = {f"column_{i + 1}": name for i, name in enumerate(layout.names) if name != f"column_{i + 1}"}
+    asked = {number: name for number, name in numbers.items() if choice.names is not None and choice(number)}
+    chosen = [i for i, numeric in enumerate(layout.numeric)
+              if numeric and (choice(layout.names[i]) or layout.names[i] in asked.values())]  # fmt: skip
     values = _numbers(body, layout, source, chosen, limit, encoding)
     columns = {layout.names[i]: column for i, column in zip(chosen, values, strict=True)}
     dates = dates_in(body, layout, encoding) if not all(layout.numeric) else {}
@@ -110,7 +113,7 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
     return Table(
         columns, units | {layout.names[i]: "s" for i in dates},
         texts={name: reason for name, reason in texts.items() if name not in names}, notes=(*layout.notes, *notes),
-        format="text", names=names, facts=facts,
+        format="text", names=names, facts=facts, numbers=asked,
         sample_time=None if any(map(is_time, names)) else period_told(facts),
     )  # fmt: skip
 

@@ -9,17 +9,19 @@ import numpy as np
 
 from bristle.core import units
 from bristle.core.axis import COLUMNS, Axis, Column
-from bristle.core.diagnostic import Diagnostic
+from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.errors import InputError, close_names
 from bristle.core.variable import KINDS, Kind, unit_of
 from bristle.logs.channel import CHANNELS, Channel
 from bristle.logs.choice import USUAL_NAMES
 from bristle.logs.merge import onto_one_time
 from bristle.logs.table import Table, some_of, split_unit
+from bristle.logs.words import unit_in_name
 
 __all__ = ["Gathered", "axis_of", "gather"]
 
 FOLLOWING = ("reference", "following_error")  # they count as the position does
+LONG_ENOUGH = 2  # letters of a unit at the end of a name: one alone may stand for a motor or a phase
 SI = {"m": "m", "rad": "rad"}
 
 
@@ -137,10 +139,26 @@ def _channel(table: Table, column: Column, key: str, kind: Kind, gathered: Gathe
     except InputError as error:
         gathered.problems.append(error)
         return None
+    _tell_of_contradiction(table, name, column, key, gathered)
     quantity = COLUMNS.get(key, COLUMNS["effort"])
     with np.errstate(over="ignore"):  # what is too large is refused with its sample
         values = table.columns[name] * scale + column.shift
     return Channel(values, unit_of(quantity, kind), name)
+
+
+def _tell_of_contradiction(table: Table, name: str, column: Column, key: str, gathered: Gathered) -> None:
+    """Tell where the name of a column speaks of another unit than its numbers are taken in."""
+    called, told = unit_in_name(name), column.unit or table.units.get(name, "")
+    if (
+        len(called) < LONG_ENOUGH
+        or not told
+        or not units.is_unit(told)
+        or (column.unit and key in ("time", "position"))
+    ):
+        return  # where an axis file declares the unit of time and position, the check of the log looks at it
+    if not units.compatible(called, told) or not np.isclose(units.factor(called, told), 1.0, rtol=1e-9):
+        numbers: dict[str, Number] = {"column": name, "called": called, "declared": told}
+        gathered.found.append(Diagnostic("unit_contradicts", "", "warning", numbers))
 
 
 def _factor(table: Table, name: str, column: Column, gathered: Gathered) -> float:

@@ -49,6 +49,8 @@ class Table:
         Column -> the column of its time, in files whose channels bring their own: nobody has to name it.
     facts : mapping of str to str
         What stands beside the columns: the device, its rated torque, a date.
+    numbers : mapping of str to str
+        ``column_2`` and the like -> the name of that column, where it was asked for by its number.
     about : mapping of str to str
         What a file says of a column beside its name: a comment, the full name of a symbol, its data type.
     """
@@ -67,10 +69,12 @@ class Table:
     stamps: Mapping[str, str] = field(default_factory=dict)
     facts: Mapping[str, str] = field(default_factory=dict)
     about: Mapping[str, str] = field(default_factory=dict)
+    numbers: Mapping[str, str] = field(default_factory=dict)
 
     def name_of(self, name: str) -> str | None:
         """Return the column called `name`, with or without a unit in brackets; None if there is none."""
-        return next((spelling for spelling in spellings(name) if spelling in self.columns), None)
+        found = next((spelling for spelling in spellings(name) if spelling in self.columns), None)
+        return self.numbers.get(name) if found is None else found
 
     def has(self, name: str) -> bool:
         """Return whether there is a column called `name`, with or without a unit in brackets, read or not."""

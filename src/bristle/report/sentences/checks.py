@@ -47,6 +47,12 @@ CHECKS: dict[str, Sentence] = {
         "record at a fixed rate; if only the stamps are off, write sample_time instead of the column of time",
         choose=lambda texts, numbers: texts[0] + (texts[1] if "effort_error" in numbers else "") + texts[2],
     ),
+    "unit_contradicts": says(
+        "column {column} is called as if it were in {called}, and is taken to be in {declared}: one of both is wrong. "
+        "Mend its unit in the axis file",
+        "the name of a column speaks of another unit than the header or the axis file",
+        "mend the unit",
+    ),
     "rates_differ": says(
         "column {column} was recorded every {own_sample_time:time} and the position every {sample_time:time}: "
         "{percent:.0f} % of its samples were interpolated, with an error of at most {error_percent:.2g} % of its "
