@@ -182,7 +182,7 @@ BAD = [
     (column(velocity={"column": "v", "unit": "Hz"}), "columns.velocity.unit: has the wrong unit"),
     (column(time={"column": "t", "unit": "m"}), "columns.time.unit: has the wrong unit"),
     (column(effort={"column": "u", "unit": "J"}), "An energy is not a torque"),
-    (column(effort={"column": "u", "unit": "N*m"}), "columns.effort.unit: is measured as an angle"),
+    (column(effort={"column": "u", "unit": "N*m"}), "columns.effort.unit: is measured as a torque"),
     (column(effort={"column": "u", "unit": "V"}), 'Write constant = "0.12 N*m/V" under [effort]'),
     (column(effort={"column": "u", "unit": "%"}), 'Write rated = "2.4 N*m" under [effort]'),
     (column(effort={"column": "u", "unit": "m"}), "columns.effort.unit: is not the unit of an effort"),

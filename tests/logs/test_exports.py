@@ -4,18 +4,20 @@ import re
 
 import numpy as np
 import pytest
+from tests.logs.binary_exports import BINARY
 from tests.logs.exports import EXPORTS, RATED, motion
 
 from bristle.files.axis import read_axis
 from bristle.files.proposal import propose_axis
 from bristle.logs import read_log, summarize
 
+ALL = EXPORTS | BINARY
 MOTION = motion()
 
 
-@pytest.mark.parametrize("name", EXPORTS)
+@pytest.mark.parametrize("name", ALL)
 def test_a_log_of_another_program_is_read_and_its_axis_file_proposed(tmp_path, name):
-    export = EXPORTS[name]
+    export = ALL[name]
     path = export.write(tmp_path, MOTION)
     proposal = propose_axis(path)
     assert set(proposal.missing) == set(export.filled)

@@ -290,7 +290,7 @@ def _text(table: Table, roles: Roles, tables: Mapping[str, Any], kind: Kind) -> 
     lines = [f"# Proposed by bristle from {table.origin.name or table.source.name} ({table.format})."]
     missing = _missing(tables)
     if missing:
-        lines.append(f"# Fill in what is {_quoted(FILL_IN)} ({', '.join(missing)}), then look at the log with it.")
+        lines.append(f"# Fill in the question marks ({', '.join(missing)}), then look at the log with it.")
     lines += ["schema = 1", f"name = {_quoted(tables['name'])}"]
     if "kind" in tables:
         lines.append(f"kind = {_quoted(tables['kind'])}")
