@@ -198,6 +198,21 @@ def labview(folder: Path, m: Motion) -> Path:
     return _written(folder / "log.lvm", "\r\n".join(lines) + "\r\n", "cp1252")
 
 
+def quoted(folder: Path, m: Motion) -> Path:
+    """Decimal commas between commas, each cell in quotation marks."""
+    lines = ['"Zeit [s]","Weg [mm]","Kraft [N]"'] + [f'"{decimal(t, 6, True)}","{x}","{f}"' for t, x, f in zip(
+        m.time_us, mm(m.position_um, True), newton(m.torque, True), strict=True)]  # fmt: skip
+    return _written(folder / "quoted.csv", "\n".join(lines) + "\n", "utf-8")
+
+
+def long_ago(folder: Path, m: Motion) -> Path:
+    """Times in ns since 1970, which a number of double precision cannot hold."""
+    lines = ["sep=;", "timestamp;axs/X/actual/position [mm];axs/X/actual/force [N]"]
+    lines += [f"{1_741_944_672_000_000_000 + 1000 * int(t)};{x};{f}" for t, x, f in zip(
+        m.time_us, mm(m.position_um), newton(m.torque), strict=True)]  # fmt: skip
+    return _written(folder / "ctrlx.csv", "\n".join(lines) + "\n", "utf-8")
+
+
 def several_times(folder: Path, m: Motion) -> Path:
     slow = m.every(4)
     rows = ["time_pos;pos [mm];time_force;force [N]"]
@@ -312,6 +327,8 @@ EXPORTS = {
     "units behind strokes": Export(stroke_units),
     "dates": Export(date_stamps),
     "LabVIEW": Export(labview),
+    "quoted": Export(quoted),
+    "long ago": Export(long_ago),
     "pairs": Export(several_times, exact=False),
     "sparse": Export(sparse, exact=False),
     "records": Export(records, UNIT | FORCE),

@@ -83,7 +83,7 @@ def log(
             summary |= {"proposal": {"text": proposal.text, "missing": list(proposal.missing)}}
             summary["notes"] = [*proposal.notes, *summary["notes"]]
             if "columns.position.unit" in proposal.missing:  # of a size that nobody knows nothing can be said
-                summary["diagnostics"] = [one for one in summary["diagnostics"] if one["code"] != "unit_suspect"]
+                summary["diagnostics"] = [entry for entry in summary["diagnostics"] if entry["code"] != "unit_suspect"]
         if folder:
             source = provenance(context.obj, log=content, axis=described)
             used = proposal.axis if proposal else log_axis
@@ -117,8 +117,8 @@ def _proposal(content: Content, limit: int) -> Proposal | None:
 def _write_proposal(write: Path, proposal: Proposal | None) -> None:
     """Write a proposed axis file where there is none yet."""
     if proposal is None:
-        there = write.exists()
-        complain(f"{write} is there already: it was used, not replaced" if there else f"{write} was not written")
+        used = write.exists()
+        complain(f"{write} is there already: it was used, not replaced" if used else f"{write} was not written")
         return
     with write.open("x", encoding="utf-8") as file:
         file.write(proposal.text)

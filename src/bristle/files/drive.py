@@ -184,9 +184,9 @@ class Drive:
             carry = self.transmission.effort if effort else self.transmission.travel
             return carry(measured, side)
         except InputError as error:
-            said = (
+            message = (
                 error.message.replace("an angle", "a torque").replace("a travel", "a force")
                 if effort
                 else error.message
             )
-            raise InputError(said, path=path, mend=error.mend) from None
+            raise InputError(message, path=path, mend=error.mend) from None

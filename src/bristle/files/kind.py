@@ -18,15 +18,15 @@ def with_kind(data: Mapping[str, Any]) -> dict[str, Any]:
     """Return the content of an axis file with the kind of axis that its units speak of, where it names none."""
     if "kind" in data:
         return dict(data)
-    kind = _of_movement(_told(data, "columns", "position", "unit")) or _of_movement(
-        _unit_of(_told(data, "encoder", "resolution"))
+    kind = _of_movement(_entry_at(data, "columns", "position", "unit")) or _of_movement(
+        _unit_of(_entry_at(data, "encoder", "resolution"))
     )
-    if kind is None and _told(data, "encoder", "counts_per_rev") is not None:
-        kind = KINDS[0] if _told(data, "transmission", "lead") is not None else KINDS[1]
+    if kind is None and _entry_at(data, "encoder", "counts_per_rev") is not None:
+        kind = KINDS[0] if _entry_at(data, "transmission", "lead") is not None else KINDS[1]
     return dict(data) if kind is None else {**data, "kind": kind}
 
 
-def _told(data: Any, *path: str) -> Any:
+def _entry_at(data: Any, *path: str) -> Any:
     for key in path:
         data = data.get(key) if isinstance(data, Mapping) else None
     return data

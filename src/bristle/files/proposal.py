@@ -119,8 +119,8 @@ def proposed_for(table: Table) -> Proposal:
     notes = [f"column {role.column} is taken as the {channel.replace('_', ' ')}: {role.reason}"
              for channel, role in roles.channels.items()]  # fmt: skip
     notes += [f"{key} is not known: it is taken as 1 in SI" for key in missing]
-    if roles.others:
-        notes.append(f"columns that could be the position as well: {some_of(roles.others)}")
+    if roles.rivals:
+        notes.append(f"columns that could be the position as well: {some_of(roles.rivals)}")
     return Proposal(_text(table, roles, tables, axis.kind), missing, axis, tuple(notes))
 
 
@@ -149,12 +149,12 @@ def _tables(table: Table, roles: Roles) -> dict[str, Any]:
     tables: dict[str, Any] = {"schema": 1, "name": table.source.stem or "axis"}
     tables |= {"kind": kind} if kind else {}
     tables["columns"] = columns
-    facts = _told(table.facts)
+    facts = _facts_of(table.facts)
     if "velocity" in columns and not _goes_with(columns["velocity"]["unit"], position.unit, facts):
         del columns["velocity"]  # of the motor, and the way from there to the position is not told
     if position.unit and units.compatible(position.unit, "count"):
-        told = facts.get("encoder.counts_per_rev")
-        tables["encoder"] = {"counts_per_rev": told} if told else {"resolution": FILL_IN}
+        remark = facts.get("encoder.counts_per_rev")
+        tables["encoder"] = {"counts_per_rev": remark} if remark else {"resolution": FILL_IN}
     if (effort := roles.channels.get("effort")) is not None:
         tables |= _constant(effort, facts)
     if "time" not in columns and not roles.implied_time and table.sample_time is None:
@@ -201,31 +201,31 @@ def _goes_with(velocity: str, position: str, facts: Mapping[str, Any]) -> bool:
     return kinds[0] == kinds[1] or ("count" not in kinds and "transmission.lead" in facts)
 
 
-def _told(facts: Mapping[str, str]) -> dict[str, Any]:
+def _facts_of(facts: Mapping[str, str]) -> dict[str, Any]:
     """Return what the lines above the columns tell of the drive."""
-    found: dict[str, Any] = {}
+    facts_found: dict[str, Any] = {}
     for name, text in facts.items():
         for key, pattern in FACTS.items():
-            if key in found or not re.search(pattern, name.lower()):
+            if key in facts_found or not re.search(pattern, name.lower()):
                 continue
             amount = amount_in(name, text)
             if amount is None or amount[0] == 0.0:
                 continue
             number, unit = amount
             if key == "encoder.counts_per_rev":
-                found[key] = number
+                facts_found[key] = number
             elif unit and _fits(unit, key):
-                found[key] = f"{number:.12g} {unit}"
-    return found
+                facts_found[key] = f"{number:.12g} {unit}"
+    return facts_found
 
 
 def _fits(unit: str, key: str) -> bool:
-    wanted = {
+    bases = {
         "effort.rated": ("N", "N*m"),
         "effort.constant": ("N/A", "N*m/A", "N/V", "N*m/V"),
         "transmission.lead": ("m",),
     }
-    return units.is_unit(unit) and any(units.compatible(unit, base) for base in wanted[key])
+    return units.is_unit(unit) and any(units.compatible(unit, base) for base in bases[key])
 
 
 def _assumed(tables: Mapping[str, Any]) -> dict[str, Any]:
@@ -261,7 +261,7 @@ def _reversed(table: Table, axis: Axis) -> bool:
     if "effort" not in axis.columns:
         return False
     try:
-        return any(found.code == "sign_reversed" for found in checked(_log(table, axis), axis))
+        return any(facts_found.code == "sign_reversed" for facts_found in checked(_log(table, axis), axis))
     except InputError:
         return False
 
@@ -273,16 +273,16 @@ def _log(table: Table, axis: Axis) -> Any:
 
 
 def _missing(tables: Mapping[str, Any], path: str = "") -> list[str]:
-    found = []
+    facts_found = []
     for key, value in tables.items():
         full = f"{path}.{key}" if path else key
         if isinstance(value, Mapping):
-            found += _missing(value, full)
+            facts_found += _missing(value, full)
         elif value == FILL_IN:
-            found.append(full)
+            facts_found.append(full)
     position = "columns.position.unit"
-    same = ("columns.reference.unit", "columns.following_error.unit")
-    return [key for key in found if not (key in same and position in found)]
+    following = ("columns.reference.unit", "columns.following_error.unit")
+    return [key for key in facts_found if not (key in following and position in facts_found)]
 
 
 def _text(table: Table, roles: Roles, tables: Mapping[str, Any], kind: Kind) -> str:
@@ -313,13 +313,13 @@ def _text(table: Table, roles: Roles, tables: Mapping[str, Any], kind: Kind) -> 
 
 def _column_line(channel: str, entry: Mapping[str, Any], roles: Roles) -> str:
     follows = channel in ("reference", "following_error") and entry["unit"] == FILL_IN
-    shown = {key: value for key, value in entry.items() if not (follows and key == "unit")}
-    body = ", ".join(f"{key} = {_quoted(value) if isinstance(value, str) else value}" for key, value in shown.items())
+    visible = {key: value for key, value in entry.items() if not (follows and key == "unit")}
+    body = ", ".join(f"{key} = {_quoted(value) if isinstance(value, str) else value}" for key, value in visible.items())
     line = f"{channel} = {{ {body} }}"
     role = roles.channels[channel]
-    told = TOLD_BY.get(role.told_by, "")
+    remark = TOLD_BY.get(role.told_by, "")
     remarks = [] if role.reason == "its name" else [role.reason]
-    remarks += [told] if told and not follows else []
+    remarks += [remark] if remark and not follows else []
     remarks += ["in the unit of the position"] if follows else []
     remarks += [HINTS[f"columns.{channel}.unit"]] if not follows and entry["unit"] == FILL_IN else []
     remarks += ["the effort as recorded takes work out of the axis"] if entry.get("sign") == -1 else []
@@ -330,7 +330,14 @@ def _line(key: str, value: Any, tables: Mapping[str, Any]) -> str:
     hint = ""
     if value == FILL_IN:
         drive = tables["columns"].get("effort", {}).get("unit", "A")
-        drive = next((one for one in ("A", "V", "count") if drive != FILL_IN and units.compatible(drive, one)), "A")
+        drive = next(
+            (
+                entry_name
+                for entry_name in ("A", "V", "count")
+                if drive != FILL_IN and units.compatible(drive, entry_name)
+            ),
+            "A",
+        )
         hint = f"  # {HINTS[key].format(drive=drive)}"
     return f"{key.rpartition('.')[2]} = {_quoted(value) if isinstance(value, str) else value}{hint}"
 

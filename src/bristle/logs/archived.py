@@ -70,25 +70,25 @@ def read(lines: Sequence[str], source: Path, choice: Choice, limit: int) -> Tabl
     pattern = _pattern_of(lines)
     assert pattern is not None
     name_at, time_at = (1, 2) if pattern is _NAMED else (2, 1)
-    found: dict[str, tuple[list[str], list[float]]] = {}
-    others = 0
+    signals: dict[str, tuple[list[str], list[float]]] = {}
+    unreadable = 0
     for line in lines:
         match = pattern.fullmatch(line)
         if match is None:
-            others += bool(line.strip()) and not line.lstrip().startswith("#")
+            unreadable += bool(line.strip()) and not line.lstrip().startswith("#")
             continue
-        times, values = found.setdefault(match[name_at], ([], []))
+        times, values = signals.setdefault(match[name_at], ([], []))
         times.append(match[time_at])
         values.append(float(match[3].replace(",", ".")))
-    if len(found) > MOST_SIGNALS:
-        raise InputError(f"names {len(found)} signals", path=str(source), allowed=f"up to {MOST_SIGNALS}",
+    if len(signals) > MOST_SIGNALS:
+        raise InputError(f"names {len(signals)} signals", path=str(source), allowed=f"up to {MOST_SIGNALS}",
                          mend="Export one column a signal")  # fmt: skip
-    origin = min((_date(times[0]) for times, _ in found.values() if ":" in times[0]), default=None)
+    origin = min((_date(times[0]) for times, _ in signals.values() if ":" in times[0]), default=None)
     series = [
         Series(name, np.array(values) if choice(name) else None, _seconds(times, origin) if choice(name) else None)
-        for name, (times, values) in found.items()
+        for name, (times, values) in signals.items()
     ]
-    notes = [f"{others} lines are no value of a signal and were left out"] if others else []
+    notes = [f"{unreadable} lines are no value of a signal and were left out"] if unreadable else []
     return table_of_series(series, source, "archive", notes=notes)
 
 

@@ -112,6 +112,6 @@ def assembled(table: Table, axis: Axis, gathered: Gathered, clock: Clock) -> Log
         origin=table.origin,
         notes=tuple(notes),
         kind=axis.kind,
-        found=(*gathered.found, *_of_clock(clock, gathered, axis)),
+        findings=(*gathered.findings, *_of_clock(clock, gathered, axis)),
     )
     return replace(record, notes=(*record.notes, *doubts_about_velocity(record, axis)))

@@ -24,7 +24,7 @@ WINDOW = 101  # samples over which a clock may drift and be no jitter
 ROUNDED = 1.05  # of the step of the stamps: what rounding alone makes of even samples
 SAMPLE_OF_STEPS = 100  # stamps with more different steps than this are not rounded ones
 ODD_STEPS = 0.05  # of all: rounding spreads them evenly over a log; fewer are lost or repeated rows
-WHOLE = 0.02  # of the step of the stamps: how far a multiple of it may be off
+OFF_MULTIPLE = 0.02  # of the step of the stamps: how far a multiple of it may be off
 CLOSE = 0.2  # of the sample time: where steps are shorter, a cubic spline would overshoot
 EVIDENCE = 4.0  # times less error by one time base than by the other
 DEVIATES = 0.05  # of the sample time: stamps that tell whether they or the samples are off
@@ -187,8 +187,8 @@ def clock_of(
         stamps = even
         notes.append(f"time stamps are rounded to {step:.6g} s: the samples are taken as even, {period:.6g} s apart")
     else:
-        stamps, jitter, told = _deviation(stamps, usable, period, uneven, _sorted(position, order))
-        notes += told
+        stamps, jitter, remarks = _deviation(stamps, usable, period, uneven, _sorted(position, order))
+        notes += remarks
     pieces = [(raw, _grid(stamps[raw], period, delay)) for raw in usable]
     pieces = [(raw, grid) for raw, grid in pieces if grid.size >= SHORTEST_SEGMENT]
     if not pieces:
@@ -216,7 +216,7 @@ def _rounded(stamps: np.ndarray, usual: float) -> tuple[np.ndarray, float]:
     if not step:
         return stamps, 0.0
     multiples = steps / step
-    if step < UNIFORM * usual or np.abs(multiples - np.round(multiples)).max() > WHOLE:
+    if step < UNIFORM * usual or np.abs(multiples - np.round(multiples)).max() > OFF_MULTIPLE:
         return stamps, 0.0
     if np.mean(np.round(multiples) != np.round(np.median(multiples))) < ODD_STEPS:
         return stamps, 0.0
@@ -245,8 +245,8 @@ def _without_repeats(order: Order, usual: float, place: str) -> Order:
     rows = np.arange(stamps.size) if order.rows is None else order.rows
     count = int(repeated.sum())
     if alone.size:
-        said = "1 stamp was repeated and is" if alone.size == 1 else f"{alone.size} stamps were repeated and are"
-        notes.append(f"{said} taken as between those around")
+        sentence = "1 stamp was repeated and is" if alone.size == 1 else f"{alone.size} stamps were repeated and are"
+        notes.append(f"{sentence} taken as between those around")
     if count:
         notes.append(f"{count} {'row has' if count == 1 else 'rows have'} the stamp of the row before: left out")
     if stamps.size - count < SHORTEST_SEGMENT:

@@ -92,9 +92,9 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
     if (apart := _with_own_times(body, layout, source, choice, encoding, notes)) is not None:
         return replace(apart, facts=facts)
     numbers = {f"column_{i + 1}": name for i, name in enumerate(layout.names) if name != f"column_{i + 1}"}
-    asked = {number: name for number, name in numbers.items() if choice.names is not None and choice(number)}
+    by_number = {number: name for number, name in numbers.items() if choice.names is not None and choice(number)}
     chosen = [i for i, numeric in enumerate(layout.numeric)
-              if numeric and (choice(layout.names[i]) or layout.names[i] in asked.values())]  # fmt: skip
+              if numeric and (choice(layout.names[i]) or layout.names[i] in by_number.values())]  # fmt: skip
     values = _numbers(body, layout, source, chosen, limit, encoding)
     columns = {layout.names[i]: column for i, column in zip(chosen, values, strict=True)}
     dates = dates_in(body, layout, encoding) if not all(layout.numeric) else {}
@@ -113,7 +113,7 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
     return Table(
         columns, units | {layout.names[i]: "s" for i in dates},
         texts={name: reason for name, reason in texts.items() if name not in names}, notes=(*layout.notes, *notes),
-        format="text", names=names, facts=facts, numbers=asked,
+        format="text", names=names, facts=facts, numbers=by_number,
         sample_time=None if any(map(is_time, names)) else period_told(facts),
     )  # fmt: skip
 
@@ -125,13 +125,17 @@ def _with_own_times(
     times = sum(is_time(name) or name.startswith("column_") for name in layout.names)
     separator = (layout.delimiter or "").encode()
     gaps = bool(separator) and (separator * 2 in body or separator + b"\n" in body or b"\n" + separator in body)
-    several = times > 1 and times < len(layout.names) and any(not name.startswith("column_") for name in layout.names)
-    if not (several or gaps):
+    has_clocks = (
+        times > 1 and times < len(layout.names) and any(not name.startswith("column_") for name in layout.names)
+    )
+    if not (has_clocks or gaps):
         return None
     columns = partly_empty(body, layout, encoding) if gaps else None
-    if columns is None and several:
-        everything = [i for i, numeric in enumerate(layout.numeric) if numeric]
-        columns = dict(zip(everything, _numbers(body, layout, source, everything, SIZE_LIMIT, encoding), strict=True))
+    if columns is None and has_clocks:
+        numeric_columns = [i for i, numeric in enumerate(layout.numeric) if numeric]
+        columns = dict(
+            zip(numeric_columns, _numbers(body, layout, source, numeric_columns, SIZE_LIMIT, encoding), strict=True)
+        )
     if columns is None:
         return None
     return with_own_times(columns, layout, source, choice, [*layout.notes, *notes])

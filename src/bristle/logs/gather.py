@@ -33,7 +33,7 @@ class Gathered:
     injected: list[Channel] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     problems: list[InputError] = field(default_factory=list)
-    found: list[Diagnostic] = field(default_factory=list)
+    findings: list[Diagnostic] = field(default_factory=list)
 
     def named(self) -> Iterator[tuple[str, Channel]]:
         """Yield the name and the channel of all that was found."""
@@ -148,17 +148,17 @@ def _channel(table: Table, column: Column, key: str, kind: Kind, gathered: Gathe
 
 def _tell_of_contradiction(table: Table, name: str, column: Column, key: str, gathered: Gathered) -> None:
     """Tell where the name of a column speaks of another unit than its numbers are taken in."""
-    called, told = unit_in_name(name), column.unit or table.units.get(name, "")
+    called, declared = unit_in_name(name), column.unit or table.units.get(name, "")
     if (
         len(called) < LONG_ENOUGH
-        or not told
-        or not units.is_unit(told)
+        or not declared
+        or not units.is_unit(declared)
         or (column.unit and key in ("time", "position"))
     ):
         return  # where an axis file declares the unit of time and position, the check of the log looks at it
-    if not units.compatible(called, told) or not np.isclose(units.factor(called, told), 1.0, rtol=1e-9):
-        numbers: dict[str, Number] = {"column": name, "called": called, "declared": told}
-        gathered.found.append(Diagnostic("unit_contradicts", "", "warning", numbers))
+    if not units.compatible(called, declared) or not np.isclose(units.factor(called, declared), 1.0, rtol=1e-9):
+        numbers: dict[str, Number] = {"column": name, "called": called, "declared": declared}
+        gathered.findings.append(Diagnostic("unit_contradicts", "", "warning", numbers))
 
 
 def _factor(table: Table, name: str, column: Column, gathered: Gathered) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -65,11 +66,11 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
         If it is no JSON, or holds no records and no columns.
     """
     content = _parsed(data, source)
-    found = dict(_tables(content, "", 0))
-    if not found:
+    tables = dict(_tables(content, "", 0))
+    if not tables:
         raise InputError("holds no records and no columns of numbers", path=str(source), mend=MEND)
-    name = _chosen(found, table, source)
-    columns, units = found[name]
+    name = _chosen(tables, table, source)
+    columns, units = tables[name]
     facts = {key: value for key, value in _facts(content, "", 0) if isinstance(value, str)}
     constants = {key: float(value) for key, value in _facts(content, "", 0) if not isinstance(value, str)}
     return _table(columns, units, source, choice, facts, constants)
@@ -86,18 +87,23 @@ def _parsed(data: bytes, source: Path) -> Any:
         raise InputError("is nested too deeply", path=str(source), mend=MEND) from None
     except json.JSONDecodeError as error:
         lines = [line for line in text.splitlines() if line.strip()]
-        try:
-            return [json.loads(line) for line in lines]
-        except (json.JSONDecodeError, RecursionError):
-            pass
-        try:  # a recording that was cut: all whole lines but the last
-            records = [json.loads(line) for line in lines[:-1]]
-        except (json.JSONDecodeError, RecursionError):
-            records = []
-        if len(records) >= FEWEST and all(isinstance(record, dict) for record in records):
+        records = _objects(lines)
+        if len(records) >= max(FEWEST, len(lines) - 1):  # the last line of a recording may be cut
             return records
         raise InputError(f"is truncated or no JSON: {error.msg} in line {error.lineno}", path=str(source),
                          mend="Copy or save it again") from None  # fmt: skip
+
+
+def _objects(lines: list[str]) -> list[dict[str, Any]]:
+    """Return the objects in lines of one each, as far as they are."""
+    records: list[dict[str, Any]] = []
+    with suppress(json.JSONDecodeError, RecursionError):
+        for line in lines:
+            record = json.loads(line)
+            if not isinstance(record, dict):
+                break
+            records.append(record)
+    return records
 
 
 def _tables(node: Any, path: str, depth: int) -> Iterator[tuple[str, tuple[dict[str, list[Any]], dict[str, str]]]]:
@@ -134,18 +140,18 @@ def _is_column(value: Any) -> bool:
 
 
 def _units_in(node: Mapping[str, Any]) -> dict[str, str]:
-    told = next((node[key] for key in UNITS if isinstance(node.get(key), dict)), {})
-    return {str(name): unit for name, unit in told.items() if isinstance(unit, str)}
+    unit_of = next((node[key] for key in UNITS if isinstance(node.get(key), dict)), {})
+    return {str(name): unit for name, unit in unit_of.items() if isinstance(unit, str)}
 
 
 def _signals(node: list[dict[str, Any]]) -> tuple[dict[str, list[Any]], dict[str, str]] | None:
     """Return the columns of a list of signals, each of which has a name and its values."""
-    key = next((key for key in VALUES if all(isinstance(one.get(key), list) for one in node)), None)
-    named = next((name for name in NAMES if all(isinstance(one.get(name), str) for one in node)), None)
+    key = next((key for key in VALUES if all(isinstance(entry.get(key), list) for entry in node)), None)
+    named = next((name for name in NAMES if all(isinstance(entry.get(name), str) for entry in node)), None)
     if key is None or named is None:
         return None
-    units = {one[named]: one[unit] for one in node for unit in UNITS if isinstance(one.get(unit), str)}
-    return {one[named]: one[key] for one in node}, units
+    units = {entry[named]: entry[unit] for entry in node for unit in UNITS if isinstance(entry.get(unit), str)}
+    return {entry[named]: entry[key] for entry in node}, units
 
 
 def _of_records(records: list[dict[str, Any]]) -> dict[str, list[Any]]:
@@ -176,13 +182,13 @@ def _facts(node: Any, path: str, depth: int) -> Iterator[tuple[str, Any]]:
             yield full, value
 
 
-def _chosen(found: Mapping[str, Any], table: str | None, source: Path) -> str:
-    if table is not None and table in found:
+def _chosen(tables: Mapping[str, Any], table: str | None, source: Path) -> str:
+    if table is not None and table in tables:
         return table
-    if table is not None and len(found) > 1:
-        raise InputError(f"holds no table {table!r}", path=str(source), allowed=", ".join(found),
+    if table is not None and len(tables) > 1:
+        raise InputError(f"holds no table {table!r}", path=str(source), allowed=", ".join(tables),
                          mend="Mend the name behind ::, or `table` under [log] of the axis file")  # fmt: skip
-    return max(found, key=lambda name: max(map(len, found[name][0].values())))
+    return max(tables, key=lambda name: max(map(len, tables[name][0].values())))
 
 
 def _table(
@@ -190,7 +196,7 @@ def _table(
     constants: dict[str, float],
 ) -> Table:  # fmt: skip
     called, notes = distinct(split_unit(name)[0] if name not in units else name for name in columns)
-    told = {plain: units.get(name) or split_unit(name)[1] for plain, name in zip(called, columns, strict=True)}
+    unit_of = {plain: units.get(name) or split_unit(name)[1] for plain, name in zip(called, columns, strict=True)}
     numbers: dict[str, np.ndarray] = {}
     texts: dict[str, InputError] = {}
     for name, values in zip(called, columns.values(), strict=True):
@@ -203,21 +209,22 @@ def _table(
     if not numbers:
         raise InputError("holds no column of numbers", path=str(source), mend=MEND)
     time = next((name for name in numbers if is_time(name) and _advances(numbers[name])), None)
-    kept = {name: values for name, values in numbers.items() if choice(name) or name == time}
+    chosen_columns = {name: values for name, values in numbers.items() if choice(name) or name == time}
     series = [
-        Series(name, kept.get(name), _some(numbers[time], values) if time is not None and time != name else None,
-               told.get(name, ""))
+        Series(name, chosen_columns.get(name),
+               _times_for(numbers[time], values) if time is not None and time != name else None,
+               unit_of.get(name, ""))
         for name, values in numbers.items()
     ]  # fmt: skip
     notes += [f"text was left out: {', '.join(list(texts)[:20])}"] if texts else []
-    made = table_of_series([_without_missing(one) for one in series if one.name != time], source, "JSON",
+    plain = table_of_series([_without_missing(entry) for entry in series if entry.name != time], source, "JSON",
                            notes=notes, texts=texts, facts=facts, constants=constants)  # fmt: skip
     if time is None:
-        return made
-    return _with_its_name(made, time, told.get(time) or unit_of_time(time, numbers[time]))
+        return plain
+    return _with_its_name(plain, time, unit_of.get(time) or unit_of_time(time, numbers[time]))
 
 
-def _some(times: np.ndarray, values: np.ndarray) -> np.ndarray | None:
+def _times_for(times: np.ndarray, values: np.ndarray) -> np.ndarray | None:
     return times if times.size == values.size else None
 
 
@@ -225,8 +232,8 @@ def _without_missing(series: Series) -> Series:
     """Leave out the places where a record lacks a value that others have: such a channel was recorded less often."""
     if series.values is None or series.times is None or not np.isnan(series.values).any():
         return series
-    there = np.isfinite(series.values)
-    return Series(series.name, series.values[there], series.times[there], series.unit, series.about)
+    filled_in = np.isfinite(series.values)
+    return Series(series.name, series.values[filled_in], series.times[filled_in], series.unit, series.about)
 
 
 def _with_its_name(table: Table, name: str, unit: str) -> Table:
@@ -237,13 +244,14 @@ def _with_its_name(table: Table, name: str, unit: str) -> Table:
     if old is None:
         return table
 
-    def called(one: str) -> str:
-        return name if one == old else one
+    def called(entry: str) -> str:
+        return name if entry == old else entry
 
     return replace(
-        table, columns={called(one): values for one, values in table.columns.items()},
-        units={called(one): told for one, told in table.units.items() if one != old} | ({name: unit} if unit else {}),
-        names=tuple(map(called, table.names)), stamps={one: called(time) for one, time in table.stamps.items()},
+        table, columns={called(entry): values for entry, values in table.columns.items()},
+        units={called(entry): unit_of for entry, unit_of in table.units.items() if entry != old}
+        | ({name: unit} if unit else {}),
+        names=tuple(map(called, table.names)), stamps={entry: called(time) for entry, time in table.stamps.items()},
     )  # fmt: skip
 
 
@@ -268,12 +276,9 @@ def _numbers(values: list[Any]) -> np.ndarray | None:
         return np.array([np.nan if value is None else value for value in values], dtype=float)
     if not all(isinstance(value, str) for value in filled) or len(filled) < len(values):
         return None
-    try:
+    with suppress(ValueError):
         return np.array(values, dtype=float)
-    except ValueError:
-        pass
-    try:
+    with suppress(ValueError, TypeError):
         dates = [datetime.fromisoformat(value) for value in values]
         return np.array([(date - dates[0]).total_seconds() for date in dates])
-    except (ValueError, TypeError):
-        return None
+    return None

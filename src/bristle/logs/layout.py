@@ -120,8 +120,7 @@ def numbers_in(cells: Sequence[str], decimal_comma: bool) -> np.ndarray | None:
     try:
         return np.array(plain, dtype=float)
     except ValueError:
-        pass
-    plain = [TRUTH.get(cell.lower(), cell) for cell in plain]
+        plain = [TRUTH.get(cell.lower(), cell) for cell in plain]
     return np.array(plain, dtype=float) if all(is_number(cell, False) for cell in plain) else None
 
 
@@ -277,8 +276,8 @@ def _name_and_unit(cell: str) -> tuple[str, str]:
     name, unit = split_unit(cell)
     parts = re.split(r"\s+in\s+|/|,\s+", name, maxsplit=1) if not unit else []
     if len(parts) == 2 and parts[0] and plain_unit(parts[0]) not in units.DECIMAL_UNITS:
-        told = plain_unit(parts[1])
-        unit = told if told in units.DECIMAL_UNITS or told in USUAL_UNITS else ""
+        spelt_unit = plain_unit(parts[1])
+        unit = spelt_unit if spelt_unit in units.DECIMAL_UNITS or spelt_unit in USUAL_UNITS else ""
     return name, unit
 
 

@@ -23,7 +23,7 @@ __all__ = ["CHANNELS", "Channel", "Log", "log_of"]
     injected=many(channel("effort"), single=True),
     sample_time=amount(Variable("time", "time between samples", min=0.0)), segments=many(instance(slice, "a slice")),
     source=instance(Path, "a path", read=Path),    origin=instance(Origin, "an Origin"), notes=many(TEXT), kind=KIND,
-    found=many(instance(Diagnostic, "a Diagnostic")),
+    findings=many(instance(Diagnostic, "a Diagnostic")),
 )  # fmt: skip
 @dataclass(frozen=True, eq=False)
 class Log(LogData):
@@ -62,7 +62,7 @@ class Log(LogData):
         What was resampled, left out or assumed.
     kind : {"translational", "rotational"}
         Kind of axis.
-    found : tuple of Diagnostic
+    findings : tuple of Diagnostic
         What was resampled, and the error that makes; what names and units of columns say against each other.
     """
 

@@ -38,7 +38,7 @@ class LogData(Tabular):
     origin: Origin = NOWHERE
     notes: tuple[str, ...] = ()
     kind: Kind = "translational"
-    found: tuple[Diagnostic, ...] = ()
+    findings: tuple[Diagnostic, ...] = ()
 
     def __post_init__(self) -> None:
         for name, signal in self.channels():

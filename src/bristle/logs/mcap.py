@@ -50,10 +50,10 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
     InputError
         If the file is truncated or damaged, or holds no message that is understood.
     """
-    from mcap.reader import make_reader
-    from mcap_ros2.decoder import DecoderFactory
+    from mcap.reader import make_reader  # pyright: ignore[reportMissingImports]
+    from mcap_ros2.decoder import DecoderFactory  # pyright: ignore[reportMissingImports]
 
-    found: dict[tuple[str, str], tuple[list[int], list[float]]] = {}
+    fields: dict[tuple[str, str], tuple[list[int], list[float]]] = {}
     unknown: set[str] = set()
     count = 0
     try:
@@ -70,7 +70,7 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
                 content = decoders[channel.schema_id](message.data)
             stamp = _stamp(content) or message.log_time
             for name, value in _numbers(content):
-                times, values = found.setdefault((channel.topic, name), ([], []))
+                times, values = fields.setdefault((channel.topic, name), ([], []))
                 times.append(stamp)
                 values.append(value)
                 count += 1
@@ -82,18 +82,18 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
             f"is truncated or damaged{said_by_library(error)}", path=str(source), mend="Copy or record it again"
         ) from None
     notes = [f"messages that are not understood were left out: {', '.join(sorted(unknown)[:8])}"] if unknown else []
-    return _table(found, source, table, choice, notes)
+    return _table(fields, source, table, choice, notes)
 
 
 def _table(
-    found: Mapping[tuple[str, str], tuple[list[int], list[float]]], source: Path, table: str | None, choice: Choice,
+    fields: Mapping[tuple[str, str], tuple[list[int], list[float]]], source: Path, table: str | None, choice: Choice,
     notes: list[str],
 ) -> Table:  # fmt: skip
-    chosen = {key: value for key, value in found.items()
+    chosen = {key: value for key, value in fields.items()
               if table is None or key[0] == table or key[1].startswith(f"{table}.")}  # fmt: skip
     if not chosen:
         raise InputError("holds no messages with numbers that are understood", path=str(source), value=table,
-                         allowed=", ".join(sorted({topic for topic, _ in found})[:8]),
+                         allowed=", ".join(sorted({topic for topic, _ in fields})[:8]),
                          mend="Record messages of ROS 2, or JSON")  # fmt: skip
     topics = {topic for topic, _ in chosen}
     origin = min(times[0] for times, _ in chosen.values())

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["onto_one_time"]
 
-SAME = 1e-6  # of the sample time: stamps this close are one
+COINCIDES = 1e-6  # of the sample time: stamps this close are one
 
 
 def onto_one_time(table: Table, gathered: Gathered) -> None:
@@ -40,10 +40,10 @@ def onto_one_time(table: Table, gathered: Gathered) -> None:
     inside = np.ones(base.size, dtype=bool)
     step = median_step(base) if base.size > 1 else 0.0
     for _, channel in elsewhere:
-        other = clocks[table.stamps[channel.column]]
-        inside &= (base >= other[0] - SAME * step) & (base <= other[-1] + SAME * step)
-    kept = base[inside]
-    on_time = {id(channel): _on(kept, clocks[table.stamps[channel.column]], channel, gathered, step)
+        clock = clocks[table.stamps[channel.column]]
+        inside &= (base >= clock[0] - COINCIDES * step) & (base <= clock[-1] + COINCIDES * step)
+    times_kept = base[inside]
+    on_time = {id(channel): _on(times_kept, clocks[table.stamps[channel.column]], channel, gathered, step)
                for _, channel in elsewhere}  # fmt: skip
 
     def brought(channel: Channel) -> Channel:
@@ -53,8 +53,8 @@ def onto_one_time(table: Table, gathered: Gathered) -> None:
 
     gathered.channels = {name: brought(channel) for name, channel in gathered.channels.items()}
     gathered.injected = [brought(channel) for channel in gathered.injected]
-    gathered.channels["time"] = Channel(kept, "s", own)
-    left = base.size - kept.size
+    gathered.channels["time"] = Channel(times_kept, "s", own)
+    left = base.size - times_kept.size
     if left:
         gathered.notes.append(f"{left} samples were left out, at which not all channels were recorded")
 
@@ -67,18 +67,19 @@ def _on(times: np.ndarray, stamps: np.ndarray, channel: Channel, gathered: Gathe
     """Return a channel at other times than its own."""
     stamps, first = np.unique(stamps, return_index=True)
     values = channel.values[first]
-    near = np.clip(np.searchsorted(stamps, times - SAME * step), 0, stamps.size - 1)
-    found = np.abs(stamps[near] - times) <= SAME * step
-    if found.all() or stamps.size < 4:
+    near = np.clip(np.searchsorted(stamps, times - COINCIDES * step), 0, stamps.size - 1)
+    coincides = np.abs(stamps[near] - times) <= COINCIDES * step
+    if coincides.all() or stamps.size < 4:
         return replace(channel, values=values[near])
     from scipy.interpolate import CubicSpline
 
-    between = np.where(found, values[near], CubicSpline(stamps, values)(times))
+    between = np.where(coincides, values[near], CubicSpline(stamps, values)(times))
     half = CubicSpline(stamps[::2], values[::2])(stamps[1:-1:2]) if stamps.size > 8 else values[1:-1:2]
     error = float(np.sqrt(np.mean((half - values[1:-1:2]) ** 2)))
     numbers: dict[str, Number] = {
         "column": channel.column, "sample_time": step, "own_sample_time": median_step(stamps),
-        "percent": 100.0 * float(np.mean(~found)), "error_percent": 100.0 * error / max(float(np.std(values)), 1e-300),
+        "percent": 100.0 * float(np.mean(~coincides)),
+        "error_percent": 100.0 * error / max(float(np.std(values)), 1e-300),
     }  # fmt: skip
-    gathered.found.append(Diagnostic("rates_differ", "", "warning", numbers))
+    gathered.findings.append(Diagnostic("rates_differ", "", "warning", numbers))
     return replace(channel, values=between)

@@ -46,7 +46,7 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
     InputError
         If the file is truncated or damaged, or holds no channel of numbers.
     """
-    import asammdf
+    import asammdf  # pyright: ignore[reportMissingImports]
 
     logging.disable(logging.CRITICAL)  # what the library tells of a file is for those who make such files
     try:
@@ -85,5 +85,10 @@ def _table(content: Any, source: Path, choice: Choice, limit: int) -> Table:
         unit = signal.unit if isinstance(signal.unit, str) else ""
         about = " ".join(text for text in (signal.comment, content.groups[group].channel_group.acq_name) if text)
         series.append(Series(name, values if choice(name) else None, times, unit.strip(), about[:200]))
-    finite = [one for one in series if one.times is None or (one.times.size and math.isfinite(float(one.times[-1])))]
+    finite = [
+        channel_series
+        for channel_series in series
+        if channel_series.times is None
+        or (channel_series.times.size and math.isfinite(float(channel_series.times[-1])))
+    ]
     return table_of_series(finite, source, "MF4", notes=notes)

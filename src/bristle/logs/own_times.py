@@ -56,7 +56,7 @@ def table_of_series(
     channels = [channel for channel in series if channel.values is None or channel.values.size]
     if not channels:
         raise InputError("holds no column of numbers", path=str(source), mend="Export the signals with their times")
-    taken = {channel.name for channel in channels}
+    names_used = {channel.name for channel in channels}
     clocks: dict[str, np.ndarray] = {}
     stamps: dict[str, str] = {}
     for channel in channels:
@@ -65,7 +65,7 @@ def table_of_series(
         name = next((name for name, clock in clocks.items() if np.array_equal(clock, channel.times)), None)
         if name is None:
             name = TIME if not clocks else f"{TIME} of {channel.name}"
-            while name in taken:
+            while name in names_used:
                 name = f"{name}_"
             clocks[name] = np.asarray(channel.times, dtype=float)
         stamps[channel.name] = name

@@ -82,8 +82,8 @@ def _with_period(table: Table) -> Table:
     """Return the table with the time between samples that stands in it as a single number, where it has no times."""
     if table.sample_time is not None or table.stamps or any(map(is_time, table.names)):
         return table
-    told = {re.split(r"[./]", name)[-1]: f"{value!r}" for name, value in table.constants.items()}
-    return dataclasses.replace(table, sample_time=period_told(told))
+    constants = {re.split(r"[./]", name)[-1]: f"{value!r}" for name, value in table.constants.items()}
+    return dataclasses.replace(table, sample_time=period_told(constants))
 
 
 def _read(kind: str, content: Content, table: str | None, choice: Choice, limit: int) -> Table:

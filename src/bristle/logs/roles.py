@@ -18,7 +18,7 @@ __all__ = ["Role", "Roles", "roles_of"]
 MOVEMENTS = ("m", "rad", "count")
 SPEEDS = ("m/s", "rad/s", "count/s")
 EFFORTS = ("N", "N*m", "A", "rated", "V")
-ALIKE, SAME = 0.9, 0.995  # correlation of a velocity, or of a reference, with what it belongs to
+ALIKE, ALMOST_SAME = 0.9, 0.995  # correlation of a velocity, or of a reference, with what it belongs to
 WITHIN = 0.03  # of a factor between two units
 FEWEST = 20  # samples
 GUESSED = 0.3  # of an effort is explained by its motion, where no name tells
@@ -66,7 +66,7 @@ class Roles:
 
     channels: dict[str, Role] = field(default_factory=dict)
     implied_time: bool = False
-    others: tuple[str, ...] = ()
+    rivals: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +93,7 @@ def roles_of(table: Table) -> Roles:
     time = _time(table, columns)
     rest = [column for column in columns if time is None or column.name != time.column]
     moving = [column for column in rest if np.ptp(column.values) > 0.0]
-    position, others = _position(moving)
+    position, rivals = _position(moving)
     if position is None:
         return Roles({"time": time} if time and not table.stamps else {}, bool(table.stamps))
     stamps = _stamps(table, position.name, time)
@@ -103,9 +103,11 @@ def roles_of(table: Table) -> Roles:
     if reference is not None and _measured_is_the_other(position, reference):
         position, reference = reference, position
         left = [column for column in left if column is not position]
-    taken = {column.name for column in (velocity, reference) if column is not None}
-    error = _error([column for column in left if column.name not in taken], position) if reference is None else None
-    effort = _effort([column for column in left if column is not error and column.name not in taken], position)
+    names_used = {column.name for column in (velocity, reference) if column is not None}
+    error = (
+        _error([column for column in left if column.name not in names_used], position) if reference is None else None
+    )
+    effort = _effort([column for column in left if column is not error and column.name not in names_used], position)
     channels = {"time": time} if time is not None and not table.stamps else {}
     unit, told_by = _unit_of_position(position, velocity, reference, stamps)
     channels["position"] = Role(position.name, unit, told_by, _reason(position, "position"))
@@ -113,12 +115,12 @@ def roles_of(table: Table) -> Roles:
         channels["velocity"] = role
     for name, column in (("reference", reference), ("following_error", error)):
         if column is not None:
-            own, told = (column.unit, column.told_by) if column.unit else (unit, "position" if unit else "")
-            channels[name] = Role(column.name, own, told, _reason(column, name))
+            own, unit_source = (column.unit, column.told_by) if column.unit else (unit, "position" if unit else "")
+            channels[name] = Role(column.name, own, unit_source, _reason(column, name))
     if effort is not None:
         unit, told_by = _unit_of_effort(effort, table.about.get(effort.name, ""))
         channels["effort"] = Role(effort.name, unit, told_by, _reason(effort, "effort"))
-    return Roles(channels, bool(table.stamps), others)
+    return Roles(channels, bool(table.stamps), rivals)
 
 
 def _column_of(table: Table, name: str) -> _Column | None:
@@ -199,23 +201,33 @@ def _position(columns: list[_Column]) -> tuple[_Column | None, tuple[str, ...]]:
     return chosen, rivals
 
 
-def _kinship(name: str, other: str) -> float:
+def _kinship(name: str, relative: str) -> float:
     """Return how much two names look like those of one axis."""
-    digits, others = re.findall(r"\d+", name), re.findall(r"\d+", other)
-    common = next((i for i, (a, b) in enumerate(zip(name, other, strict=False)) if a != b), min(len(name), len(other)))
-    return (0.6 if digits == others else 0.0) + min(0.3, 0.02 * common)
+    digits, digits_there = re.findall(r"\d+", name), re.findall(r"\d+", relative)
+    common = next(
+        (i for i, (a, b) in enumerate(zip(name, relative, strict=False)) if a != b), min(len(name), len(relative))
+    )
+    return (0.6 if digits == digits_there else 0.0) + min(0.3, 0.02 * common)
 
 
 def _velocity(columns: list[_Column], position: _Column, stamps: np.ndarray | None) -> _Column | None:
     rate = rate_of(position.values, stamps)
     fit = [column for column in columns if column.fits("velocity", SPEEDS) and not column.meaning.reference]
-    fit = [one for one in fit if one.values.size != rate.size or abs(correlation(rate, one.values)) > ALIKE]
+    fit = [
+        candidate
+        for candidate in fit
+        if candidate.values.size != rate.size or abs(correlation(rate, candidate.values)) > ALIKE
+    ]
     fit = fit or [
         column for column in columns
-        if not column.unit and not column.meaning.role and abs(correlation(rate, column.values)) > SAME
+        if not column.unit and not column.meaning.role and abs(correlation(rate, column.values)) > ALMOST_SAME
     ]  # fmt: skip
     return max(
-        fit, key=lambda one: one.meaning.sure + one.meaning.actual + _kinship(one.name, position.name), default=None
+        fit,
+        key=lambda candidate: (
+            candidate.meaning.sure + candidate.meaning.actual + _kinship(candidate.name, position.name)
+        ),
+        default=None,
     )
 
 
@@ -230,7 +242,7 @@ def _reference(columns: list[_Column], position: _Column) -> _Column | None:
     ]
     alike = [
         column for column in fit
-        if not column.meaning.role and not column.unit and correlation(column.values, position.values) > SAME
+        if not column.meaning.role and not column.unit and correlation(column.values, position.values) > ALMOST_SAME
         and abs(slope(position.values, column.values) - 1.0) < 0.1
     ]  # fmt: skip
     elsewhere = [
@@ -239,14 +251,16 @@ def _reference(columns: list[_Column], position: _Column) -> _Column | None:
         and column.values.size != position.values.size and (not column.unit or column.is_one_of(MOVEMENTS))
     ]  # fmt: skip
     fit = named or alike or elsewhere
-    return max(fit, key=lambda one: one.meaning.sure + _kinship(one.name, position.name), default=None)
+    return max(
+        fit, key=lambda candidate: candidate.meaning.sure + _kinship(candidate.name, position.name), default=None
+    )
 
 
 def _measured_is_the_other(position: _Column, reference: _Column) -> bool:
     """Return whether, of two columns that nothing tells apart, the second is rougher, as what is measured is."""
     nameless = not any(column.meaning.reference or column.meaning.actual for column in (position, reference))
-    same = position.values.size == reference.values.size and not position.meaning.role
-    return nameless and same and roughness(reference.values) > roughness(position.values)
+    comparable = position.values.size == reference.values.size and not position.meaning.role
+    return nameless and comparable and roughness(reference.values) > roughness(position.values)
 
 
 def _error(columns: list[_Column], position: _Column) -> _Column | None:
@@ -307,8 +321,8 @@ def _unit_of_position(
             for unit in RANGES[base.removesuffix("/s")]:
                 if abs(per / units.factor(unit, base.removesuffix("/s")) - 1.0) < WITHIN:
                     return unit, "velocity"
-    whole = bool(np.all(position.values == np.round(position.values)))
-    if whole and float(np.max(np.abs(position.values))) > 100.0:
+    integral = bool(np.all(position.values == np.round(position.values)))
+    if integral and float(np.max(np.abs(position.values))) > 100.0:
         return "count", "numbers"
     return "", ""
 
@@ -322,8 +336,8 @@ def _role_of_velocity(velocity: _Column, position: _Column, unit: str, stamps: n
     factor = abs(slope(rate_of(position.values, stamps), velocity.values))
     for per, size in (("s", 1.0), ("min", 60.0)):
         if abs(factor / size - 1.0) < WITHIN:
-            told = "rpm" if (unit, per) == ("rev", "min") else f"{unit}/{per}"
-            return Role(velocity.name, told, "position", _reason(velocity, "velocity"))
+            unit_source = "rpm" if (unit, per) == ("rev", "min") else f"{unit}/{per}"
+            return Role(velocity.name, unit_source, "position", _reason(velocity, "velocity"))
     return None
 
 
@@ -334,8 +348,8 @@ def _unit_of_effort(effort: _Column, about: str) -> tuple[str, str]:
     for unit, names in MEASURED_IN.items():
         if words & set(names) or any(len(name) > 4 and name in "".join(words) for name in names):
             return unit, "its name"
-    whole = bool(np.all(effort.values == np.round(effort.values)))
+    integral = bool(np.all(effort.values == np.round(effort.values)))
     largest = float(np.max(np.abs(effort.values)))
-    if (whole and 8.0 <= largest <= PER_MILLE) or re.search(r"\bU?INT(8|16)\b", about):
+    if (integral and 8.0 <= largest <= PER_MILLE) or re.search(r"\bU?INT(8|16)\b", about):
         return "‰", "numbers"
     return "", ""

@@ -147,7 +147,7 @@ def read(lines: Sequence[str], head: Head, source: Path, choice: Choice, limit: 
 
 def _time_of(columns: list[list[str]], place: int, head: Head, count: int, source: Path) -> np.ndarray | None:
     """Return the times of a channel in ms, or as counts of 100 ns; None where the file tells none."""
-    left = next((other for other in range(place - 1, -1, -1) if not head.names[other]), None)
+    left = next((before for before in range(place - 1, -1, -1) if not head.names[before]), None)
     cells = (
         [time for time, value in zip(columns[left], columns[place], strict=True) if value] if left is not None else []
     )

@@ -116,7 +116,7 @@ def dates_in(body: bytes, layout: Layout, encoding: str) -> dict[int, np.ndarray
     """Return the columns of dates or times of day, as seconds from the first row."""
     lines = [line for line in body.decode(encoding, "replace").split("\n") if line.strip()]
     first = cells_of(without_comments(lines[0]), layout.delimiter) if lines else []
-    found: dict[int, np.ndarray] = {}
+    stamps_found: dict[int, np.ndarray] = {}
     for index, (cell, numeric) in enumerate(zip(first, layout.numeric, strict=False)):
         if numeric or not (CLOCK.fullmatch(cell) or _GERMAN.fullmatch(cell)):
             continue
@@ -128,8 +128,8 @@ def dates_in(body: bytes, layout: Layout, encoding: str) -> dict[int, np.ndarray
         if not np.any(np.diff(seconds) > 0):
             continue  # a time of day that stands still is no stamp
         days = np.cumsum(np.append(0.0, np.diff(seconds) < -43200.0))  # a time of day begins anew at midnight
-        found[index] = seconds + 86400.0 * days
-    return found
+        stamps_found[index] = seconds + 86400.0 * days
+    return stamps_found
 
 
 _GERMAN = re.compile(r"(\d\d?)\.(\d\d?)\.(\d{4})[ T](\d\d?:\d\d:\d\d(?:[.,]\d+)?)")
@@ -149,25 +149,25 @@ def _moment(cell: str) -> datetime:
 
 def large_counts(body: bytes, layout: Layout, encoding: str) -> dict[int, np.ndarray]:
     """Return the times that count since long ago, as seconds from the first row: a number would lose their end."""
-    found: dict[int, np.ndarray] = {}
+    stamps_found: dict[int, np.ndarray] = {}
     lines: list[str] = []
     for index, numeric in enumerate(layout.numeric):
         if not numeric or not is_time(layout.names[index]):
             continue
         lines = lines or [line for line in body.decode(encoding, "replace").split("\n") if line.strip()]
         cell = cells_of(lines[0], layout.delimiter)[index].replace(",", ".")
-        whole = cell.partition(".")[0].lstrip("-")
-        if len(whole) < LONG or not whole.isdigit():
+        digits = cell.partition(".")[0].lstrip("-")
+        if len(digits) < LONG or not digits.isdigit():
             continue
         cells = [cells_of(line, layout.delimiter)[index].replace(",", ".").partition(".") for line in lines]
         if not all(left.isdigit() and (not right or right.isdigit()) for left, _, right in cells):
             continue
         counts = np.array([int(left) for left, _, _ in cells], dtype=np.int64)
         parts = np.array([float(f"0.{right or 0}") for _, _, right in cells])
-        scale = next(size for least, size in EPOCHS if len(whole) >= least)
+        scale = next(size for least, size in EPOCHS if len(digits) >= least)
         seconds = (counts - counts[0]) / scale + (parts - parts[0]) / scale
-        found[index] = np.round(seconds, 9)
-    return found
+        stamps_found[index] = np.round(seconds, 9)
+    return stamps_found
 
 
 def partly_empty(body: bytes, layout: Layout, encoding: str) -> dict[int, np.ndarray] | None:
@@ -177,9 +177,9 @@ def partly_empty(body: bytes, layout: Layout, encoding: str) -> dict[int, np.nda
     """
     lines = [line for line in without_comments(body.decode(encoding, "replace")).split("\n") if line.strip()]
     rows = [cells_of(line, layout.delimiter) for line in lines]
-    wanted = [index for index, numeric in enumerate(layout.numeric) if numeric]
+    numeric_columns = [index for index, numeric in enumerate(layout.numeric) if numeric]
     columns = {}
-    for index in wanted:
+    for index in numeric_columns:
         cells = [row[index] if index < len(row) else "" for row in rows]
         cells = [cell.replace(",", ".") if layout.decimal_comma else cell for cell in cells]
         try:
@@ -209,12 +209,12 @@ def with_own_times(
         if index in clocks:
             continue
         times = columns[max(clock for clock in clocks if clock < index)]
-        there = np.isfinite(values) & np.isfinite(times)
+        filled = np.isfinite(values) & np.isfinite(times)
         name = layout.names[index]
         if 0 < np.count_nonzero(np.isnan(values)) < OFTEN * values.size and len(clocks) < 2:
-            there = np.isfinite(times)  # a few samples are missing: that is told, not mended
-        kept = values[there] if chosen(name) else None
-        series.append(Series(name, kept, times[there] if kept is not None else None, layout.units[index]))
+            filled = np.isfinite(times)  # a few samples are missing: that is told, not mended
+        samples = values[filled] if chosen(name) else None
+        series.append(Series(name, samples, times[filled] if samples is not None else None, layout.units[index]))
     return table_of_series(series, source, "text", time_unit=unit, notes=notes)
 
 

@@ -73,8 +73,8 @@ class Table:
 
     def name_of(self, name: str) -> str | None:
         """Return the column called `name`, with or without a unit in brackets; None if there is none."""
-        found = next((spelling for spelling in spellings(name) if spelling in self.columns), None)
-        return self.numbers.get(name) if found is None else found
+        spelt = next((spelling for spelling in spellings(name) if spelling in self.columns), None)
+        return self.numbers.get(name) if spelt is None else spelt
 
     def has(self, name: str) -> bool:
         """Return whether there is a column called `name`, with or without a unit in brackets, read or not."""

@@ -172,24 +172,24 @@ def meaning_of(name: str, about: str = "") -> Meaning:
         name = head
     last = re.split(r"::|[./\\\\|]", name.strip())[-1] or name
     best = _meaning(words_of(last))
-    whole = _meaning(words_of(name))
-    if not best.role and whole.role:
-        best = whole._replace(sure=0.8 * whole.sure)
+    full = _meaning(words_of(name))
+    if not best.role and full.role:
+        best = full._replace(sure=0.8 * full.sure)
     if not best.role and about:
         best = _meaning(words_of(about))
         best = best._replace(sure=0.5 * best.sure)
-    return best._replace(reference=best.reference or (whole.reference and not best.actual),
-                         actual=best.actual or (whole.actual and not best.reference))  # fmt: skip
+    return best._replace(reference=best.reference or (full.reference and not best.actual),
+                         actual=best.actual or (full.actual and not best.reference))  # fmt: skip
 
 
 def _meaning(words: Sequence[str]) -> Meaning:
     reference, actual = _says(words, REFERENCE), _says(words, ACTUAL)
     joined = "".join(words)
     scores: dict[str, float] = {}
-    for role, known in ROLES.items():
-        exact = max((_weight(word) for word in words if word in known), default=0.0)
+    for role, vocabulary in ROLES.items():
+        exact = max((_weight(word) for word in words if word in vocabulary), default=0.0)
         inside = max(
-            (0.8 * _weight(word) for word in known if len(word) >= WITHIN and _within(word, joined)), default=0.0
+            (0.8 * _weight(word) for word in vocabulary if len(word) >= WITHIN and _within(word, joined)), default=0.0
         )
         scores[role] = max(exact, inside)
     if (
@@ -200,7 +200,7 @@ def _meaning(words: Sequence[str]) -> Meaning:
         scores["error"] += 0.3
     if any(word in STATUS for word in words) and max(scores.values()) < 0.9:
         return Meaning("status", sure=0.5)
-    role = max(scores, key=lambda one: scores[one])
+    role = max(scores, key=lambda role_name: scores[role_name])
     if not scores[role]:
         return Meaning(reference=reference, actual=actual)
     return Meaning(
@@ -218,17 +218,17 @@ def _weight(word: str) -> float:
 
 def _within(word: str, text: str) -> bool:
     at = text.find(word)
-    return at >= 0 and not any(other in text for other in NOT_WITHIN.get(word, ()))
+    return at >= 0 and not any(longer in text for longer in NOT_WITHIN.get(word, ()))
 
 
-def _says(words: Sequence[str], known: Sequence[str]) -> bool:
+def _says(words: Sequence[str], vocabulary: Sequence[str]) -> bool:
     joined = "".join(words)
     return (
-        any(word in known for word in words)
-        or any(len(word) >= WITHIN and word in joined for word in known)
+        any(word in vocabulary for word in words)
+        or any(len(word) >= WITHIN and word in joined for word in vocabulary)
         or any(
             joined.startswith(word) or joined.endswith(word)
-            for word in known
+            for word in vocabulary
             if len(word) == 3 and word in ("set", "act", "ist", "ref", "cmd")
         )
     )
@@ -276,7 +276,7 @@ WRITTEN = {
     "deg c": "degC", "degc": "degC",
     "mm/min.": "mm/min", "kgm²": "kg*m^2", "s²": "s^2", "m/s²": "m/s^2", "mm/s²": "mm/s^2",
 }  # fmt: skip
-NOTHING = frozenset({"", "-", "--", "1", "none", "(none)", "n/a", "na", "unitless", "dimensionless", "ohne", "[]", "?"})
+NO_UNIT = frozenset({"", "-", "--", "1", "none", "(none)", "n/a", "na", "unitless", "dimensionless", "ohne", "[]", "?"})
 CASED = {
     "Nm": "N*m",
     "nm": "nm",
@@ -311,7 +311,7 @@ def plain_unit(written: str) -> str:
     """
     text = normalize("NFC", written).strip().strip("[]").strip()
     text = text[1:-1].strip() if text.startswith("(") and text.endswith(")") and "(" not in text[1:] else text
-    if text.lower() in NOTHING:
+    if text.lower() in NO_UNIT:
         return ""
     if text in CASED:
         return CASED[text]

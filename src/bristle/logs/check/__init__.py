@@ -60,7 +60,7 @@ def checked(log: LogData, axis: Axis | None = None, settings: CheckThresholds = 
 
 
 def _checked(log: LogData, axis: Axis, settings: CheckThresholds) -> Iterator[Diagnostic]:
-    yield from log.found
+    yield from log.findings
     resolution = _resolution(log, axis)
     starts = lost_in(log, resolution, settings.lost_step)
     yield from about_rows(log, starts)
