@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from bristle.excitation import excite
     from bristle.files import (
         load_model_file,
+        propose_axis,
         read_axis,
         read_curves,
         read_experiment,
@@ -59,6 +60,7 @@ _FROM = {
     "excite": "bristle.excitation",
     "load": "bristle.workflow",
     "load_model_file": "bristle.files",
+    "propose_axis": "bristle.files",
     "response": "bristle.engine",
     "read_axis": "bristle.files",
     "read_curves": "bristle.files",
@@ -96,6 +98,7 @@ __all__ = [
     "load_model_file",
     "plants",
     "predict",
+    "propose_axis",
     "read_axis",
     "read_curves",
     "read_experiment",

@@ -2,8 +2,10 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from tests.cli.conftest import written_in
+from tests.logs.exports import EXPORTS, motion
 
 from bristle.logs.passage import KINDS
 
@@ -94,3 +96,48 @@ def test_what_a_log_contradicts_is_told_in_words_and_as_data(bristle, place):
     shown = bristle("log", "log.csv", "--axis", "axis.toml")
     assert "(sign_reversed)" in shown.out
     assert shown.code == 0
+
+
+@pytest.mark.parametrize("name", ["twincat, full", "records", "drive, German"])
+def test_a_log_of_another_program_needs_two_values_at_most(bristle, tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    export = EXPORTS[name]
+    path = export.write(tmp_path, motion()).name
+    found = bristle("log", path, "--write", "axis.toml", "--json")
+    assert found.code == 0
+    assert found.data["proposal"]["missing"] == [*export.filled]
+    assert [f"bristle: to be filled in: {key}" in found.err for key in export.filled] == [True] * len(export.filled)
+    text = Path("axis.toml").read_text(encoding="utf-8")
+    assert text == found.data["proposal"]["text"]
+    if export.filled:
+        refused = bristle("log", path, "--axis", "axis.toml")
+        assert (refused.code, "is still to be filled in" in refused.err) == (2, True)
+    for value in export.filled.values():
+        text = text.replace('"?"', f'"{value}"', 1)
+    Path("axis.toml").write_text(text, encoding="utf-8")
+    again = bristle("log", path, "--write", "axis.toml")
+    assert again.code == 0
+    assert "is there already" in again.err
+    assert Path("axis.toml").read_text(encoding="utf-8") == text
+
+
+def test_without_an_axis_file_a_log_is_described_and_what_is_not_known_told(bristle, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = EXPORTS["records"].write(tmp_path, motion()).name
+    found = bristle("log", path, "--json").data
+    assert found["problems"] == []
+    assert {one["name"]: one["column"] for one in found["channels"]} == {
+        "time": "timestamp", "position": "position", "reference": "goal_position", "effort": "force",
+    }  # fmt: skip
+    assert "columns.position.unit is not known: it is taken as 1 in SI" in found["notes"]
+    assert "unit_suspect" not in {one["code"] for one in found["diagnostics"]}
+
+
+def test_a_log_of_which_no_column_moves_as_a_position_says_so(bristle, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    rows = np.random.default_rng(1).normal(size=(300, 3))
+    np.savetxt("noise.csv", rows, delimiter=",", header="a1,b1,c1", comments="")
+    found = bristle("log", "noise.csv", "--write", "axis.toml")
+    assert found.code == 1
+    assert "does not say which column is the position" in found.err
+    assert not Path("axis.toml").exists()

@@ -198,7 +198,7 @@ def test_the_steps_of_the_main_job_work_as_written(at_the_reader, tmp_path, caps
 
     page = ROOT / "docs/how-to/your-own-log.md"
     lines = [line for one in blocks("sh") if one.page == page for line in one.text.splitlines()]
-    assert [line.split()[1] for line in lines] == ["log", "identify", "predict"]
+    assert [line.split()[1] for line in lines] == ["log", "log", "identify", "predict"]
     for line in lines:
         # The results of the folder are there already; a second copy goes elsewhere.
         words = [str(tmp_path / "again") if word == "results" else word for word in shlex.split(line)[1:]]

@@ -126,7 +126,7 @@ def test_an_effort_limit_and_a_mass_serve_for_an_acceleration():
         (replace(STAGE, stroke=None), {"purposes": "stribeck"}, "stroke under"),
         (replace(STAGE, mass=None), {"purposes": "damping"}, "moving mass"),
         (replace(STAGE, sample_time=0.02), {"purposes": "damping"}, "too long for a resonance"),
-        (Axis(), {}, "cannot be planned"),
+        (Axis(), {}, "axis: tells too little .* Write velocity, acceleration and stroke under"),
         (STAGE, {"purposes": ""}, "purposes: names no purpose"),
         (STAGE, {"purposes": []}, "purposes: names no purpose"),
         (STAGE, {"purposes": "stribek"}, "Did you mean 'stribeck'"),

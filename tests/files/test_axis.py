@@ -164,11 +164,11 @@ BAD = [
     ({"schema": datetime.date(1979, 5, 27)}, "schema: is not one that this bristle reads; found 1979-05-27"),
     ({"schema": True}, "schema: is not one that this bristle reads; found True"),
     ({"schema": 1.0}, "schema: is not one that this bristle reads; found 1.0"),
-    ({"kind": "linear"}, "kind: does not fit; found 'linear', allowed 'translational' or 'rotational'"),
+    ({"kind": "round"}, "kind: does not fit; found 'round', allowed 'translational' or 'rotational'"),
     ({"columns": "time"}, "columns: does not fit; found 'time', allowed a table"),
     (column(position={"column": "q", "unit": "m", "sign": True}), "columns.position.sign: does not fit; found True"),
     ({"log": {"span": [5]}}, "log.span: does not fit; found [5], allowed at least 2 values"),
-    ({"columns": {"position": 5}}, "columns.position: does not fit; found 5, allowed "),
+    ({"columns": {"position": 5.5}}, "columns.position: does not fit; found 5.5, allowed "),
     ({"colums": {}}, "colums: unknown key"),
     ({"colums": {}}, "Did you mean 'columns'?"),
     (column(position={"column": "q", "units": "m"}), "columns.position.units: unknown key; found 'm'"),
@@ -182,8 +182,8 @@ BAD = [
     (column(velocity={"column": "v", "unit": "Hz"}), "columns.velocity.unit: has the wrong unit"),
     (column(time={"column": "t", "unit": "m"}), "columns.time.unit: has the wrong unit"),
     (column(effort={"column": "u", "unit": "J"}), "An energy is not a torque"),
-    (column(effort={"column": "u", "unit": "N*m"}), "columns.effort.unit: is measured as an angle"),
-    (column(effort={"column": "u", "unit": "V"}), "Write force_constant or torque_constant under [effort]"),
+    (column(effort={"column": "u", "unit": "N*m"}), "columns.effort.unit: is measured as a torque"),
+    (column(effort={"column": "u", "unit": "V"}), 'Write constant = "0.12 N*m/V" under [effort]'),
     (column(effort={"column": "u", "unit": "%"}), 'Write rated = "2.4 N*m" under [effort]'),
     (column(effort={"column": "u", "unit": "m"}), "columns.effort.unit: is not the unit of an effort"),
     ({"effort": {"force_constant": "35 N"}}, "effort.force_constant: is not the constant of a drive"),
@@ -243,6 +243,8 @@ def test_with_a_gear_the_side_must_be_said():
 @pytest.mark.parametrize("key", ["schema", "kind", "columns"])
 def test_what_is_missing_is_named(key):
     data = {name: value for name, value in LINEAR.items() if name != key}
+    if key == "kind":
+        data["columns"] = {"position": "q"}  # nothing else tells it
     with pytest.raises(InputError, match=f"^{key}: is missing"):
         axis_from(data)
 

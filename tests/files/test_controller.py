@@ -60,10 +60,31 @@ def test_gains_for_an_angle_of_the_motor_go_through_gear_and_lead():
     assert law.values["limit"] == pytest.approx(8.0 * 0.5 / travel, rel=1e-12)
 
 
-def test_a_gain_for_an_angle_needs_a_position_that_is_one():
-    text = SCREW.replace('unit = "rev", side = "motor"', 'unit = "mm"')
-    with pytest.raises(InputError, match=r"controller\.k_v.*12 A\*s/rad.*N\*s/m"):
-        axis_from(tomllib.loads(text))
+def test_a_gain_for_an_angle_of_the_motor_needs_no_position_that_is_one():
+    by_angle, by_scale = (axis_from(tomllib.loads(text)) for text in (SCREW, SCREW.replace(
+        'unit = "rev", side = "motor"', 'unit = "mm"')))  # fmt: skip
+    assert by_scale.controller.values["k_v"] == pytest.approx(by_angle.controller.values["k_v"], rel=1e-12)
+
+
+def test_a_gain_in_the_torque_of_the_motor_goes_through_gear_and_lead():
+    # Power: k_v v_m w_m on the motor is k_v' v v on the axis, with v = w_m lead/(2 pi gear).
+    for unit in ("rev", "mm"):
+        text = SCREW.replace('"12 A*s/rad"', '"0.03 N*m*s/rad"').replace('"rev", side = "motor"', f'"{unit}"')
+        if unit == "rev":
+            text = text.replace('unit = "rev"', 'unit = "rev", side = "motor"')
+        found = axis_from(tomllib.loads(text)).controller.values["k_v"]
+        travel = 0.01 / (2 * 2 * math.pi)
+        assert found * travel**2 == pytest.approx(0.03, rel=1e-12)
+
+
+def test_an_integral_time_is_a_gain():
+    text = SCREW.replace('k_i = "6 A/rad"', 'T_n = "20 ms"')
+    values = axis_from(tomllib.loads(text)).controller.values
+    assert values["k_i"] * 0.02 == pytest.approx(values["k_v"], rel=1e-12)
+    with pytest.raises(InputError, match=r"controller\.T_n: tells the integral, and so does k_i"):
+        axis_from(tomllib.loads(text.replace("T_n =", "k_i = 5.0, T_n =")))
+    off = axis_from(tomllib.loads(text.replace('"20 ms"', "0.0"))).controller.values
+    assert off["k_i"] == 0.0
 
 
 def test_an_axis_without_a_controller_has_none():

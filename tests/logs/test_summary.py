@@ -25,7 +25,7 @@ def test_a_good_log(any_file, axis, recording):
 def test_every_problem_is_listed(write, axis, recording):
     effort, time = recording["u"].copy(), recording["t"].copy()
     effort[5] = np.nan
-    time[900] = time[899]
+    time = np.random.default_rng(3).permutation(time)
     path = write(u=effort, t=time, r=np.full(time.size, 1.0))
     path.write_text(path.read_text().replace("t,q,r,u", "t,x,r,u"))
     said = "\n".join(summarize(path, axis)["problems"])
@@ -33,7 +33,7 @@ def test_every_problem_is_listed(write, axis, recording):
         assert problem in said
     path = write(t=time, r=np.full(time.size, 1.0))
     said = "\n".join(summarize(path, axis)["problems"])
-    for problem in ("column 'r': is constant", "is repeated at sample 900"):
+    for problem in ("column 'r': is constant", "is in no order"):
         assert problem in said
 
 

@@ -16,12 +16,14 @@ from bristle.cli.terminal import complain, say, show_table
 if TYPE_CHECKING:
     from bristle.core import Axis
     from bristle.core.content import Content
+    from bristle.files.proposal import Proposal
     from bristle.files.results import Results
 
 __all__ = ["EXAMPLE", "log"]
 
 EXAMPLE = """Example:
-  bristle log axis.mat --axis axis.toml --out what-is-in-it"""
+  bristle log recording.csv --write axis.toml
+  bristle log recording.csv --axis axis.toml --out what-is-in-it"""
 MOST_COLUMNS = 100  # in the terminal
 
 
@@ -30,10 +32,16 @@ def log(
     file: Annotated[
         Path,
         typer.Argument(
-            metavar="FILE", help="A log: CSV, MAT, TDMS, Parquet, HDF5 or NPZ; FILE::TABLE names a table in it."
+            metavar="FILE",
+            help="A log: text, traces of drives, JSON, MAT, TDMS, Parquet, HDF5, NPZ, MF4 or MCAP; FILE::TABLE names a "
+            "table in it.",
         ),
     ],
     axis: AxisFile = None,
+    write: Annotated[
+        Path | None,
+        typer.Option("--write", metavar="AXIS.toml", help="Write the axis file that the log itself speaks of."),
+    ] = None,
     out: Out = None,
     formats: Formats = None,
     data: Data = None,
@@ -44,7 +52,9 @@ def log(
     """Tell what is in a log.
 
     Columns, channels, rates, ranges, the experiments that it contains, and every problem.
-    Without an axis file, columns that are called as usual are taken. The exit code is 1 if the log has problems.
+    Without an axis file, columns are told by their names and units, and by what moves like what; --write makes an axis
+    file of that, in which "?" marks what is to be filled in. Where AXIS.toml is there already, it is not replaced: the
+    log is looked at with it. The exit code is 1 if the log has problems.
 
     Writes summary.json and report.html into DIR; the report needs a log without problems.
     """
@@ -59,6 +69,7 @@ def log(
     from bristle.report.figure_files import figure_files
 
     limit = bytes_asked(size_limit)
+    axis = axis or (write if write is not None and write.exists() else None)
     described = content_of(axis, limit=TOML_LIMIT) if axis else None
     log_axis = read_axis(described) if described else None
     with (
@@ -66,12 +77,21 @@ def log(
         figure_files(folder, formats, data),
     ):
         content = content_of_log(file, limit=limit)
-        summary = _with_messages(summarize(content, log_axis, size_limit=limit))
+        proposal = _proposal(content, limit) if log_axis is None else None
+        summary = _with_messages(summarize(content, proposal.axis if proposal else log_axis, size_limit=limit))
+        if proposal is not None:
+            summary |= {"proposal": {"text": proposal.text, "missing": list(proposal.missing)}}
+            summary["notes"] = [*proposal.notes, *summary["notes"]]
+            if "columns.position.unit" in proposal.missing:  # of a size that nobody knows nothing can be said
+                summary["diagnostics"] = [entry for entry in summary["diagnostics"] if entry["code"] != "unit_suspect"]
         if folder:
             source = provenance(context.obj, log=content, axis=described)
-            _write(folder, content, log_axis, summary | {"provenance": source}, context.obj, limit)
+            used = proposal.axis if proposal else log_axis
+            _write(folder, content, used, summary | {"provenance": source}, context.obj, limit)
     if out:
         complain(f"wrote {out}" + ("" if summary["problems"] else f"; open {out / 'report.html'} in a browser"))
+    if write is not None:
+        _write_proposal(write, proposal)
     if as_json:
         sys.stdout.write(json_text(summary))
     else:
@@ -79,6 +99,32 @@ def log(
     for problem in summary["problems"]:
         complain(f"problem: {problem}")
     return NO if summary["problems"] else 0
+
+
+def _proposal(content: Content, limit: int) -> Proposal | None:
+    """Return the axis file that a log speaks of; None where no column can be the position."""
+    from bristle.core.errors import InputError
+    from bristle.files.proposal import proposed_for
+    from bristle.logs.readers import read_table
+
+    table = read_table(content, size_limit=limit)
+    try:
+        return proposed_for(table)
+    except InputError:
+        return None
+
+
+def _write_proposal(write: Path, proposal: Proposal | None) -> None:
+    """Write a proposed axis file where there is none yet."""
+    if proposal is None:
+        used = write.exists()
+        complain(f"{write} is there already: it was used, not replaced" if used else f"{write} was not written")
+        return
+    with write.open("x", encoding="utf-8") as file:
+        file.write(proposal.text)
+    complain(f"wrote {write}")
+    for key in proposal.missing:
+        complain(f"to be filled in: {key}")
 
 
 def _with_messages(summary: dict[str, Any]) -> dict[str, Any]:

@@ -129,6 +129,7 @@ class Injected:
     acceleration_limit=_positive("length/time^2", "largest acceleration"),
     jerk_limit=_positive("length/time^3", "largest jerk"), stroke=_pair("length", "where the stroke ends"),
     controller=optional(model("controller")), pitch=_positive("length", "movement for a turn"),
+    arm=_positive("length", "movement for a radian of the motor"),
     presliding=_positive("length", "pre-sliding distance"), cutoff=_positive("frequency", "cut-off"),
     decimation=optional(whole(1, 10_000)), keeps_rests=FLAG, method=among("inverse_dynamics", "output_error"),
     loop=optional(among("open", "closed")), global_search=FLAG, settings=_thresholds,
@@ -197,6 +198,9 @@ class Axis:
         The control law that was running.
     pitch : float or None
         Movement of the axis for one turn of the motor [m or rad], where a transmission is told.
+    arm : float or None
+        Movement of the axis for one radian of the motor [m or rad], where a transmission is told: gains may be those
+        of the motor.
     presliding : float or None
         Distance over which friction turns at a reversal, where known: static friction models are simulated with
         it [m or rad].
@@ -250,6 +254,7 @@ class Axis:
     stroke: tuple[float, float] | None = None
     controller: Any = None
     pitch: float | None = None
+    arm: float | None = field(default=None, compare=False)
     presliding: float | None = None
     cutoff: float | None = None
     decimation: int | None = None

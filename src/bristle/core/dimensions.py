@@ -14,12 +14,40 @@ from typing import Any, Literal, NamedTuple
 
 from bristle.core.errors import InputError, did_you_mean
 
-__all__ = ["KINDS", "NAMES", "AxisKind", "Kind", "Name", "canonical", "exponents_of", "unit_elsewhere", "unit_of"]
+__all__ = [
+    "KINDS",
+    "NAMES",
+    "AxisKind",
+    "Kind",
+    "Name",
+    "canonical",
+    "exponents_of",
+    "kind_called",
+    "unit_elsewhere",
+    "unit_of",
+]
 
 AxisKind = Literal["translational", "rotational"]
 Kind = Literal["translational", "rotational", "magnetic"]
 # Kinds of axis; only a hysteresis operator can be magnetic.
 KINDS: tuple[Kind, ...] = ("translational", "rotational")
+
+
+OTHER_NAMES: dict[str, Kind] = {
+    "linear": "translational", "rotary": "rotational", "rotatory": "rotational", "rotating": "rotational",
+}  # fmt: skip
+"""What people call a kind of axis as well."""
+
+
+def kind_called(name: Any) -> Any:
+    """Return a kind of axis by its own name, whatever it was called; what is none as it is.
+
+    Examples
+    --------
+    >>> kind_called("linear"), kind_called("rotary"), kind_called("magnetic")
+    ('translational', 'rotational', 'magnetic')
+    """
+    return OTHER_NAMES.get(name, name) if isinstance(name, str) else name
 
 
 class Name(NamedTuple):

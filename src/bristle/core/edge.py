@@ -30,6 +30,7 @@ import numpy as np
 
 from bristle.core.arrays import CURVE, array, is_finite, vector
 from bristle.core.contracts import Component, Model
+from bristle.core.dimensions import kind_called
 from bristle.core.errors import InputError, did_you_mean
 from bristle.core.units import quantity
 from bristle.core.values import Converter, looked_at, shown
@@ -332,4 +333,11 @@ NAMES: Converter = _names
 """Names, in a list or separated by commas."""
 FUNCTION: Converter = _function
 PROGRESS: Converter = _progress
-KIND: Converter = among(*KINDS)
+
+
+def _kind(value: Any, path: str, kind: Kind | None) -> str:
+    """Take a kind of axis, also by what else people call it."""
+    return among(*KINDS)(kind_called(value), path, kind)
+
+
+KIND: Converter = _kind

@@ -41,11 +41,12 @@ __all__ = [
 ENERGY_UNITS = frozenset({"joule", "calorie", "electron_volt", "british_thermal_unit", "erg", "watt_hour"})
 
 _EXAMPLE = 'Write a number and a unit, such as "7 um", "40 mN*m", "3000 rpm" or "0.5 ms"'
+_SHARES = {"%": -2, "‰": -3}
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)(.*)", re.DOTALL)
 LONGEST_UNIT, LONGEST_NUMBER = 64, 40
 LARGEST = 1e100
 """No quantity of an axis is larger: products of a few of them are still numbers."""
-_FACTOR = r"(?:[^\W\d_]\w*|%|1)(?:\^-?(?:[1-9](?:\.5)?|0\.5))?"
+_FACTOR = r"(?:[^\W\d_]\w*|%|‰|1)(?:\^-?(?:[1-9](?:\.5)?|0\.5))?"
 _PRODUCT = rf"{_FACTOR}(?:[*/]{_FACTOR})*"
 _GRAMMAR = re.compile(rf"(?:{_FACTOR}|\({_PRODUCT}\))(?:[*/](?:{_FACTOR}|\({_PRODUCT}\)))*")
 _SPELLINGS = (
@@ -54,6 +55,7 @@ _SPELLINGS = (
     (re.compile(r"\*\*"), "^"),
     (re.compile("²"), "^2"),
     (re.compile("°"), "deg"),
+    (re.compile(r"\b(?:permille|promille)\b"), "‰"),
     (re.compile(r"\s*([*/^])\s*"), r"\1"),
     (re.compile(r"\s+"), "*"),
     (re.compile(r"\b([numkM]?N)(c?m)\b"), r"\1*\2"),  # a unit library takes Nm for something else
@@ -71,7 +73,7 @@ _PLAIN = {
     "A": {"A": 0, "mA": -3},
     "count": {"count": 0},
     "count/s": {"count/s": 0},
-    "rated": {"rated": 0, "%": -2},
+    "rated": {"rated": 0, "%": -2, "‰": -3},
 }
 _MOVEMENTS = {
     "m": {"m": 0, "cm": -2, "mm": -3, "um": -6, "nm": -9},
@@ -114,7 +116,12 @@ def _registry() -> Any:
 
 
 OWN_DIMENSIONS = {"radian = []": "radian = [angle]", "count = []": "count = [count]"}
-OWN_UNITS = ("rated = [rated_effort]", "percent_rated = 0.01 * rated", "@alias turn = rev")
+OWN_UNITS = (
+    "rated = [rated_effort]",
+    "percent_rated = 0.01 * rated",
+    "permille_rated = 0.001 * rated",
+    "@alias turn = rev",
+)
 
 
 def _definitions(folder: Path) -> Any:
@@ -196,7 +203,8 @@ def convert(text: str, unit: str, *, path: str = "") -> float:
     Parameters
     ----------
     text : str
-        A number and a unit; ``%`` means percent of the rated effort, or a hundredth where `unit` is ``"1"``.
+        A number and a unit; ``%`` and ``‰`` are of the rated effort, or a hundredth and a thousandth where `unit` is
+        ``"1"``.
     unit : str
         The unit wanted; ``"1"`` is a plain number, ``"rated"`` the rated effort.
     path : str
@@ -215,8 +223,8 @@ def convert(text: str, unit: str, *, path: str = "") -> float:
     number, source_unit = split(text, path)
     if not source_unit and unit != "1":
         raise InputError("has no unit", path=path, value=text, allowed=_allowed_unit(unit), mend=_EXAMPLE)
-    if source_unit == "%" and unit == "1":
-        return float(Decimal(number).scaleb(-2))
+    if source_unit in _SHARES and unit == "1":
+        return float(Decimal(number).scaleb(_SHARES[source_unit]))
     source, target = DECIMAL_UNITS.get(source_unit), DECIMAL_UNITS.get(unit)
     if source and target and source[0] == target[0]:
         return float(Decimal(number).scaleb(source[1] - target[1]))
@@ -340,7 +348,9 @@ def _unit(text: str) -> Any:
     if spelt and (len(spelt) > LONGEST_UNIT or not _GRAMMAR.fullmatch(spelt)):
         raise InputError("is not a unit", value=text)
     try:
-        return _registry().parse_units("" if spelt == "1" else spelt.replace("%", "percent_rated"))
+        return _registry().parse_units(
+            "" if spelt == "1" else spelt.replace("%", "percent_rated").replace("‰", "permille_rated")
+        )
     except Exception:  # noqa: BLE001  (the library's tokenizer raises what it likes on odd text)
         raise InputError("is not a unit", value=text) from None
 
@@ -374,7 +384,7 @@ def _mend(source_unit: str, unit: str) -> str:
         return "A gain is not a frequency: write it in 1/s (2 pi times the frequency if it is a corner)"
     if dimensions == {"[angle]": 1, "[time]": -1} and unit == "Hz":
         return "An angular velocity is not a frequency: divide rad/s by 2 pi and write Hz"
-    if "percent_rated" in names:
+    if names & {"percent_rated", "permille_rated"}:
         return "Percent of rated needs the rated effort: write `rated` in [effort] of the axis file"
     for own_kind, unit_kind in (KINDS, KINDS[::-1]):
         elsewhere = unit_elsewhere(unit, own_kind, unit_kind)

@@ -188,8 +188,13 @@ def _chosen(purposes: Sequence[str] | None, limits: MotionLimits) -> tuple[list[
     """Return what can be done of what is asked, and why the rest cannot."""
     names = list(PURPOSES) if purposes is None else _names(purposes)
     reasons = {name: PURPOSES[name].made_by.missing(limits) for name in names}
+    if purposes is None and all(reasons.values()):
+        raise InputError(
+            "tells too little for a motion to be planned", path="axis",
+            mend="Write velocity, acceleration and stroke under [limits], or presliding under [plant]",
+        )  # fmt: skip
     for name, reason in reasons.items():
-        if reason and (purposes is not None or all(reasons.values())):
+        if reason and purposes is not None:
             raise InputError(f"cannot be planned: {reason}", path="purposes", value=name)
     notes = [f"no {name} ({PURPOSES[name].tells}): {reason}" for name, reason in reasons.items() if reason]
     return [name for name in PURPOSES if name in names and not reasons[name]], notes

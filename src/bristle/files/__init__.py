@@ -11,11 +11,14 @@ if TYPE_CHECKING:
     from bristle.files.experiment import read_experiment
     from bristle.files.log import read_log
     from bristle.files.model import read_model, write_model
+    from bristle.files.proposal import Proposal, propose_axis
     from bristle.files.results import results_folder
     from bristle.files.user_model import load_model_file
 
 __all__ = [
+    "Proposal",
     "load_model_file",
+    "propose_axis",
     "read_axis",
     "read_curves",
     "read_experiment",
@@ -26,6 +29,8 @@ __all__ = [
 ]
 
 _FROM = {
+    "Proposal": "proposal",
+    "propose_axis": "proposal",
     "load_model_file": "user_model",
     "read_axis": "axis",
     "read_curves": "curves",

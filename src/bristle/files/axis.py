@@ -17,6 +17,8 @@ from bristle.files.axis_schema import AxisFile, ColumnEntry, EncoderEntry, Injec
 from bristle.files.components import check_schema
 from bristle.files.controller import controller_of
 from bristle.files.drive import Constant, Drive, Scale
+from bristle.files.fill_in import refuse_open
+from bristle.files.kind import with_kind
 from bristle.files.schema import validated
 from bristle.files.surroundings import surroundings_of
 from bristle.files.toml import read_toml
@@ -70,7 +72,8 @@ def axis_from(data: dict[str, Any]) -> Axis:
         With key, value and what is allowed there.
     """
     check_schema(data)
-    file = validated(AxisFile, data)
+    refuse_open(data)
+    file = validated(AxisFile, with_kind(data))
     drive = _drive_of(file)
     columns = {
         name: _column(name, entry, drive)
@@ -106,6 +109,7 @@ def axis_from(data: dict[str, Any]) -> Axis:
         jerk_limit=_positive(file.limits.jerk, JERK, file.kind, "limits.jerk"),
         stroke=_stroke(file),
         pitch=drive.transmission.lead,
+        arm=_arm(drive),
         presliding=_positive(file.plant.presliding, LENGTH, file.kind, "plant.presliding"),
         cutoff=_positive(file.identification.cutoff, FREQUENCY, file.kind, "identification.cutoff"),
         decimation=file.identification.decimation,
@@ -128,9 +132,10 @@ def _thresholds(file: AxisFile) -> dict[str, float]:
 
 def _drive_of(file: AxisFile) -> Drive:
     effort, transmission = file.effort, file.transmission
-    if effort.force_constant and effort.torque_constant:
-        raise InputError("has both a force_constant and a torque_constant", path="effort", mend="Keep one of them")
-    constant = None
+    given = [key for key in ("force_constant", "torque_constant", "constant") if getattr(effort, key)]
+    if len(given) > 1:
+        raise InputError(f"has both a {given[0]} and a {given[1]}", path="effort", mend="Keep one of them")
+    constant = Constant.whichever(effort.constant, "effort.constant") if effort.constant else None
     if effort.force_constant:
         constant = Constant.of(effort.force_constant, "N", "effort.force_constant")
     if effort.torque_constant:
@@ -138,6 +143,12 @@ def _drive_of(file: AxisFile) -> Drive:
     lead = _positive(_without(transmission.lead, "/rev"), LENGTH, "translational", "transmission.lead")
     drive = Drive(Transmission(file.kind, transmission.gear_ratio or 1.0, lead), constant, effort.rated)
     return replace(drive, count=_resolution(file.encoder, drive))
+
+
+def _arm(drive: Drive) -> float | None:
+    """Return the movement of the axis for one radian of the motor; None where nothing tells it."""
+    train = drive.transmission
+    return None if train.kind == "translational" and train.lead is None else train.travel("rotational", "motor")
 
 
 def _resolution(encoder: EncoderEntry, drive: Drive) -> float | None:

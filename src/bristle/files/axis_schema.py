@@ -6,8 +6,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field
 
+from bristle.core.dimensions import AxisKind, kind_called
 from bristle.core.transmission import Side
-from bristle.core.variable import AxisKind
 from bristle.files.schema import Quantity, Strict
 
 __all__ = ["AxisFile", "ColumnEntry", "InjectedEntry"]
@@ -20,10 +20,15 @@ def _no_truth_value(value: Any) -> Any:
     return value
 
 
+def _by_number(value: Any) -> Any:
+    """Take the number of a column, counted from 1, in place of its name."""
+    return f"column_{value}" if isinstance(value, int) and not isinstance(value, bool) and value > 0 else value
+
+
 class ColumnEntry(Strict):
     """One channel: which column it is, in what unit, with what sign, measured where."""
 
-    column: str
+    column: Annotated[str, BeforeValidator(_by_number)]
     unit: str | None = None
     sign: Annotated[Literal[1, -1], BeforeValidator(_no_truth_value)] = 1
     side: Side | None = None
@@ -32,7 +37,7 @@ class ColumnEntry(Strict):
 
 def _entry(value: Any) -> Any:
     """Take a bare name of a column for an entry that says no more."""
-    return {"column": value} if isinstance(value, str) else value
+    return {"column": value} if isinstance(value, (str, int)) and not isinstance(value, bool) else value
 
 
 Entry = Annotated[ColumnEntry, BeforeValidator(_entry)]
@@ -54,7 +59,7 @@ class Columns(Strict):
 class InjectedEntry(Strict):
     """A known input of the loop: effort for one unit of the column."""
 
-    column: str
+    column: Annotated[str, BeforeValidator(_by_number)]
     gain: Quantity
     unit: str | None = None
     optional: bool = False
@@ -65,6 +70,7 @@ class EffortEntry(Strict):
 
     force_constant: str | None = None
     torque_constant: str | None = None
+    constant: str | None = None
     rated: str | None = None
     limit: Quantity | None = None
     held: bool | None = None
@@ -143,7 +149,7 @@ class AxisFile(Strict):
 
     schema_version: Literal[1] = Field(alias="schema")
     name: str = "axis"
-    kind: AxisKind
+    kind: Annotated[AxisKind, BeforeValidator(kind_called)]
     log: LogEntry = LogEntry()
     columns: Columns
     effort: EffortEntry = EffortEntry()

@@ -12,9 +12,12 @@ from bristle.core.axis import Axis, Column
 from bristle.core.contracts import Model, make_model
 from bristle.core.dimensions import Kind, exponents_of, unit_of
 from bristle.core.errors import InputError
+from bristle.core.variable import Variable
 from bristle.files.components import component_named, parameters_in, table_at
 
 __all__ = ["controller_from", "controller_of", "in_effort"]
+
+INTEGRAL_TIME = "T_n"
 
 
 def controller_of(table: Any, axis: Axis) -> Model | None:
@@ -30,10 +33,12 @@ def controller_of(table: Any, axis: Axis) -> Model | None:
     """
     if table is None:
         return None
-    return controller_from(table, kind=axis.kind, columns=axis.columns, path="controller")
+    return controller_from(table, kind=axis.kind, columns=axis.columns, arm=axis.arm, path="controller")
 
 
-def controller_from(table: Any, *, kind: Kind, columns: Mapping[str, Column], path: str) -> Model:
+def controller_from(
+    table: Any, *, kind: Kind, columns: Mapping[str, Column], path: str, arm: float | None = None
+) -> Model:
     """Return the control law of a table.
 
     Parameters
@@ -46,6 +51,8 @@ def controller_from(table: Any, *, kind: Kind, columns: Mapping[str, Column], pa
         Columns of the axis by channel: what one unit of the drive is in SI.
     path : str
         Key of the table, for messages.
+    arm : float, optional
+        Movement of the axis for one radian of the motor, in SI.
 
     Raises
     ------
@@ -56,13 +63,36 @@ def controller_from(table: Any, *, kind: Kind, columns: Mapping[str, Column], pa
     if "model" not in entries:
         raise InputError("names no model", path=path, allowed=", ".join(CONTROLLERS), mend='Write model = "cascade"')
     component = component_named(entries["model"], CONTROLLERS, f"{path}.model")
-    values = parameters_in(entries, component, path, beside=("model",))
+    own = (INTEGRAL_TIME,) if {"k_v", "k_i"} <= set(component.variables) else ()
+    values = parameters_in(entries, component, path, beside=("model", *own))
     for name, value in values.items():
-        values[name] = in_effort(value, component.variables[name].quantity, kind, columns, f"{path}.{name}")
+        values[name] = in_effort(value, component.variables[name].quantity, kind, columns, f"{path}.{name}", arm)
+    if own and INTEGRAL_TIME in entries:
+        values["k_i"] = _integral_gain(entries, values, component.variables["k_v"], kind, path)
     return make_model(component, values, kind=kind, validate=True, path=path)
 
 
-def in_effort(value: Any, quantity: str, kind: Kind, columns: Mapping[str, Column], path: str) -> Any:
+def _integral_gain(
+    entries: Mapping[str, Any], values: Mapping[str, Any], velocity_gain: Variable, kind: Kind, path: str
+) -> float:
+    """Return the integral gain that a velocity gain and an integral time make; a time of 0 switches it off."""
+    place = f"{path}.{INTEGRAL_TIME}"
+    if "k_i" in values:
+        raise InputError("tells the integral, and so does k_i", path=place, value=entries[INTEGRAL_TIME],
+                         mend="Keep one of them")  # fmt: skip
+    if "k_v" not in values:
+        raise InputError("needs the velocity gain", path=place, value=entries[INTEGRAL_TIME],
+                         mend=f"Write k_v under [{path}]")  # fmt: skip
+    time = units.quantity(entries[INTEGRAL_TIME], Variable("time", "integral time", min=0.0), path=place)
+    if time < 0.0:
+        raise InputError("must not be negative", path=place, value=entries[INTEGRAL_TIME], allowed=">= 0 s")
+    gain = units.quantity(values["k_v"], velocity_gain, kind, path=f"{path}.k_v")
+    return gain / time if time else 0.0
+
+
+def in_effort(
+    value: Any, quantity: str, kind: Kind, columns: Mapping[str, Column], path: str, arm: float | None = None
+) -> Any:
     """Return text in the units of the drive as a number in SI, and everything else as it is.
 
     The effort may be told in the unit of the effort column, the movement in that of the position column: ``"A*s/rad"``
@@ -80,24 +110,30 @@ def in_effort(value: Any, quantity: str, kind: Kind, columns: Mapping[str, Colum
         Columns of the axis by channel: what one unit of the drive is in SI.
     path : str
         Where the value stands, for messages.
+    arm : float, optional
+        Movement of the axis for one radian of the motor, in SI: efforts and movements may be told for the motor.
     """
     if not isinstance(value, str) or "force" not in exponents_of(quantity):
         return value
     _, own_unit = units.split(value, path)
     if not own_unit or units.compatible(own_unit, unit_of(quantity, kind), path=path):
         return value
-    for unit, factor in _units_of_drive(quantity, kind, columns):
+    for unit, factor in _units_of_drive(quantity, kind, columns, arm):
         if units.compatible(own_unit, unit, path=path):
             return units.convert(value, unit, path=path) * factor
     return value
 
 
-def _units_of_drive(quantity: str, kind: Kind, columns: Mapping[str, Column]) -> Iterator[tuple[str, float]]:
+def _units_of_drive(
+    quantity: str, kind: Kind, columns: Mapping[str, Column], arm: float | None
+) -> Iterator[tuple[str, float]]:
     """Yield each unit in which a quantity may be told, and SI for one of it."""
     powers = exponents_of(quantity)
     # An inertia too may be told as what it is a product of: an effort over an acceleration.
     expanded = "*".join(f"{name}^{power:g}" for name, power in powers.items())
     forces, lengths = _counted("force", columns.get("effort"), kind), _counted("length", columns.get("position"), kind)
+    if arm is not None and kind == "translational":  # on a rotational axis N*m and rad are those of the axis
+        forces, lengths = [*forces, ("N*m", 1.0 / arm)], [*lengths, ("rad", arm)]
     for (force, effort), (length, position) in product(forces, lengths):
         factor = effort ** powers["force"] * position ** powers.get("length", 0.0)
         yield unit_of(expanded, kind, force=force, length=length), factor

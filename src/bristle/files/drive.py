@@ -59,6 +59,22 @@ class Constant:
             allowed=f"a value in {effort}/V, {effort}/A, {effort}/% or {effort}/count",
         )  # fmt: skip
 
+    @classmethod
+    def whichever(cls, text: str, path: str) -> Constant:
+        """Return the constant that a text tells, of a force or of a torque: its unit says which.
+
+        Raises
+        ------
+        InputError
+            If it is neither.
+        """
+        _, unit = units.split(text, path)
+        turns = any(unit and units.compatible(unit, f"N*m/{drive}", path=path) for drive in DRIVE_UNITS)
+        if not turns and not any(unit and units.compatible(unit, f"N/{drive}", path=path) for drive in DRIVE_UNITS):
+            raise InputError("is not the constant of a drive", path=path, value=text,
+                             allowed='a force or a torque for one unit of the drive, such as "61.2 N/A"')  # fmt: skip
+        return cls.of(text, "N*m" if turns else "N", path)
+
 
 @dataclass(frozen=True)
 class Drive:
@@ -105,7 +121,7 @@ class Drive:
         if base == "rated" and self.rated is not None:
             return self._percent(side)
         if self.constant is None:
-            mend = 'Write rated = "2.4 N*m"' if base == "rated" else "Write force_constant or torque_constant"
+            mend = 'Write rated = "2.4 N*m"' if base == "rated" else f'Write constant = "0.12 N*m/{base}"'
             raise InputError("is no effort by itself", path=path, value=unit, mend=f"{mend} under [effort]")
         if base != self.constant.drive:
             raise InputError(
@@ -168,4 +184,9 @@ class Drive:
             carry = self.transmission.effort if effort else self.transmission.travel
             return carry(measured, side)
         except InputError as error:
-            raise error.at(path) from None
+            message = (
+                error.message.replace("an angle", "a torque").replace("a travel", "a force")
+                if effort
+                else error.message
+            )
+            raise InputError(message, path=path, mend=error.mend) from None

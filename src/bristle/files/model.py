@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from bristle.core.content import Content, Readable, content_of
 from bristle.core.contracts import FrictionModel, Model, make_model
+from bristle.core.dimensions import kind_called
 from bristle.core.edge import guarded, model, optional
 from bristle.core.errors import InputError
 from bristle.core.variable import KINDS, Kind, Variable
@@ -268,6 +269,7 @@ def kind_at(value: Any, path: str) -> Kind:
     InputError
         If it is none.
     """
+    value = kind_called(value)
     if value not in KINDS:
         raise InputError("unknown kind of axis", path=path, value=value, allowed=" or ".join(KINDS))
     return value

@@ -53,7 +53,9 @@ def run_from(table: Mapping[str, Any], axis: Axis | None, reference: Model, kind
     if "effort_limit" in entries:
         columns = axis.columns if axis is not None else {}
         quantity, place = RUN["effort_limit"].quantity, f"{path}.effort_limit"
-        entries["effort_limit"] = in_effort(entries["effort_limit"], quantity, kind, columns, place)
+        entries["effort_limit"] = in_effort(
+            entries["effort_limit"], quantity, kind, columns, place, axis.arm if axis is not None else None
+        )
     values: dict[str, Any] = {name: number_at(entries[name], RUN[name], kind, f"{path}.{name}") for name in entries}
     if "substeps" in values and values.get("tolerance"):
         raise InputError("stands beside a tolerance, which chooses the steps itself", path=f"{path}.substeps",

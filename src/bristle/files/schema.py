@@ -39,6 +39,14 @@ EXPECTED = {
 }  # fmt: skip
 
 
+MISSING = {
+    "schema": "Write schema = 1 on the first line",
+    "kind": 'Write kind = "translational" or kind = "rotational" on the second line',
+    "columns": 'Write [columns] and, below it, position = { column = "NAME", unit = "mm" }',
+}
+"""What to write for a table or key that a file cannot do without."""
+
+
 def validated(schema: type[S], data: Mapping[str, Any]) -> S:
     """Return `data` as the table that `schema` describes.
 
@@ -63,7 +71,7 @@ def _refusal(errors: list[Any], schema: type[Strict]) -> InputError:
         mend = did_you_mean(loc[-1], keys) or more
         return InputError("unknown key", path=path, value=first["input"], allowed=", ".join(keys), mend=mend)
     if first["type"] == "missing":
-        mend = "Write schema = 1 on the first line" if path == "schema" else more
+        mend = MISSING.get(path, more)
         return InputError("is missing", path=path, mend=mend)
     if first["type"] in EXPECTED:
         expected = EXPECTED[first["type"]].format_map(first.get("ctx") or {})

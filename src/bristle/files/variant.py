@@ -158,8 +158,10 @@ def _controller(tables: Tables, axis: Axis | None, kind: Kind) -> Model:
     path = tables.path("controller")
     entries = {key: value for key, value in tables.table("controller").items() if key not in BESIDE}
     if "model" not in entries and axis is not None and axis.controller is not None:
-        entries = _values_of(axis.controller) | entries
-    return controller_from(entries, kind=kind, columns=axis.columns if axis is not None else {}, path=path)
+        running = _values_of(axis.controller)
+        entries = {key: value for key, value in running.items() if key != "k_i" or "T_n" not in entries} | entries
+    return controller_from(entries, kind=kind, columns=axis.columns if axis is not None else {}, path=path,
+                           arm=axis.arm if axis is not None else None)  # fmt: skip
 
 
 def _feedforward(tables: Tables, kind: Kind, sources: Sources) -> Feedforward:

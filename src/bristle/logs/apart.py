@@ -134,7 +134,7 @@ def _limit_to(seconds: int, limit: int) -> None:
 
 
 def _record_of(table: Table) -> dict[str, Any]:
-    names = ("units", "constants", "sample_time", "notes", "format", "tables", "names")
+    names = ("units", "constants", "sample_time", "notes", "format", "tables", "names", "stamps", "facts", "about")
     sizes = {name: int(values.size) for name, values in table.columns.items()}
     return {"sizes": sizes} | {name: getattr(table, name) for name in names}
 

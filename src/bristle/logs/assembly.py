@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
 from bristle.core.axis import Axis
+from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.errors import InputError
 from bristle.logs.channel import Channel
 from bristle.logs.checks import problems_of
@@ -19,6 +21,8 @@ from bristle.logs.velocity import doubts_about_velocity
 
 __all__ = ["assembled", "clock_for", "record_of"]
 
+NEGLIGIBLE = 0.1  # of the sample time: less jitter than this is told as a note, not as a warning
+
 
 def record_of(table: Table, axis: Axis) -> LogData:
     """Return what was recorded in a table, in SI of the axis, on a uniform grid of time.
@@ -26,7 +30,7 @@ def record_of(table: Table, axis: Axis) -> LogData:
     Raises
     ------
     InputError
-        If a column is missing, of the wrong unit, not finite, constant or saturated, or time is not even.
+        If a column is missing, of the wrong unit, not finite, constant or saturated, or time makes no order.
     """
     gathered = gather(table, axis)
     for problem in (*gathered.problems, *problems_of(gathered, axis, str(table.source))):
@@ -41,17 +45,18 @@ def clock_for(table: Table, axis: Axis, gathered: Gathered) -> Clock:
     Raises
     ------
     InputError
-        If there is neither, both sample times differ, or time is not even.
+        If there is neither, both sample times differ, or time makes no order.
     """
     time = gathered.channels.get("time")
     if time is not None:
         place = f"{table.source}: column {time.column!r}"
-        return clock_of(time.values, place, delay=axis.delay, sample_time=axis.sample_time)
+        position = gathered.channels["position"].values
+        return clock_of(time.values, place, delay=axis.delay, sample_time=axis.sample_time, position=position)
     period = axis.sample_time or table.sample_time
     if period is None:
         raise InputError(
             "has no column of time and no sample time", path=str(table.source),
-            mend="Name the column of time in [columns] of the axis file, or write sample_time in [timing]",
+            mend='Name the column of time in [columns] of the axis file, or write sample_time = "1 ms" under [timing]',
         )  # fmt: skip
     if table.sample_time and abs(period / table.sample_time - 1) > 0.01:
         raise InputError(
@@ -60,6 +65,19 @@ def clock_for(table: Table, axis: Axis, gathered: Gathered) -> Clock:
         )  # fmt: skip
     stamps = period * np.arange(gathered.channels["position"].values.size)
     return clock_of(stamps, str(table.source), delay=axis.delay)
+
+
+def _of_clock(clock: Clock, gathered: Gathered, axis: Axis) -> Iterator[Diagnostic]:
+    """Yield what resampling does to the channels."""
+    if clock.jitter is None or clock.jitter.usual <= NEGLIGIBLE >= clock.jitter.largest:
+        return
+    numbers: dict[str, Number] = {
+        "percent": 100.0 * clock.jitter.usual, "largest": 100.0 * clock.jitter.largest,
+        "sample_time": clock.sample_time, "position_error": clock.error_of(gathered.channels["position"].values),
+    }  # fmt: skip
+    if "effort" in gathered.channels:
+        numbers["effort_error"] = clock.error_of(gathered.channels["effort"].values)
+    yield Diagnostic("stamps_jitter", "", "warning", numbers, axis.kind)
 
 
 def assembled(table: Table, axis: Axis, gathered: Gathered, clock: Clock) -> LogData:
@@ -94,5 +112,6 @@ def assembled(table: Table, axis: Axis, gathered: Gathered, clock: Clock) -> Log
         origin=table.origin,
         notes=tuple(notes),
         kind=axis.kind,
+        findings=(*gathered.findings, *_of_clock(clock, gathered, axis)),
     )
     return replace(record, notes=(*record.notes, *doubts_about_velocity(record, axis)))

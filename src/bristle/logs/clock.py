@@ -1,24 +1,52 @@
-"""The time base of a log: gaps split it, small jitter is resampled away, the rest is refused."""
+"""The time base of a log: gaps split it, rows are put in order, and stamps that are not even are resampled."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from bristle.core.errors import InputError
+from bristle.logs.order import Order, median_step, order_of
 
-__all__ = ["GAP", "JITTER_LIMIT", "Clock", "clock_of"]
+__all__ = ["GAP", "Clock", "Jitter", "clock_of"]
 
-JITTER_LIMIT = 0.1  # of the sample time, for 19 of 20 stamps
-JITTER_LARGEST = 0.25  # of the sample time, for every stamp
 UNIFORM = 0.01  # of the sample time: rounding of the stamps, left alone
-GAP = 1.5  # sample times
-GAP_SHARE = 0.05  # more intervals than this being gaps, the log has no sample time
+GAP = 1.5  # sample times: half of the least that a lost row adds is for jitter
+RECOVERY = (1, 2, 4, 8, 16)  # rows after which stamps that were only late are in time again
+GAP_SHARE = 0.05  # more steps than this being gaps, the samples are uneven
+UNEVEN_GAP = 10.0  # sample times that split a log of uneven samples
 SHORTEST_SEGMENT = 10  # samples
 SHORTEST, LONGEST = 1e-12, 1e9  # sample time [s]: beyond them its square or its inverse is no number to reckon with
 WINDOW = 101  # samples over which a clock may drift and be no jitter
+ROUNDED = 1.05  # of the step of the stamps: what rounding alone makes of even samples
+SAMPLE_OF_STEPS = 100  # stamps with more different steps than this are not rounded ones
+ODD_STEPS = 0.05  # of all: rounding spreads them evenly over a log; fewer are lost or repeated rows
+OFF_MULTIPLE = 0.02  # of the step of the stamps: how far a multiple of it may be off
+CLOSE = 0.2  # of the sample time: where steps are shorter, a cubic spline would overshoot
+EVIDENCE = 4.0  # times less error by one time base than by the other
+DEVIATES = 0.05  # of the sample time: stamps that tell whether they or the samples are off
+FEW = 20
+DIGITS = 12  # of the sample time that count: what the unit of the stamps leaves behind them is rounding
+
+
+@dataclass(frozen=True)
+class Jitter:
+    """By how much stamps deviate from even ones.
+
+    Parameters
+    ----------
+    usual, largest : float
+        Of the sample time, for 19 of 20 stamps and for all.
+    """
+
+    usual: float
+    largest: float
+
+    def __str__(self) -> str:
+        return f"{100 * self.usual:.2g} % (19 of 20 stamps) and {100 * self.largest:.2g} % (all)"
 
 
 @dataclass(frozen=True)
@@ -32,11 +60,15 @@ class Clock:
     pieces : tuple of (slice, ndarray)
         For each segment the recorded samples it draws on, and its uniform grid [s].
     stamps : ndarray
-        Time of the recorded samples [s].
+        Time of the recorded samples, in order [s].
     uniform : bool
         Whether the recorded samples lie on the grid already.
     notes : tuple of str
         What was resampled or left out.
+    rows : ndarray or None
+        Index of each recorded sample in the file, in the order of time; None where they are all and in order.
+    jitter : Jitter or None
+        What was resampled away.
     """
 
     sample_time: float
@@ -44,6 +76,8 @@ class Clock:
     stamps: np.ndarray
     uniform: bool
     notes: tuple[str, ...] = ()
+    rows: np.ndarray | None = None
+    jitter: Jitter | None = None
 
     @property
     def time(self) -> np.ndarray:
@@ -68,21 +102,44 @@ class Clock:
         smooth : bool
             Between samples, a cubic spline, else straight lines, as befits a signal that jumps.
         """
+        values = values if self.rows is None else values[self.rows]
         parts = []
         for raw, grid in self.pieces:
             shift = (grid[0] + lag - self.stamps[raw][0]) / self.sample_time
             if self.uniform and abs(shift - round(shift)) < UNIFORM:
                 parts.append(values[raw][round(shift) : round(shift) + grid.size])
             elif smooth:
-                from scipy.interpolate import CubicSpline
-
-                parts.append(CubicSpline(self.stamps[raw], values[raw])(grid + lag))
+                parts.append(self._spline(raw)(self.stamps[raw], values[raw])(grid + lag))
             else:
                 parts.append(np.interp(grid + lag, self.stamps[raw], values[raw]))
         return np.concatenate(parts)
 
+    def error_of(self, values: np.ndarray) -> float:
+        """Return by how much resampling may be wrong, root mean square, in the unit of `values`.
 
-def clock_of(stamps: np.ndarray, place: str, *, delay: float = 0.0, sample_time: float | None = None) -> Clock:
+        Every second sample is taken from those beside it, twice as far apart as the grid needs them.
+        """
+        values = values if self.rows is None else values[self.rows]
+        squares, count = 0.0, 0
+        for raw, _ in self.pieces:
+            stamps, recorded = self.stamps[raw], values[raw]
+            inside = slice(1, stamps.size - 1 - stamps.size % 2, 2)
+            guessed = self._spline(raw)(stamps[::2], recorded[::2])(stamps[inside])
+            squares, count = squares + float(np.sum((guessed - recorded[inside]) ** 2)), count + guessed.size
+        return float(np.sqrt(squares / max(count, 1)))
+
+    def _spline(self, raw: slice) -> Any:
+        """Return what goes between samples: a cubic spline, or where they lie close together one that keeps within."""
+        from scipy.interpolate import CubicSpline, PchipInterpolator
+
+        close = float(np.min(np.diff(self.stamps[raw]))) < CLOSE * self.sample_time
+        return PchipInterpolator if close else CubicSpline
+
+
+def clock_of(
+    stamps: np.ndarray, place: str, *, delay: float = 0.0, sample_time: float | None = None,
+    position: np.ndarray | None = None,
+) -> Clock:  # fmt: skip
     """Return the uniform grid of time that recorded time stamps lie on or near.
 
     Parameters
@@ -95,21 +152,25 @@ def clock_of(stamps: np.ndarray, place: str, *, delay: float = 0.0, sample_time:
         By how much the effort lags: where no sample of it is left, the grid ends early [s].
     sample_time : float, optional
         What the axis file says it is [s].
+    position : ndarray, optional
+        What moves: where the stamps jitter it may tell whether the samples do.
 
     Raises
     ------
     InputError
-        If time steps back, stands still, has steps that no axis is sampled at, or jitters: 19 of 20 stamps by more
-        than a tenth of the sample time, or any by more than a quarter.
+        If the stamps stand still or make no order, or have steps that no axis is sampled at.
     """
-    steps = np.diff(stamps)
-    _refuse_backward(stamps, steps, place)
-    usual = float(np.median(steps))
+    order = order_of(stamps, place)
+    usual = median_step(order.stamps)
     if not SHORTEST <= usual <= LONGEST:
         raise InputError(f"steps by {usual:.6g} s", path=place, allowed=f"{SHORTEST:g} s to {LONGEST:g} s",
                          mend="Mend the unit of the time column")  # fmt: skip
-    gaps = steps > GAP * usual
-    period = float(steps[~gaps].mean())
+    even, step = _rounded(order.stamps, usual)
+    order = order if step else _without_repeats(order, usual, place)
+    stamps = order.stamps
+    steps = np.diff(stamps)
+    gaps, uneven = (np.zeros(steps.size, dtype=bool), False) if step else _gaps(stamps, steps, usual)
+    period = _period(np.diff(even) if step else steps[~gaps])
     if sample_time is not None and abs(period / sample_time - 1) > UNIFORM:
         raise InputError(
             f"steps by {period:.6g} s and the axis file says otherwise",
@@ -117,21 +178,17 @@ def clock_of(stamps: np.ndarray, place: str, *, delay: float = 0.0, sample_time:
             allowed=f"{sample_time:g} s",
             mend="Mend the unit of the time column, or sample_time in [timing]",
         )
-    if gaps.mean() > GAP_SHARE:
-        raise InputError(
-            f"is not even: {gaps.mean():.0%} of its steps exceed {GAP} of their median {usual:.6g} s",
-            path=place,
-            mend="Record at a fixed rate",
-        )
     bounds = [0, *(np.flatnonzero(gaps) + 1).tolist(), stamps.size]
     raws = [slice(a, b) for a, b in pairwise(bounds)]
     usable = [raw for raw in raws if raw.stop - raw.start >= SHORTEST_SEGMENT]
-    notes = _gap_notes(stamps, raws, usable)
-    uniform, jitter = _jitter(stamps, usable, period, place)
-    if not uniform:
-        notes.append(
-            f"time stamps jitter by {jitter} of the sample time: resampled onto a uniform grid of {period:.6g} s"
-        )
+    notes = [*order.notes, *_gap_notes(stamps, raws, usable)]
+    jitter = None
+    if step:
+        stamps = even
+        notes.append(f"time stamps are rounded to {step:.6g} s: the samples are taken as even, {period:.6g} s apart")
+    else:
+        stamps, jitter, remarks = _deviation(stamps, usable, period, uneven, _sorted(position, order))
+        notes += remarks
     pieces = [(raw, _grid(stamps[raw], period, delay)) for raw in usable]
     pieces = [(raw, grid) for raw, grid in pieces if grid.size >= SHORTEST_SEGMENT]
     if not pieces:
@@ -140,56 +197,129 @@ def clock_of(stamps: np.ndarray, place: str, *, delay: float = 0.0, sample_time:
             path=place,
             mend="Mend the delay in [timing] of the axis file, or record without gaps",
         )
-    return Clock(period, tuple(pieces), stamps, uniform, tuple(notes))
+    return Clock(period, tuple(pieces), stamps, jitter is None, tuple(notes), order.rows, jitter)
 
 
-def _refuse_backward(stamps: np.ndarray, steps: np.ndarray, place: str) -> None:
-    bad = np.flatnonzero(steps <= 0)
-    if not bad.size:
-        return
-    at = int(bad[0])
-    backward = steps[at] < 0
-    raise InputError(
-        f"{'runs backward' if backward else 'is repeated'} at sample {at + 1} "
-        f"({stamps[at]:.9g} s, then {stamps[at + 1]:.9g} s; {bad.size} such steps)",
-        path=place,
-        mend="Cut the log where a second recording begins, or sort it"
-        if backward
-        else "If the stamps are merely rounded, leave the time column out and write sample_time in [timing]",
-    )
+def _period(steps: np.ndarray) -> float:
+    return float(f"{float(steps.mean()):.{DIGITS}g}")
+
+
+def _sorted(values: np.ndarray | None, order: Order) -> np.ndarray | None:
+    return values if values is None or order.rows is None else values[order.rows]
+
+
+def _rounded(stamps: np.ndarray, usual: float) -> tuple[np.ndarray, float]:
+    """Return even stamps, and the step that the recorded ones are rounded to; 0 where they are something else."""
+    steps = np.diff(stamps)
+    different = np.unique(np.round(steps[steps > 0] / usual, 6))
+    step = usual * float(min([different[0], *np.diff(different)])) if different.size < SAMPLE_OF_STEPS else 0.0
+    if not step:
+        return stamps, 0.0
+    multiples = steps / step
+    if step < UNIFORM * usual or np.abs(multiples - np.round(multiples)).max() > OFF_MULTIPLE:
+        return stamps, 0.0
+    if np.mean(np.round(multiples) != np.round(np.median(multiples))) < ODD_STEPS:
+        return stamps, 0.0
+    index = np.arange(stamps.size)
+    slope = (stamps[-1] - stamps[0]) / index[-1]
+    for _ in range(2):  # the ends are rounded too: the line is turned until it fits in the middle of its band
+        error = stamps - slope * index
+        slope += float(np.polyfit(index - index.mean(), error, 1)[0]) if error.any() else 0.0
+    error = stamps - slope * index
+    largest = float(np.ptp(error))
+    if largest > ROUNDED * step or largest <= 2 * UNIFORM * usual:
+        return stamps, 0.0
+    return slope * index + 0.5 * float(error.max() + error.min()), step
+
+
+def _without_repeats(order: Order, usual: float, place: str) -> Order:
+    """Leave out rows that have the stamp of the row before them; a late stamp, with time left behind it, is mended."""
+    stamps, notes = order.stamps.copy(), list(order.notes)
+    repeated = np.append(False, np.diff(stamps) <= 0)
+    if not repeated.any():
+        return order
+    alone = np.flatnonzero(repeated[1:-1] & ~repeated[2:]) + 1
+    alone = alone[stamps[alone + 1] - stamps[alone] > GAP * usual]
+    stamps[alone] = 0.5 * (stamps[alone - 1] + stamps[alone + 1])
+    repeated[alone] = False
+    rows = np.arange(stamps.size) if order.rows is None else order.rows
+    count = int(repeated.sum())
+    if alone.size:
+        sentence = "1 stamp was repeated and is" if alone.size == 1 else f"{alone.size} stamps were repeated and are"
+        notes.append(f"{sentence} taken as between those around")
+    if count:
+        notes.append(f"{count} {'row has' if count == 1 else 'rows have'} the stamp of the row before: left out")
+    if stamps.size - count < SHORTEST_SEGMENT:
+        raise InputError(
+            f"has {stamps.size - count} different stamps in {stamps.size} rows", path=place,
+            mend="Leave the column of time out of the axis file and write sample_time in [timing]",
+        )  # fmt: skip
+    return Order(rows[~repeated] if count else order.rows, stamps[~repeated], tuple(notes))
+
+
+def _gaps(stamps: np.ndarray, steps: np.ndarray, usual: float) -> tuple[np.ndarray, bool]:
+    """Return which steps are gaps, and whether the samples are so uneven that only long pauses are."""
+    gaps = steps > GAP * usual
+    candidates = np.flatnonzero(gaps)
+    for rows in RECOVERY:
+        # A sample that was stamped late is made up for by the next ones; a gap is not.
+        at = candidates[candidates + 1 + rows < stamps.size]
+        gaps[at[stamps[at + 1 + rows] - stamps[at] < (rows + GAP) * usual]] = False
+    if gaps.mean() <= GAP_SHARE:
+        return gaps, False
+    return steps > UNEVEN_GAP * float(np.median(steps)), True
 
 
 def _gap_notes(stamps: np.ndarray, raws: list[slice], usable: list[slice]) -> list[str]:
     if len(raws) == 1:
         return []
     ends = ", ".join(f"{stamps[raw.start - 1]:.6g} s" for raw in raws[1:6])
-    notes = [f"{len(raws) - 1} gaps (the first after {ends}): split into {len(usable)} segments"]
+    gaps = "1 gap" if len(raws) == 2 else f"{len(raws) - 1} gaps"
+    notes = [f"{gaps} (the first after {ends}): split into {len(usable)} segments"]
     lost = sum(raw.stop - raw.start for raw in raws) - sum(raw.stop - raw.start for raw in usable)
     if lost:
         notes.append(f"{lost} samples in segments shorter than {SHORTEST_SEGMENT} samples were left out")
     return notes
 
 
-def _jitter(stamps: np.ndarray, raws: list[slice], period: float, place: str) -> tuple[bool, str]:
-    """Return whether the stamps lie on a grid, and in words by which part of the sample time they deviate."""
+def _deviation(
+    stamps: np.ndarray, raws: list[slice], period: float, uneven: bool, position: np.ndarray | None
+) -> tuple[np.ndarray, Jitter | None, list[str]]:
+    """Return the time of the samples, how far it is from even, and what is to be said of it."""
     errors = [stamps[raw] - period * np.arange(raw.stop - raw.start) for raw in raws]
     errors = [(error - error.mean()) / period for error in errors]
     if max((float(np.ptp(error)) for error in errors), default=0.0) <= 2 * UNIFORM:
-        return True, ""
+        return stamps, None, []
     from scipy.ndimage import uniform_filter1d
 
-    local = np.concatenate([np.abs(error - uniform_filter1d(error, min(WINDOW, error.size))) for error in errors])
-    usual, largest = float(np.quantile(local, 0.95)), float(np.max(local))
-    jitter = f"{100 * usual:.2g} % (19 of 20 stamps) and {100 * largest:.2g} % (all)"
-    if usual > JITTER_LIMIT or largest > JITTER_LARGEST:
-        raise InputError(
-            f"jitters by {jitter} of the sample time {period:.6g} s",
-            path=place,
-            allowed=f"up to {100 * JITTER_LIMIT:g} % and {100 * JITTER_LARGEST:g} %",
-            mend="If the samples are even and the stamps are not, leave the time column out and write "
-            "sample_time in [timing]; else record at a fixed rate",
-        )
-    return False, jitter
+    local = [error - uniform_filter1d(error, min(WINDOW, error.size)) for error in errors]
+    sizes = np.abs(np.concatenate(local))
+    jitter = Jitter(float(np.quantile(sizes, 0.95)), float(np.max(sizes)))
+    if not uneven and position is not None and _samples_are_even(stamps, raws, local, position):
+        even = stamps.copy()
+        for raw, error in zip(raws, errors, strict=True):
+            even[raw] = stamps[raw].mean() - period * error.size / 2 + period * (np.arange(error.size) + 0.5)
+        note = (f"time stamps jitter by {jitter} of the sample time, and the position does not: the samples are taken "
+                f"as even, {period:.6g} s apart")  # fmt: skip
+        return even, None, [note]
+    reason = "samples are uneven: their steps differ" if uneven else "time stamps jitter"
+    return stamps, jitter, [
+        f"{reason} by {jitter} of the sample time: resampled onto a uniform grid of {period:.6g} s"
+    ]  # fmt: skip
+
+
+def _samples_are_even(stamps: np.ndarray, raws: list[slice], local: list[np.ndarray], position: np.ndarray) -> bool:
+    """Return whether the position moves evenly from row to row where it does not from stamp to stamp."""
+    by_row, by_stamp, count = 0.0, 0.0, 0
+    for raw, error in zip(raws, local, strict=True):
+        x, t = position[raw], stamps[raw]
+        share = (t[1:-1] - t[:-2]) / (t[2:] - t[:-2])
+        middle = x[1:-1]
+        off = (np.abs(share - 0.5) > DEVIATES) & (np.abs(error[1:-1]) > DEVIATES)
+        by_row += float(np.sum((middle - 0.5 * (x[:-2] + x[2:]))[off] ** 2))
+        by_stamp += float(np.sum((middle - x[:-2] - share * (x[2:] - x[:-2]))[off] ** 2))
+        count += int(off.sum())
+    return count >= FEW and EVIDENCE * by_row < by_stamp
 
 
 def _grid(stamps: np.ndarray, period: float, delay: float) -> np.ndarray:

@@ -6,12 +6,15 @@ import codecs
 import io
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from bristle.core.content import refuse_larger
+from bristle.core.content import SIZE_LIMIT, refuse_larger
 from bristle.core.errors import InputError
+from bristle.logs.archived import is_archived
+from bristle.logs.archived import read as read_archive
 from bristle.logs.choice import Choice
 from bristle.logs.layout import (
     COMMENTS,
@@ -24,12 +27,28 @@ from bristle.logs.layout import (
     why_no_number,
     without_comments,
 )
+from bristle.logs.scope import head_of
+from bristle.logs.scope import read as read_scope
+from bristle.logs.stamped_text import (
+    dates_in,
+    facts_above,
+    large_counts,
+    partly_empty,
+    period_told,
+    units_of_labview,
+    with_own_times,
+)
 from bristle.logs.table import Table
+from bristle.logs.words import is_time
 
 __all__ = ["read"]
 
 TAIL_ROWS = 1000
+HEAD_BYTES = 2**17
+TEXT_SHARE = 0.9  # of the bytes of text in two bytes a letter are what they are in plain text
 LONGEST_LINE = 4 * 2**20
+UNUSED = (b"\x81", b"\x8d", b"\x8f", b"\x90", b"\x9d")  # in the code page of Windows
+_QUOTED_COMMA = re.compile(rb'"([+-]?\d+),(\d+(?:[eE][+-]?\d+)?)"')  # decimal commas between commas
 _FORTRAN = rb"(?<=[\d.])[dD](?=[+-]?\d)"
 _NOT_FINITE = rb"(?<![\d.])1\.#([A-Za-z]+)\w*"  # as the C library of Windows wrote it until 2015
 PIECE = 2**20
@@ -62,23 +81,74 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
         If a cell is no number, a row has another number of cells, or the file ends within a row.
     """
     data, encoding = _decodable(data, source)
+    special = _special(data, encoding, source, choice, limit)
+    if special is not None:
+        return special
     starts = _starts_of_lines(data, PREAMBLE_LINES + SAMPLE_ROWS, source)
     lines = [data[a : b - 1].decode(encoding) for a, b in zip(starts, [*starts[1:], len(data) + 1], strict=True)]
     layout = layout_of(lines[: PREAMBLE_LINES + SAMPLE_ROWS], source)
     body, notes = _without_open_end(data[starts[layout.first] :], layout, source, encoding)
-    chosen = [i for i, numeric in enumerate(layout.numeric) if numeric and choice(layout.names[i])]
+    facts = facts_above(lines, layout)
+    if (apart := _with_own_times(body, layout, source, choice, encoding, notes)) is not None:
+        return replace(apart, facts=facts)
+    numbers = {f"column_{i + 1}": name for i, name in enumerate(layout.names) if name != f"column_{i + 1}"}
+    by_number = {number: name for number, name in numbers.items() if choice.names is not None and choice(number)}
+    chosen = [i for i, numeric in enumerate(layout.numeric)
+              if numeric and (choice(layout.names[i]) or layout.names[i] in by_number.values())]  # fmt: skip
     values = _numbers(body, layout, source, chosen, limit, encoding)
-    left_out = [name for name, numeric in zip(layout.names, layout.numeric, strict=True) if not numeric]
+    columns = {layout.names[i]: column for i, column in zip(chosen, values, strict=True)}
+    dates = dates_in(body, layout, encoding) if not all(layout.numeric) else {}
+    columns |= {layout.names[i]: stamps for i, stamps in dates.items() if choice(layout.names[i])}
+    counts = large_counts(body, layout, encoding)
+    columns |= {layout.names[i]: stamps for i, stamps in counts.items() if choice(layout.names[i])}
+    dates |= counts
+    numeric = [numeric or i in dates for i, numeric in enumerate(layout.numeric)]
+    left_out = [name for name, is_numeric in zip(layout.names, numeric, strict=True) if not is_numeric]
     if left_out:
         notes.append(f"text was left out: {', '.join(left_out[:20])}" + (" and others" if len(left_out) > 20 else ""))
+    units = {layout.names[i]: unit for i, unit in enumerate(layout.units) if unit and layout.numeric[i]}
+    units |= units_of_labview(lines, layout)
+    names = tuple(name for name, is_numeric in zip(layout.names, numeric, strict=True) if is_numeric)
+    texts = _texts(lines[layout.first], layout, source)
     return Table(
-        {layout.names[i]: column for i, column in zip(chosen, values, strict=True)},
-        {layout.names[i]: unit for i, unit in enumerate(layout.units) if unit and layout.numeric[i]},
-        texts=_texts(lines[layout.first], layout, source),
-        notes=(*layout.notes, *notes),
-        format="text",
-        names=tuple(name for name, numeric in zip(layout.names, layout.numeric, strict=True) if numeric),
+        columns, units | {layout.names[i]: "s" for i in dates},
+        texts={name: reason for name, reason in texts.items() if name not in names}, notes=(*layout.notes, *notes),
+        format="text", names=names, facts=facts, numbers=by_number,
+        sample_time=None if any(map(is_time, names)) else period_told(facts),
+    )  # fmt: skip
+
+
+def _with_own_times(
+    body: bytes, layout: Layout, source: Path, choice: Choice, encoding: str, notes: list[str]
+) -> Table | None:
+    """Return the table of a file with several columns of time, or with columns that are empty every so often."""
+    times = sum(is_time(name) or name.startswith("column_") for name in layout.names)
+    separator = (layout.delimiter or "").encode()
+    gaps = bool(separator) and (separator * 2 in body or separator + b"\n" in body or b"\n" + separator in body)
+    has_clocks = (
+        times > 1 and times < len(layout.names) and any(not name.startswith("column_") for name in layout.names)
     )
+    if not (has_clocks or gaps):
+        return None
+    columns = partly_empty(body, layout, encoding) if gaps else None
+    if columns is None and has_clocks:
+        numeric_columns = [i for i, numeric in enumerate(layout.numeric) if numeric]
+        columns = dict(
+            zip(numeric_columns, _numbers(body, layout, source, numeric_columns, SIZE_LIMIT, encoding), strict=True)
+        )
+    if columns is None:
+        return None
+    return with_own_times(columns, layout, source, choice, [*layout.notes, *notes])
+
+
+def _special(data: bytes, encoding: str, source: Path, choice: Choice, limit: int) -> Table | None:
+    """Return the table of a text file whose channels bring their own times; None where it is of another kind."""
+    head = data[:HEAD_BYTES].decode(encoding, "replace").split("\n")
+    if (scope := head_of(head)) is not None:
+        return read_scope(data.decode(encoding).split("\n"), scope, source, choice, limit)
+    if is_archived(head):
+        return read_archive(data.decode(encoding).split("\n"), source, choice, limit)
+    return None
 
 
 def _texts(row: str, layout: Layout, source: Path) -> dict[str, InputError]:
@@ -102,12 +172,30 @@ def _decodable(data: bytes, source: Path) -> tuple[bytes, str]:
         except UnicodeDecodeError:
             raise InputError("is truncated: it ends within a character", path=str(source),
                              mend="Copy or export it again") from None  # fmt: skip
+    elif b"\0" in data and (order := _order_of_bytes(data[:HEAD_BYTES])):
+        data = data[: len(data) // 2 * 2].decode(order, "replace").encode("utf-8", "replace")
     elif b"\0" in data:
         raise InputError("is neither text nor a log of a known kind", path=str(source), mend="Export it as CSV")
     data = data.removeprefix(codecs.BOM_UTF8)
     if b"\r" in data:
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    return data, "utf-8" if _is_utf8(data) else "latin-1"
+    if _QUOTED_COMMA.search(data[:HEAD_BYTES]):
+        data = _QUOTED_COMMA.sub(rb"\1.\2", data)
+    return data, "utf-8" if _is_utf8(data) else "cp1252" if _is_western(data) else "latin-1"
+
+
+def _order_of_bytes(head: bytes) -> str:
+    """Return the encoding of text in two bytes a letter that does not say so; empty where it is no such text."""
+    for order, zeros, letters in (("utf-16-le", head[1::2], head[::2]), ("utf-16-be", head[::2], head[1::2])):
+        plain = sum(byte in b"\t\r\n" or 32 <= byte < 127 for byte in letters)
+        if zeros.count(0) > TEXT_SHARE * len(zeros) and plain > TEXT_SHARE * len(letters):
+            return order
+    return ""
+
+
+def _is_western(data: bytes) -> bool:
+    """Return whether text is in the code page of Windows, which has signs such as ‰ where Latin-1 has none."""
+    return not any(sign in data for sign in UNUSED)
 
 
 def _is_utf8(data: bytes) -> bool:

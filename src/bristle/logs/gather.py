@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from bristle.core import units
 from bristle.core.axis import COLUMNS, Axis, Column
+from bristle.core.diagnostic import Diagnostic, Number
 from bristle.core.errors import InputError, close_names
 from bristle.core.variable import KINDS, Kind, unit_of
 from bristle.logs.channel import CHANNELS, Channel
 from bristle.logs.choice import USUAL_NAMES
+from bristle.logs.merge import onto_one_time
 from bristle.logs.table import Table, some_of, split_unit
+from bristle.logs.words import unit_in_name
 
 __all__ = ["Gathered", "axis_of", "gather"]
+
+FOLLOWING = ("reference", "following_error")  # they count as the position does
+LONG_ENOUGH = 2  # letters of a unit at the end of a name: one alone may stand for a motor or a phase
+SI = {"m": "m", "rad": "rad"}
 
 
 @dataclass
@@ -26,6 +33,7 @@ class Gathered:
     injected: list[Channel] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     problems: list[InputError] = field(default_factory=list)
+    findings: list[Diagnostic] = field(default_factory=list)
 
     def named(self) -> Iterator[tuple[str, Channel]]:
         """Yield the name and the channel of all that was found."""
@@ -36,7 +44,12 @@ class Gathered:
 def gather(table: Table, axis: Axis) -> Gathered:
     """Return the channels that `axis` names, in SI of its kind, sign and transmission applied."""
     gathered = Gathered(notes=list(table.notes))
+    implied = _implied_time(table, axis, gathered)
     for name, column in axis.columns.items():
+        if name == "time" and implied:
+            continue
+        if name in FOLLOWING:
+            column = _in_the_unit_of(axis.columns.get("position"), column, table, gathered)
         if (channel := _channel(table, column, name, axis.kind, gathered)) is not None:
             gathered.channels[name] = channel
     for index, injected in enumerate(axis.injected):
@@ -47,10 +60,27 @@ def gather(table: Table, axis: Axis) -> Gathered:
         gathered.problems.append(
             InputError("no column is named as the position", path=f"axis {axis.name}", mend="Name it in [columns]")
         )
+    if implied:
+        onto_one_time(table, gathered)
     _tell_of_shared_columns(gathered)
     _refuse_unequal_lengths(table, gathered)
     _add_reference(gathered)
     return gathered
+
+
+def _implied_time(table: Table, axis: Axis, gathered: Gathered) -> bool:
+    """Return whether the time is that which the columns bring with them."""
+    position, time = axis.columns.get("position"), axis.columns.get("time")
+    own = table.stamps.get(table.name_of(position.name) or "") if position else None
+    if own is None:
+        return False
+    if time is None:
+        return True
+    named = table.name_of(time.name)
+    if named is not None and named not in table.stamps.values():
+        return False
+    gathered.notes.append(f"columns.time is not needed: each column of this {table.format} file brings its time")
+    return True
 
 
 def axis_of(table: Table) -> Axis:
@@ -81,6 +111,19 @@ def axis_of(table: Table) -> Axis:
     return Axis(name=table.source.stem, kind=kind, columns=columns)
 
 
+def _in_the_unit_of(position: Column | None, column: Column, table: Table, gathered: Gathered) -> Column:
+    """Return a reference of which neither the file nor the axis says the unit: it has that of the position."""
+    name = table.name_of(column.name)
+    if position is None or column.unit or name is None or table.units.get(name) or column.base != SI.get(column.base):
+        return column
+    unit = position.unit or table.units.get(table.name_of(position.name) or "", "")
+    if not unit:
+        return column
+    gathered.notes.append(f"column {name} has no unit: taken in that of the position, {unit}")
+    sign = -1.0 if column.scale < 0.0 else 1.0
+    return replace(column, unit=unit, base=position.base, scale=sign * abs(position.scale))
+
+
 def _channel(table: Table, column: Column, key: str, kind: Kind, gathered: Gathered) -> Channel | None:
     name = table.name_of(column.name)
     if name is None:
@@ -96,10 +139,26 @@ def _channel(table: Table, column: Column, key: str, kind: Kind, gathered: Gathe
     except InputError as error:
         gathered.problems.append(error)
         return None
+    _tell_of_contradiction(table, name, column, key, gathered)
     quantity = COLUMNS.get(key, COLUMNS["effort"])
     with np.errstate(over="ignore"):  # what is too large is refused with its sample
         values = table.columns[name] * scale + column.shift
     return Channel(values, unit_of(quantity, kind), name)
+
+
+def _tell_of_contradiction(table: Table, name: str, column: Column, key: str, gathered: Gathered) -> None:
+    """Tell where the name of a column speaks of another unit than its numbers are taken in."""
+    called, declared = unit_in_name(name), column.unit or table.units.get(name, "")
+    if (
+        len(called) < LONG_ENOUGH
+        or not declared
+        or not units.is_unit(declared)
+        or (column.unit and key in ("time", "position"))
+    ):
+        return  # where an axis file declares the unit of time and position, the check of the log looks at it
+    if not units.compatible(called, declared) or not np.isclose(units.factor(called, declared), 1.0, rtol=1e-9):
+        numbers: dict[str, Number] = {"column": name, "called": called, "declared": declared}
+        gathered.findings.append(Diagnostic("unit_contradicts", "", "warning", numbers))
 
 
 def _factor(table: Table, name: str, column: Column, gathered: Gathered) -> float:

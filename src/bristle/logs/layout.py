@@ -14,8 +14,18 @@ from bristle.core import units
 from bristle.core.errors import InputError
 from bristle.logs.names import distinct
 from bristle.logs.table import split_unit
+from bristle.logs.words import plain_unit
 
-__all__ = ["COMMENTS", "Layout", "cells_of", "is_number", "layout_of", "why_no_number", "without_comments"]
+__all__ = [
+    "COMMENTS",
+    "Layout",
+    "cells_of",
+    "is_number",
+    "layout_of",
+    "numbers_in",
+    "why_no_number",
+    "without_comments",
+]
 
 COMMENT = "#"
 COMMENTS = r'(?m)^[ \t]*#.*$|[ \t]#[^"\n]*$'
@@ -23,12 +33,17 @@ COMMENTS = r'(?m)^[ \t]*#.*$|[ \t]#[^"\n]*$'
 # Tried in this order; None is any run of blanks. A comma is last but one: it may be a decimal comma.
 DELIMITERS = ("\t", ";", ",", None)
 # Units that a line below the names may consist of, besides the decimal ones.
-USUAL_UNITS = frozenset({"deg", "deg/s", "rev", "rev/s", "rpm", "1/min", "min", "lbf", "inch"})
+USUAL_UNITS = frozenset(
+    {"deg", "deg/s", "deg/s^2", "rev", "rev/s", "rpm", "1/min", "min", "h", "lbf", "inch", "mm/min", "m/min", "m/s^2",
+     "mm/s^2", "rad/s^2", "degC", "K", "bar", "W", "kW", "Hz", "kHz", "LU", "Grad", "bool", "hex"}
+)  # fmt: skip
 PREAMBLE_LINES, SAMPLE_ROWS = 400, 20
 MOST_COLUMNS = 50_000
 MOST_CELLS = 300_000  # that are looked at to find where the numbers begin
 LONGEST_CELL = 131_072  # what the reader of quoted cells takes
-_CLOCK = re.compile(r"(\d{4}-\d\d-\d\d[T ])?\d{1,2}:\d\d(:\d\d([.,]\d+)?)?", re.ASCII)
+TRUTH = {"true": "1", "false": "0", "wahr": "1", "falsch": "0", "on": "1", "off": "0"}
+CLOCK = re.compile(r"(\d{4}[-/]\d\d[-/]\d\d[T ])?\d{1,2}:\d\d(:\d\d([.,]\d+)?)?Z?", re.ASCII)
+"""A date with a time, or a time of day."""
 _THOUSANDS = re.compile(r"[+-]?\d{1,3}(([.' ]\d{3})+(,\d+)?|([,' ]\d{3})+(\.\d+)?)", re.ASCII)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+([eE][+-]?\d+)?", re.ASCII)
 _NUMBER = re.compile(r"[+-]?((\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?|nan|inf|infinity|1\.#\w+)", re.IGNORECASE | re.ASCII)
@@ -93,6 +108,22 @@ def is_number(cell: str, decimal_comma: bool) -> bool:
     return bool(_NUMBER.fullmatch(cell))
 
 
+def numbers_in(cells: Sequence[str], decimal_comma: bool) -> np.ndarray | None:
+    """Return cells as numbers, truth values as 1 and 0; None where one of them is something else.
+
+    Examples
+    --------
+    >>> numbers_in(["1,5", "-2"], True), numbers_in(["TRUE"], False), numbers_in(["x"], False)
+    (array([ 1.5, -2. ]), array([1.]), None)
+    """
+    plain = [cell.replace(",", ".") for cell in cells] if decimal_comma else list(cells)
+    try:
+        return np.array(plain, dtype=float)
+    except ValueError:
+        plain = [TRUTH.get(cell.lower(), cell) for cell in plain]
+    return np.array(plain, dtype=float) if all(is_number(cell, False) for cell in plain) else None
+
+
 def why_no_number(cell: str) -> tuple[str, str]:
     """Return what a cell is that is no number, and what to do about it.
 
@@ -101,7 +132,7 @@ def why_no_number(cell: str) -> tuple[str, str]:
     >>> why_no_number("1.234,5")[0], why_no_number("00:00:01.250")[0]
     ('is a number with thousands separators', 'is a time of day')
     """
-    if _CLOCK.fullmatch(cell):
+    if CLOCK.fullmatch(cell):
         return "is a time of day", (
             "Export the time in seconds from the start, or leave the column of time out of the axis file and write "
             "sample_time in [timing]"
@@ -235,9 +266,19 @@ def _header(lines: Sequence[str], layout: Layout) -> tuple[tuple[str, ...], tupl
     if len(headers) == 2 and _are_units(headers[1]):
         names, units = headers[0], [cell.strip("[]()") for cell in headers[1]]
     else:
-        names, units = map(list, zip(*(split_unit(cell) for cell in headers[-1]), strict=True))
+        names, units = map(list, zip(*(_name_and_unit(cell) for cell in headers[-1]), strict=True))
     names, notes = distinct(name or placeholder for name, placeholder in zip(names, unnamed, strict=True))
     return tuple(names), tuple("" if unit in ("-", "1") else unit for unit in units), tuple(notes)
+
+
+def _name_and_unit(cell: str) -> tuple[str, str]:
+    """Return name and unit of a header; a unit behind a stroke or the word "in" does not take the name apart."""
+    name, unit = split_unit(cell)
+    parts = re.split(r"\s+in\s+|/|,\s+", name, maxsplit=1) if not unit else []
+    if len(parts) == 2 and parts[0] and plain_unit(parts[0]) not in units.DECIMAL_UNITS:
+        spelt_unit = plain_unit(parts[1])
+        unit = spelt_unit if spelt_unit in units.DECIMAL_UNITS or spelt_unit in USUAL_UNITS else ""
+    return name, unit
 
 
 def _header_cells(line: str, layout: Layout) -> list[str]:
@@ -247,14 +288,16 @@ def _header_cells(line: str, layout: Layout) -> list[str]:
         # A unit stands apart from its name by a blank, too.
         words = re.split(r"(?<=\s)(?=[\[(])", line)
         line = "".join([*(word.rstrip() for word in words[:-1]), words[-1]])
-    cells = cells_of(line, layout.delimiter)
+    cells = [cell.lstrip(COMMENT + "%").strip() for cell in cells_of(line, layout.delimiter)]
+    if len(cells) == len(layout.numeric) + 1 and cells[-1].lower() in ("", "comment"):
+        cells.pop()  # of remarks that no row of numbers has, as in files of LabVIEW
     lacking = layout.numeric[len(cells) :]
     return cells if any(lacking) else cells + [""] * len(lacking)
 
 
 def _are_units(cells: Sequence[str]) -> bool:
-    plain = [cell.strip("[]()") for cell in cells]
+    plain = [plain_unit(cell) for cell in cells]
     if any(len(cell) > units.LONGEST_UNIT for cell in plain):
         return False
-    spelt = [units.split(f"1 {cell}")[1] for cell in plain if cell not in ("", "-")]
+    spelt = [units.split(f"1 {cell}")[1] for cell in plain if cell]
     return bool(spelt) and all(unit in units.DECIMAL_UNITS or unit in USUAL_UNITS for unit in spelt)

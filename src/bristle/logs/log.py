@@ -8,6 +8,7 @@ from typing import Any
 
 from bristle.core.axis import Axis
 from bristle.core.content import Origin
+from bristle.core.diagnostic import Diagnostic
 from bristle.core.edge import KIND, TEXT, amount, guarded, instance, many, optional
 from bristle.core.variable import Variable
 from bristle.logs.channel import CHANNELS, Channel, channel
@@ -22,6 +23,7 @@ __all__ = ["CHANNELS", "Channel", "Log", "log_of"]
     injected=many(channel("effort"), single=True),
     sample_time=amount(Variable("time", "time between samples", min=0.0)), segments=many(instance(slice, "a slice")),
     source=instance(Path, "a path", read=Path),    origin=instance(Origin, "an Origin"), notes=many(TEXT), kind=KIND,
+    findings=many(instance(Diagnostic, "a Diagnostic")),
 )  # fmt: skip
 @dataclass(frozen=True, eq=False)
 class Log(LogData):
@@ -60,6 +62,8 @@ class Log(LogData):
         What was resampled, left out or assumed.
     kind : {"translational", "rotational"}
         Kind of axis.
+    findings : tuple of Diagnostic
+        What was resampled, and the error that makes; what names and units of columns say against each other.
     """
 
     @classmethod

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from bristle.core.content import NOWHERE, Origin
+from bristle.core.diagnostic import Diagnostic
 from bristle.core.errors import InputError
 from bristle.core.tabular import SIGNALS, Signal, Tabular
 from bristle.core.typography import with_unit
@@ -37,6 +38,7 @@ class LogData(Tabular):
     origin: Origin = NOWHERE
     notes: tuple[str, ...] = ()
     kind: Kind = "translational"
+    findings: tuple[Diagnostic, ...] = ()
 
     def __post_init__(self) -> None:
         for name, signal in self.channels():

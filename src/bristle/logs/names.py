@@ -9,6 +9,7 @@ from unicodedata import normalize
 
 from bristle.core.typography import printable
 from bristle.logs.table import Table
+from bristle.logs.words import plain_unit
 
 __all__ = ["distinct", "with_plain_names"]
 
@@ -41,6 +42,7 @@ def distinct(names: Iterable[str]) -> tuple[list[str], list[str]]:
 
 def with_plain_names(table: Table) -> Table:
     """Return a table whose names and units can be printed: control characters do things to a terminal."""
+    table = replace(table, units=_plain_units(table.units))
     odd = [name for name in (*table.names, *table.texts) if not name.isprintable()]
     units = {name: unit for name, unit in table.units.items() if unit.isprintable() and len(unit) <= LONGEST_UNIT_SHOWN}
     if not odd and len(units) == len(table.units):
@@ -54,7 +56,14 @@ def with_plain_names(table: Table) -> Table:
     return replace(
         table, columns=_called(table.columns, called), units=_called(units, called), names=tuple(plain),
         texts={printable(name): reason for name, reason in table.texts.items()}, notes=(*table.notes, *notes),
+        stamps={called[name]: called[time] for name, time in table.stamps.items()}, about=_called(table.about, called),
     )  # fmt: skip
+
+
+def _plain_units(units: Mapping[str, str]) -> dict[str, str]:
+    """Return units as this package writes them; those that say that there is none are left out."""
+    plain = {name: plain_unit(unit) for name, unit in units.items()}
+    return {name: unit for name, unit in plain.items() if unit}
 
 
 def _called(values: Mapping[str, T], called: Mapping[str, str]) -> dict[str, T]:

@@ -19,7 +19,8 @@ def read_log(given: Readable, axis: Axis | None = None, *, size_limit: int = SIZ
     Parameters
     ----------
     given : path-like, bytes, file object or Content
-        CSV and other text, MAT, TDMS, Parquet, HDF5, or NPZ; ``FILE::TABLE`` names a table in it.
+        Text, traces of TwinCAT and SINUMERIK, JSON, MAT, TDMS, Parquet, HDF5, NPZ, MF4 or MCAP; ``FILE::TABLE`` names a
+        table in it.
     axis : Axis, optional
         Which columns are which, in what units and signs. Without it columns called as usual (``t``,
         ``position``, ``force``) are taken, in the units that the file says.
@@ -30,7 +31,7 @@ def read_log(given: Readable, axis: Axis | None = None, *, size_limit: int = SIZ
     ------
     InputError
         If the file is truncated, a column is missing, of the wrong unit, not finite, constant or saturated,
-        or time is not even; it names the column and the sample.
+        or time makes no order; it names the column and the sample.
     """
     table = read_table(given, axis and axis.table, choice=columns_of(axis), size_limit=size_limit)
     return log_of(record_of(table, axis or axis_of(table)))

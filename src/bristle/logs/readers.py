@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Callable
 from importlib import import_module
 from importlib.util import find_spec
@@ -11,15 +12,19 @@ from pathlib import Path
 from bristle.core.content import SIZE_LIMIT, Content, Readable
 from bristle.core.errors import InputError, MissingExtraError, said_by_library
 from bristle.logs.choice import ALL, Choice
+from bristle.logs.json_records import looks_like_json
 from bristle.logs.names import with_plain_names
+from bristle.logs.stamped_text import period_told
 from bristle.logs.table import Table
 from bristle.logs.tables import content_of_log
+from bristle.logs.words import is_time
 
 __all__ = ["read_table"]
 
 HDF5, PARQUET, ARCHIVE = b"\x89HDF", b"PAR1", b"PK\x03\x04"
 ARRAY = b"\x93NUMPY"
 MAT, MAT_73, TDMS = b"MATLAB 5.0", b"MATLAB 7.3", b"TDSm"
+MDF, MCAP = b"MDF ", b"\x89MCAP"
 
 # First bytes -> why the file is not read, and what to do.
 REFUSED = {
@@ -27,11 +32,14 @@ REFUSED = {
     b"\xd0\xcf\x11\xe0": "It is an old spreadsheet: export the log as CSV",
     b"\x1f\x8b": "It is compressed: unpack it first (gunzip)",
     b"%PDF": "It is a document: export the log as CSV",
-    b"MDF ": "It is a measurement data file (MDF): export the log as CSV",
 }
-# Kinds of files that native libraries read, or that ask for a package: module, what they are called, the package.
-APART = {"hdf5": ("HDF5", "h5py"), "parquet": ("Parquet", "pyarrow"), "tdms": ("TDMS", "nptdms")}
-HOLD_TABLES = ("hdf5", "npz")
+# Kinds of files that native libraries read, or that ask for a package: module, what they are called, the package, and
+# the extra that it comes with.
+APART = {
+    "hdf5": ("HDF5", "h5py", "io"), "parquet": ("Parquet", "pyarrow", "io"), "tdms": ("TDMS", "nptdms", "io"),
+    "mf4": ("MF4", "asammdf", "mf4"), "mcap": ("MCAP", "mcap_ros2", "mcap"),
+}  # fmt: skip
+HOLD_TABLES = ("hdf5", "npz", "json_records", "mcap")
 
 
 def read_table(
@@ -42,7 +50,8 @@ def read_table(
     Parameters
     ----------
     given : path-like, bytes, file object or Content
-        CSV and other text, MAT, TDMS, Parquet, HDF5, or NPZ; ``FILE::TABLE`` names a table in it.
+        Text, traces of TwinCAT and SINUMERIK, JSON, MAT, TDMS, Parquet, HDF5, NPZ, MF4 or MCAP; ``FILE::TABLE`` names a
+        table in it.
     table : str, optional
         Name of the table, group or array in a file that holds several; where the path names none.
     choice : Choice
@@ -65,7 +74,16 @@ def read_table(
     read = _read(kind, content, content.part or table, choice, size_limit)
     if table is not None and kind not in HOLD_TABLES:
         read = dataclasses.replace(read, notes=(*read.notes, f"the file is one table: {table!r} is not looked for"))
+    read = _with_period(read)
     return with_plain_names(dataclasses.replace(read, source=content.source, origin=content.origin))
+
+
+def _with_period(table: Table) -> Table:
+    """Return the table with the time between samples that stands in it as a single number, where it has no times."""
+    if table.sample_time is not None or table.stamps or any(map(is_time, table.names)):
+        return table
+    constants = {re.split(r"[./]", name)[-1]: f"{value!r}" for name, value in table.constants.items()}
+    return dataclasses.replace(table, sample_time=period_told(constants))
 
 
 def _read(kind: str, content: Content, table: str | None, choice: Choice, limit: int) -> Table:
@@ -91,9 +109,9 @@ def _read(kind: str, content: Content, table: str | None, choice: Choice, limit:
 
 
 def _refuse_without(kind: str, source: Path) -> None:
-    subject, package = APART[kind]
+    subject, package, extra = APART[kind]
     if find_spec(package) is None:
-        raise MissingExtraError.of(f"{source}: reading {subject}", "io")
+        raise MissingExtraError.of(f"{source}: reading {subject}", extra)
 
 
 def _kind_of(content: Content) -> str:
@@ -107,8 +125,14 @@ def _kind_of(content: Content) -> str:
     for magic, mend in REFUSED.items():
         if data.startswith(magic):
             raise InputError("is not a log that can be read", path=str(content.source), mend=mend)
+    if data.startswith(MDF):
+        return "mf4"
+    if data.startswith(MCAP):
+        return "mcap"
     if data.startswith(TDMS) or suffix == ".tdms":
         return "tdms"
     if data.startswith(MAT) or suffix == ".mat":
         return "mat"
-    return "csv"
+    if data[:256].lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<"):
+        return "sinumerik"
+    return "json_records" if looks_like_json(data[:4096]) else "csv"

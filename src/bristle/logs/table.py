@@ -45,6 +45,14 @@ class Table:
         All columns of numbers, those that were not read among them.
     origin : Origin
         Name and checksum of what was read.
+    stamps : mapping of str to str
+        Column -> the column of its time, in files whose channels bring their own: nobody has to name it.
+    facts : mapping of str to str
+        What stands beside the columns: the device, its rated torque, a date.
+    numbers : mapping of str to str
+        ``column_2`` and the like -> the name of that column, where it was asked for by its number.
+    about : mapping of str to str
+        What a file says of a column beside its name: a comment, the full name of a symbol, its data type.
     """
 
     columns: Mapping[str, np.ndarray]
@@ -58,10 +66,15 @@ class Table:
     tables: tuple[str, ...] = ()
     names: tuple[str, ...] = ()
     origin: Origin = NOWHERE
+    stamps: Mapping[str, str] = field(default_factory=dict)
+    facts: Mapping[str, str] = field(default_factory=dict)
+    about: Mapping[str, str] = field(default_factory=dict)
+    numbers: Mapping[str, str] = field(default_factory=dict)
 
     def name_of(self, name: str) -> str | None:
         """Return the column called `name`, with or without a unit in brackets; None if there is none."""
-        return next((spelling for spelling in spellings(name) if spelling in self.columns), None)
+        spelt = next((spelling for spelling in spellings(name) if spelling in self.columns), None)
+        return self.numbers.get(name) if spelt is None else spelt
 
     def has(self, name: str) -> bool:
         """Return whether there is a column called `name`, with or without a unit in brackets, read or not."""

@@ -16,6 +16,7 @@ import numpy as np
 from bristle.core.content import refuse_larger
 from bristle.core.errors import InputError
 from bristle.logs.choice import Choice
+from bristle.logs.own_times import Series, table_of_series
 from bristle.logs.table import Table
 
 __all__ = ["read"]
@@ -57,12 +58,22 @@ def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: in
         raise InputError(f"is damaged ({remarks[0][:80]})", path=str(source), mend="Copy or record it again")
     if not about.names:
         raise InputError("holds no channel of numbers", path=str(source))
-    if len(about.increments) > 1:
+    if len(set(about.increments.values())) > 1 and set(about.increments) >= set(columns):
+        return _with_own_times(columns, about, source)
+    if len(set(about.increments.values())) > 1:
         about.notes.append("the channels differ in their sample time, which was ignored")
-    sample_time = about.increments.pop() if len(about.increments) == 1 else None
+    periods = set(about.increments.values())
+    sample_time = periods.pop() if len(periods) == 1 else None
     return Table(
         columns, about.units, sample_time=sample_time, notes=tuple(about.notes), format="TDMS", names=tuple(about.names)
     )
+
+
+def _with_own_times(columns: dict[str, np.ndarray], about: _About, source: Path) -> Table:
+    """Return the table of channels that differ in their sample time: each has its times."""
+    times = {name: about.increments[name] * np.arange(values.size) for name, values in columns.items()}
+    series = [Series(name, columns.get(name), times.get(name), about.units.get(name, "")) for name in about.names]
+    return table_of_series(series, source, "TDMS", notes=about.notes)
 
 
 class _About(NamedTuple):
@@ -70,7 +81,7 @@ class _About(NamedTuple):
 
     names: list[str]
     units: dict[str, str]
-    increments: set[float]
+    increments: dict[str, float]
     notes: list[str]
 
 
@@ -80,7 +91,7 @@ def _channels(
     """Return the channels of a file; what its reader would mend by itself goes into `remarks`."""
     import nptdms
 
-    columns, about = {}, _About([], {}, set(), [])
+    columns, about = {}, _About([], {}, {}, [])
     try:
         with nptdms.TdmsFile.open(io.BytesIO(data)) as content:
             channels = [channel for group in content.groups() for channel in group.channels()]
@@ -104,7 +115,7 @@ def _read_channel(name: str, channel: Any, chosen: bool, columns: dict[str, np.n
     about.names.append(name)
     step = channel.properties.get("wf_increment")
     if isinstance(step, (int, float)) and 0.0 < step < math.inf:
-        about.increments.add(float(step))
+        about.increments[name] = float(step)
     elif step is not None:
         about.notes.append(f"channel {name!r} has a sample time that is none, which was ignored")
     if unit := _unit_of(channel.properties):

@@ -26,7 +26,7 @@ __all__ = ["RECORDED", "CheckThresholds", "checked", "parted"]
 
 RECORDED = (
     "rows_lost", "sign_reversed", "clock_suspect", "unit_suspect", "velocity_contradicts", "gear_suspect", "clipped",
-    "saturates", "effort_unsigned",
+    "saturates", "effort_unsigned", "stamps_jitter", "rates_differ", "unit_contradicts",
 )  # fmt: skip
 """Codes of what is wrong with a recording, whatever it is used for."""
 
@@ -60,6 +60,7 @@ def checked(log: LogData, axis: Axis | None = None, settings: CheckThresholds = 
 
 
 def _checked(log: LogData, axis: Axis, settings: CheckThresholds) -> Iterator[Diagnostic]:
+    yield from log.findings
     resolution = _resolution(log, axis)
     starts = lost_in(log, resolution, settings.lost_step)
     yield from about_rows(log, starts)

@@ -34,6 +34,32 @@ CHECKS: dict[str, Sentence] = {
         "rows are missing though the stamps go on, or a counter wrapped",
         "mend the stamps, unwrap the counter, or cut the log there",
     ),
+    "stamps_jitter": Sentence(
+        (
+            "the time stamps are off even ones by {percent:.2g} % of the sample time (19 of 20) and up to "
+            "{largest:.2g} %: all channels were resampled on their stamps onto steps of {sample_time:time}, which errs "
+            "by about {position_error:length} in the position",
+            " and {effort_error:force} in the effort",
+            " (root mean square). If the stamps are off and the samples are not, leave the column of time out of "
+            "the axis file and write sample_time under [timing]",
+        ),
+        "stamps are not even: what was recorded was resampled on them",
+        "record at a fixed rate; if only the stamps are off, write sample_time instead of the column of time",
+        choose=lambda texts, numbers: texts[0] + (texts[1] if "effort_error" in numbers else "") + texts[2],
+    ),
+    "unit_contradicts": says(
+        "column {column} is called as if it were in {called}, and is taken to be in {declared}: one of both is wrong. "
+        "Mend its unit in the axis file",
+        "the name of a column speaks of another unit than the header or the axis file",
+        "mend the unit",
+    ),
+    "rates_differ": says(
+        "column {column} was recorded every {own_sample_time:time} and the position every {sample_time:time}: "
+        "{percent:.0f} % of its samples were interpolated, with an error of at most {error_percent:.2g} % of its "
+        "standard deviation",
+        "channels have sample times of their own: they were brought to the times of the position",
+        "record all channels at one rate",
+    ),
     "sign_reversed": says(
         "the sign of effort seems reversed: over closed motion it takes {percent:.0f} % of the work out of the axis "
         "that friction would take, where friction only puts heat into it. Turn the sign of the effort in the axis "

@@ -1,0 +1,284 @@
+"""Logs in JSON: records one after another, columns by name, or signals with their values."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bristle.core.errors import InputError
+from bristle.logs.choice import Choice
+from bristle.logs.names import distinct
+from bristle.logs.own_times import Series, table_of_series
+from bristle.logs.table import Table, split_unit
+from bristle.logs.words import is_time, unit_of_time
+
+__all__ = ["looks_like_json", "read"]
+
+DEEPEST = 8
+LARGE = 10**15  # of a count of µs or less since long ago
+STARTS = tuple(sign.encode() for sign in '"{[}]-0123456789')
+FEWEST = 2
+NAMES, VALUES, UNITS = (
+    ("name", "signal", "channel", "id", "label"),
+    ("values", "data", "samples", "y"),
+    ("unit", "units"),
+)
+MEND = 'Save a list of records, such as [{"t": 0.0, "position": 0.1}, …], or columns by name'
+
+
+def looks_like_json(head: bytes) -> bool:
+    """Return whether text begins as JSON does, and not with the name of a section in brackets.
+
+    Examples
+    --------
+    >>> looks_like_json(b'{"t": [0, 1]}'), looks_like_json(b"[Header]"), looks_like_json(b"[1, 2]")
+    (True, False, True)
+    """
+    text = head.lstrip(b"\xef\xbb\xbf \t\r\n")
+    return text[:1] in (b"{", b"[") and text[1:].lstrip()[:1] in STARTS
+
+
+def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: int) -> Table:
+    """Return the columns of a JSON file.
+
+    Parameters
+    ----------
+    data : bytes
+        Content of the file: one object or list, or one object in each line.
+    source : Path
+        The file.
+    table : str or None
+        Name of the list of records, where the file holds several.
+    choice : Choice
+        Which columns are read.
+    limit : int
+        Not used: what is read is no larger than the file.
+
+    Raises
+    ------
+    InputError
+        If it is no JSON, or holds no records and no columns.
+    """
+    content = _parsed(data, source)
+    tables = dict(_tables(content, "", 0))
+    if not tables:
+        raise InputError("holds no records and no columns of numbers", path=str(source), mend=MEND)
+    name = _chosen(tables, table, source)
+    columns, units = tables[name]
+    facts = {key: value for key, value in _facts(content, "", 0) if isinstance(value, str)}
+    constants = {key: float(value) for key, value in _facts(content, "", 0) if not isinstance(value, str)}
+    return _table(columns, units, source, choice, facts, constants)
+
+
+def _parsed(data: bytes, source: Path) -> Any:
+    try:
+        text = data.decode("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
+    except UnicodeDecodeError:
+        text = data.decode("latin-1")
+    try:
+        return json.loads(text)
+    except RecursionError:
+        raise InputError("is nested too deeply", path=str(source), mend=MEND) from None
+    except json.JSONDecodeError as error:
+        lines = [line for line in text.splitlines() if line.strip()]
+        records = _objects(lines)
+        if len(records) >= max(FEWEST, len(lines) - 1):  # the last line of a recording may be cut
+            return records
+        raise InputError(f"is truncated or no JSON: {error.msg} in line {error.lineno}", path=str(source),
+                         mend="Copy or save it again") from None  # fmt: skip
+
+
+def _objects(lines: list[str]) -> list[dict[str, Any]]:
+    """Return the objects in lines of one each, as far as they are."""
+    records: list[dict[str, Any]] = []
+    with suppress(json.JSONDecodeError, RecursionError):
+        for line in lines:
+            record = json.loads(line)
+            if not isinstance(record, dict):
+                break
+            records.append(record)
+    return records
+
+
+def _tables(node: Any, path: str, depth: int) -> Iterator[tuple[str, tuple[dict[str, list[Any]], dict[str, str]]]]:
+    """Yield what a table can be made of, with its name, its columns and their units."""
+    if depth > DEEPEST:
+        return
+    if isinstance(node, list) and len(node) >= FEWEST and all(isinstance(record, dict) for record in node):
+        signals = _signals(node)
+        yield path, signals if signals else (_of_records(node), {})
+        return
+    if isinstance(node, list) and len(node) >= FEWEST and all(isinstance(row, list) and row for row in node):
+        width = min(len(row) for row in node)
+        yield path, ({f"column_{k + 1}": [row[k] for row in node] for k in range(width)}, {})
+        return
+    if not isinstance(node, dict):
+        return
+    if isinstance(node.get("columns"), list) and isinstance(node.get("data"), list):  # as pandas splits a frame
+        rows = [row for row in node["data"] if isinstance(row, list)]
+        yield path, ({str(name): [row[k] for row in rows] for k, name in enumerate(node["columns"])}, {})
+        return
+    columns = {name: list(value.values()) if isinstance(value, dict) else value for name, value in node.items()
+               if _is_column(value)}  # fmt: skip
+    if len(columns) > 1:
+        yield path, (columns, _units_in(node))
+        return
+    for name, value in node.items():
+        yield from _tables(value, f"{path}.{name}" if path else name, depth + 1)
+
+
+def _is_column(value: Any) -> bool:
+    if isinstance(value, dict):  # as pandas writes a frame: by index
+        return len(value) >= FEWEST and all(str(key).isdigit() for key in value) and _is_column(list(value.values()))
+    return isinstance(value, list) and len(value) >= FEWEST and not isinstance(value[0], (dict, list))
+
+
+def _units_in(node: Mapping[str, Any]) -> dict[str, str]:
+    unit_of = next((node[key] for key in UNITS if isinstance(node.get(key), dict)), {})
+    return {str(name): unit for name, unit in unit_of.items() if isinstance(unit, str)}
+
+
+def _signals(node: list[dict[str, Any]]) -> tuple[dict[str, list[Any]], dict[str, str]] | None:
+    """Return the columns of a list of signals, each of which has a name and its values."""
+    key = next((key for key in VALUES if all(isinstance(entry.get(key), list) for entry in node)), None)
+    named = next((name for name in NAMES if all(isinstance(entry.get(name), str) for entry in node)), None)
+    if key is None or named is None:
+        return None
+    units = {entry[named]: entry[unit] for entry in node for unit in UNITS if isinstance(entry.get(unit), str)}
+    return {entry[named]: entry[key] for entry in node}, units
+
+
+def _of_records(records: list[dict[str, Any]]) -> dict[str, list[Any]]:
+    flat = [dict(_flat(record, "", 0)) for record in records]
+    names = list(dict.fromkeys(name for record in flat for name in record))
+    return {name: [record.get(name) for record in flat] for name in names}
+
+
+def _flat(node: Any, path: str, depth: int) -> Iterator[tuple[str, Any]]:
+    if isinstance(node, dict) and depth < DEEPEST:
+        for name, value in node.items():
+            yield from _flat(value, f"{path}.{name}" if path else name, depth + 1)
+    elif isinstance(node, list) and depth < DEEPEST:
+        for index, value in enumerate(node):
+            yield from _flat(value, f"{path}[{index}]", depth + 1)
+    else:
+        yield path, node
+
+
+def _facts(node: Any, path: str, depth: int) -> Iterator[tuple[str, Any]]:
+    if not isinstance(node, dict) or depth > DEEPEST:
+        return
+    for name, value in node.items():
+        full = f"{path}.{name}" if path else str(name)
+        if isinstance(value, dict):
+            yield from _facts(value, full, depth + 1)
+        elif isinstance(value, (int, float, str)) and not isinstance(value, bool):
+            yield full, value
+
+
+def _chosen(tables: Mapping[str, Any], table: str | None, source: Path) -> str:
+    if table is not None and table in tables:
+        return table
+    if table is not None and len(tables) > 1:
+        raise InputError(f"holds no table {table!r}", path=str(source), allowed=", ".join(tables),
+                         mend="Mend the name behind ::, or `table` under [log] of the axis file")  # fmt: skip
+    return max(tables, key=lambda name: max(map(len, tables[name][0].values())))
+
+
+def _table(
+    columns: Mapping[str, list[Any]], units: Mapping[str, str], source: Path, choice: Choice, facts: dict[str, str],
+    constants: dict[str, float],
+) -> Table:  # fmt: skip
+    called, notes = distinct(split_unit(name)[0] if name not in units else name for name in columns)
+    unit_of = {plain: units.get(name) or split_unit(name)[1] for plain, name in zip(called, columns, strict=True)}
+    numbers: dict[str, np.ndarray] = {}
+    texts: dict[str, InputError] = {}
+    for name, values in zip(called, columns.values(), strict=True):
+        column = _numbers(values)
+        if column is None:
+            odd = next((value for value in values if not isinstance(value, (int, float))), None)
+            texts[name] = InputError("is not a number", path=f"{source}: {name!r}", value=str(odd)[:60])
+        else:
+            numbers[name] = column
+    if not numbers:
+        raise InputError("holds no column of numbers", path=str(source), mend=MEND)
+    time = next((name for name in numbers if is_time(name) and _advances(numbers[name])), None)
+    chosen_columns = {name: values for name, values in numbers.items() if choice(name) or name == time}
+    series = [
+        Series(name, chosen_columns.get(name),
+               _times_for(numbers[time], values) if time is not None and time != name else None,
+               unit_of.get(name, ""))
+        for name, values in numbers.items()
+    ]  # fmt: skip
+    notes += [f"text was left out: {', '.join(list(texts)[:20])}"] if texts else []
+    plain = table_of_series([_without_missing(entry) for entry in series if entry.name != time], source, "JSON",
+                           notes=notes, texts=texts, facts=facts, constants=constants)  # fmt: skip
+    if time is None:
+        return plain
+    return _with_its_name(plain, time, unit_of.get(time) or unit_of_time(time, numbers[time]))
+
+
+def _times_for(times: np.ndarray, values: np.ndarray) -> np.ndarray | None:
+    return times if times.size == values.size else None
+
+
+def _without_missing(series: Series) -> Series:
+    """Leave out the places where a record lacks a value that others have: such a channel was recorded less often."""
+    if series.values is None or series.times is None or not np.isnan(series.values).any():
+        return series
+    filled_in = np.isfinite(series.values)
+    return Series(series.name, series.values[filled_in], series.times[filled_in], series.unit, series.about)
+
+
+def _with_its_name(table: Table, name: str, unit: str) -> Table:
+    """Return the table with its column of time called as in the file."""
+    from dataclasses import replace
+
+    old = next(iter(table.stamps.values()), None)
+    if old is None:
+        return table
+
+    def called(entry: str) -> str:
+        return name if entry == old else entry
+
+    return replace(
+        table, columns={called(entry): values for entry, values in table.columns.items()},
+        units={called(entry): unit_of for entry, unit_of in table.units.items() if entry != old}
+        | ({name: unit} if unit else {}),
+        names=tuple(map(called, table.names)), stamps={entry: called(time) for entry, time in table.stamps.items()},
+    )  # fmt: skip
+
+
+def _advances(values: np.ndarray) -> bool:
+    return bool(np.all(np.isfinite(values)) and values.size > 1 and np.mean(np.diff(values) > 0) > 0.5)
+
+
+def _counted(values: list[int]) -> np.ndarray:
+    """Return times that count from long ago in s from the first: as numbers they would lose their end."""
+    size = next(size for least, size in ((1e18, 1e9), (1e17, 1e7), (0, 1e6)) if abs(values[0]) >= least)
+    return np.array([value - values[0] for value in values], dtype=np.int64) / size
+
+
+def _numbers(values: list[Any]) -> np.ndarray | None:
+    """Return a list as numbers: a missing one is NaN, dates are seconds from the first."""
+    filled = [value for value in values if value is not None]
+    if not filled:
+        return None
+    if len(filled) == len(values) and all(type(value) is int for value in values) and abs(values[0]) > LARGE:
+        return _counted(values)
+    if all(isinstance(value, (int, float)) for value in filled):
+        return np.array([np.nan if value is None else value for value in values], dtype=float)
+    if not all(isinstance(value, str) for value in filled) or len(filled) < len(values):
+        return None
+    with suppress(ValueError):
+        return np.array(values, dtype=float)
+    with suppress(ValueError, TypeError):
+        dates = [datetime.fromisoformat(value) for value in values]
+        return np.array([(date - dates[0]).total_seconds() for date in dates])
+    return None

@@ -1,0 +1,64 @@
+"""What moves like what: whether one column is the velocity of another, its reference, or the effort that moves it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+__all__ = ["correlation", "explained", "rate_of", "roughness", "slope"]
+
+SMOOTHING = (3, 15)  # samples
+LONG = 2000  # samples for each of them
+EDGE = 20
+
+
+def rate_of(position: np.ndarray, times: np.ndarray | None) -> np.ndarray:
+    """Return the smoothed rate of a signal over time, or over its samples where there is no time."""
+    from scipy.ndimage import uniform_filter1d
+
+    width = int(np.clip(position.size // LONG, *SMOOTHING))
+    smooth = uniform_filter1d(position, width)
+    if times is None or times.size != position.size:
+        return np.gradient(smooth)
+    even = np.linspace(times[0], times[-1], times.size)
+    steps = np.gradient(even)
+    return np.gradient(smooth) / (steps if np.all(steps > 0) else 1.0)
+
+
+def correlation(first: np.ndarray, second: np.ndarray) -> float:
+    """Return the correlation of two signals, 0 where one of them stands still."""
+    if first.size != second.size or first.size < EDGE:
+        return 0.0
+    a, b = first - first.mean(), second - second.mean()
+    scale = float(np.sqrt(np.dot(a, a) * np.dot(b, b)))
+    return float(np.dot(a, b)) / scale if scale > 0.0 else 0.0
+
+
+def slope(first: np.ndarray, second: np.ndarray) -> float:
+    """Return by what `first` is multiplied to be `second`, but for a constant."""
+    a, b = first - first.mean(), second - second.mean()
+    scale = float(np.dot(a, a))
+    return float(np.dot(a, b)) / scale if scale > 0.0 else 0.0
+
+
+def roughness(values: np.ndarray) -> float:
+    """Return the size of the second differences of a signal over that of the first ones."""
+    first, second = np.diff(values), np.diff(values, 2)
+    scale = float(np.std(first))
+    return float(np.std(second)) / scale if scale > 0.0 else np.inf
+
+
+def explained(effort: np.ndarray, position: np.ndarray) -> float:
+    """Return which share of a signal inertia, friction and a constant along a motion explain."""
+    velocity = rate_of(position, None)
+    acceleration = rate_of(velocity, None)
+    columns = [
+        acceleration,
+        velocity,
+        np.sign(velocity) * (np.abs(velocity) > 0.02 * np.max(np.abs(velocity))),
+        position,
+    ]
+    scaled = [column / (np.std(column) or 1.0) for column in columns]
+    design = np.column_stack([*scaled, np.ones(position.size)])
+    coefficients, *_ = np.linalg.lstsq(design, effort, rcond=None)
+    rest = effort - design @ coefficients
+    return 1.0 - float(np.var(rest)) / (float(np.var(effort)) or 1.0)

@@ -1,0 +1,152 @@
+"""Recordings of robots (MCAP): messages of ROS 2 or in JSON, with joints by name."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bristle.core.content import refuse_larger
+from bristle.core.errors import InputError, said_by_library
+from bristle.logs.choice import Choice
+from bristle.logs.own_times import Series, table_of_series
+from bristle.logs.table import Table
+
+__all__ = ["read"]
+
+NUMBER_BYTES = 16  # of a sample and its time
+DEEPEST = 6
+MOST_VALUES = 1000  # of one message
+JOINT = ("position", "velocity", "effort")
+SECOND = 1_000_000_000  # [ns]
+ENCODINGS = ("cdr", "json")
+
+
+def read(data: bytes, source: Path, table: str | None, choice: Choice, limit: int) -> Table:
+    """Return the numbers in the messages of a recording, each with its times.
+
+    A joint of a `JointState` is ``NAME.position``, ``NAME.velocity`` and ``NAME.effort``; any other number has the path
+    of its field. Where several topics are recorded, theirs stands before it.
+
+    Parameters
+    ----------
+    data : bytes
+        Content of the file.
+    source : Path
+        The file.
+    table : str or None
+        A topic, or the name of a joint, where the recording holds several.
+    choice : Choice
+        Which columns are read.
+    limit : int
+        Largest size of the columns read [byte].
+
+    Raises
+    ------
+    InputError
+        If the file is truncated or damaged, or holds no message that is understood.
+    """
+    from mcap.reader import make_reader  # pyright: ignore[reportMissingImports]
+    from mcap_ros2.decoder import DecoderFactory  # pyright: ignore[reportMissingImports]
+
+    fields: dict[tuple[str, str], tuple[list[int], list[float]]] = {}
+    unknown: set[str] = set()
+    count = 0
+    try:
+        decoders, factory = {}, DecoderFactory()
+        for schema, channel, message in make_reader(io.BytesIO(data)).iter_messages():
+            if channel.message_encoding not in ENCODINGS or (schema is None and channel.message_encoding == "cdr"):
+                unknown.add(f"{channel.topic} ({channel.message_encoding or 'unknown'})")
+                continue
+            if channel.message_encoding == "json":
+                content = json.loads(message.data)
+            else:
+                if channel.schema_id not in decoders:
+                    decoders[channel.schema_id] = factory.decoder_for(channel.message_encoding, schema)
+                content = decoders[channel.schema_id](message.data)
+            stamp = _stamp(content) or message.log_time
+            for name, value in _numbers(content):
+                times, values = fields.setdefault((channel.topic, name), ([], []))
+                times.append(stamp)
+                values.append(value)
+                count += 1
+            refuse_larger(NUMBER_BYTES * count, limit, source)
+    except InputError:
+        raise
+    except Exception as error:  # noqa: BLE001  (a damaged file makes the library raise anything)
+        raise InputError(
+            f"is truncated or damaged{said_by_library(error)}", path=str(source), mend="Copy or record it again"
+        ) from None
+    notes = [f"messages that are not understood were left out: {', '.join(sorted(unknown)[:8])}"] if unknown else []
+    return _table(fields, source, table, choice, notes)
+
+
+def _table(
+    fields: Mapping[tuple[str, str], tuple[list[int], list[float]]], source: Path, table: str | None, choice: Choice,
+    notes: list[str],
+) -> Table:  # fmt: skip
+    chosen = {key: value for key, value in fields.items()
+              if table is None or key[0] == table or key[1].startswith(f"{table}.")}  # fmt: skip
+    if not chosen:
+        raise InputError("holds no messages with numbers that are understood", path=str(source), value=table,
+                         allowed=", ".join(sorted({topic for topic, _ in fields})[:8]),
+                         mend="Record messages of ROS 2, or JSON")  # fmt: skip
+    topics = {topic for topic, _ in chosen}
+    origin = min(times[0] for times, _ in chosen.values())
+    series = []
+    for (topic, field), (times, values) in chosen.items():
+        name = field if len(topics) == 1 else f"{topic}/{field}"
+        stamps = (np.array(times, dtype=np.int64) - origin) / SECOND
+        series.append(Series(name, np.array(values) if choice(name) else None, stamps, "", topic))
+    return table_of_series(series, source, "MCAP", notes=notes)
+
+
+def _numbers(content: Any) -> Iterator[tuple[str, float]]:
+    """Yield the numbers of a message, with what they are called."""
+    names = _field(content, "name")
+    if isinstance(names, (list, tuple)) and names and all(isinstance(name, str) for name in names):
+        for quantity in JOINT:
+            values = _field(content, quantity)
+            if values is not None and len(values) == len(names):
+                yield from ((f"{name}.{quantity}", float(value)) for name, value in zip(names, values, strict=True))
+        return
+    yield from _flat(content, "", 0)
+
+
+def _flat(node: Any, path: str, depth: int) -> Iterator[tuple[str, float]]:
+    if isinstance(node, (bool, int, float, np.number)):
+        yield path, float(node)
+    elif isinstance(node, str) or depth > DEEPEST:
+        return
+    elif isinstance(node, (list, tuple, np.ndarray)):
+        for index, value in enumerate(node if len(node) <= MOST_VALUES else ()):
+            yield from _flat(value, f"{path}[{index}]", depth + 1)
+    else:
+        for name in _fields(node):
+            if name not in ("header", "stamp", "timestamp"):
+                yield from _flat(_field(node, name), f"{path}.{name}" if path else name, depth + 1)
+
+
+def _fields(node: Any) -> tuple[str, ...]:
+    if isinstance(node, Mapping):
+        return tuple(str(name) for name in node)
+    return tuple(getattr(node, "__slots__", None) or getattr(node, "__dict__", {}))
+
+
+def _field(node: Any, name: str) -> Any:
+    return node.get(name) if isinstance(node, Mapping) else getattr(node, name, None)
+
+
+def _stamp(content: Any) -> int | None:
+    """Return when a message was made [ns], as it says itself; None where it does not."""
+    header = _field(content, "header")
+    stamp = _field(header, "stamp") if header is not None else _field(content, "stamp")
+    if stamp is None or isinstance(stamp, (int, float, str)):
+        return None
+    seconds, rest = _field(stamp, "sec"), _field(stamp, "nanosec")
+    rest = _field(stamp, "nsec") if rest is None else rest
+    return None if seconds is None or not (seconds or rest) else SECOND * int(seconds) + int(rest or 0)

@@ -1,0 +1,355 @@
+"""Which column of a file is what: told from names and units, and from what moves like what."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from bristle.core import units
+from bristle.logs.likeness import correlation, explained, rate_of, roughness, slope
+from bristle.logs.table import Table
+from bristle.logs.words import Meaning, is_time, meaning_of, unit_in_name, unit_of_time, words_of
+
+__all__ = ["Role", "Roles", "roles_of"]
+
+MOVEMENTS = ("m", "rad", "count")
+SPEEDS = ("m/s", "rad/s", "count/s")
+EFFORTS = ("N", "N*m", "A", "rated", "V")
+ALIKE, ALMOST_SAME = 0.9, 0.995  # correlation of a velocity, or of a reference, with what it belongs to
+WITHIN = 0.03  # of a factor between two units
+FEWEST = 20  # samples
+GUESSED = 0.3  # of an effort is explained by its motion, where no name tells
+COUNTS = 1e6  # whole numbers that go beyond this are counts of an encoder
+MEASURED_IN = {"A": ("current", "strom", "iq", "isq", "motorstrom", "amps"), "V": ("voltage", "spannung", "uq")}
+PER_MILLE = 4000  # whole numbers within this are torques in per mille of rated, as drives store them
+RANGES = {"m": ("m", "mm", "um"), "rad": ("rad", "deg", "rev")}
+
+
+@dataclass(frozen=True)
+class Role:
+    """A column that is a channel.
+
+    Parameters
+    ----------
+    column : str
+        Its name.
+    unit : str
+        Unit of its numbers; empty where nothing tells it.
+    told_by : str
+        What says which unit it is: ``header``, ``name``, ``velocity``, ``position``, ``numbers``, or nothing.
+    reason : str
+        Why it is taken for this channel.
+    """
+
+    column: str
+    unit: str
+    told_by: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Roles:
+    """The channels that a table has.
+
+    Parameters
+    ----------
+    channels : mapping of str to Role
+        By channel: ``time``, ``position``, ``velocity``, ``effort``, ``reference`` or ``following_error``.
+    implied_time : bool
+        Whether each column brings its time.
+    others : tuple of str
+        Columns that could have been chosen as well, with the channel.
+    """
+
+    channels: dict[str, Role] = field(default_factory=dict)
+    implied_time: bool = False
+    rivals: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class _Column:
+    name: str
+    values: np.ndarray
+    unit: str
+    told_by: str
+    meaning: Meaning
+
+    def is_one_of(self, bases: Iterable[str]) -> bool:
+        return bool(self.unit) and any(units.compatible(self.unit, base) for base in bases)
+
+    def fits(self, role: str, bases: Iterable[str]) -> bool:
+        """Return whether the column may play a role: by its unit where it has one, else by its name."""
+        if self.unit:
+            return self.is_one_of(bases) and self.meaning.role in ("", role, "status")
+        return self.meaning.role == role
+
+
+def roles_of(table: Table) -> Roles:
+    """Return which column of a table is which channel."""
+    columns = [column for name in table.columns if (column := _column_of(table, name)) is not None]
+    time = _time(table, columns)
+    rest = [column for column in columns if time is None or column.name != time.column]
+    moving = [column for column in rest if np.ptp(column.values) > 0.0]
+    position, rivals = _position(moving)
+    if position is None:
+        return Roles({"time": time} if time and not table.stamps else {}, bool(table.stamps))
+    stamps = _stamps(table, position.name, time)
+    left = [column for column in moving if column is not position]
+    velocity = _velocity(left, position, stamps)
+    reference = _reference([column for column in left if column is not velocity], position)
+    if reference is not None and _measured_is_the_other(position, reference):
+        position, reference = reference, position
+        left = [column for column in left if column is not position]
+    names_used = {column.name for column in (velocity, reference) if column is not None}
+    error = (
+        _error([column for column in left if column.name not in names_used], position) if reference is None else None
+    )
+    effort = _effort([column for column in left if column is not error and column.name not in names_used], position)
+    channels = {"time": time} if time is not None and not table.stamps else {}
+    unit, told_by = _unit_of_position(position, velocity, reference, stamps)
+    channels["position"] = Role(position.name, unit, told_by, _reason(position, "position"))
+    if velocity is not None and (role := _role_of_velocity(velocity, position, unit, stamps)) is not None:
+        channels["velocity"] = role
+    for name, column in (("reference", reference), ("following_error", error)):
+        if column is not None:
+            own, unit_source = (column.unit, column.told_by) if column.unit else (unit, "position" if unit else "")
+            channels[name] = Role(column.name, own, unit_source, _reason(column, name))
+    if effort is not None:
+        unit, told_by = _unit_of_effort(effort, table.about.get(effort.name, ""))
+        channels["effort"] = Role(effort.name, unit, told_by, _reason(effort, "effort"))
+    return Roles(channels, bool(table.stamps), rivals)
+
+
+def _column_of(table: Table, name: str) -> _Column | None:
+    values = table.columns[name]
+    if name in table.stamps.values() or values.size < FEWEST:
+        return None
+    finite = np.isfinite(values)
+    if not finite.any():
+        return None
+    filled = values if finite.all() else np.where(finite, values, np.median(values[finite]))
+    unit, told_by = table.units.get(name, ""), "header"
+    if not unit or not units.is_unit(unit):
+        unit, told_by = unit_in_name(name), "name"
+    return _Column(name, filled, unit, told_by if unit else "", meaning_of(name, table.about.get(name, "")))
+
+
+def _time(table: Table, columns: list[_Column]) -> Role | None:
+    if table.stamps:
+        return None
+    rising = [column for column in columns if np.mean(np.diff(column.values) > 0) > 0.5 and _advances(column)]
+    named = [column for column in rising if is_time(column.name) and (not column.unit or column.is_one_of(("s",)))]
+    named += [column for column in rising if column.is_one_of(("s",)) and column not in named]
+    if (
+        not named and table.sample_time is None
+    ):  # without a name: what rises evenly from row to row, first of all columns
+        named = [column for column in rising[:1] if column is columns[0] and _even(column.values) and not column.unit
+                 and column.meaning.role in ("", "status") and not _counts_rows(column.values)]  # fmt: skip
+    if not named:
+        return None
+    chosen = named[0]
+    unit = chosen.unit or unit_of_time(chosen.name, chosen.values)
+    return Role(
+        chosen.name, unit, chosen.told_by or "numbers", "its name" if is_time(chosen.name) else "it rises evenly"
+    )
+
+
+def _counts_rows(values: np.ndarray) -> bool:
+    return bool(np.all(np.diff(values) == 1.0))
+
+
+def _advances(column: _Column) -> bool:
+    return bool(column.values[-1] > column.values[0])
+
+
+def _even(values: np.ndarray) -> bool:
+    steps = np.diff(values)
+    return bool(np.quantile(np.abs(steps - np.median(steps)), 0.95) <= 0.05 * np.median(steps))
+
+
+def _stamps(table: Table, position: str, time: Role | None) -> np.ndarray | None:
+    """Return the times of the position [s]."""
+    name = table.stamps.get(position) or (time.column if time else None)
+    if name is None:
+        period = table.sample_time
+        return None if period is None else period * np.arange(table.columns[position].size)
+    unit = table.units.get(name, "") or (time.unit if time else "") or "s"
+    return table.columns[name] * units.factor(unit, "s")
+
+
+def _position(columns: list[_Column]) -> tuple[_Column | None, tuple[str, ...]]:
+    fit = [column for column in columns if column.fits("position", MOVEMENTS)]
+    measured = [column for column in fit if not column.meaning.reference] or fit
+    if not measured:
+        smooth = [column for column in columns if column.meaning.role in ("", "position") and not column.unit]
+        measured = sorted(smooth, key=lambda column: roughness(column.values))[:1]
+        partner = [column for column in columns if measured and column is not measured[0]]
+        if not any(explained(column.values, measured[0].values) > GUESSED for column in partner
+                   if column.values.size == measured[0].values.size):  # fmt: skip
+            return None, ()
+
+    def score(column: _Column) -> float:
+        meaning = column.meaning
+        named = meaning.sure if meaning.role == "position" else 0.0
+        return named + 0.5 * meaning.actual - meaning.reference + 0.6 * column.is_one_of(MOVEMENTS)
+
+    chosen = max(measured, key=score)
+    rivals = tuple(column.name for column in measured if column is not chosen and score(column) >= score(chosen))
+    return chosen, rivals
+
+
+def _kinship(name: str, relative: str) -> float:
+    """Return how much two names look like those of one axis."""
+    digits, digits_there = re.findall(r"\d+", name), re.findall(r"\d+", relative)
+    common = next(
+        (i for i, (a, b) in enumerate(zip(name, relative, strict=False)) if a != b), min(len(name), len(relative))
+    )
+    return (0.6 if digits == digits_there else 0.0) + min(0.3, 0.02 * common)
+
+
+def _velocity(columns: list[_Column], position: _Column, stamps: np.ndarray | None) -> _Column | None:
+    rate = rate_of(position.values, stamps)
+    fit = [column for column in columns if column.fits("velocity", SPEEDS) and not column.meaning.reference]
+    fit = [
+        candidate
+        for candidate in fit
+        if candidate.values.size != rate.size or abs(correlation(rate, candidate.values)) > ALIKE
+    ]
+    fit = fit or [
+        column for column in columns
+        if not column.unit and not column.meaning.role and abs(correlation(rate, column.values)) > ALMOST_SAME
+    ]  # fmt: skip
+    return max(
+        fit,
+        key=lambda candidate: (
+            candidate.meaning.sure + candidate.meaning.actual + _kinship(candidate.name, position.name)
+        ),
+        default=None,
+    )
+
+
+def _reference(columns: list[_Column], position: _Column) -> _Column | None:
+    fit = [
+        column for column in columns
+        if column.meaning.role in ("", "position") and (not column.unit or column.is_one_of(MOVEMENTS))
+        and column.values.size == position.values.size
+    ]  # fmt: skip
+    named = [
+        column for column in fit if column.meaning.reference and correlation(column.values, position.values) > ALIKE
+    ]
+    alike = [
+        column for column in fit
+        if not column.meaning.role and not column.unit and correlation(column.values, position.values) > ALMOST_SAME
+        and abs(slope(position.values, column.values) - 1.0) < 0.1
+    ]  # fmt: skip
+    elsewhere = [
+        column for column in columns
+        if column.meaning.reference and column.meaning.role in ("", "position")
+        and column.values.size != position.values.size and (not column.unit or column.is_one_of(MOVEMENTS))
+    ]  # fmt: skip
+    fit = named or alike or elsewhere
+    return max(
+        fit, key=lambda candidate: candidate.meaning.sure + _kinship(candidate.name, position.name), default=None
+    )
+
+
+def _measured_is_the_other(position: _Column, reference: _Column) -> bool:
+    """Return whether, of two columns that nothing tells apart, the second is rougher, as what is measured is."""
+    nameless = not any(column.meaning.reference or column.meaning.actual for column in (position, reference))
+    comparable = position.values.size == reference.values.size and not position.meaning.role
+    return nameless and comparable and roughness(reference.values) > roughness(position.values)
+
+
+def _error(columns: list[_Column], position: _Column) -> _Column | None:
+    fit = [
+        column
+        for column in columns
+        if column.meaning.role == "error" and (not column.unit or column.is_one_of(MOVEMENTS))
+    ]
+    fit = [column for column in fit if np.ptp(column.values) < np.ptp(position.values)]
+    return max(fit, key=lambda column: column.meaning.sure + _kinship(column.name, position.name), default=None)
+
+
+def _effort(columns: list[_Column], position: _Column) -> _Column | None:
+    fit = [column for column in columns if column.fits("effort", EFFORTS)]
+    if not fit:
+        free = [column for column in columns if not column.meaning.role and not column.unit
+                and column.values.size == position.values.size]  # fmt: skip
+        best = max(free, key=lambda column: explained(column.values, position.values), default=None)
+        return best if best is not None and explained(best.values, position.values) > GUESSED else None
+
+    def score(column: _Column) -> float:
+        ranks = {"N": 0.8, "N*m": 0.8, "A": 0.6, "rated": 0.6, "V": 0.1}
+        unit = next((rank for base, rank in ranks.items() if column.is_one_of((base,))), 0.2)
+        named = column.meaning.sure if column.meaning.role == "effort" else 0.0
+        moves = 0.0
+        if column.values.size == position.values.size:
+            moves = max(0.0, explained(column.values, position.values))
+        kin = _kinship(column.name, position.name)
+        return named + unit + 0.3 * column.meaning.actual - 0.4 * column.meaning.reference + kin + 0.5 * moves
+
+    return max(fit, key=score)
+
+
+def _reason(column: _Column, channel: str) -> str:
+    if column.meaning.role or column.meaning.reference:
+        return "its name"
+    reasons = {"effort": "it goes with the motion", "velocity": "it is the rate of the position",
+               "reference": "it moves as the position does"}  # fmt: skip
+    return reasons.get(channel, "its unit" if column.unit else "it is the smoothest")
+
+
+def _unit_of_position(
+    position: _Column,
+    velocity: _Column | None,
+    reference: _Column | None,
+    stamps: np.ndarray | None,
+) -> tuple[str, str]:
+    if position.unit:
+        return position.unit, position.told_by
+    if reference is not None and reference.unit:
+        return reference.unit, "reference"
+    if velocity is not None and velocity.unit and stamps is not None and velocity.values.size == stamps.size:
+        # The recorded velocity in SI over the rate of the numbers: what one of them is.
+        base = next((base for base in SPEEDS if units.compatible(velocity.unit, base)), None)
+        per = slope(rate_of(position.values, stamps), velocity.values)
+        if base is not None and base != "count/s":
+            per = abs(per) * units.factor(velocity.unit, base)
+            for unit in RANGES[base.removesuffix("/s")]:
+                if abs(per / units.factor(unit, base.removesuffix("/s")) - 1.0) < WITHIN:
+                    return unit, "velocity"
+    integral = bool(np.all(position.values == np.round(position.values)))
+    if integral and float(np.max(np.abs(position.values))) > 100.0:
+        return "count", "numbers"
+    return "", ""
+
+
+def _role_of_velocity(velocity: _Column, position: _Column, unit: str, stamps: np.ndarray | None) -> Role | None:
+    """Return the velocity as a channel; None where its unit is neither told nor that of the position over time."""
+    if velocity.unit:
+        return Role(velocity.name, velocity.unit, velocity.told_by, _reason(velocity, "velocity"))
+    if not unit or stamps is None or velocity.values.size != stamps.size:
+        return None
+    factor = abs(slope(rate_of(position.values, stamps), velocity.values))
+    for per, size in (("s", 1.0), ("min", 60.0)):
+        if abs(factor / size - 1.0) < WITHIN:
+            unit_source = "rpm" if (unit, per) == ("rev", "min") else f"{unit}/{per}"
+            return Role(velocity.name, unit_source, "position", _reason(velocity, "velocity"))
+    return None
+
+
+def _unit_of_effort(effort: _Column, about: str) -> tuple[str, str]:
+    if effort.unit:
+        return effort.unit, effort.told_by
+    words = {*words_of(effort.name), "".join(words_of(effort.name))}
+    for unit, names in MEASURED_IN.items():
+        if words & set(names) or any(len(name) > 4 and name in "".join(words) for name in names):
+            return unit, "its name"
+    integral = bool(np.all(effort.values == np.round(effort.values)))
+    largest = float(np.max(np.abs(effort.values)))
+    if (integral and 8.0 <= largest <= PER_MILLE) or re.search(r"\bU?INT(8|16)\b", about):
+        return "‰", "numbers"
+    return "", ""

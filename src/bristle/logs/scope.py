@@ -1,0 +1,185 @@
+"""Traces of TwinCAT Scope, exported as text: every channel with a column of its time, or groups of them with one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import zip_longest
+from pathlib import Path
+
+import numpy as np
+
+from bristle.core.content import refuse_larger
+from bristle.core.errors import InputError
+from bristle.logs.choice import Choice
+from bristle.logs.layout import cells_of, numbers_in, why_no_number
+from bristle.logs.names import distinct
+from bristle.logs.own_times import Series, table_of_series
+from bristle.logs.table import Table
+
+__all__ = ["Head", "head_of", "read"]
+
+NAME = "name"
+# What stands in the first column of the rows below the names, as far as the export was asked for them.
+KEYS = frozenset(
+    {"symbolcomment", "data-type", "sampletime[ms]", "variablesize", "symbolbased", "indexgroup", "indexoffset",
+     "symbolname", "netid", "port", "offset", "scalefactor", "bitmask", "unit", "unit scalefactor", "unit offset"}
+)  # fmt: skip
+NO_UNIT = ("", "(none)", "none", "-", "1")
+END = "eof"
+DELIMITERS = ("\t", ";", ",", "|")
+FILETIME = 10**15  # counts of 100 ns since 1601 are larger than this, milliseconds since the start are not
+TICKS = 10_000  # of 100 ns in a millisecond
+HEAD_LINES = 120
+NUMBER_BYTES = 8
+
+
+@dataclass(frozen=True)
+class Head:
+    """What stands above the numbers of a trace.
+
+    Parameters
+    ----------
+    delimiter : str
+        What separates cells.
+    first : int
+        Line of the first numbers.
+    names : tuple of str
+        Cell by cell: the name of a channel; empty where its time stands.
+    rows : mapping of str to tuple of str
+        The rows below the names, by their key.
+    facts : mapping of str to str
+        What stands above them.
+    """
+
+    delimiter: str
+    first: int
+    names: tuple[str, ...]
+    rows: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    facts: Mapping[str, str] = field(default_factory=dict)
+
+    def of(self, key: str, column: int) -> str:
+        """Return what a row says of a column; empty where there is no such row."""
+        cells = self.rows.get(key, ())
+        return cells[column] if column < len(cells) else ""
+
+
+def head_of(lines: Sequence[str]) -> Head | None:
+    """Return the head of a trace of TwinCAT Scope; None where these lines are something else."""
+    for delimiter in DELIMITERS:
+        rows = [cells_of(line, delimiter) for line in lines[:HEAD_LINES]]
+        filled = [index for index, cells in enumerate(rows) if any(cells)]
+        for place, index in enumerate(filled[:-1]):
+            if rows[index][0].lower() != NAME or len(rows[index]) < 2:
+                continue
+            below = [rows[i][0].lower() for i in filled[place + 1 : place + 1 + len(KEYS)]]
+            pairs = [cell.lower() for cell in rows[index]].count(NAME) > 1
+            if (below[0] in KEYS) or (pairs and _is_count(below[0])):
+                return _head(rows, delimiter, index, filled[place + 1 :], filled[:place])
+    return None
+
+
+def _is_count(cell: str) -> bool:
+    return cell.replace(",", ".").replace(".", "", 1).lstrip("-").isdigit()
+
+
+def _head(rows: list[list[str]], delimiter: str, index: int, below: list[int], above: list[int]) -> Head:
+    first, described = below[-1] + 1, {}
+    for line in below:
+        key = rows[line][0].lower()
+        if key not in KEYS:
+            first = line
+            break
+        described[key] = tuple(rows[line])
+    facts = {rows[line][0]: " ".join(cell for cell in rows[line][1:] if cell) for line in above if len(rows[line]) > 1}
+    names = tuple("" if cell.lower() == NAME else cell for cell in rows[index])
+    return Head(delimiter, first, names, described, facts)
+
+
+def read(lines: Sequence[str], head: Head, source: Path, choice: Choice, limit: int) -> Table:
+    """Return the channels of a trace, each with its time.
+
+    Parameters
+    ----------
+    lines : sequence of str
+        The whole file.
+    head : Head
+        Its head.
+    source : Path
+        The file.
+    choice : Choice
+        Which channels are read.
+    limit : int
+        Largest size of the channels read [byte].
+
+    Raises
+    ------
+    InputError
+        If a cell is no number.
+    """
+    body = [line for line in lines[head.first :] if line.strip() and line.strip().lower() != END]
+    refuse_larger(len(body) * len(head.names) * NUMBER_BYTES, limit, source)
+    columns = list(zip_longest(*(line.split(head.delimiter) for line in body), fillvalue=""))
+    columns = [[cell.strip().strip('"') for cell in column] for column in columns]
+    places = [place for place, name in enumerate(head.names) if name and place < len(columns)]
+    called, notes = distinct(head.names[place] for place in places)
+    series, texts = [], {}
+    for name, place in zip(called, places, strict=True):
+        filled = [cell for cell in columns[place] if cell]
+        values = numbers_in(filled, head.delimiter != ",")
+        if values is None:
+            texts[name] = _no_number(filled, name, head, source)
+        elif values.size:
+            times = _time_of(columns, place, head, values.size, source) if choice(name) else None
+            if times is not None and times.dtype.kind == "i":
+                times = (times - _earliest(columns, head)) / TICKS
+            about = _about(head, place)
+            series.append(Series(name, values if choice(name) else None, times, _unit(head, place), about))
+    scaled = [
+        name for name, place in zip(called, places, strict=True) if head.of("scalefactor", place) not in ("", "1")
+    ]
+    if scaled:
+        notes.append(f"the ScaleFactor of {', '.join(scaled)} is not applied: the export may have done so")
+    return table_of_series(
+        series, source, "TwinCAT Scope", time_unit="ms", notes=notes, texts=texts, facts=dict(head.facts)
+    )
+
+
+def _time_of(columns: list[list[str]], place: int, head: Head, count: int, source: Path) -> np.ndarray | None:
+    """Return the times of a channel in ms, or as counts of 100 ns; None where the file tells none."""
+    left = next((before for before in range(place - 1, -1, -1) if not head.names[before]), None)
+    cells = (
+        [time for time, value in zip(columns[left], columns[place], strict=True) if value] if left is not None else []
+    )
+    if any(cells):
+        if len(cells[0].lstrip("-")) >= len(str(FILETIME)) and cells[0].isdigit():
+            return np.array(cells, dtype=np.int64)
+        times = numbers_in(cells, head.delimiter != ",")
+        if times is None or times.size != count:
+            raise InputError("has no time for each of its samples", path=f"{source}: column {head.names[place]!r}",
+                             mend="Export it with a column of time for each channel")  # fmt: skip
+        return times
+    period = numbers_in([head.of("sampletime[ms]", place) or "x"], True)
+    return None if period is None else period[0] * np.arange(count)
+
+
+def _earliest(columns: list[list[str]], head: Head) -> int:
+    """Return the first time of a trace, as a count of 100 ns."""
+    firsts = (next(filter(None, column), "") for column, name in zip(columns, head.names, strict=False) if not name)
+    return min(int(first) for first in firsts if first.isdigit())
+
+
+def _no_number(cells: Sequence[str], name: str, head: Head, source: Path) -> InputError:
+    odd = next(cell for cell in cells if numbers_in([cell], head.delimiter != ",") is None)
+    message, mend = why_no_number(odd)
+    return InputError(message, path=f"{source}: column {name!r}", value=odd, mend=mend)
+
+
+def _unit(head: Head, place: int) -> str:
+    unit = head.of("unit", place)
+    return "" if unit.lower() in NO_UNIT else unit.strip("()[]")
+
+
+def _about(head: Head, place: int) -> str:
+    parts = (head.of(key, place) for key in ("symbolname", "symbolcomment", "data-type"))
+    return " ".join(part for part in parts if part)

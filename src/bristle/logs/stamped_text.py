@@ -1,0 +1,230 @@
+"""Text files that need more than columns of numbers: dates as stamps, several columns of time, cells left empty."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
+
+from bristle.core import units
+from bristle.logs.layout import CLOCK, Layout, cells_of, without_comments
+from bristle.logs.own_times import Series, table_of_series
+from bristle.logs.table import Table, split_unit
+from bristle.logs.words import is_time, plain_unit, unit_in_name, unit_of_time
+
+__all__ = [
+    "amount_in",
+    "dates_in",
+    "facts_above",
+    "large_counts",
+    "partly_empty",
+    "period_told",
+    "units_of_labview",
+    "with_own_times",
+]
+
+LONG = 10  # digits of a time that counts from long ago
+EPOCHS = ((19, 1e9), (17, 1e7), (16, 1e6), (13, 1e3), (0, 1.0))  # digits, and what it counts in a second
+OFTEN = 0.2  # share of empty cells from which on a column was recorded less often, or ended early
+LONGEST_FACT = 200
+PERIOD_NAMES = (
+    "sampletime", "sample time", "sampling time", "sampling period", "sampling interval", "abtastzeit",
+    "abtastintervall", "abtasttakt", "takt",
+    "sample period", "sample interval", "sampleinterval", "samplingtime", "samplingperiod", "tsample", "t sample",
+    "delta x", "cycle time", "zykluszeit", "trace cycle", "aufzeichnungstakt", "interval",
+    "dt", "ts",
+)  # fmt: skip
+RATE_NAMES = (
+    "sample rate",
+    "samplerate",
+    "sampling rate",
+    "abtastrate",
+    "abtastfrequenz",
+    "sampling frequency",
+    "sample frequency",
+    "fs",
+)
+_FACT = re.compile(r"\s*[#%*\"]*\s*([^:=;\t,]{2,60}?)\s*\"?\s*[:=;\t,]\s*\"?\s*(.+?)\s*\"?[;,\t]*\s*")
+
+
+def facts_above(lines: Sequence[str], layout: Layout) -> dict[str, str]:
+    """Return what stands above the header of a text file, as names and what is said of them."""
+    above = [line for line in lines[: layout.first] if line.strip()][: -1 if layout.first else None]
+    matches = (_FACT.fullmatch(line[:LONGEST_FACT]) for line in above)
+    return {match[1].strip(): re.sub(r"[;\t]+", " ", match[2]).strip() for match in matches if match}
+
+
+def units_of_labview(lines: Sequence[str], layout: Layout) -> dict[str, str]:
+    """Return the units of a measurement file of LabVIEW, which stand in a row of their own above the names."""
+    row = next((line for line in lines[: layout.first] if line.lower().startswith("y_unit_label")), None)
+    if row is None:
+        return {}
+    signals = [name for name in layout.names if not name.lower().startswith("x_value")]
+    return {name: unit for name, unit in zip(signals, cells_of(row, layout.delimiter)[1:], strict=False) if unit}
+
+
+def period_told(facts: dict[str, str]) -> float | None:
+    """Return the time between samples [s] that stands above the columns of a file; None where none does.
+
+    Examples
+    --------
+    >>> period_told({"Abtastzeit [ms]": "0,25"}), period_told({"Sample rate": "4 kHz"}), period_told({"Date": "today"})
+    (0.00025, 0.00025, None)
+    """
+    for name, text in facts.items():
+        key = split_unit(name)[0].lower().rstrip(":").replace("_", " ")
+        key = key.removesuffix(" ms").removesuffix(" us").removesuffix(" s").removesuffix(" hz").removesuffix(" khz")
+        for names, target in ((PERIOD_NAMES, "s"), (RATE_NAMES, "Hz")):
+            if key in names and (value := _amount(name, text, target)):
+                return value if target == "s" else 1.0 / value
+    return None
+
+
+def amount_in(name: str, text: str) -> tuple[float, str] | None:
+    """Return the number and the unit of a fact such as ``Rated torque [Nm]: 2,4``; None where it holds none.
+
+    Examples
+    --------
+    >>> amount_in("Nennmoment [Nm]", "2,4"), amount_in("Rated torque", "2.4 Nm"), amount_in("Device", "AX5000")
+    ((2.4, 'N*m'), (2.4, 'N*m'), None)
+    """
+    match = re.match(r"([+-]?\d[\d.,]*(?:[eE][+-]?\d+)?)\s*([^\d\s]\S*)?", text)
+    if match is None:
+        return None
+    unit = plain_unit(match[2] or split_unit(name)[1] or unit_in_name(name))
+    try:
+        return float(match[1].replace(",", ".")), units.split(f"1 {unit}")[1] if unit else ""
+    except ValueError:
+        return None
+
+
+def _amount(name: str, text: str, target: str) -> float | None:
+    amount = amount_in(name, text)
+    if amount is None:
+        return None
+    try:
+        value = amount[0] * units.factor(amount[1] or target, target)
+    except ValueError:
+        return None
+    return value if 0.0 < value < np.inf else None
+
+
+def dates_in(body: bytes, layout: Layout, encoding: str) -> dict[int, np.ndarray]:
+    """Return the columns of dates or times of day, as seconds from the first row."""
+    lines = [line for line in body.decode(encoding, "replace").split("\n") if line.strip()]
+    first = cells_of(without_comments(lines[0]), layout.delimiter) if lines else []
+    stamps_found: dict[int, np.ndarray] = {}
+    for index, (cell, numeric) in enumerate(zip(first, layout.numeric, strict=False)):
+        if numeric or not (CLOCK.fullmatch(cell) or _GERMAN.fullmatch(cell)):
+            continue
+        try:
+            stamps = [_moment(cells_of(line, layout.delimiter)[index]) for line in lines]
+        except (ValueError, IndexError):
+            continue
+        seconds = np.array([(stamp - stamps[0]).total_seconds() for stamp in stamps])
+        if not np.any(np.diff(seconds) > 0):
+            continue  # a time of day that stands still is no stamp
+        days = np.cumsum(np.append(0.0, np.diff(seconds) < -43200.0))  # a time of day begins anew at midnight
+        stamps_found[index] = seconds + 86400.0 * days
+    return stamps_found
+
+
+_GERMAN = re.compile(r"(\d\d?)\.(\d\d?)\.(\d{4})[ T](\d\d?:\d\d:\d\d(?:[.,]\d+)?)")
+
+
+def _moment(cell: str) -> datetime:
+    german = _GERMAN.fullmatch(cell)
+    if german:
+        cell = f"{german[3]}-{int(german[2]):02d}-{int(german[1]):02d} {german[4]}"
+    cell = cell.replace(",", ".").replace("/", "-").removesuffix("Z")
+    date, _, clock = cell.replace("T", " ").rpartition(" ")
+    parts = clock.split(".")
+    fraction = (parts[1] + "000000")[:6] if len(parts) > 1 else "000000"
+    hour = ":".join(part.zfill(2) for part in parts[0].split(":"))
+    return datetime.fromisoformat(f"{date or '2000-01-01'}T{hour}.{fraction}")
+
+
+def large_counts(body: bytes, layout: Layout, encoding: str) -> dict[int, np.ndarray]:
+    """Return the times that count since long ago, as seconds from the first row: a number would lose their end."""
+    stamps_found: dict[int, np.ndarray] = {}
+    lines: list[str] = []
+    for index, numeric in enumerate(layout.numeric):
+        if not numeric or not is_time(layout.names[index]):
+            continue
+        lines = lines or [line for line in body.decode(encoding, "replace").split("\n") if line.strip()]
+        cell = cells_of(lines[0], layout.delimiter)[index].replace(",", ".")
+        digits = cell.partition(".")[0].lstrip("-")
+        if len(digits) < LONG or not digits.isdigit():
+            continue
+        cells = [cells_of(line, layout.delimiter)[index].replace(",", ".").partition(".") for line in lines]
+        if not all(left.isdigit() and (not right or right.isdigit()) for left, _, right in cells):
+            continue
+        counts = np.array([int(left) for left, _, _ in cells], dtype=np.int64)
+        parts = np.array([float(f"0.{right or 0}") for _, _, right in cells])
+        scale = next(size for least, size in EPOCHS if len(digits) >= least)
+        seconds = (counts - counts[0]) / scale + (parts - parts[0]) / scale
+        stamps_found[index] = np.round(seconds, 9)
+    return stamps_found
+
+
+def partly_empty(body: bytes, layout: Layout, encoding: str) -> dict[int, np.ndarray] | None:
+    """Return all columns of numbers, NaN where a cell is empty; None where a cell is something else.
+
+    Rows may be shorter than the first ones, where columns end early.
+    """
+    lines = [line for line in without_comments(body.decode(encoding, "replace")).split("\n") if line.strip()]
+    rows = [cells_of(line, layout.delimiter) for line in lines]
+    numeric_columns = [index for index, numeric in enumerate(layout.numeric) if numeric]
+    columns = {}
+    for index in numeric_columns:
+        cells = [row[index] if index < len(row) else "" for row in rows]
+        cells = [cell.replace(",", ".") if layout.decimal_comma else cell for cell in cells]
+        try:
+            columns[index] = np.array([cell or "nan" for cell in cells], dtype=float)
+        except ValueError:
+            return None
+    empty = [np.mean(np.isnan(values)) for values in columns.values()]
+    return columns if any(share >= OFTEN for share in empty) else None
+
+
+def with_own_times(
+    columns: dict[int, np.ndarray], layout: Layout, source: Path, chosen: Callable[[str], bool], notes: Sequence[str]
+) -> Table | None:
+    """Return the table of columns of which several are times, or some were recorded less often than the others.
+
+    None where the columns are of one length and have one time, as most files do.
+    """
+    clocks = [index for index, values in columns.items() if _is_clock(layout.names[index], values)]
+    if not clocks or (len(clocks) < 2 and not any(np.isnan(values).any() for values in columns.values())):
+        return None
+    if clocks[0] != min(columns):
+        return None
+    first = layout.names[clocks[0]]
+    unit = layout.units[clocks[0]] or unit_of_time(first, columns[clocks[0]])
+    series = []
+    for index, values in columns.items():
+        if index in clocks:
+            continue
+        times = columns[max(clock for clock in clocks if clock < index)]
+        filled = np.isfinite(values) & np.isfinite(times)
+        name = layout.names[index]
+        if 0 < np.count_nonzero(np.isnan(values)) < OFTEN * values.size and len(clocks) < 2:
+            filled = np.isfinite(times)  # a few samples are missing: that is told, not mended
+        samples = values[filled] if chosen(name) else None
+        series.append(Series(name, samples, times[filled] if samples is not None else None, layout.units[index]))
+    return table_of_series(series, source, "text", time_unit=unit, notes=notes)
+
+
+def _is_clock(name: str, values: np.ndarray) -> bool:
+    """Return whether a column is a time: by its name, or where it has none, by rising evenly."""
+    finite = values[np.isfinite(values)]
+    steps = np.diff(finite)
+    if finite.size < 3 or not np.all(steps >= 0) or not np.any(steps > 0):
+        return False
+    if is_time(name) or name.lower() in ("x_value", "name") or name.lower().startswith("x_value_"):
+        return True
+    nameless = name.startswith("column_") or re.fullmatch(r"name_\d+", name.lower()) is not None
+    return nameless and bool(np.ptp(steps) <= 0.02 * np.median(steps) + 1e-12)

@@ -1,0 +1,113 @@
+"""What a message proposes works when it is typed: each refusal is followed until the axis file is accepted."""
+
+import re
+
+import pytest
+
+from bristle.core import InputError
+from bristle.files.axis import axis_from
+
+MOST = 5  # messages in a row
+ENTRY = re.compile(r'[Ww]rite (?:.*?such as )?(\w+) = ("[^"]+"|[\d.]+)(?:.*?under \[([\w.]+)\])?')
+
+
+def typed(data, error):
+    """Return the tables with what the message says written into them."""
+    match = ENTRY.search(error.mend) or re.search(r'such as (\w+) = ("[^"]+") under \[([\w.]+)\]', error.mend)
+    assert match, str(error)
+    key, value, table = match[1], match[2], match[3]
+    place = data
+    for name in (table or error.path.rpartition(".")[0]).split(".") if (table or "." in error.path) else ():
+        place = place.setdefault(name, {})
+    place[key] = value.strip('"') if value.startswith('"') else float(value)
+    return data
+
+
+def table(**entries):
+    base = {"schema": 1, "kind": "translational", "columns": {"position": {"column": "q", "unit": "mm"}}}
+    for path, value in entries.items():
+        keys = path.split("__")
+        place = base
+        for key in keys[:-1]:
+            place = place.setdefault(key, {})
+        if value is None:
+            place.pop(keys[-1], None)
+        else:
+            place[keys[-1]] = value
+    return base
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        table(columns__effort={"column": "u", "unit": "%"}),
+        table(columns__effort={"column": "u", "unit": "‰"}),
+        table(columns__effort={"column": "u", "unit": "V"}),
+        table(columns__effort={"column": "u", "unit": "A"}, kind="rotary", columns__position={"column": "q"}),
+        table(columns__effort={"column": "u", "unit": "N*m"}),
+        table(columns__position={"column": "q", "unit": "rev"}),
+        table(columns__position={"column": "q", "unit": "count"}),
+        table(columns__position={"column": "q", "unit": "deg"}, kind="rotational", transmission={"gear_ratio": 50}),
+        table(kind=None, columns__position={"column": "q"}),
+        table(columns__load={"column": "F", "unit": "N"}),
+    ],
+    ids=["%", "‰", "V", "A", "N*m", "rev", "count", "side", "kind", "load"],
+)
+def test_what_a_message_says_to_write_is_accepted(data):
+    said = [refusal(data)]
+    for _ in range(MOST):
+        data = typed(data, said[-1])
+        following = refusal(data)
+        if following is None:
+            return
+        assert str(following) not in map(str, said)
+        said.append(following)
+    pytest.fail(f"still refused: {said[-1]}")
+
+
+def refusal(data):
+    try:
+        axis_from(data)
+    except InputError as error:
+        return error
+    return None
+
+
+def test_what_is_to_be_filled_in_is_named_until_it_is():
+    data = table(columns__position={"column": "q", "unit": "?"}, columns__effort={"column": "u", "unit": "‰"},
+                 effort={"rated": "?"})  # fmt: skip
+    with pytest.raises(InputError, match=r"columns\.position\.unit: is still to be filled in.*So are effort\.rated"):
+        axis_from(data)
+
+
+def test_a_share_of_the_rated_effort_may_be_that_of_a_gain():
+    data = table(
+        kind="linear", columns__effort={"column": "u", "unit": "‰"}, effort={"rated": "2.4 N*m"},
+        transmission={"gear_ratio": 2, "lead": "10 mm"},
+        controller={"model": "cascade", "k_p": "60 1/s", "k_v": "20 %*s/rad"},
+    )  # fmt: skip
+    axis = axis_from(data)
+    # 1 % of 2.4 N*m for 1 rad/s of the motor, which moves the axis by 10 mm/(2 * 2 pi).
+    assert axis.controller.values["k_v"] * axis.arm**2 == pytest.approx(0.2 * 2.4, rel=1e-12)
+    assert axis.columns["effort"].unit == "‰"
+
+
+@pytest.mark.parametrize(("told", "kind"), [("linear", "translational"), ("rotary", "rotational")])
+def test_a_kind_of_axis_by_what_people_call_it(told, kind):
+    data = table(kind=told, columns__position={"column": "q"})
+    assert axis_from(data).kind == kind
+
+
+@pytest.mark.parametrize(("unit", "kind"), [("mm", "translational"), ("deg", "rotational")])
+def test_the_unit_of_the_position_says_which_kind_it_is(unit, kind):
+    assert axis_from(table(kind=None, columns__position={"column": "q", "unit": unit})).kind == kind
+
+
+def test_one_constant_is_of_a_force_or_of_a_torque():
+    effort = {"column": "u", "unit": "A"}
+    straight = axis_from(table(columns__effort=effort, effort={"constant": "61.2 N/A"}))
+    turning = axis_from(table(kind="rotary", columns__position="q", columns__effort=effort,
+                              effort={"constant": "0.12 N*m/A"}))  # fmt: skip
+    assert (straight.columns["effort"].scale, turning.columns["effort"].scale) == (61.2, 0.12)
+    with pytest.raises(InputError, match="has both a force_constant and a constant"):
+        axis_from(table(columns__effort=effort, effort={"constant": "61.2 N/A", "force_constant": "61.2 N/A"}))

@@ -1,0 +1,72 @@
+"""Columns by number, of one name, with units in their names; times that an axis file need not name."""
+
+import numpy as np
+import pytest
+from tests.logs.exports import EXPORTS, motion
+
+from bristle.core.errors import InputError
+from bristle.files.axis import axis_from
+from bristle.logs import checked, read_log
+
+MOTION = motion(1.0)
+
+
+def axis(**columns):
+    return axis_from({"schema": 1, "kind": "linear", "columns": columns})
+
+
+def test_a_column_may_be_called_by_its_number(tmp_path):
+    bare = EXPORTS["no header"].write(tmp_path, MOTION)
+    named = EXPORTS["units behind strokes"].write(tmp_path, MOTION)
+    by_number = axis(time={"column": 1, "unit": "s"}, position={"column": 2, "unit": "mm"}, effort=3)
+    logs = [read_log(path, by_number) for path in (bare, named)]
+    assert [log.position.column for log in logs] == ["column_2", "x/mm"]
+    for channel in ("time", "position", "effort"):
+        np.testing.assert_array_equal(getattr(logs[0], channel).values, getattr(logs[1], channel).values)
+    with pytest.raises(InputError, match="has no column 'column_9'"):
+        read_log(named, axis(time=1, position=9))
+
+
+def test_a_time_that_need_not_be_named_may_be(tmp_path):
+    path = EXPORTS["twincat, full"].write(tmp_path, MOTION)
+    position = {"column": "ActPos", "unit": "mm"}
+    without, named = (read_log(path, axis(position=position, **more)) for more in ({}, {"time": {"column": "Zeit"}}))
+    np.testing.assert_array_equal(without.time.values, named.time.values)
+    assert not any("columns.time" in note for note in without.notes)
+    assert any("columns.time is not needed" in note for note in named.notes)
+
+
+def test_columns_of_one_name_are_told(tmp_path):
+    path = tmp_path / "twice.csv"
+    rows = [f"{k / 1000},{np.sin(k / 50):.6f},{np.cos(k / 50):.6f}" for k in range(300)]
+    path.write_text("\n".join(["t,q,q", *rows]) + "\n")
+    log = read_log(path, axis(time="t", position="q"))
+    assert "column 3 is called 'q', as one before it: it is taken as 'q_2'" in log.notes
+
+
+@pytest.mark.parametrize(("header", "unit", "told"), [
+    ("speed_rpm [mm/s]", None, ("rpm", "mm/s")), ("speed_mm_s", "m/s", ("mm/s", "m/s")), ("speed_mm_s", "mm/s", None),
+    ("speed_m", "mm/s", None),
+])  # fmt: skip
+def test_a_unit_in_a_name_that_its_numbers_contradict_is_told(tmp_path, header, unit, told):
+    path = tmp_path / "log.csv"
+    rows = [f"{k / 1000},{80 * np.sin(k / 50):.6f},{1600 * np.cos(k / 50):.6f}" for k in range(300)]
+    path.write_text("\n".join([f"t,q,{header}", *rows]) + "\n")
+    velocity = {"column": header.split(" [")[0]} | ({"unit": unit} if unit else {})
+    described = axis(time={"column": "t", "unit": "s"}, position={"column": "q", "unit": "mm"}, velocity=velocity)
+    found = [one for one in checked(read_log(path, described), described) if one.code == "unit_contradicts"]
+    assert [(one.numbers["called"], one.numbers["declared"]) for one in found] == ([told] if told else [])
+
+
+def test_a_reference_without_a_unit_has_that_of_the_position(tmp_path):
+    path = EXPORTS["records"].write(tmp_path, MOTION)
+    log = read_log(path, axis(position={"column": "position", "unit": "mm"}, reference="goal_position"))
+    np.testing.assert_allclose(log.reference.values, 1e-6 * MOTION.reference_um, rtol=1e-12, atol=1e-18)
+    assert "column goal_position has no unit: taken in that of the position, mm" in log.notes
+
+
+def test_a_file_of_one_long_line_is_read(tmp_path):
+    path = EXPORTS["records"].write(tmp_path, motion(4.0))
+    assert path.read_text().count("\n") == 0
+    assert path.stat().st_size > 131_072
+    assert len(read_log(path, axis(position="position"))) == 4000
