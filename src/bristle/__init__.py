@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from bristle.core.axis import Axis
     from bristle.engine import response
     from bristle.excitation import excite
+    from bristle.exports import export
     from bristle.files import (
         load_model_file,
         read_axis,
@@ -57,6 +58,7 @@ _FROM = {
     "compare": "bristle.workflow",
     "design": "bristle.loop_design",
     "excite": "bristle.excitation",
+    "export": "bristle.exports",
     "load": "bristle.workflow",
     "load_model_file": "bristle.files",
     "response": "bristle.engine",
@@ -87,6 +89,7 @@ __all__ = [
     "design",
     "engine",
     "excite",
+    "export",
     "figures",
     "friction",
     "hysteresis",

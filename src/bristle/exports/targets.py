@@ -1,0 +1,101 @@
+"""The targets that a model can be exported to, and what each writes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError, did_you_mean
+from bristle.exports.described import Source
+from bristle.exports.names import RESERVED
+
+__all__ = ["TARGETS", "Product", "Request", "files_for", "name_for"]
+
+NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is to be exported, and how.
+
+    Parameters
+    ----------
+    model : Model
+        A friction model with parameters.
+    name : str
+        What files, types and functions are called.
+    dt : float
+        Time step [s].
+    source : Source
+        Where the values come from.
+    tunable : bool
+        Whether parameters may be changed at run time.
+    """
+
+    model: Model
+    name: str
+    dt: float
+    source: Source = field(default_factory=Source)
+    tunable: bool = False
+
+
+@dataclass(frozen=True)
+class Product:
+    """The files of an export.
+
+    Parameters
+    ----------
+    files : dict of str to str or bytes
+        Content by name.
+    notes : tuple of str
+        What the target loses or does otherwise, a sentence each.
+    """
+
+    files: dict[str, str | bytes]
+    notes: tuple[str, ...] = ()
+
+
+def _c(request: Request) -> Product:
+    from bristle.exports.c import c_files
+    from bristle.exports.subject import subject_of
+
+    subject = subject_of(request.model)
+    return Product(dict(c_files(subject, request.name, request.source, request.dt, tunable=request.tunable)))
+
+
+TARGETS: dict[str, Callable[[Request], Product]] = {"c": _c}
+"""What writes each target."""
+TUNABLE = ("c",)
+
+
+def files_for(target: str, request: Request) -> Product:
+    """Return the files of a model for a target.
+
+    Raises
+    ------
+    InputError
+        If there is no such target, or it does not hold what is asked for.
+    """
+    if target not in TARGETS:
+        raise InputError("no such target", path="to", value=target, allowed=", ".join(TARGETS),
+                         mend=did_you_mean(target, TARGETS))  # fmt: skip
+    if request.tunable and target not in TUNABLE:
+        raise InputError("has no parameters that may be changed at run time", path=target,
+                         allowed=", ".join(TUNABLE), mend="Leave tunable out")  # fmt: skip
+    return TARGETS[target](request)
+
+
+def name_for(text: str) -> str:
+    """Return a name that files, types and functions can have.
+
+    Raises
+    ------
+    InputError
+        If they cannot.
+    """
+    if not NAME.fullmatch(text) or text in RESERVED:
+        raise InputError("cannot be the name of a function", path="name", value=text,
+                         allowed="small letters, digits and _, a letter first, no word of C")  # fmt: skip
+    return text
