@@ -46,6 +46,10 @@ class CFiles:
         Time step of the self-test and of the example [s].
     tunable : bool
         Whether the parameters may be changed at run time.
+    scalar : {"double", "float"}
+        What a real number is.
+    steps : int
+        Steps of the self-test.
     """
 
     subject: Subject
@@ -54,6 +58,7 @@ class CFiles:
     dt: float
     tunable: bool = False
     scalar: str = "double"
+    steps: int = COUNT
 
     def files(self) -> dict[str, str]:
         """Return the text of each file by its name."""
@@ -86,7 +91,7 @@ class CFiles:
             "start": self._start(printer, tuned), "zero": number(0.0, self.scalar),
             "nominal": f"{NOMINAL_LOAD!r}, {NOMINAL_TEMPERATURE!r}", "dt": repr(self.dt), "rate": f"{1.0 / self.dt:g}",
             **self._saved(printer), **self._example(), "loops": loops_of(subject), "reference": component.reference,
-            "tunable": self.tunable, "model": model.name,
+            "tunable": self.tunable, "steps": self.steps, "model": model.name,
         }  # fmt: skip
 
     def _unit(self, quantity: str) -> str:
@@ -190,10 +195,10 @@ class CFiles:
 
     def _walked(self) -> dict[str, Any]:
         walk = walk_of(self.subject, self.dt)
-        forces = self.subject.forces(walk.positions(), self.dt)
+        forces = self.subject.forces(walk.positions(self.steps), self.dt)
         digest = hash_of(forces)
         return {
-            "count": COUNT, "scales": [repr(scale) for scale in walk.scales], "seed": SEED, "factor": FACTOR,
+            "count": self.steps, "scales": [repr(scale) for scale in walk.scales], "seed": SEED, "factor": FACTOR,
             "term": TERM, "rests": RESTS, "part": PART, "hash": f"0x{digest:016X}", "hash_text": f"{digest:016x}",
             "last": repr(float(forces[-1])),
         }  # fmt: skip

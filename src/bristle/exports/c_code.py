@@ -133,7 +133,7 @@ class Printer:
 
     def _function(self, function: Function) -> str:
         arguments = [self.named(argument.type, self.names.variable(argument.name)) for argument in function.parameters]
-        head = f"static {self.named(function.result, function.name)}({', '.join(arguments) or 'void'})"
+        head = f"static inline {self.named(function.result, function.name)}({', '.join(arguments) or 'void'})"
         comment = [f"/* {described(function.description)} */"] if function.description else []
         body = Body(self, function).lines()
         return "\n".join([*comment, *wrapped(head, ""), "{", *body, "}", ""])

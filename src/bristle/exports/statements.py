@@ -155,7 +155,7 @@ class Translation(Expressions):
         return statements
 
     def _one_by_one(self, targets: list[ast.expr], values: list[ast.expr], node: ast.stmt) -> list[Statement]:
-        """Return value_tuple names given their values at once: through others where a value looks at a name before it."""
+        """Return several names with their values at once: through other names where a value looks at one before it."""
         later = [names_in(values[place + 1 :]) for place in range(len(values))]
         written = [target.id if isinstance(target, ast.Name) else None for target in targets]
         translated = [self.value(value) for value in values]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,9 +16,7 @@ from bristle.exports.scope import NotExportableError, is_kernel
 from bristle.exports.tree import Function, Unit
 from bristle.exports.types import REAL, Array, Struct, Type, struct_of, type_of
 
-__all__ = ["Subject", "leaves_of", "subject_of"]
-
-LARGEST_MEMORY = 1_000_000
+__all__ = ["Subject", "kernels_of", "subject_of"]
 
 
 @dataclass(frozen=True)
@@ -118,10 +116,26 @@ def _move_of(result: Type, trial: Callable[..., Any]) -> Struct:
     raise NotExportableError(trial, None, "returns something else than (force, move), move a NamedTuple of scalars")
 
 
-def leaves_of(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    """Give each number and each array inside a NamedTuple, with its path such as ``forward.F_C``."""
-    for name, part in zip(value._fields, value, strict=True):
-        if hasattr(part, "_fields"):
-            yield from leaves_of(part, f"{path}{name}.")
-        else:
-            yield f"{path}{name}", part
+def kernels_of(model: Model) -> list[Function]:
+    """Return every function of the tree that the kernels of a friction model become, those in continuous time too.
+
+    Raises
+    ------
+    NotExportableError
+        If a kernel is outside the part of Python that can be exported.
+    """
+    subject, component = subject_of(model), model.component
+    builder = Builder()
+    state, motion, p, memory = subject.state, subject.motion, subject.parameters, Array(subject.memory_size)
+    builder.function(component.trial, [state, memory, motion, REAL, p])
+    builder.function(component.commit, [state, Array(subject.memory_size, writable=True), subject.move, p])
+    if component.rate is not None:
+        builder.function(component.rate, [state, motion, p])
+    if component.piece is not None and component.flow is not None and component.arrival is not None:
+        begun = builder.function(component.piece, [state, memory, motion, p]).result
+        parts = [kind for _, kind in begun.fields] if isinstance(begun, Struct) else []
+        if len(parts) != 2:
+            raise NotExportableError(component.piece, None, "returns something else than (contact, piece)")
+        builder.function(component.flow, [*parts, motion, p])
+        builder.function(component.arrival, [state, memory, parts[0], p])
+    return builder.unit.functions

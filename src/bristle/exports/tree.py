@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, fields
+from functools import cache
 from typing import Any
 
 from bristle.exports.types import Type
@@ -231,12 +232,21 @@ class Unit:
 
 def walk(*nodes: Any) -> Iterator[Node]:
     """Give every part of some parts of a tree; into a function that is called, it does not go."""
-    for node in nodes:
+    waiting = list(reversed(nodes))
+    while waiting:
+        node = waiting.pop()
         if isinstance(node, list):
-            yield from walk(*node)
+            waiting += reversed(node)
         elif isinstance(node, Node):
             yield node
-            yield from walk(*[getattr(node, part.name) for part in fields(node) if part.name != "type"])
+            waiting += [getattr(node, name) for name in reversed(_parts(type(node)))]
+
+
+@cache
+def _parts(kind: type[Node]) -> tuple[str, ...]:
+    """Return the fields of a kind of nodes that may hold others."""
+    plain = {"type", "name", "operator"} | ({"function", "value"} if issubclass(kind, (Constant, Call)) else set())
+    return tuple(part.name for part in fields(kind) if part.name not in plain)
 
 
 def blocks_of(statement: Statement) -> list[list[Statement]]:

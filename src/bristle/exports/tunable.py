@@ -61,7 +61,7 @@ class Tunable:
     def assembled(self, printer: Printer, kind: Struct, name: str) -> str:
         """Return the function that makes what kernels receive."""
         text = self._structure(printer, kind, ())
-        head = f"static {printer.named(kind, 'assembled')}(const {name}_parameters *given)"
+        head = f"static inline {printer.named(kind, 'assembled')}(const {name}_parameters *given)"
         return "\n".join([head, "{", f"    return {text};", "}", ""])
 
     def _structure(self, printer: Printer, kind: Struct, path: tuple[str, ...]) -> str:

@@ -16,7 +16,7 @@
 {{ helpers }}
 {{ definitions }}
 {{ data }}
-static bool is_finite(double x)
+static inline bool is_finite(double x)
 {
     return x - x == 0.0;
 }
@@ -33,7 +33,7 @@ void {{ name }}_start({{ name }} *axis)
     }
 {% endif %}}
 
-static double advanced({{ name }} *axis, double x, double dt{% if signals %}, double load, double temperature{% endif %})
+static inline double advanced({{ name }} *axis, double x, double dt{% if signals %}, double load, double temperature{% endif %})
 {
     if (!axis->begun && is_finite(x)) {
         axis->position = x;
@@ -41,7 +41,7 @@ static double advanced({{ name }} *axis, double x, double dt{% if signals %}, do
         return axis->force;
     }
     const double velocity = (x - axis->position) / dt;
-    if (!(dt > 0.0) || !is_finite(dt) || !is_finite(x) || !is_finite(velocity){% if signals %} || !is_finite(load) || !is_finite(temperature){% endif %}) {
+    if (!is_finite(velocity) || !(dt > 0.0) || dt > DBL_MAX{% if signals %} || !is_finite(load) || !is_finite(temperature){% endif %}) {
         axis->flags |= {{ guard }}_REFUSED;
         return axis->force;
     }
