@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bristle.cli.options import AllowCode, Force, Json, folder_named
+from bristle.cli.options import AllowCode, AxisFile, Force, Json, folder_named
 from bristle.cli.terminal import complain, progress, say
+
+if TYPE_CHECKING:
+    from bristle.core import Model
 
 __all__ = ["EXAMPLE", "export"]
 
@@ -22,7 +26,7 @@ def export(
     model: Annotated[
         Path, typer.Argument(metavar="MODEL.toml|RESULTS", help="A model file, or results of identify with one.")
     ],
-    to: Annotated[str, typer.Option("--to", metavar="TARGET", help="c: C99 that compiles alone.")],
+    to: Annotated[str, typer.Option("--to", metavar="TARGET", help="c, table or tf5200.")],
     out: Annotated[
         Path, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the files into this new folder.")
     ],
@@ -31,6 +35,11 @@ def export(
         str, typer.Option(metavar="TIME", help="Time step of the self-test and of the example.")
     ] = "0.5 ms",
     tunable: Annotated[bool, typer.Option("--tunable", help="Let parameters be changed at run time.")] = False,
+    axis: AxisFile = None,
+    speed: Annotated[
+        str | None, typer.Option(metavar="SPEED", help="Largest of a table; that of the log that was fitted, if known.")
+    ] = None,
+    points: Annotated[int, typer.Option(metavar="COUNT", help="Entries of a table for each direction, at most.")] = 20,
     allow_code: AllowCode = False,
     force: Force = False,
     as_json: Json = False,
@@ -38,12 +47,14 @@ def export(
     """Write a friction model as files for another world.
 
     c: a header, a source that compiles alone, an example, and a self-test that proves that the target gives the same
-    bits. Nothing is compiled here, and no compiler is needed.
+    bits. Nothing is compiled here, and no compiler is needed. table: effort over velocity, CSV, in the units of the log
+    that AXIS.toml describes. tf5200: the same for the friction compensation of a Beckhoff TF5200 CNC.
     """
     from bristle.core.content import content_of
     from bristle.exports.described import Source
     from bristle.exports.face import PERIOD
     from bristle.exports.targets import Request, files_for, name_for
+    from bristle.files.axis import read_axis
     from bristle.files.model import read_model
     from bristle.files.provenance import provenance
     from bristle.files.results import SUMMARY, results_folder
@@ -60,7 +71,7 @@ def export(
         source = provenance(context.obj, model=file, code=origins_of_code([base_of(friction.component)]))
         request = Request(
             friction, name_for(name), PERIOD(step, "--step", None), Source(source, facts["uncertainty"]),
-            tunable,
+            tunable, None if axis is None else read_axis(axis), _speed(speed, friction, facts["treatment"]), points,
         )  # fmt: skip
         product = files_for(to, request)
         for file_name, content in product.files.items():
@@ -76,3 +87,13 @@ def export(
         for note in product.notes:
             say(f"Note: {note}")
     complain(f"wrote {out}: {', '.join(product.files)}")
+
+
+def _speed(text: str | None, friction: Model, treatment: Mapping[str, float]) -> float:
+    """Return the largest speed of a table: as typed, or that of the log that the model was fitted to."""
+    from bristle.core.edge import amount
+    from bristle.core.variable import Variable
+
+    if text is None:
+        return float(treatment.get("velocity_max", 0.0))
+    return amount(Variable("length/time", "largest speed", min=0.0))(text, "--speed", friction.kind)

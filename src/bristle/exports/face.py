@@ -6,15 +6,16 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
+from bristle.core.axis import Axis
 from bristle.core.contracts import Model
-from bristle.core.edge import FLAG, TEXT, Amount, amount, guarded, model
+from bristle.core.edge import FLAG, TEXT, Amount, amount, guarded, instance, model, optional, whole
 from bristle.core.variable import Variable
 from bristle.exports.described import Source
 from bristle.exports.targets import Request, files_for, name_for
 
 __all__ = ["NAME", "STEP", "Exported", "export"]
 
-NAME, STEP = "axis_x", 5e-4
+NAME, STEP, POINTS = "axis_x", 5e-4, 20
 PERIOD = amount(Variable("time", "time step", min=0.0), exclusive=True)
 
 
@@ -37,10 +38,14 @@ class Exported:
     notes: tuple[str, ...]
 
 
-@guarded(model=model("friction"), to=TEXT, name=TEXT, step=PERIOD, tunable=FLAG, force=FLAG)
+@guarded(
+    model=model("friction"), to=TEXT, name=TEXT, step=PERIOD, tunable=FLAG, force=FLAG, points=whole(2, 1000),
+    speed=amount(Variable("length/time", "largest speed", min=0.0)), axis=optional(instance(Axis, "an axis")),
+)  # fmt: skip
 def export(
     model: Model, to: str, out: str | os.PathLike[str], *, name: str = NAME, step: Amount = STEP, tunable: bool = False,
-    source: Source | None = None, force: bool = False,
+    axis: Axis | None = None, speed: Amount = 0.0, points: int = POINTS, source: Source | None = None,
+    force: bool = False,
 ) -> Exported:  # fmt: skip
     """Write a friction model as files for another world: the same numbers to the bit, wherever the target can hold it.
 
@@ -51,7 +56,8 @@ def export(
     model : Model
         A friction model with parameters.
     to : str
-        The target: ``"c"`` is C99 that compiles alone.
+        The target: ``"c"`` is C99 that compiles alone, ``"table"`` a table of effort over velocity, ``"tf5200"`` one
+        for the CNC of that name.
     out : path-like
         The new folder to write into; its parent must exist.
     name : str
@@ -60,6 +66,12 @@ def export(
         Time step [s] of the self-test and of the example.
     tunable : bool
         Whether parameters may be changed at run time.
+    axis : Axis, optional
+        The axis, whose columns tell the units of a table; SI without one.
+    speed : float or str
+        Largest speed of a table [m/s or rad/s].
+    points : int
+        Entries of a table for each direction, at most.
     source : Source, optional
         Where the values come from, for the comments.
     force : bool
@@ -86,7 +98,7 @@ def export(
     """
     from bristle.files.results import results_folder
 
-    request = Request(model, name_for(name), float(step), source or Source(), tunable)
+    request = Request(model, name_for(name), float(step), source or Source(), tunable, axis, float(speed), points)
     with results_folder(out, force=force) as folder:
         product = files_for(to, request)
         for file, content in product.files.items():

@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from bristle.core.axis import Axis
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError, did_you_mean
 from bristle.exports.described import Source
@@ -32,6 +33,12 @@ class Request:
         Where the values come from.
     tunable : bool
         Whether parameters may be changed at run time.
+    axis : Axis or None
+        The axis, whose columns tell the units of a table.
+    speed : float
+        Largest speed of a table [m/s or rad/s].
+    points : int
+        Entries of a table for each direction, at most.
     """
 
     model: Model
@@ -39,6 +46,9 @@ class Request:
     dt: float
     source: Source = field(default_factory=Source)
     tunable: bool = False
+    axis: Axis | None = None
+    speed: float = 0.0
+    points: int = 20
 
 
 @dataclass(frozen=True)
@@ -65,7 +75,26 @@ def _c(request: Request) -> Product:
     return Product(dict(c_files(subject, request.name, request.source, request.dt, tunable=request.tunable)))
 
 
-TARGETS: dict[str, Callable[[Request], Product]] = {"c": _c}
+def _table(request: Request) -> Product:
+    from bristle.exports.drive import losses, side_of, table_text, units_of
+
+    forward, backward = [side_of(request.model, way, request.speed, request.points) for way in (1.0, -1.0)]
+    scale = units_of(request.axis, request.model.kind)
+    notes = losses(request.model, forward, backward, scale, symmetric=False)
+    return Product({f"{request.name}.csv": table_text(forward, backward, scale)}, notes)
+
+
+def _tf5200(request: Request) -> Product:
+    from bristle.exports.drive import losses, mean_side, side_of, tf5200_text, units_of
+
+    forward, backward = [side_of(request.model, way, request.speed, request.points) for way in (1.0, -1.0)]
+    mean = mean_side(forward, backward, request.points)
+    scale = units_of(request.axis, request.model.kind)
+    notes = losses(request.model, forward, backward, scale, symmetric=True)
+    return Product({f"{request.name}.txt": tf5200_text(request.model, mean, scale, notes, request.source.lines)}, notes)
+
+
+TARGETS: dict[str, Callable[[Request], Product]] = {"c": _c, "table": _table, "tf5200": _tf5200}
 """What writes each target."""
 TUNABLE = ("c",)
 
