@@ -26,7 +26,7 @@ def export(
     model: Annotated[
         Path, typer.Argument(metavar="MODEL.toml|RESULTS", help="A model file, or results of identify with one.")
     ],
-    to: Annotated[str, typer.Option("--to", metavar="TARGET", help="c, table or tf5200.")],
+    to: Annotated[str, typer.Option("--to", metavar="TARGET", help="c, wasm, table or tf5200.")],
     out: Annotated[
         Path, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the files into this new folder.")
     ],
@@ -47,7 +47,8 @@ def export(
     """Write a friction model as files for another world.
 
     c: a header, a source that compiles alone, an example, and a self-test that proves that the target gives the same
-    bits. Nothing is compiled here, and no compiler is needed. table: effort over velocity, CSV, in the units of the log
+    bits. Nothing is compiled here, and no compiler is needed. wasm: a module
+    and the script that loads it, for a browser or node. table: effort over velocity, CSV, in the units of the log
     that AXIS.toml describes. tf5200: the same for the friction compensation of a Beckhoff TF5200 CNC.
     """
     from bristle.core.content import content_of

@@ -20,7 +20,17 @@ from bristle.engine.steady import steady_force
 from bristle.friction import unvaried
 from bristle.prediction.drive_table import placed
 
-__all__ = ["Side", "Units", "losses", "mean_side", "reversal_distance", "side_of", "table_text", "tf5200_text", "units_of"]
+__all__ = [
+    "Side",
+    "Units",
+    "losses",
+    "mean_side",
+    "reversal_distance",
+    "side_of",
+    "table_text",
+    "tf5200_text",
+    "units_of",
+]
 
 POINTS, FEWEST, MOST = 20, 2, 1000
 FINE = 48  # points of the steady curve on each side
@@ -195,7 +205,8 @@ def tf5200_text(model: Model, side: Side, scale: Units, notes: tuple[str, ...], 
         ("reversal_lookahead", "0"), ("scaling_factor", str(SCALE_OF_ONE)), ("delay_cycles", "0"),
     ]  # fmt: skip
     for i, (v, f) in enumerate(side.entries.tolist()):
-        rows += [(f"table[{i}].in", f"{round(v / unit_si)}"), (f"table[{i}].out", _current(f / factor, rounded=per_mille))]
+        current = _current(f / factor, rounded=per_mille)
+        rows += [(f"table[{i}].in", f"{round(v / unit_si)}"), (f"table[{i}].out", current)]
     lines = [f"# {line}" for line in head] + [f"{'frict_comp.' + key:<40}{value}" for key, value in rows]
     return "\n".join([*lines, ""])
 

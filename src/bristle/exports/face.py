@@ -56,8 +56,8 @@ def export(
     model : Model
         A friction model with parameters.
     to : str
-        The target: ``"c"`` is C99 that compiles alone, ``"table"`` a table of effort over velocity, ``"tf5200"`` one
-        for the CNC of that name.
+        The target: ``"c"`` is C99 that compiles alone, ``"wasm"`` a module of WebAssembly with the script that loads
+        it, ``"table"`` a table of effort over velocity, ``"tf5200"`` one for the CNC of that name.
     out : path-like
         The new folder to write into; its parent must exist.
     name : str

@@ -75,6 +75,13 @@ def _c(request: Request) -> Product:
     return Product(dict(c_files(subject, request.name, request.source, request.dt, tunable=request.tunable)))
 
 
+def _wasm(request: Request) -> Product:
+    from bristle.exports.subject import subject_of
+    from bristle.exports.wasm import wasm_files
+
+    return Product(wasm_files(subject_of(request.model), request.name, request.source))
+
+
 def _table(request: Request) -> Product:
     from bristle.exports.drive import losses, side_of, table_text, units_of
 
@@ -94,7 +101,7 @@ def _tf5200(request: Request) -> Product:
     return Product({f"{request.name}.txt": tf5200_text(request.model, mean, scale, notes, request.source.lines)}, notes)
 
 
-TARGETS: dict[str, Callable[[Request], Product]] = {"c": _c, "table": _table, "tf5200": _tf5200}
+TARGETS: dict[str, Callable[[Request], Product]] = {"c": _c, "wasm": _wasm, "table": _table, "tf5200": _tf5200}
 """What writes each target."""
 TUNABLE = ("c",)
 
