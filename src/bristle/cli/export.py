@@ -35,6 +35,7 @@ def export(
         str, typer.Option(metavar="TIME", help="Time step of the self-test and of the example.")
     ] = "0.5 ms",
     tunable: Annotated[bool, typer.Option("--tunable", help="Let parameters be changed at run time.")] = False,
+    float32: Annotated[bool, typer.Option("--float32", help="Write C in single precision.")] = False,
     axis: AxisFile = None,
     speed: Annotated[
         str | None, typer.Option(metavar="SPEED", help="Largest of a table; that of the log that was fitted, if known.")
@@ -72,7 +73,8 @@ def export(
         source = provenance(context.obj, model=file, code=origins_of_code([base_of(friction.component)]))
         request = Request(
             friction, name_for(name), PERIOD(step, "--step", None), Source(source, facts["uncertainty"]),
-            tunable, None if axis is None else read_axis(axis), _speed(speed, friction, facts["treatment"]), points,
+            tunable, float32, None if axis is None else read_axis(axis), _speed(speed, friction, facts["treatment"]),
+            points,
         )  # fmt: skip
         product = files_for(to, request)
         for file_name, content in product.files.items():

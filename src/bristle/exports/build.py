@@ -26,14 +26,11 @@ class Builder:
 
     Parameters
     ----------
-    replaced : mapping
-        Kernels to be built in place of others, for a target that has another arithmetic.
     constants : mapping
-        Values for constants of modules, by module and name, for the same.
+        Values for constants of modules, by their name and usual value, for a target that has another arithmetic.
     """
 
-    replaced: dict[Callable[..., Any], Callable[..., Any]] = field(default_factory=dict)
-    constants: dict[tuple[str, str], float] = field(default_factory=dict)
+    constants: dict[tuple[str, float], float] = field(default_factory=dict)
     unit: Unit = field(default_factory=Unit)
 
     def __post_init__(self) -> None:
@@ -50,7 +47,6 @@ class Builder:
             If the kernel, or one that it calls, cannot be built.
         """
         kernel = self._chosen(called, types)
-        kernel = self.replaced.get(kernel, kernel)
         key = (kernel, *types)
         if key not in self._built:
             self._built[key] = self._build(kernel, types)

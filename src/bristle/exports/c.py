@@ -18,6 +18,7 @@ from bristle.exports.c_helpers import helpers_text
 from bristle.exports.described import Source, parameter_table, plain
 from bristle.exports.loops import loops_of
 from bristle.exports.rendering import rendered, version
+from bristle.exports.single import TOLERANCE
 from bristle.exports.subject import Subject
 from bristle.exports.tree import Function
 from bristle.exports.tunable import Tunable, tunable_of
@@ -27,6 +28,8 @@ from bristle.exports.walk import COUNT, FACTOR, PART, RESTS, SEED, TERM, hash_of
 __all__ = ["FLAGS", "CFiles", "c_files"]
 
 FLAGS = "-std=c99 -ffp-contract=off"
+VELOCITY = {"double": "(x - axis->position) / dt", "float": "(float)(x - axis->position) / (float)dt"}
+CHECKPOINT = 25  # steps between two forces that single precision is compared with
 EXAMPLE_PERIOD, EXAMPLE_LINES, EXAMPLE_STROKE = 1.0, 20, 1e-3
 
 
@@ -91,6 +94,7 @@ class CFiles:
             "start": self._start(printer, tuned), "zero": number(0.0, self.scalar),
             "nominal": f"{NOMINAL_LOAD!r}, {NOMINAL_TEMPERATURE!r}", "dt": repr(self.dt), "rate": f"{1.0 / self.dt:g}",
             **self._saved(printer), **self._example(), "loops": loops_of(subject), "reference": component.reference,
+            "velocity": VELOCITY[self.scalar], "single": self.scalar == "float",
             "tunable": self.tunable, "steps": self.steps, "model": model.name,
         }  # fmt: skip
 
@@ -123,7 +127,7 @@ class CFiles:
     def _step(self, printer: Printer, tuned: Tunable | None) -> list[str]:
         subject, cast = self.subject, "" if self.scalar == "double" else "(float)"
         around = ["load", "temperature"] if subject.signals else [repr(NOMINAL_LOAD), repr(NOMINAL_TEMPERATURE)]
-        motion = [f"{cast}velocity", f"{cast}x", *(f"{cast}{text}" for text in around)]
+        motion = ["velocity", f"{cast}x", *(f"{cast}{text}" for text in around)]
         state = ", ".join(f"axis->state.{printer.names.variable(name)}" for name, _ in subject.state.fields) or "0"
         handed = {
             "state": ("state", f"const {printer.named(subject.state, 'state')} = {{{state}}};"),
@@ -200,7 +204,9 @@ class CFiles:
         return {
             "count": self.steps, "scales": [repr(scale) for scale in walk.scales], "seed": SEED, "factor": FACTOR,
             "term": TERM, "rests": RESTS, "part": PART, "hash": f"0x{digest:016X}", "hash_text": f"{digest:016x}",
-            "last": repr(float(forces[-1])),
+            "last": repr(float(forces[-1])), "largest": repr(float(np.max(np.abs(forces)))), "every": CHECKPOINT,
+            "tolerance": repr(TOLERANCE) if self.scalar == "float" else "",
+            "checkpoints": [repr(force) for force in forces[::CHECKPOINT].tolist()],
         }  # fmt: skip
 
     def _example(self) -> dict[str, Any]:
@@ -211,9 +217,11 @@ class CFiles:
         }  # fmt: skip
 
 
-def c_files(subject: Subject, name: str, source: Source, dt: float, *, tunable: bool = False) -> dict[str, str]:
-    """Return the files of a friction model in C, text by name."""
-    return CFiles(subject, name, source, dt, tunable).files()
+def c_files(
+    subject: Subject, name: str, source: Source, dt: float, *, tunable: bool = False, single: bool = False
+) -> dict[str, str]:
+    """Return the files of a friction model in C, text by name; in single precision, of a subject with its constants."""
+    return CFiles(subject, name, source, dt, tunable, "float" if single else "double").files()
 
 
 def _call(function: Function, names: tuple[str, ...], handed: dict[str, tuple[str, str]]) -> tuple[str, list[str]]:

@@ -10,6 +10,17 @@ __all__ = ["helpers_text"]
 
 WIDTH = {"double": 64, "float": 32}
 LARGEST = {"double": "DBL_MAX", "float": "FLT_MAX"}
+# Of the format: bits of the fraction, what puts an integer into the last bits, masks.
+BITS = {
+    "double": {
+        "fraction": 52, "place": repr(INTEGER_IN_LAST_BITS), "of_mantissa": f"0x{OF_MANTISSA:X}",
+        "of_one": f"0x{BITS_OF_ONE:X}", "of_rounder": f"0x{BITS_OF_ROUNDER:X}",
+    },
+    "float": {
+        "fraction": 23, "place": "12583039.0f", "of_mantissa": "0x7FFFFF", "of_one": "0x3F800000",
+        "of_rounder": "0x4B400000",
+    },
+}  # fmt: skip
 ROOT = {"double": "sqrt", "float": "sqrtf"}
 
 TEXTS = {
@@ -58,11 +69,11 @@ TEXTS = {
     return a - floor_divided(a, b) * b;
 }}
 """,
-    "power_of_two": """/* 2 to the k, for an integral k from -1022 to 1023: the sum has k + 1023 in its last bits. */
+    "power_of_two": """/* 2 to the k, for an integral k in range: the sum has k and the bias in its last bits. */
 static inline {scalar} power_of_two({scalar} k)
 {{
     Bits part = {{k + {place}}};
-    part.bits <<= 52U;
+    part.bits <<= {fraction}U;
     return part.number;
 }}
 """,
@@ -78,7 +89,7 @@ static inline {scalar} mantissa_of({scalar} x)
 static inline {scalar} exponent_of({scalar} x)
 {{
     Bits part = {{x}};
-    part.bits = (part.bits >> 52U) | {unsigned}({of_rounder});
+    part.bits = (part.bits >> {fraction}U) | {unsigned}({of_rounder});
     return part.number - {place};
 }}
 """,
@@ -91,8 +102,7 @@ def helpers_text(names: Collection[str], scalar: str, integer: str) -> str:
     width = WIDTH[scalar]
     facts = {
         "scalar": scalar, "whole": integer, "width": width, "largest": LARGEST[scalar], "root": ROOT[scalar],
-        "unsigned": f"UINT{width}_C", "top": f"0x{1 << (width - 1):X}", "place": repr(INTEGER_IN_LAST_BITS),
-        "of_mantissa": f"0x{OF_MANTISSA:X}", "of_one": f"0x{BITS_OF_ONE:X}", "of_rounder": f"0x{BITS_OF_ROUNDER:X}",
+        "unsigned": f"UINT{width}_C", "top": f"0x{1 << (width - 1):X}", **BITS[scalar],
     }  # fmt: skip
     chosen = {"bits", *names} if any(name in names for name in IN_BITS) else set(names)
     return "\n".join(text.format(**facts) for name, text in TEXTS.items() if name in chosen)

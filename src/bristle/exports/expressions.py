@@ -96,8 +96,10 @@ class Expressions:
     def _name(self, node: ast.Name) -> Expression:
         if node.id in self.types:
             return Variable(self.types[node.id], node.id)
-        value = self.builder.constants.get((self.kernel.__module__, node.id))
-        return self._constant_of(global_value(self.kernel, node.id) if value is None else value, node, node.id)
+        value = global_value(self.kernel, node.id)
+        if isinstance(value, float):
+            value = self.builder.constants.get((node.id, value), value)
+        return self._constant_of(value, node, node.id)
 
     def _constant(self, node: ast.Constant) -> Expression:
         return self._constant_of(node.value, node, repr(node.value))

@@ -39,13 +39,13 @@ class Exported:
 
 
 @guarded(
-    model=model("friction"), to=TEXT, name=TEXT, step=PERIOD, tunable=FLAG, force=FLAG, points=whole(2, 1000),
-    speed=amount(Variable("length/time", "largest speed", min=0.0)), axis=optional(instance(Axis, "an axis")),
+    model=model("friction"), to=TEXT, name=TEXT, step=PERIOD, tunable=FLAG, float32=FLAG, force=FLAG,
+    points=whole(2, 1000), speed=amount(Variable("length/time", "largest speed", min=0.0)), axis=optional(instance(Axis, "an axis")),
 )  # fmt: skip
 def export(
     model: Model, to: str, out: str | os.PathLike[str], *, name: str = NAME, step: Amount = STEP, tunable: bool = False,
-    axis: Axis | None = None, speed: Amount = 0.0, points: int = POINTS, source: Source | None = None,
-    force: bool = False,
+    float32: bool = False, axis: Axis | None = None, speed: Amount = 0.0, points: int = POINTS,
+    source: Source | None = None, force: bool = False,
 ) -> Exported:  # fmt: skip
     """Write a friction model as files for another world: the same numbers to the bit, wherever the target can hold it.
 
@@ -66,6 +66,8 @@ def export(
         Time step [s] of the self-test and of the example.
     tunable : bool
         Whether parameters may be changed at run time.
+    float32 : bool
+        Whether C has numbers of single precision; they are not the bits of bristle then.
     axis : Axis, optional
         The axis, whose columns tell the units of a table; SI without one.
     speed : float or str
@@ -98,7 +100,9 @@ def export(
     """
     from bristle.files.results import results_folder
 
-    request = Request(model, name_for(name), float(step), source or Source(), tunable, axis, float(speed), points)
+    request = Request(
+        model, name_for(name), float(step), source or Source(), tunable, float32, axis, float(speed), points
+    )
     with results_folder(out, force=force) as folder:
         product = files_for(to, request)
         for file, content in product.files.items():

@@ -71,15 +71,15 @@ class Subject:
         return force
 
 
-def subject_of(model: Model, *, replaced: Any = None, constants: Any = None) -> Subject:
+def subject_of(model: Model, constants: dict[tuple[str, float], float] | None = None) -> Subject:
     """Return a friction model as functions of the tree.
 
     Parameters
     ----------
     model : Model
         A friction model with parameters.
-    replaced, constants : mapping, optional
-        Kernels and constants of modules that another arithmetic needs in place of others (`Builder`).
+    constants : mapping, optional
+        Constants of modules that another arithmetic needs in place of others (`Builder`).
 
     Raises
     ------
@@ -90,7 +90,7 @@ def subject_of(model: Model, *, replaced: Any = None, constants: Any = None) -> 
     for function in (component.trial, component.commit):
         if not is_kernel(function):
             raise NotExportableError(function, None, "is not a kernel: decorate it with @kernel from bristle.core")
-    builder = Builder(replaced or {}, constants or {})
+    builder = Builder(constants or {})
     parameters = _struct(type_of(model.parameters))
     state = _struct(type_of(component.initial_state(model.parameters)))
     motion = struct_of(Motion, [REAL] * len(Motion._fields))

@@ -33,6 +33,8 @@ class Request:
         Where the values come from.
     tunable : bool
         Whether parameters may be changed at run time.
+    single : bool
+        Whether numbers are of single precision.
     axis : Axis or None
         The axis, whose columns tell the units of a table.
     speed : float
@@ -46,6 +48,7 @@ class Request:
     dt: float
     source: Source = field(default_factory=Source)
     tunable: bool = False
+    single: bool = False
     axis: Axis | None = None
     speed: float = 0.0
     points: int = 20
@@ -71,8 +74,15 @@ def _c(request: Request) -> Product:
     from bristle.exports.c import c_files
     from bristle.exports.subject import subject_of
 
-    subject = subject_of(request.model)
-    return Product(dict(c_files(subject, request.name, request.source, request.dt, tunable=request.tunable)))
+    if not request.single:
+        subject = subject_of(request.model)
+        return Product(dict(c_files(subject, request.name, request.source, request.dt, tunable=request.tunable)))
+    from bristle.exports.single import CONSTANTS, TOLERANCE
+
+    subject = subject_of(request.model, CONSTANTS)
+    files = c_files(subject, request.name, request.source, request.dt, tunable=request.tunable, single=True)
+    note = f"single precision: not the bits of bristle; the self-test allows {TOLERANCE:g} of the largest force"
+    return Product(dict(files), (note,))
 
 
 def _wasm(request: Request) -> Product:
@@ -103,7 +113,7 @@ def _tf5200(request: Request) -> Product:
 
 TARGETS: dict[str, Callable[[Request], Product]] = {"c": _c, "wasm": _wasm, "table": _table, "tf5200": _tf5200}
 """What writes each target."""
-TUNABLE = ("c",)
+ONLY_C = ("c",)
 
 
 def files_for(target: str, request: Request) -> Product:
@@ -117,9 +127,12 @@ def files_for(target: str, request: Request) -> Product:
     if target not in TARGETS:
         raise InputError("no such target", path="to", value=target, allowed=", ".join(TARGETS),
                          mend=did_you_mean(target, TARGETS))  # fmt: skip
-    if request.tunable and target not in TUNABLE:
+    if request.tunable and target not in ONLY_C:
         raise InputError("has no parameters that may be changed at run time", path=target,
-                         allowed=", ".join(TUNABLE), mend="Leave tunable out")  # fmt: skip
+                         allowed=", ".join(ONLY_C), mend="Leave tunable out")  # fmt: skip
+    if request.single and target not in ONLY_C:
+        raise InputError("is not written in single precision", path=target, allowed=", ".join(ONLY_C),
+                         mend="Leave float32 out")  # fmt: skip
     return TARGETS[target](request)
 
 

@@ -40,8 +40,8 @@ static inline double advanced({{ name }} *axis, double x, double dt{% if signals
         axis->begun = 1;
         return axis->force;
     }
-    const double velocity = (x - axis->position) / dt;
-    if (!is_finite(velocity) || !(dt > 0.0) || dt > DBL_MAX{% if signals %} || !is_finite(load) || !is_finite(temperature){% endif %}) {
+    const {{ scalar }} velocity = {{ velocity }};
+    if (!(velocity - velocity == {{ zero }}) || !(dt > 0.0) || dt > DBL_MAX{% if signals %} || !is_finite(load) || !is_finite(temperature){% endif %}) {
         axis->flags |= {{ guard }}_REFUSED;
         return axis->force;
     }
