@@ -40,7 +40,8 @@ class Exported:
 
 @guarded(
     model=model("friction"), to=TEXT, name=TEXT, step=PERIOD, tunable=FLAG, float32=FLAG, force=FLAG,
-    points=whole(2, 1000), speed=amount(Variable("length/time", "largest speed", min=0.0)), axis=optional(instance(Axis, "an axis")),
+    points=whole(2, 1000), speed=amount(Variable("length/time", "largest speed", min=0.0)),
+    axis=optional(instance(Axis, "an axis")),
 )  # fmt: skip
 def export(
     model: Model, to: str, out: str | os.PathLike[str], *, name: str = NAME, step: Amount = STEP, tunable: bool = False,
