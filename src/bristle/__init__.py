@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from bristle.core.axis import Axis
     from bristle.engine import response
     from bristle.excitation import excite
+    from bristle.exports import export
     from bristle.files import (
         load_model_file,
         propose_axis,
@@ -58,6 +59,7 @@ _FROM = {
     "compare": "bristle.workflow",
     "design": "bristle.loop_design",
     "excite": "bristle.excitation",
+    "export": "bristle.exports",
     "load": "bristle.workflow",
     "load_model_file": "bristle.files",
     "propose_axis": "bristle.files",
@@ -89,6 +91,7 @@ __all__ = [
     "design",
     "engine",
     "excite",
+    "export",
     "figures",
     "friction",
     "hysteresis",

@@ -7,9 +7,12 @@ import pytest
 from bristle import friction
 from bristle.core import FrictionModel, InputError, Variable, kernel
 from bristle.core.mathematics import direction
+from bristle.exports import proof
+from bristle.exports.proof import compiler
 from bristle.files.user_model import load_model_file
 from bristle.friction.preisach_lugre import KERNELS, TRANSITIONS
 from bristle.testing import CHECKS, check_model
+from bristle.testing.contract import pure_trial, same_bits_exported
 
 NAMES = [
     *friction.MODELS,
@@ -141,7 +144,7 @@ class Arrays(NamedTuple):
         (lambda: faulty(uses_a_list), "exportable kernels"),
         (lambda: faulty(lambda state, memory, motion, dt, p: (0.0, Nothing())), "exportable kernels"),
         (lambda: faulty(sound_trial, commit=kernel(lambda state, memory, move, p: 0.0)), "exportable kernels"),
-        (lambda: faulty(writes_in_trial), "pure trial"),
+        (lambda: faulty(writes_in_trial), "exportable kernels"),
         (lambda: faulty(divides_by_the_step), "finite everywhere"),
         (lambda: faulty(compares_with_zero), "opposes sliding"),
         (lambda: faulty(produces_energy), "opposes sliding"),
@@ -156,6 +159,29 @@ class Arrays(NamedTuple):
 def test_each_fault_is_found_by_name(model, demand):
     failed = [check.name for check in check_model(model()) if not check.passed]
     assert demand in failed
+
+
+def test_a_trial_that_writes_is_found_by_running_it_too():
+    (check,) = check_model(faulty(writes_in_trial), checks=[pure_trial])
+    assert not check.passed
+    assert "wrote into the memory" in check.detail
+
+
+@pytest.mark.skipif(compiler() is None, reason="needs a C compiler")
+def test_what_is_exported_is_compared(monkeypatch):
+    (check,) = check_model(faulty(sound_trial), checks=[same_bits_exported])
+    assert check.applies
+    assert check.passed, check.detail
+    monkeypatch.setattr(proof, "FLAGS", "-std=c99 -Dtrial=nothing -DF_C=wrong;")
+    (check,) = check_model(faulty(sound_trial), checks=[same_bits_exported])
+    assert not check.passed
+
+
+def test_without_a_compiler_nothing_is_compared(monkeypatch):
+    monkeypatch.setattr(proof.shutil, "which", lambda name: None)
+    (check,) = check_model(faulty(sound_trial), checks=[same_bits_exported])
+    assert check.passed
+    assert not check.applies
 
 
 def test_the_sound_skeleton_of_the_faulty_models_passes():

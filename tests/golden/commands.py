@@ -44,6 +44,7 @@ COMMANDS = {
     "design": "design experiment.toml",
     "design_diverging": "design diverging.toml",
     "check": "check composite.toml",
+    "export": "export model.toml --to c --out axis_c",
     "check_lugre": "check lugre.toml",
     "check_own": "check own.py",
     "models": "models",

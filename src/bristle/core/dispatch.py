@@ -26,6 +26,7 @@ __all__ = [
     "friction_trial",
     "friction_trial_sided",
     "functions_of",
+    "implementation_of",
     "is_dispatch",
     "operator_commit",
     "operator_trial",
@@ -184,6 +185,11 @@ _DISPATCHERS = {
 def is_dispatch(function: Callable[..., Any]) -> bool:
     """Return whether `function` is one of the dispatching functions of this module."""
     return function in _DISPATCHERS
+
+
+def implementation_of(function: Callable[..., Any], parameters: type) -> Callable[..., Any] | None:
+    """Return what a dispatching function of this module calls for parameters of this type; None where nothing is."""
+    return _functions.get((*_DISPATCHERS[function], parameters))
 
 
 def overload_all() -> None:

@@ -13,7 +13,7 @@ from bristle.engine.steady import steady_force
 from bristle.identification.result import Fit
 from bristle.identification.roles import Role, name_of, offset_of
 
-__all__ = ["LevelValues", "drive_table", "largest_deviation", "level_values", "steady_curve"]
+__all__ = ["LevelValues", "drive_table", "largest_deviation", "level_values", "placed", "steady_curve"]
 
 FINE = 300  # points of the steady curve on each side
 NEAREST = 1e-6  # of the largest speed: the first of these points
@@ -47,7 +47,7 @@ def drive_table(fit: Fit, entries: int = 20) -> list[tuple[float, float]]:
         If `entries` is out of range.
     """
     sides = _sides(fit)
-    return [point for side in sides for point in side[_placed(side, entries // len(sides))].tolist()]
+    return [point for side in sides for point in side[placed(side, entries // len(sides))].tolist()]
 
 
 class LevelValues(NamedTuple):
@@ -144,7 +144,7 @@ def _sides(fit: Fit) -> list[np.ndarray]:
     return branches
 
 
-def _placed(curve: np.ndarray, count: int) -> list[int]:
+def placed(curve: np.ndarray, count: int) -> list[int]:
     """Return the points of a curve between which straight lines deviate least, at most `count`, both ends among them.
 
     Bisects on the deviation: for one that is allowed, each line reaches as far as it can.

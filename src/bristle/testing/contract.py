@@ -18,9 +18,11 @@ from bristle.core.kernel import kernels
 from bristle.core.status import Status
 from bristle.core.variable import unit_of, variables_of
 from bristle.engine import force_along, interpreted, run_open_loop, settled
+from bristle.exports.proof import compiler, proved
+from bristle.exports.scope import NotExportableError
+from bristle.exports.subject import kernels_of
 from bristle.friction import find
 from bristle.plants import inertia
-from bristle.testing.kernel_subset import reachable_kernels, violations_of
 
 __all__ = ["CHECKS", "Check", "check_model", "example_of"]
 
@@ -155,18 +157,18 @@ def described_variables(model: Model) -> _Fact:
 
 
 def exportable_kernels(model: Model) -> _Fact:
-    """Keep the functions in the subset of Python that can be compiled and exported."""
+    """Keep the functions in the part of Python that can be compiled and exported: each is built for other targets."""
     component = model.component
     optional = component.rate, component.piece, component.flow, component.arrival
     functions = [component.trial, component.commit, *(function for function in optional if function)]
     for function in functions:
         if function not in kernels():
             raise _UnmetError(f"{function.__name__} is not a kernel", "Decorate it with @kernel from bristle.core")
-    reached = reachable_kernels(*functions)
-    violations = [violation for function in reached for violation in violations_of(function)]
-    if violations:
-        raise _UnmetError(_Fact("; ".join(sorted(violations)[:3]), len(violations), "1", 0.0))
-    return _Fact(f"{len(reached)} kernels", 0.0, "1", 0.0)
+    try:
+        built = kernels_of(model)
+    except NotExportableError as error:
+        raise _UnmetError(_Fact(str(error), 1, "1", 0.0)) from None
+    return _Fact(f"{len(built)} kernels", 0.0, "1", 0.0)
 
 
 def scalar_results(model: Model) -> _Fact:
@@ -353,6 +355,17 @@ def same_bits_compiled(model: Model) -> _Fact:
     return fact
 
 
+def same_bits_exported(model: Model) -> _Fact:
+    """Give the bits of plain Python when exported to C and compiled, where there is a C compiler."""
+    command = compiler()
+    if command is None:
+        return _Fact("no C compiler here", applies=False)
+    steps, message = proved(model, command)
+    if message:
+        raise _UnmetError(message, "Use bristle.core.mathematics, not math or **")
+    return _Fact(f"{steps} steps compiled by {command}")
+
+
 def drives_a_mass(model: Model) -> _Fact:
     """Let a mass driven by a sine move and stay finite, every implicit step converging."""
     t = np.arange(2000) * 1e-3
@@ -367,7 +380,7 @@ def drives_a_mass(model: Model) -> _Fact:
 FORM = (described_variables, exportable_kernels, scalar_results)
 CHECKS = (
     *FORM, pure_trial, finite_everywhere, one_sided_limits, opposes_sliding, dissipates, refines, rate_agrees,
-    flow_agrees, same_bits_compiled, drives_a_mass,
+    flow_agrees, same_bits_compiled, same_bits_exported, drives_a_mass,
 )  # fmt: skip
 
 

@@ -1,0 +1,6 @@
+"""What was identified, out of Python: the same kernels in other languages, to the bit, and tables for drives."""
+
+from bristle.exports.face import Exported, export
+from bristle.exports.targets import TARGETS
+
+__all__ = ["TARGETS", "Exported", "export"]

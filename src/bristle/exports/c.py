@@ -1,0 +1,264 @@
+"""C99 of a friction model: a header, a source that compiles alone, a self-test, an example and what builds them.
+
+The functions of the tree are static functions of one source; the state is a structure that the caller owns. What is
+between them and the caller (the first position, inputs that are no numbers, saving and loading) is written here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE
+from bristle.core.variable import variables_of
+from bristle.exports.c_code import Printer, number, wrapped
+from bristle.exports.c_helpers import helpers_text
+from bristle.exports.described import Source, parameter_table, plain
+from bristle.exports.loops import loops_of
+from bristle.exports.rendering import rendered, version
+from bristle.exports.single import TOLERANCE
+from bristle.exports.subject import Subject
+from bristle.exports.tree import Function
+from bristle.exports.tunable import Tunable, tunable_of
+from bristle.exports.types import REAL, Array, Struct, Type
+from bristle.exports.walk import COUNT, FACTOR, PART, RESTS, SEED, TERM, hash_of, walk_of
+
+__all__ = ["FLAGS", "CFiles", "c_files"]
+
+FLAGS = "-std=c99 -ffp-contract=off"
+VELOCITY = {"double": "(x - axis->position) / dt", "float": "(float)(x - axis->position) / (float)dt"}
+CHECKPOINT = 25  # steps between two forces that single precision is compared with
+EXAMPLE_PERIOD, EXAMPLE_LINES, EXAMPLE_STROKE = 1.0, 20, 1e-3
+
+
+@dataclass(frozen=True)
+class CFiles:
+    """How a friction model is written in C.
+
+    Parameters
+    ----------
+    subject : Subject
+        The model.
+    name : str
+        What files, types and functions are called.
+    source : Source
+        Where the values come from.
+    dt : float
+        Time step of the self-test and of the example [s].
+    tunable : bool
+        Whether the parameters may be changed at run time.
+    scalar : {"double", "float"}
+        What a real number is.
+    steps : int
+        Steps of the self-test.
+    """
+
+    subject: Subject
+    name: str
+    source: Source
+    dt: float
+    tunable: bool = False
+    scalar: str = "double"
+    steps: int = COUNT
+
+    def files(self) -> dict[str, str]:
+        """Return the text of each file by its name."""
+        facts = self._facts()
+        return {
+            f"{self.name}.h": rendered("c/header.h", facts),
+            f"{self.name}.c": rendered("c/source.c", facts),
+            f"{self.name}_selftest.c": rendered("c/selftest.c", facts | self._walked()),
+            "CMakeLists.txt": rendered("c/CMakeLists.txt", facts),
+            "example_main.c": rendered("c/example_main.c", facts),
+            "README.md": rendered("c/README.md", facts),
+        }
+
+    def _facts(self) -> dict[str, Any]:
+        subject, model = self.subject, self.subject.model
+        tuned = tunable_of(model) if self.tunable else None
+        printer = Printer(subject.unit, self.scalar, [subject.state, subject.motion, subject.move, subject.parameters])
+        definitions = printer.definitions()
+        step = self._step(printer, tuned)
+        helpers = helpers_text(printer.helpers, self.scalar, printer.integer)
+        component = model.component
+        return {
+            "name": self.name, "guard": self.name.upper(), "version": version(), "flags": FLAGS,
+            "title": plain(f"Friction of an axis: {model.name}"), "description": plain(component.description) + ".",
+            "facts": self.source.lines, "table": parameter_table(model, self.source).rstrip(),
+            "unit_x": self._unit("length"), "unit_force": self._unit("force"), "scalar": self.scalar,
+            "state": self._state_lines(printer), "memory": subject.memory_size, "signals": subject.signals,
+            "parameters": tuned.declared(self.scalar, model) if tuned else [],
+            "definitions": definitions, "helpers": helpers, "data": self._data(printer, tuned), "step": step,
+            "start": self._start(printer, tuned), "zero": number(0.0, self.scalar),
+            "nominal": f"{NOMINAL_LOAD!r}, {NOMINAL_TEMPERATURE!r}", "dt": repr(self.dt), "rate": f"{1.0 / self.dt:g}",
+            **self._saved(printer), **self._example(), "loops": loops_of(subject), "reference": component.reference,
+            "velocity": VELOCITY[self.scalar], "single": self.scalar == "float",
+            "tunable": self.tunable, "steps": self.steps, "model": model.name,
+        }  # fmt: skip
+
+    def _unit(self, quantity: str) -> str:
+        from bristle.core.variable import unit_of
+
+        return unit_of(quantity, self.subject.model.kind)
+
+    # --- what the structure of the axis holds ---------------------------------------------------------------------
+
+    def _state_lines(self, printer: Printer) -> list[str]:
+        variables, kind = variables_of(self.subject.state.cls), self.subject.model.kind
+        lines = []
+        for name, part in self.subject.state.fields:
+            variable = variables[name]
+            unit = variable.unit(kind)
+            meaning = plain(variable.description) + (f" [{plain(unit)}]" if unit != "1" else "")
+            lines.append(f"{printer.named(part, printer.names.variable(name))}; /* {meaning} */")
+        return lines
+
+    def _start(self, printer: Printer, tuned: Tunable | None) -> list[str]:
+        lines = [
+            f"axis->state.{printer.names.variable(name)} = {_literal(value, part, self.scalar)};"
+            for (name, part), value in zip(self.subject.state.fields, self.subject.virgin, strict=True)
+        ]
+        return lines + (tuned.started(self.scalar) if tuned else [])
+
+    # --- the step -------------------------------------------------------------------------------------------------
+
+    def _step(self, printer: Printer, tuned: Tunable | None) -> list[str]:
+        subject, cast = self.subject, "" if self.scalar == "double" else "(float)"
+        around = ["load", "temperature"] if subject.signals else [repr(NOMINAL_LOAD), repr(NOMINAL_TEMPERATURE)]
+        motion = ["velocity", f"{cast}x", *(f"{cast}{text}" for text in around)]
+        state = ", ".join(f"axis->state.{printer.names.variable(name)}" for name, _ in subject.state.fields) or "0"
+        handed = {
+            "state": ("state", f"const {printer.named(subject.state, 'state')} = {{{state}}};"),
+            "motion": ("motion", f"const {printer.named(subject.motion, 'motion')} = {{{', '.join(motion)}}};"),
+            "p": ("p", f"const {printer.named(subject.parameters, 'p')} = assembled(&axis->parameters);")
+            if tuned else ("parameters", ""),
+            "memory": ("axis->memory", ""), "dt": (f"{cast}dt", ""), "move": ("step.part_1", ""),
+        }  # fmt: skip
+        trial, arguments = _call(subject.trial, ("state", "memory", "motion", "dt", "p"), handed)
+        commit, also = _call(subject.commit, ("state", "memory", "move", "p"), handed)
+        commits = bool(subject.state.fields) or subject.commit.writes
+        needed = {*arguments, *also} if commits else set(arguments)
+        structures = [line for name, (_, line) in handed.items() if line and name in needed]
+        assert isinstance(subject.trial.result, Struct)
+        lines = [
+            *structures,
+            f"const {printer.named(subject.trial.result, 'step')} = {trial};",
+            "if (!is_finite(step.part_0)) {",
+            f"    axis->flags |= {self.name.upper()}_OVERFLOW;",
+            "    return axis->force;",
+            "}",
+            "axis->force = step.part_0;",
+        ]
+        if not subject.state.fields:
+            return [*lines, f"(void){commit};"] if subject.commit.writes else lines
+        lines.append(f"const {printer.named(subject.state, 'after')} = {commit};")
+        names = [printer.names.variable(name) for name, _ in subject.state.fields]
+        return lines + [f"axis->state.{name} = after.{name};" for name in names]
+
+    def _data(self, printer: Printer, tuned: Tunable | None) -> str:
+        p = self.subject.model.parameters
+        if tuned:
+            return tuned.assembled(printer, self.subject.parameters, self.name)
+        if not any(
+            "p" in [argument.name for argument in used.parameters] for used in (self.subject.trial, self.subject.commit)
+        ):
+            return ""
+        arrays: list[str] = []
+        text = _initial(p, self.subject.parameters, self.scalar, arrays)
+        declared = f"static const {printer.named(self.subject.parameters, 'parameters')} = {text};"
+        return "\n".join([*arrays, *wrapped(declared, ""), ""])
+
+    # --- saving ---------------------------------------------------------------------------------------------------
+
+    def _saved(self, printer: Printer) -> dict[str, Any]:
+        state, size = self.subject.state, self.subject.memory_size
+        real = self.scalar == "double"
+        fields = []
+        for place, (name, part) in enumerate(state.fields):
+            at, field = f"bytes + {32 + 8 * place}", f"axis->state.{printer.names.variable(name)}"
+            if part == REAL:
+                save, restore = f"put_real(at, {'' if real else '(double)'}{field})", f"got_real({at})"
+                refused, restore = f"!is_finite(got_real({at}))", restore if real else f"(float){restore}"
+            else:
+                # As many turning points as the memory has room for, and one for the present.
+                capacity = size // 2 if name == "depth" and size else 2**31
+                save = f"put(at, (uint64_t){field})"
+                restore, refused = f"({printer.type_name(part)})got({at})", f"got({at}) >= {capacity}U"
+            fields.append({"put": save, "got": f"{field} = {restore}", "refused": refused})
+        layout = f"{self.subject.model.name} {self.scalar} {state.fields} {size}".encode()
+        memory_at = 32 + 8 * len(fields)
+        return {
+            "saved": memory_at + 8 * size + 8, "saved_state": fields, "memory_at": memory_at,
+            "layout": f"0x{_digest(layout):016X}", "widened": "" if real else "(double)",
+            "narrowed": "" if real else "(float)",
+        }  # fmt: skip
+
+    # --- self-test and example ------------------------------------------------------------------------------------
+
+    def _walked(self) -> dict[str, Any]:
+        walk = walk_of(self.subject, self.dt)
+        forces = self.subject.forces(walk.positions(self.steps), self.dt)
+        digest = hash_of(forces)
+        return {
+            "count": self.steps, "scales": [repr(scale) for scale in walk.scales], "seed": SEED, "factor": FACTOR,
+            "term": TERM, "rests": RESTS, "part": PART, "hash": f"0x{digest:016X}", "hash_text": f"{digest:016x}",
+            "last": repr(float(forces[-1])), "largest": repr(float(np.max(np.abs(forces)))), "every": CHECKPOINT,
+            "tolerance": repr(TOLERANCE) if self.scalar == "float" else "",
+            "checkpoints": [repr(force) for force in forces[::CHECKPOINT].tolist()],
+        }  # fmt: skip
+
+    def _example(self) -> dict[str, Any]:
+        cycles = max(2, round(EXAMPLE_PERIOD / self.dt))
+        return {
+            "amplitude": repr(EXAMPLE_STROKE), "cycles": cycles, "period": f"{cycles * self.dt:g}",
+            "every": max(1, 2 * cycles // EXAMPLE_LINES),
+        }  # fmt: skip
+
+
+def c_files(
+    subject: Subject, name: str, source: Source, dt: float, *, tunable: bool = False, single: bool = False
+) -> dict[str, str]:
+    """Return the files of a friction model in C, text by name; in single precision, of a subject with its constants."""
+    return CFiles(subject, name, source, dt, tunable, "float" if single else "double").files()
+
+
+def _call(function: Function, names: tuple[str, ...], handed: dict[str, tuple[str, str]]) -> tuple[str, list[str]]:
+    """Return a call with the arguments that the function still takes, and which ones these are."""
+    arguments = dict(zip(function.source.__code__.co_varnames, names, strict=False))
+    needed = [arguments[parameter.name] for parameter in function.parameters]
+    return f"{function.name}({', '.join(handed[name][0] for name in needed)})", needed
+
+
+def _initial(value: Any, kind: Struct, scalar: str, arrays: list[str], path: str = "") -> str:
+    """Return the initial value of a structure; arrays of it become constants of their own."""
+    parts = []
+    for (name, part), field in zip(kind.fields, value, strict=True):
+        if isinstance(part, Struct):
+            parts.append(_initial(field, part, scalar, arrays, f"{path}{name}_"))
+        elif isinstance(part, Array):
+            arrays.append(_array(f"{path}{name}", field, scalar))
+            parts.append(f"{path}{name}")
+        else:
+            parts.append(_literal(field, part, scalar))
+    return "{" + (", ".join(parts) or "0") + "}"
+
+
+def _array(name: str, values: np.ndarray, scalar: str) -> str:
+    numbers = [number(float(value), scalar) for value in values]
+    lines = [", ".join(numbers[at : at + 6]) for at in range(0, len(numbers), 6)]
+    return f"static const {scalar} {name}[{max(len(numbers), 1)}] = {{\n    " + ",\n    ".join(lines or ["0"]) + "\n};"
+
+
+def _literal(value: Any, kind: Type, scalar: str) -> str:
+    return number(float(value), scalar) if kind == REAL else str(int(value))
+
+
+def _digest(text: bytes) -> int:
+    from bristle.exports.walk import FNV_OFFSET, FNV_PRIME
+
+    digest = FNV_OFFSET
+    for byte in text:
+        digest = ((digest ^ byte) * FNV_PRIME) % 2**64
+    return digest

@@ -1,0 +1,345 @@
+"""Functions of a tree as C99: static functions, tuples as structures by value, nothing of a library but ``sqrt``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+from bristle.exports.names import Names
+from bristle.exports.tree import (
+    Assign,
+    Binary,
+    Break,
+    Call,
+    Compare,
+    Constant,
+    Convert,
+    Evaluate,
+    Expression,
+    Field,
+    For,
+    Function,
+    If,
+    Index,
+    Intrinsic,
+    Logic,
+    Make,
+    Negative,
+    Not,
+    Return,
+    Select,
+    Statement,
+    Store,
+    Unit,
+    Variable,
+    While,
+    blocks_of,
+    walk,
+)
+from bristle.exports.types import INTEGER, REAL, TRUTH, VOID, Array, Scalar, Struct, Type
+
+__all__ = ["Printer", "needs_wide_integers", "number", "structures_of", "wrapped"]
+
+INDENT = "    "
+# How tightly an expression binds; a part that binds no tighter than it must stands in brackets.
+PRIMARY, UNARY, SELECT = 16, 14, 2
+BINDS = {"*": 13, "/": 13, "+": 12, "-": 12, ">>": 11, "<": 10, "<=": 10, ">": 10, ">=": 10, "==": 9, "!=": 9,
+         "&": 8, "^": 7, "and": 4, "or": 3}  # fmt: skip
+LONGEST = 110
+BREAKS = (", ", " + ", " - ", " * ", " && ", " || ", " ? ", " : ")
+
+
+def number(value: float, scalar: str = "double") -> str:
+    """Return a real number as C reads it, to the bit."""
+    if math.isnan(value):
+        return f"({scalar})NAN"
+    if math.isinf(value):
+        return f"{'-' if value < 0 else ''}({scalar})INFINITY"
+    return repr(float(value)) + ("f" if scalar == "float" else "")
+
+
+def needs_wide_integers(unit: Unit) -> bool:
+    """Return whether whole numbers of a unit leave 32 bits: those of the random numbers do."""
+    for part in walk(*[function.body for function in unit.functions]):
+        if isinstance(part, Binary) and part.operator in ("&", "^", ">>"):
+            return True
+        if isinstance(part, Constant) and part.type == INTEGER and abs(part.value) >= 2**31:
+            return True
+    return False
+
+
+def structures_of(types: Iterable[Type]) -> list[Struct]:
+    """Return the tuples among some types and inside of them, each after those that it holds."""
+    structures: dict[Struct, None] = {}
+
+    def add(kind: Type) -> None:
+        if isinstance(kind, Struct) and kind not in structures:
+            for _, part in kind.fields:
+                add(part)
+            structures[kind] = None
+
+    for kind in types:
+        add(kind)
+    return list(structures)
+
+
+class Printer:
+    """Prints the functions of one unit.
+
+    Parameters
+    ----------
+    unit : Unit
+        The functions.
+    scalar : {"double", "float"}
+        What a real number is.
+    also : sequence of Type
+        Types that are used around the functions.
+    """
+
+    def __init__(self, unit: Unit, scalar: str = "double", also: Sequence[Type] = ()) -> None:
+        self.unit, self.scalar = unit, scalar
+        self.integer = "int64_t" if needs_wide_integers(unit) else "int32_t"
+        used = [kind for function in unit.functions for kind in _types_in(function)]
+        self.structures = structures_of([*used, *also])
+        self.names = Names(self.structures)
+        self.helpers: set[str] = set()
+
+    def definitions(self) -> str:
+        """Return structures and functions; `helpers` then holds what they call beside each other."""
+        functions = [self._function(function) for function in self.unit.functions]
+        structures = [self._structure(kind) for kind in self.structures]
+        return "\n".join([*structures, *functions])
+
+    def named(self, kind: Type, name: str) -> str:
+        """Return the declaration of a name of this type."""
+        text = self.type_name(kind)
+        return f"{text}{'' if text.endswith('*') else ' '}{name}"
+
+    def type_name(self, kind: Type) -> str:
+        """Return the name of a type."""
+        if isinstance(kind, Scalar):
+            return {REAL: self.scalar, INTEGER: self.integer, TRUTH: "bool", VOID: "void"}[kind]
+        if isinstance(kind, Array):
+            return f"{self.scalar} *" if kind.writable else f"const {self.scalar} *"
+        return self.names.structures[kind]
+
+    # --- what is defined ------------------------------------------------------------------------------------------
+
+    def _structure(self, kind: Struct) -> str:
+        fields = [f"{INDENT}{self.named(part, self.names.variable(name))};" for name, part in kind.fields]
+        return "\n".join(
+            ["typedef struct {", *(fields or [f"{INDENT}char nothing;"]), f"}} {self.type_name(kind)};", ""]
+        )
+
+    def _function(self, function: Function) -> str:
+        arguments = [self.named(argument.type, self.names.variable(argument.name)) for argument in function.parameters]
+        head = f"static inline {self.named(function.result, function.name)}({', '.join(arguments) or 'void'})"
+        comment = [f"/* {described(function.description)} */"] if function.description else []
+        body = Body(self, function).lines()
+        return "\n".join([*comment, *wrapped(head, ""), "{", *body, "}", ""])
+
+
+class Body:
+    """Prints the body of one function."""
+
+    def __init__(self, printer: Printer, function: Function) -> None:
+        self.printer, self.function, self.helpers = printer, function, printer.helpers
+        self._declared = {parameter.name for parameter in function.parameters}
+        self._at: dict[int, str] = {}
+        self._first: list[Variable] = []
+        self._rounds = 0
+
+    def lines(self) -> list[str]:
+        """Return the lines of the body."""
+        self._place_declarations()
+        first = [
+            f"{INDENT}{self.printer.named(v.type, self._name(v.name))} = {self._zero(v.type)};" for v in self._first
+        ]
+        return first + self._block(self.function.body, INDENT)
+
+    # --- where variables are declared -----------------------------------------------------------------------------
+
+    def _place_declarations(self) -> None:
+        """Declare each variable with its first value where that comes before every look at it, else at the top."""
+        arguments = {parameter.name for parameter in self.function.parameters}
+        assigned = [part.variable for part in walk(self.function.body) if isinstance(part, Assign)]
+        for variable in {part.name: part for part in assigned if part.name not in arguments}.values():
+            at = _first_value(self.function.body, variable.name)
+            if at is None:
+                self._first.append(variable)
+            else:
+                self._at[id(at)] = variable.name
+
+    def _zero(self, kind: Type) -> str:
+        if isinstance(kind, Struct):
+            return "{0}"
+        return {REAL: number(0.0, self.printer.scalar), INTEGER: "0", TRUTH: "false"}.get(kind, "0")  # type: ignore[call-overload]
+
+    # --- statements -----------------------------------------------------------------------------------------------
+
+    def _block(self, block: list[Statement], indent: str) -> list[str]:
+        return [line for statement in block for line in self._statement(statement, indent)]
+
+    def _statement(self, statement: Statement, indent: str) -> list[str]:
+        inner = indent + INDENT
+        if isinstance(statement, Assign):
+            name = self._name(statement.variable.name)
+            target = self.printer.named(statement.variable.type, name) if id(statement) in self._at else name
+            return wrapped(f"{indent}{target} = {self._of(statement.value)};", indent)
+        if isinstance(statement, Store):
+            place = f"{self._of(statement.array, PRIMARY)}[{self._of(statement.at)}]"
+            return wrapped(f"{indent}{place} = {self._of(statement.value)};", indent)
+        if isinstance(statement, Evaluate):
+            return wrapped(f"{indent}(void){self._of(statement.call)};", indent)
+        if isinstance(statement, Return):
+            value = "" if statement.value is None else f" {self._of(statement.value)}"
+            return wrapped(f"{indent}return{value};", indent)
+        if isinstance(statement, If):
+            return self._if(statement, indent)
+        if isinstance(statement, For):
+            return self._for(statement, indent)
+        if isinstance(statement, While):
+            head = wrapped(f"{indent}while ({self._of(statement.test)}) {{", indent)
+            return [*head, *self._block(statement.body, inner), f"{indent}}}"]
+        return [f"{indent}{'break' if isinstance(statement, Break) else 'continue'};"]
+
+    def _if(self, statement: If, indent: str) -> list[str]:
+        inner, test, first, second = indent + INDENT, statement.test, statement.body, statement.otherwise
+        if not first:
+            test, first, second = Not(TRUTH, test), second, []
+        lines = [*wrapped(f"{indent}if ({self._of(test)}) {{", indent), *self._block(first, inner)]
+        if second:
+            lines += [f"{indent}}} else {{", *self._block(second, inner)]
+        return [*lines, f"{indent}}}"]
+
+    def _for(self, statement: For, indent: str) -> list[str]:
+        self._rounds += 1
+        name = f"round_{self._rounds}" if statement.variable.name == "_" else self._name(statement.variable.name)
+        start, stop = self._of(statement.start), self._of(statement.stop, BINDS["<"] + 1)
+        head = f"{indent}for ({self.printer.integer} {name} = {start}; {name} < {stop}; ++{name}) {{"
+        return [*wrapped(head, indent), *self._block(statement.body, indent + INDENT), f"{indent}}}"]
+
+    # --- expressions ----------------------------------------------------------------------------------------------
+
+    def _of(self, expression: Expression, least: int = 0) -> str:
+        text, binds = getattr(self, f"_{type(expression).__name__.lower()}")(expression)
+        return text if binds >= least and binds > 0 else f"({text})"
+
+    def _name(self, name: str) -> str:
+        return self.printer.names.variable(name)
+
+    def _constant(self, e: Constant) -> tuple[str, int]:
+        if e.type == TRUTH:
+            return ("true" if e.value else "false"), PRIMARY
+        text = number(float(e.value), self.printer.scalar) if e.type == REAL else str(int(e.value))
+        if e.type == INTEGER and abs(e.value) >= 2**31:
+            text = f"INT64_C({text})"
+        return text, (UNARY - 1 if text.startswith("-") else PRIMARY)
+
+    def _variable(self, e: Variable) -> tuple[str, int]:
+        return self._name(e.name), PRIMARY
+
+    def _field(self, e: Field) -> tuple[str, int]:
+        return f"{self._of(e.of, PRIMARY)}.{self._name(e.name)}", PRIMARY
+
+    def _index(self, e: Index) -> tuple[str, int]:
+        return f"{self._of(e.array, PRIMARY)}[{self._of(e.at)}]", PRIMARY
+
+    def _negative(self, e: Negative) -> tuple[str, int]:
+        return f"-{self._of(e.of, UNARY + 1)}", UNARY
+
+    def _not(self, e: Not) -> tuple[str, int]:
+        return f"!{self._of(e.of, UNARY)}", UNARY
+
+    def _binary(self, e: Binary) -> tuple[str, int]:
+        if e.operator in ("//", "%"):
+            helper = "floor_divided" if e.operator == "//" else "floor_rest"
+            self.helpers |= {"floor_divided", helper}
+            return f"{helper}({self._of(e.left)}, {self._of(e.right)})", PRIMARY
+        binds = BINDS[e.operator]
+        if e.operator in ("&", "^", ">>"):
+            return f"{self._of(e.left, PRIMARY)} {e.operator} {self._of(e.right, PRIMARY)}", binds
+        return f"{self._of(e.left, binds)} {e.operator} {self._of(e.right, binds + 1)}", binds
+
+    def _compare(self, e: Compare) -> tuple[str, int]:
+        tighter = BINDS["<"] + 1
+        return f"{self._of(e.left, tighter)} {e.operator} {self._of(e.right, tighter)}", BINDS[e.operator]
+
+    def _logic(self, e: Logic) -> tuple[str, int]:
+        joined = {"and": " && ", "or": " || "}[e.operator]
+        return joined.join(self._of(part, BINDS["=="]) for part in e.parts), BINDS[e.operator]
+
+    def _select(self, e: Select) -> tuple[str, int]:
+        return f"{self._of(e.test, BINDS['or'])} ? {self._of(e.first, 3)} : {self._of(e.second, 3)}", SELECT
+
+    def _convert(self, e: Convert) -> tuple[str, int]:
+        return f"({self.printer.type_name(e.type)}){self._of(e.of, UNARY)}", UNARY
+
+    def _call(self, e: Call) -> tuple[str, int]:
+        return f"{e.function.name}({', '.join(self._of(argument) for argument in e.arguments)})", PRIMARY
+
+    def _intrinsic(self, e: Intrinsic) -> tuple[str, int]:
+        name = e.name if e.type != INTEGER or e.name == "floor" else f"whole_{e.name}"
+        self.helpers.add(name)
+        return f"{HELPED.get(name, name)}({', '.join(self._of(argument) for argument in e.arguments)})", PRIMARY
+
+    def _make(self, e: Make) -> tuple[str, int]:
+        parts = ", ".join(self._of(part) for part in e.parts) or "0"
+        return f"({self.printer.type_name(e.type)}){{{parts}}}", PRIMARY
+
+
+# What the helpers are called in C; those of a library would be other ones by the same name.
+HELPED = {
+    "sqrt": "root", "copysign": "with_sign", "abs": "magnitude", "floor": "next_below", "isinf": "is_infinite",
+    "isnan": "is_nan", "min": "least", "max": "greatest", "whole_abs": "whole_magnitude", "whole_min": "whole_least",
+    "whole_max": "whole_greatest", "mantissa": "mantissa_of", "exponent": "exponent_of",
+}  # fmt: skip
+
+
+def described(text: str) -> str:
+    """Return the first line of a docstring as a comment of C: in ASCII, without marks of typesetting."""
+    plain = text.replace(":math:", "").replace("`", "").replace("*/", "")
+    return plain.encode("ascii", "replace").decode()
+
+
+def _types_in(function: Function) -> list[Type]:
+    inside = [part.type for part in walk(function.body) if isinstance(part, Expression)]
+    return [function.result, *(parameter.type for parameter in function.parameters), *inside]
+
+
+def _first_value(block: list[Statement], name: str) -> Assign | None:
+    """Return the assignment that comes before every other use of a name, and in a block around all of them."""
+    using = [statement for statement in block if _uses(statement, name)]
+    first = using[0]
+    if isinstance(first, Assign):
+        return first if not any(isinstance(p, Variable) and p.name == name for p in walk(first.value)) else None
+    inside = [part for part in blocks_of(first) if any(_uses(statement, name) for statement in part)]
+    if len(using) > 1 or len(inside) != 1 or _in_head(first, name):
+        return None
+    return _first_value(inside[0], name)
+
+
+def _uses(node: Statement | Expression, name: str) -> bool:
+    return any(isinstance(part, Variable) and part.name == name for part in walk(node))
+
+
+def _in_head(statement: Statement, name: str) -> bool:
+    heads: list[Expression] = []
+    if isinstance(statement, (If, While)):
+        heads = [statement.test]
+    elif isinstance(statement, For):
+        heads = [statement.start, statement.stop, statement.variable]
+    return any(_uses(head, name) for head in heads) or not blocks_of(statement)
+
+
+def wrapped(line: str, indent: str) -> list[str]:
+    """Return a long line as several, broken after commas and before operators."""
+    lines: list[str] = []
+    while len(line) > LONGEST:
+        at = max(line.rfind(mark, len(indent) + 40, LONGEST) for mark in BREAKS)
+        if at < 0:
+            break
+        cut = at + 1 if line[at] == "," else at
+        lines.append(line[:cut])
+        line = f"{indent}{INDENT}{INDENT}{line[cut:].lstrip()}"
+    return [*lines, line]

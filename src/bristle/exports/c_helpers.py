@@ -1,0 +1,108 @@
+"""What functions in C call beside each other: operations that every target computes exactly, written in its bits."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from bristle.core.exponent import BITS_OF_ONE, BITS_OF_ROUNDER, INTEGER_IN_LAST_BITS, OF_MANTISSA
+
+__all__ = ["helpers_text"]
+
+WIDTH = {"double": 64, "float": 32}
+LARGEST = {"double": "DBL_MAX", "float": "FLT_MAX"}
+# Of the format: bits of the fraction, what puts an integer into the last bits, masks.
+BITS = {
+    "double": {
+        "fraction": 52, "place": repr(INTEGER_IN_LAST_BITS), "of_mantissa": f"0x{OF_MANTISSA:X}",
+        "of_one": f"0x{BITS_OF_ONE:X}", "of_rounder": f"0x{BITS_OF_ROUNDER:X}",
+    },
+    "float": {
+        "fraction": 23, "place": "12583039.0f", "of_mantissa": "0x7FFFFF", "of_one": "0x3F800000",
+        "of_rounder": "0x4B400000",
+    },
+}  # fmt: skip
+ROOT = {"double": "sqrt", "float": "sqrtf"}
+
+TEXTS = {
+    "bits": "typedef union {{\n    {scalar} number;\n    uint{width}_t bits;\n}} Bits;\n",
+    "copysign": """static inline {scalar} with_sign({scalar} x, {scalar} sign)
+{{
+    Bits size = {{x}};
+    const Bits side = {{sign}};
+    size.bits = (size.bits & ({unsigned}({top}) - 1U)) | (side.bits & {unsigned}({top}));
+    return size.number;
+}}
+""",
+    "abs": """static inline {scalar} magnitude({scalar} x)
+{{
+    Bits size = {{x}};
+    size.bits &= {unsigned}({top}) - 1U;
+    return size.number;
+}}
+""",
+    "sqrt": "static inline {scalar} root({scalar} x)\n{{\n    return {root}(x);\n}}\n",
+    "floor": """static inline {integer} next_below({scalar} x)
+{{
+    const {integer} cut = ({integer})x;
+    return ({scalar})cut > x ? cut - 1 : cut;
+}}
+""",
+    "isinf": "static inline bool is_infinite({scalar} x)\n{{\n    return x > {largest} || x < -{largest};\n}}\n",
+    "isnan": "static inline bool is_nan({scalar} x)\n{{\n    return x != x;\n}}\n",
+    "min": "static inline {scalar} least({scalar} a, {scalar} b)\n{{\n    return b < a ? b : a;\n}}\n",
+    "max": "static inline {scalar} greatest({scalar} a, {scalar} b)\n{{\n    return b > a ? b : a;\n}}\n",
+    "whole_min": "static inline {integer} whole_least({integer} a, {integer} b)\n{{\n    return b < a ? b : a;\n}}\n",
+    "whole_max": """static inline {integer} whole_greatest({integer} a, {integer} b)
+{{
+    return b > a ? b : a;
+}}
+""",
+    "whole_abs": "static inline {integer} whole_magnitude({integer} a)\n{{\n    return a < 0 ? -a : a;\n}}\n",
+    "floor_divided": """static inline {integer} floor_divided({integer} a, {integer} b)
+{{
+    const {integer} cut = a / b;
+    return a % b != 0 && (a < 0) != (b < 0) ? cut - 1 : cut;
+}}
+""",
+    "floor_rest": """static inline {integer} floor_rest({integer} a, {integer} b)
+{{
+    return a - floor_divided(a, b) * b;
+}}
+""",
+    "power_of_two": """/* 2 to the k, for an integral k in range: the sum has k and the bias in its last bits. */
+static inline {scalar} power_of_two({scalar} k)
+{{
+    Bits part = {{k + {place}}};
+    part.bits <<= {fraction}U;
+    return part.number;
+}}
+""",
+    "mantissa": """/* m of x = m 2^k, 1 <= m < 2, for a positive normal number. */
+static inline {scalar} mantissa_of({scalar} x)
+{{
+    Bits part = {{x}};
+    part.bits = (part.bits & {unsigned}({of_mantissa})) | {unsigned}({of_one});
+    return part.number;
+}}
+""",
+    "exponent": """/* k of x = m 2^k, 1 <= m < 2, for a positive normal number. */
+static inline {scalar} exponent_of({scalar} x)
+{{
+    Bits part = {{x}};
+    part.bits = (part.bits >> {fraction}U) | {unsigned}({of_rounder});
+    return part.number - {place};
+}}
+""",
+}
+IN_BITS = ("copysign", "abs", "power_of_two", "mantissa", "exponent")
+
+
+def helpers_text(names: Collection[str], scalar: str, integer: str) -> str:
+    """Return the helpers that are names for."""
+    width = WIDTH[scalar]
+    facts = {
+        "scalar": scalar, "whole": integer, "width": width, "largest": LARGEST[scalar], "root": ROOT[scalar],
+        "unsigned": f"UINT{width}_C", "top": f"0x{1 << (width - 1):X}", **BITS[scalar],
+    }  # fmt: skip
+    chosen = {"bits", *names} if any(name in names for name in IN_BITS) else set(names)
+    return "\n".join(text.format(**facts) for name, text in TEXTS.items() if name in chosen)

@@ -1,0 +1,101 @@
+"""The cycle of a drive around a friction model, as a kernel: the first position, inputs that are no numbers, the step.
+
+It is written as text, because the state that it loads and keeps has the fields of the model, and is built into the tree
+as any kernel is. What lasts from cycle to cycle is an array: position, force, whether there was a position, whether one
+was refused, whether a force was no number, and the state.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion
+from bristle.core.dispatch import friction_commit, friction_trial
+from bristle.exports.build import Builder
+from bristle.exports.prune import pruned
+from bristle.exports.subject import Subject
+from bristle.exports.tree import Function, Unit
+from bristle.exports.types import INTEGER, REAL, Array
+
+__all__ = ["BEGUN", "FORCE", "OVERFLOW", "POSITION", "REFUSED", "STATE", "Cycle", "cycle_of"]
+
+POSITION, FORCE, BEGUN, REFUSED, OVERFLOW, STATE = range(6)
+LARGEST = 1.7976931348623157e308
+TEXT = """
+def advanced(lasting, memory, x, dt, p):
+    if lasting[BEGUN] == 0.0 and x - x == 0.0:
+        lasting[POSITION] = x
+        lasting[BEGUN] = 1.0
+        return lasting[FORCE]
+    v = (x - lasting[POSITION]) / dt
+    if not (v - v == 0.0 and dt > 0.0 and dt <= LARGEST):
+        lasting[REFUSED] = 1.0
+        return lasting[FORCE]
+    state = State({load})
+    force, move = friction_trial(state, memory, Motion(v, x, NOMINAL_LOAD, NOMINAL_TEMPERATURE), dt, p)
+    if force - force != 0.0:
+        lasting[OVERFLOW] = 1.0
+        return lasting[FORCE]
+    after = friction_commit(state, memory, move, p)
+{store}
+    lasting[POSITION] = x
+    lasting[FORCE] = force
+    return force
+"""
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """The cycle of a model as a function of the tree, with what it lasts on.
+
+    Parameters
+    ----------
+    subject : Subject
+        The model.
+    unit : Unit
+        All functions.
+    entry : Function
+        The one that is called: lasting array, memory, position, time step, parameters, as far as they are looked at.
+    begin : ndarray
+        What lasts, before the first cycle.
+    """
+
+    subject: Subject
+    unit: Unit
+    entry: Function
+    begin: np.ndarray
+
+
+def cycle_of(subject: Subject) -> Cycle:
+    """Return the cycle of a model."""
+    fields = subject.state.fields
+    load = ", ".join(
+        f"int(lasting[{STATE + i}])" if kind == INTEGER else f"lasting[{STATE + i}]"
+        for i, (_, kind) in enumerate(fields)
+    )
+    store = "\n".join(f"    lasting[{STATE + i}] = after.{name}" for i, (name, _) in enumerate(fields))
+    kernel = _defined(TEXT.format(load=load, store=store or "    lasting[REFUSED] = lasting[REFUSED]"), subject)
+    builder = Builder()
+    size = STATE + len(fields)
+    memory = Array(subject.memory_size, writable=True)
+    entry = builder.function(kernel, [Array(size, writable=True), memory, REAL, REAL, subject.parameters])
+    begin = np.zeros(size)
+    begin[STATE:] = [float(value) for value in subject.virgin]
+    return Cycle(subject, pruned(builder.unit, [entry]), entry, begin)
+
+
+def _defined(text: str, subject: Subject) -> Callable[..., Any]:
+    scope: dict[str, Any] = {
+        "__name__": __name__, "State": subject.state.cls, "Motion": Motion, "friction_trial": friction_trial,
+        "friction_commit": friction_commit, "NOMINAL_LOAD": NOMINAL_LOAD, "NOMINAL_TEMPERATURE": NOMINAL_TEMPERATURE,
+        "POSITION": POSITION, "FORCE": FORCE, "BEGUN": BEGUN, "REFUSED": REFUSED, "OVERFLOW": OVERFLOW,
+        "LARGEST": LARGEST,
+    }  # fmt: skip
+    exec(compile(text, "<cycle>", "exec"), scope)
+    function = scope["advanced"]
+    function.source = text
+    return function

@@ -1,0 +1,111 @@
+"""`export`: a model as files for another world."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+from bristle.core.axis import Axis
+from bristle.core.contracts import Model
+from bristle.core.edge import FLAG, TEXT, Amount, amount, guarded, instance, model, optional, whole
+from bristle.core.variable import Variable
+from bristle.exports.described import Source
+from bristle.exports.targets import Request, files_for, name_for
+
+__all__ = ["NAME", "STEP", "Exported", "export"]
+
+NAME, STEP, POINTS = "axis_x", 5e-4, 20
+PERIOD = amount(Variable("time", "time step", min=0.0), exclusive=True)
+
+
+@dataclass(frozen=True)
+class Exported:
+    """What `export` wrote.
+
+    Parameters
+    ----------
+    folder : Path
+        Where the files are.
+    files : tuple of str
+        Their names.
+    notes : tuple of str
+        What the target loses or does otherwise, a sentence each.
+    """
+
+    folder: Path
+    files: tuple[str, ...]
+    notes: tuple[str, ...]
+
+
+@guarded(
+    model=model("friction"), to=TEXT, name=TEXT, step=PERIOD, tunable=FLAG, float32=FLAG, force=FLAG,
+    points=whole(2, 1000), speed=amount(Variable("length/time", "largest speed", min=0.0)),
+    axis=optional(instance(Axis, "an axis")),
+)  # fmt: skip
+def export(
+    model: Model, to: str, out: str | os.PathLike[str], *, name: str = NAME, step: Amount = STEP, tunable: bool = False,
+    float32: bool = False, axis: Axis | None = None, speed: Amount = 0.0, points: int = POINTS,
+    source: Source | None = None, force: bool = False,
+) -> Exported:  # fmt: skip
+    """Write a friction model as files for another world: the same numbers to the bit, wherever the target can hold it.
+
+    Nothing is compiled, and no compiler is needed.
+
+    Parameters
+    ----------
+    model : Model
+        A friction model with parameters.
+    to : str
+        The target: ``"c"`` is C99 that compiles alone, ``"wasm"`` a module of WebAssembly with the script that loads
+        it, ``"table"`` a table of effort over velocity, ``"tf5200"`` one for the CNC of that name.
+    out : path-like
+        The new folder to write into; its parent must exist.
+    name : str
+        What files, types and functions are called.
+    step : float or str
+        Time step [s] of the self-test and of the example.
+    tunable : bool
+        Whether parameters may be changed at run time.
+    float32 : bool
+        Whether C has numbers of single precision; they are not the bits of bristle then.
+    axis : Axis, optional
+        The axis, whose columns tell the units of a table; SI without one.
+    speed : float or str
+        Largest speed of a table [m/s or rad/s].
+    points : int
+        Entries of a table for each direction, at most.
+    source : Source, optional
+        Where the values come from, for the comments.
+    force : bool
+        Whether an earlier export that is there is replaced.
+
+    Returns
+    -------
+    Exported
+        Folder, files, and what the target loses.
+
+    Raises
+    ------
+    InputError
+        If the target is unknown or cannot hold the model, a kernel of a model of your own is outside the part of
+        Python that can be exported, or the folder cannot be made.
+
+    Examples
+    --------
+    >>> import bristle as br
+    >>> model = br.friction.lugre(F_C="34 mN*m", F_S="40 mN*m", v_S="0.5 rad/s", sigma_0="100 N*m/rad")
+    >>> folder = getfixture("tmp_path") / "axis_c"
+    >>> br.export(model, "c", folder).files
+    ('axis_x.h', 'axis_x.c', 'axis_x_selftest.c', 'CMakeLists.txt', 'example_main.c', 'README.md')
+    """
+    from bristle.files.results import results_folder
+
+    request = Request(
+        model, name_for(name), float(step), source or Source(), tunable, float32, axis, float(speed), points
+    )
+    with results_folder(out, force=force) as folder:
+        product = files_for(to, request)
+        for file, content in product.files.items():
+            folder.write(file, content)
+    return Exported(Path(out), tuple(product.files), product.notes)

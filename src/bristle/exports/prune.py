@@ -1,0 +1,120 @@
+"""What of a tree is not needed: arguments that nobody looks at, variables that nobody reads, functions nobody calls.
+
+Kernels share one grammar, so that many take more than they look at. A target pays for each argument, and its compiler
+warns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from bristle.exports.tree import (
+    Assign,
+    Call,
+    Evaluate,
+    For,
+    Function,
+    If,
+    Node,
+    Statement,
+    Unit,
+    Variable,
+    While,
+    walk,
+)
+
+__all__ = ["pruned"]
+
+
+def pruned(unit: Unit, roots: Iterable[Function]) -> Unit:
+    """Return a unit with what the roots need.
+
+    Functions are changed in place: who calls one, a root too, hands over the arguments that are left.
+    """
+    entries = list(roots)
+    functions: list[Function] = []
+    dead, idle = True, True
+    while dead or idle:
+        functions = _reached(unit, entries)
+        dead = sum(_without_dead_variables(function) for function in functions) > 0
+        idle = _without_arguments(functions)
+    return Unit(functions)
+
+
+def _reached(unit: Unit, roots: list[Function]) -> list[Function]:
+    needed: set[int] = set()
+    waiting = list(roots)
+    while waiting:
+        function = waiting.pop()
+        if id(function) not in needed:
+            needed.add(id(function))
+            waiting += [part.function for part in walk(function.body) if isinstance(part, Call)]
+    return [function for function in unit.functions if id(function) in needed]
+
+
+def _without_dead_variables(function: Function) -> bool:
+    """Leave out values that nobody reads; return whether there were some."""
+    read = {part.name for part in _read(function.body)}
+    before = sum(1 for _ in walk(function.body))
+    function.body = _live(function.body, read)
+    return sum(1 for _ in walk(function.body)) != before
+
+
+def _read(node: Node | list[Statement]) -> Iterable[Variable]:
+    """Give the variables that are looked at; what takes a value is not."""
+    parts = list(walk(node))
+    assigned = {id(part.variable) for part in parts if isinstance(part, (Assign, For))}
+    return [part for part in parts if isinstance(part, Variable) and id(part) not in assigned]
+
+
+def _live(block: list[Statement], read: set[str]) -> list[Statement]:
+    entries: list[Statement] = []
+    for statement in block:
+        if isinstance(statement, Assign) and statement.variable.name not in read:
+            if isinstance(statement.value, Call) and statement.value.function.writes:
+                entries.append(Evaluate(statement.value))
+            continue
+        if isinstance(statement, If):
+            statement.body, statement.otherwise = _live(statement.body, read), _live(statement.otherwise, read)
+            if not statement.body and not statement.otherwise:
+                continue
+        elif isinstance(statement, (For, While)):
+            statement.body = _live(statement.body, read)
+        entries.append(statement)
+    return entries
+
+
+def _without_arguments(functions: list[Function]) -> bool:
+    """Leave out arguments that nobody looks at; return whether there were some."""
+    used: dict[int, set[str]] = {id(function): set() for function in functions}
+    while _spread(functions, used):
+        pass
+    dropped = False
+    for function in functions:
+        for call in (part for part in walk(function.body) if isinstance(part, Call)):
+            needed = used[id(call.function)]
+            pairs = zip(call.function.parameters, call.arguments, strict=True)
+            call.arguments = [argument for parameter, argument in pairs if parameter.name in needed]
+    for function in functions:
+        left = [parameter for parameter in function.parameters if parameter.name in used[id(function)]]
+        dropped |= len(left) < len(function.parameters)
+        function.parameters = left
+    return dropped
+
+
+def _spread(functions: list[Function], used: dict[int, set[str]]) -> bool:
+    """Mark the arguments that are looked at, given those of the functions called that are; whether some are new."""
+    news = False
+    for function in functions:
+        idle = {
+            id(argument)
+            for call in walk(function.body)
+            if isinstance(call, Call)
+            for parameter, argument in zip(call.function.parameters, call.arguments, strict=True)
+            if isinstance(argument, Variable) and parameter.name not in used[id(call.function)]
+        }
+        looked_at = {part.name for part in _read(function.body) if id(part) not in idle}
+        fresh = {parameter.name for parameter in function.parameters} & looked_at - used[id(function)]
+        used[id(function)] |= fresh
+        news |= bool(fresh)
+    return news

@@ -1,0 +1,81 @@
+"""What a name in a kernel stands for, and what is said where a kernel cannot be built."""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import inspect
+import textwrap
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+from bristle.core.errors import InputError
+from bristle.core.kernel import kernels
+
+__all__ = ["NotExportableError", "definition_of", "global_value", "is_kernel", "is_named_tuple"]
+
+
+class NotExportableError(InputError):
+    """A kernel is outside the part of Python that every target can hold; says where and why."""
+
+    def __init__(self, function: Callable[..., Any], node: ast.AST | None, reason: str) -> None:
+        place = f"{function.__module__}.{function.__name__}"
+        line = getattr(node, "lineno", None)
+        super().__init__(reason, path=f"{place}, line {line}" if line else place)
+
+
+@cache
+def definition_of(function: Callable[..., Any]) -> ast.FunctionDef:
+    """Return the definition of a kernel as Python reads it.
+
+    Raises
+    ------
+    NotExportableError
+        If it has no source, or is not defined by ``def``.
+    """
+    source = getattr(function, "source", None)
+    try:
+        tree = ast.parse(source or textwrap.dedent(inspect.getsource(function)))
+    except (OSError, TypeError, SyntaxError):
+        raise NotExportableError(function, None, "its source cannot be found") from None
+    definition = tree.body[0]
+    if not isinstance(definition, ast.FunctionDef):
+        raise NotExportableError(function, None, "a kernel is a function with a name, defined by def")
+    arguments = definition.args
+    if arguments.vararg or arguments.kwarg or arguments.kwonlyargs or arguments.defaults:
+        raise NotExportableError(function, definition, "arguments of a kernel are passed by position, all of them")
+    return definition
+
+
+def global_value(function: Callable[..., Any], name: str) -> Any:
+    """Return what a name outside of a kernel stands for.
+
+    Raises
+    ------
+    NotExportableError
+        If it stands for nothing.
+    """
+    around = dict(zip(function.__code__.co_freevars, function.__closure__ or (), strict=True))
+    if name in around:
+        return around[name].cell_contents
+    if name in function.__globals__:
+        return function.__globals__[name]
+    if hasattr(builtins, name):
+        return getattr(builtins, name)
+    raise NotExportableError(function, None, f"{name} is not known")
+
+
+def is_kernel(value: Any) -> bool:
+    """Return whether this is a kernel."""
+    return inspect.isfunction(value) and value in _kernel_set(len(kernels()))
+
+
+@cache
+def _kernel_set(count: int) -> frozenset[Any]:
+    return frozenset(kernels())
+
+
+def is_named_tuple(value: Any) -> bool:
+    """Return whether this is the class of NamedTuples."""
+    return isinstance(value, type) and issubclass(value, tuple) and hasattr(value, "_fields")

@@ -1,0 +1,141 @@
+"""What is exported: a friction model with its parameters, as functions of the tree and the data around them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Model, Motion
+from bristle.core.lazy import cached_property
+from bristle.exports.build import Builder
+from bristle.exports.prune import pruned
+from bristle.exports.scope import NotExportableError, is_kernel
+from bristle.exports.tree import Function, Unit
+from bristle.exports.types import REAL, Array, Struct, Type, struct_of, type_of
+
+__all__ = ["Subject", "kernels_of", "subject_of"]
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A friction model, its step in two functions, and what they are handed.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    unit : Unit
+        All functions.
+    trial, commit : Function
+        The two that are called.
+    state, motion, move, parameters : Struct
+        Types of what they take and give.
+    memory_size : int
+        Numbers in the memory.
+    """
+
+    model: Model
+    unit: Unit
+    trial: Function
+    commit: Function
+    state: Struct
+    motion: Struct
+    move: Struct
+    parameters: Struct
+    memory_size: int
+
+    @cached_property
+    def virgin(self) -> Any:
+        """The state before the first step."""
+        return self.model.component.initial_state(self.model.parameters)
+
+    @property
+    def signals(self) -> tuple[str, ...]:
+        """What friction depends on besides the motion: ``load`` and ``temperature``, where a slot asks for them."""
+        causes = {variable.excitation for variable in self.model.component.variables.values()}
+        return tuple(name for name in ("load", "temperature") if name in causes)
+
+    def forces(self, x: np.ndarray, dt: float) -> np.ndarray:
+        """Return the force at each sample by the kernels as they stand: nothing is compiled."""
+        component, p, state = self.model.component, self.model.parameters, self.virgin
+        memory = component.new_memory(p)
+        force = np.zeros(len(x))
+        for k in range(1, len(x)):
+            v = (float(x[k]) - float(x[k - 1])) / dt
+            motion = Motion(v, float(x[k]), NOMINAL_LOAD, NOMINAL_TEMPERATURE)
+            force[k], move = component.trial(state, memory, motion, dt, p)
+            state = component.commit(state, memory, move, p)
+        return force
+
+
+def subject_of(model: Model, constants: dict[tuple[str, float], float] | None = None) -> Subject:
+    """Return a friction model as functions of the tree.
+
+    Parameters
+    ----------
+    model : Model
+        A friction model with parameters.
+    constants : mapping, optional
+        Constants of modules that another arithmetic needs in place of others (`Builder`).
+
+    Raises
+    ------
+    NotExportableError
+        If a kernel is outside the part of Python that can be exported.
+    """
+    component = model.component
+    for function in (component.trial, component.commit):
+        if not is_kernel(function):
+            raise NotExportableError(function, None, "is not a kernel: decorate it with @kernel from bristle.core")
+    builder = Builder(constants or {})
+    parameters = _struct(type_of(model.parameters))
+    state = _struct(type_of(component.initial_state(model.parameters)))
+    motion = struct_of(Motion, [REAL] * len(Motion._fields))
+    size = component.memory_size(model.parameters)
+    trial = builder.function(component.trial, [state, Array(size), motion, REAL, parameters])
+    move = _move_of(trial.result, component.trial)
+    commit = builder.function(component.commit, [state, Array(size, writable=True), move, parameters])
+    if commit.result != state:
+        raise NotExportableError(component.commit, None, f"returns something else than a {state.cls.__name__}")
+    unit = pruned(builder.unit, (trial, commit) if state.fields or commit.writes else (trial,))
+    return Subject(model, unit, trial, commit, state, motion, move, parameters, size)
+
+
+def _struct(kind: Type) -> Struct:
+    assert isinstance(kind, Struct)
+    return kind
+
+
+def _move_of(result: Type, trial: Callable[..., Any]) -> Struct:
+    parts = [kind for _, kind in result.fields] if isinstance(result, Struct) and result.is_plain else []
+    if len(parts) == 2 and parts[0] == REAL and isinstance(parts[1], Struct):
+        return parts[1]
+    raise NotExportableError(trial, None, "returns something else than (force, move), move a NamedTuple of scalars")
+
+
+def kernels_of(model: Model) -> list[Function]:
+    """Return every function of the tree that the kernels of a friction model become, those in continuous time too.
+
+    Raises
+    ------
+    NotExportableError
+        If a kernel is outside the part of Python that can be exported.
+    """
+    subject, component = subject_of(model), model.component
+    builder = Builder()
+    state, motion, p, memory = subject.state, subject.motion, subject.parameters, Array(subject.memory_size)
+    builder.function(component.trial, [state, memory, motion, REAL, p])
+    builder.function(component.commit, [state, Array(subject.memory_size, writable=True), subject.move, p])
+    if component.rate is not None:
+        builder.function(component.rate, [state, motion, p])
+    if component.piece is not None and component.flow is not None and component.arrival is not None:
+        begun = builder.function(component.piece, [state, memory, motion, p]).result
+        parts = [kind for _, kind in begun.fields] if isinstance(begun, Struct) else []
+        if len(parts) != 2:
+            raise NotExportableError(component.piece, None, "returns something else than (contact, piece)")
+        builder.function(component.flow, [*parts, motion, p])
+        builder.function(component.arrival, [state, memory, parts[0], p])
+    return builder.unit.functions

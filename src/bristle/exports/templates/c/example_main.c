@@ -1,0 +1,32 @@
+/* How {{ name }} is called: once in every cycle of the drive, here {{ rate }} Hz, with the position that is measured or desired.
+   On a target this loop is the interrupt of the cycle, and `position` reads an encoder. */
+
+#include "{{ name }}.h"
+
+#include <stdio.h>
+
+#define CYCLE {{ dt }} /* [s] */
+
+/* Stands for the axis: to and fro by {{ amplitude }} {{ unit_x }} in {{ period }} s. */
+static double position(unsigned cycle)
+{
+    const unsigned period = {{ cycles }}U;
+    const unsigned at = cycle % period;
+    const double share = (double)(at < period / 2U ? at : period - at) / (0.5 * (double)period);
+    return {{ amplitude }} * share;
+}
+
+int main(void)
+{
+    static {{ name }} axis;
+    {{ name }}_start(&axis);
+    for (unsigned cycle = 0; cycle < {{ 2 * cycles }}U; ++cycle) {
+        const double x = position(cycle);
+        const double friction = {{ name }}_force(&axis, x, CYCLE);
+        /* Add `friction` to the effort that the controller commands: it is what the motion up to here took. */
+        if (cycle % {{ every }}U == 0U) {
+            printf("%.4f s  x = %.3e {{ unit_x }}  friction = %.4f {{ unit_force }}\n", cycle * CYCLE, x, friction);
+        }
+    }
+    return axis.flags;
+}

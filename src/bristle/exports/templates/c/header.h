@@ -1,0 +1,65 @@
+/* {{ title }}
+
+   {{ description }}
+{% for line in facts %}   {{ line }}
+{% endfor %}
+   Written by bristle {{ version }}. Build with {{ flags }}: a compiler that contracts a product and a sum into one
+   operation gives other bits, and {{ name }}_selftest.c says so.
+
+{{ table }} */
+
+#ifndef {{ guard }}_H
+#define {{ guard }}_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* What may be in `flags`; each stays until you clear it. */
+#define {{ guard }}_REFUSED 1  /* a position or a step was no finite number: the last output was held */
+#define {{ guard }}_OVERFLOW 2 /* the force was no finite number: the last output was held */
+{% if parameters %}
+/* Parameters that may be changed between two calls; `{{ name }}_start` sets those that were exported. */
+typedef struct {
+{% for line in parameters %}    {{ line }}
+{% endfor %}} {{ name }}_parameters;
+{% endif %}
+typedef struct {{ name }} {
+    double position; /* last position taken [{{ unit_x }}] */
+    double force;    /* last force given [{{ unit_force }}] */
+    int32_t begun;   /* whether there was a first position */
+    int32_t flags;   /* {{ guard }}_REFUSED, {{ guard }}_OVERFLOW, or 0 */
+{% if state %}    struct {
+{% for line in state %}        {{ line }}
+{% endfor %}    } state;
+{% endif %}{% if memory %}    {{ scalar }} memory[{{ memory }}]; /* what the contact remembers */
+{% endif %}{% if parameters %}    {{ name }}_parameters parameters;
+{% endif %}} {{ name }};
+
+/* Bytes that `{{ name }}_save` writes. */
+#define {{ guard }}_SAVED {{ saved }}
+
+/* Begin anew: a virgin contact, no position yet. Call it before anything else. */
+void {{ name }}_start({{ name }} *axis);
+
+/* The mean friction force [{{ unit_force }}] of the step that ends at the position `x` [{{ unit_x }}], `dt` [s] after the last call; positive
+   when it opposes a motion to larger `x`. The first call sets where the axis is, and gives 0. */
+double {{ name }}_force({{ name }} *axis, double x, double dt);
+{% if signals %}
+/* The same under a normal load over its nominal value, and at a temperature [K]. */
+double {{ name }}_force_at({{ name }} *axis, double x, double dt, double load, double temperature);
+{% endif %}
+/* Write what the contact remembers into {{ guard }}_SAVED bytes, the same on every target{% if parameters %}; parameters are not saved{% endif %}. */
+void {{ name }}_save(const {{ name }} *axis, unsigned char *bytes);
+
+/* Go on from what was saved. Return 1; or 0, and change nothing, where the bytes are not those of this model or damaged. */
+int {{ name }}_load({{ name }} *axis, const unsigned char *bytes, size_t size);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,82 @@
+/* Self-test of {{ name }}: a walk of {{ count }} steps through pre-sliding and sliding. Its forces {% if tolerance %}are near those that
+   bristle {{ version }} computed in Python with double precision.{% else %}hash to what bristle
+   {{ version }} computed in Python, or this target does not give the same bits.{% endif %} Prints the hash; exit code 0 or 1. */
+
+#include "{{ name }}.h"
+
+#include <stdio.h>
+
+#define COUNT {{ count }}
+
+static uint64_t hashed(uint64_t value, double force)
+{
+    const union { double number; uint64_t bits; } both = {force};
+    for (unsigned i = 0; i < 8U; ++i) {
+        value = (value ^ ((both.bits >> (8U * i)) & 255U)) * UINT64_C(0x100000001B3);
+    }
+    return value;
+}
+
+static int fails(const char *what)
+{
+    printf("{{ name }}: %s\n", what);
+    return 1;
+}
+
+int main(void)
+{
+    static const double scales[{{ scales | length }}] = { {{- scales | join(', ') -}} };
+    static {{ name }} axis, copy;
+    static unsigned char saved[{{ guard }}_SAVED];
+    const double dt = {{ dt }};
+{% if tolerance %}    /* Forces of bristle in double precision; {{ tolerance }} of the largest one may be missed in single precision. */
+    static const double expected[] = { {{- checkpoints | join(', ') -}} };
+    double worst = 0.0;
+{% else %}    const double expected_last = {{ last }};
+{% endif %}    uint64_t hash = UINT64_C(0xCBF29CE484222325);
+    uint32_t bits = {{ seed }}U;
+    double x = 0.0, force = 0.0;
+    {{ name }}_start(&axis);
+    for (unsigned k = 0; k < COUNT; ++k) {
+        if (k > 0U) {
+            bits = bits * {{ factor }}U + {{ term }}U;
+            if ((bits >> 8U) % {{ rests }}U != 0U) {
+                x = x + ((double)(bits >> 16U) - 32768.0) * scales[(k / {{ part }}U) % {{ scales | length }}U];
+            }
+        }
+        force = {{ name }}_force(&axis, x, dt);
+        hash = hashed(hash, force);
+{% if tolerance %}        if (k % {{ every }}U == 0U) {
+            const double miss = force > expected[k / {{ every }}U] ? force - expected[k / {{ every }}U] : expected[k / {{ every }}U] - force;
+            worst = miss > worst ? miss : worst;
+        }
+{% endif %}        if (k == COUNT / 2U) {
+            {{ name }}_save(&axis, saved);
+            {{ name }}_start(&copy);
+            if (!{{ name }}_load(&copy, saved, sizeof saved)) {
+                return fails("what was saved is refused");
+            }
+        } else if (k > COUNT / 2U && {{ name }}_force(&copy, x, dt) != force) {
+            return fails("goes on differently from what was saved");
+        }
+    }
+    printf("{{ name }}: hash %08lx%08lx, last force %.17g\n", (unsigned long)(hash >> 32U),
+           (unsigned long)(hash & UINT64_C(0xFFFFFFFF)), force);
+{% if tolerance %}    printf("{{ name }}: off by %.2g of the largest force\n", worst / {{ largest }});
+    if (!(worst <= {{ tolerance }} * {{ largest }})) {
+        return fails("farther off than single precision explains");
+    }
+{% else %}    if (hash != UINT64_C({{ hash }})) {
+        printf("expected {{ hash_text }}, last force %.17g\n", expected_last);
+        return fails("other bits: is -ffp-contract=off given?");
+    }
+{% endif %}    if ({{ name }}_force(&axis, force / (force - force), dt) != force || axis.flags != {{ guard }}_REFUSED) {
+        return fails("a position that is no number is not held off");
+    }
+    saved[sizeof saved / 2U] ^= 4U;
+    if ({{ name }}_load(&copy, saved, sizeof saved)) {
+        return fails("damaged bytes are taken");
+    }
+    printf("{{ name }}: {% if tolerance %}bristle in single precision{% else %}the same bits as bristle{% endif %}\n");
+    return 0;
+}

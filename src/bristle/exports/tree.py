@@ -1,0 +1,256 @@
+"""The typed tree that kernels become: what every target is printed from, and no more than all of them can hold."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, fields
+from functools import cache
+from typing import Any
+
+from bristle.exports.types import Type
+
+__all__ = [
+    "Assign", "Binary", "Break", "Call", "Compare", "Constant", "Continue", "Convert", "Evaluate", "Expression",
+    "Field", "For", "Function", "If", "Index", "Intrinsic", "Logic", "Make", "Negative", "Node", "Not", "Return",
+    "Select", "Statement", "Store", "Unit", "Variable", "While", "blocks_of", "walk",
+]  # fmt: skip
+
+
+@dataclass
+class Node:
+    """A part of the tree."""
+
+
+@dataclass
+class Expression(Node):
+    """What has a value, and its type."""
+
+    type: Type
+
+
+@dataclass
+class Constant(Expression):
+    """A number or a truth."""
+
+    value: float | int | bool
+
+
+@dataclass
+class Variable(Expression):
+    """A variable or an argument of the function."""
+
+    name: str
+
+
+@dataclass
+class Field(Expression):
+    """A field of a tuple."""
+
+    of: Expression
+    name: str
+
+
+@dataclass
+class Index(Expression):
+    """A number in an array."""
+
+    array: Expression
+    at: Expression
+
+
+@dataclass
+class Negative(Expression):
+    """Minus a number."""
+
+    of: Expression
+
+
+@dataclass
+class Not(Expression):
+    """The contrary of a truth."""
+
+    of: Expression
+
+
+@dataclass
+class Binary(Expression):
+    """``+ - * /`` of reals; ``+ - * // % & ^ >>`` of whole numbers. Both sides are of the type of the result."""
+
+    operator: str
+    left: Expression
+    right: Expression
+
+
+@dataclass
+class Compare(Expression):
+    """A comparison of two numbers of one type."""
+
+    operator: str
+    left: Expression
+    right: Expression
+
+
+@dataclass
+class Logic(Expression):
+    """``and`` or ``or``; what comes later is not looked at once the answer is known."""
+
+    operator: str
+    parts: list[Expression]
+
+
+@dataclass
+class Select(Expression):
+    """One of two values of one type; the other is not computed."""
+
+    test: Expression
+    first: Expression
+    second: Expression
+
+
+@dataclass
+class Convert(Expression):
+    """A number or a truth as one of another type; a real that becomes whole loses what is behind the point."""
+
+    of: Expression
+
+
+@dataclass
+class Call(Expression):
+    """A call of another function of the unit."""
+
+    function: Function
+    arguments: list[Expression]
+
+
+@dataclass
+class Intrinsic(Expression):
+    """What every target computes exactly: ``sqrt copysign abs floor isinf isnan min max``, and the parts of a real."""
+
+    name: str
+    arguments: list[Expression]
+
+
+@dataclass
+class Make(Expression):
+    """A tuple of its fields."""
+
+    parts: list[Expression]
+
+
+@dataclass
+class Statement(Node):
+    """What is done."""
+
+
+@dataclass
+class Assign(Statement):
+    """A variable takes a value."""
+
+    variable: Variable
+    value: Expression
+
+
+@dataclass
+class Store(Statement):
+    """A number of an array takes a value."""
+
+    array: Expression
+    at: Expression
+    value: Expression
+
+
+@dataclass
+class Evaluate(Statement):
+    """A call for what it writes."""
+
+    call: Expression
+
+
+@dataclass
+class If(Statement):
+    """One of two blocks."""
+
+    test: Expression
+    body: list[Statement]
+    otherwise: list[Statement]
+
+
+@dataclass
+class For(Statement):
+    """A block for each whole number of a range."""
+
+    variable: Variable
+    start: Expression
+    stop: Expression
+    body: list[Statement]
+
+
+@dataclass
+class While(Statement):
+    """A block as long as something holds."""
+
+    test: Expression
+    body: list[Statement]
+
+
+@dataclass
+class Return(Statement):
+    """The end of the function."""
+
+    value: Expression | None
+
+
+@dataclass
+class Break(Statement):
+    """The end of a loop."""
+
+
+@dataclass
+class Continue(Statement):
+    """The end of a round of a loop."""
+
+
+@dataclass(eq=False)
+class Function:
+    """A kernel for arguments of certain types."""
+
+    name: str
+    source: Callable[..., Any]
+    parameters: list[Variable]
+    result: Type
+    body: list[Statement]
+    description: str = ""
+    writes: bool = False
+
+
+@dataclass
+class Unit:
+    """Functions, each after those that it calls."""
+
+    functions: list[Function] = field(default_factory=list)
+
+
+def walk(*nodes: Any) -> Iterator[Node]:
+    """Give every part of some parts of a tree; into a function that is called, it does not go."""
+    waiting = list(reversed(nodes))
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, list):
+            waiting += reversed(node)
+        elif isinstance(node, Node):
+            yield node
+            waiting += [getattr(node, name) for name in reversed(_parts(type(node)))]
+
+
+@cache
+def _parts(kind: type[Node]) -> tuple[str, ...]:
+    """Return the fields of a kind of nodes that may hold others."""
+    plain = {"type", "name", "operator"} | ({"function", "value"} if issubclass(kind, (Constant, Call)) else set())
+    return tuple(part.name for part in fields(kind) if part.name not in plain)
+
+
+def blocks_of(statement: Statement) -> list[list[Statement]]:
+    """Return the blocks inside a statement."""
+    if isinstance(statement, If):
+        return [statement.body, statement.otherwise]
+    return [statement.body] if isinstance(statement, (For, While)) else []

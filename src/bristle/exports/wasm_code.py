@@ -1,0 +1,427 @@
+"""Functions of a tree as WebAssembly: instructions of the binary format, tuples as several numbers.
+
+A tuple is what it holds, number by number: an argument each, a result each, a local variable each. An array is where it
+begins in the memory. Everything else is one instruction of the machine for one node of the tree.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+
+from bristle.core.exponent import BITS_OF_ONE, BITS_OF_ROUNDER, INTEGER_IN_LAST_BITS, OF_MANTISSA
+from bristle.exports.scope import NotExportableError
+from bristle.exports.tree import (
+    Assign,
+    Binary,
+    Break,
+    Call,
+    Compare,
+    Constant,
+    Continue,
+    Convert,
+    Evaluate,
+    Expression,
+    Field,
+    For,
+    Function,
+    If,
+    Index,
+    Intrinsic,
+    Logic,
+    Make,
+    Negative,
+    Not,
+    Return,
+    Select,
+    Statement,
+    Store,
+    Variable,
+    While,
+)
+from bristle.exports.types import INTEGER, REAL, TRUTH, VOID, Array, Struct, Type
+
+__all__ = ["CALL", "END", "F64", "GET", "I32", "I64", "LOAD", "Code", "Types", "flat", "leb", "signed_leb", "vector"]
+
+I32, I64, F64 = 0x7F, 0x7E, 0x7C
+BLOCK, LOOP, IF, ELSE, END, BR, BR_IF, RETURN, CALL, SELECT = 0x02, 0x03, 0x04, 0x05, 0x0B, 0x0C, 0x0D, 0x0F, 0x10, 0x1B
+UNREACHABLE, DROP, EMPTY, GET, SET, TEE, LOAD, STORE = 0x00, 0x1A, 0x40, 0x20, 0x21, 0x22, 0x2B, 0x39
+EQZ, WRAP, REINTERPRET_TO_I64, REINTERPRET_TO_F64 = 0x45, 0xA7, 0xBD, 0xBF
+SHIFT_LEFT, SHIFT_RIGHT, AND, OR = 0x86, 0x88, 0x83, 0x84
+REALS = {"+": 0xA0, "-": 0xA1, "*": 0xA2, "/": 0xA3, "==": 0x61, "!=": 0x62, "<": 0x63, ">": 0x64, "<=": 0x65,
+         ">=": 0x66}  # fmt: skip
+INTEGERS_32 = {"+": 0x6A, "-": 0x6B, "*": 0x6C, "&": 0x71, "^": 0x73, ">>": 0x75, "==": 0x46, "!=": 0x47, "<": 0x48,
+            ">": 0x4A, "<=": 0x4C, ">=": 0x4E}  # fmt: skip
+INTEGERS_64 = {"+": 0x7C, "-": 0x7D, "*": 0x7E, "&": 0x83, "^": 0x85, ">>": 0x87, "==": 0x51, "!=": 0x52, "<": 0x53,
+            ">": 0x55, "<=": 0x57, ">=": 0x59}  # fmt: skip
+ONE_NUMBER = {"abs": 0x99, "sqrt": 0x9F}
+FLOOR, NEGATE, COPYSIGN = 0x9C, 0x9A, 0xA6
+TRUNCATE_32, TRUNCATE_64 = (0xFC, 0x02), (0xFC, 0x06)
+REAL_FROM_32, REAL_FROM_64, WIDER = 0xB7, 0xB9, 0xAC
+LARGEST = 1.7976931348623157e308
+
+
+def leb(value: int) -> bytes:
+    """Return a count as the format has it: seven bits a byte, the lowest first."""
+    parts = bytearray()
+    while True:
+        value, low = value >> 7, value & 127
+        parts.append(low | (128 if value else 0))
+        if not value:
+            return bytes(parts)
+
+
+def signed_leb(value: int) -> bytes:
+    """Return an integer as the format has it."""
+    parts = bytearray()
+    while True:
+        value, low = value >> 7, value & 127
+        ends = (value == 0 and not low & 64) or (value == -1 and low & 64)
+        parts.append(low if ends else low | 128)
+        if ends:
+            return bytes(parts)
+
+
+def vector(parts: Sequence[bytes]) -> bytes:
+    """Return several things as the format has them: how many, then each."""
+    return leb(len(parts)) + b"".join(parts)
+
+
+def flat(kind: Type, integer: int) -> list[int]:
+    """Return the numbers that a value is, by their types in the machine."""
+    if isinstance(kind, Struct):
+        return [number for _, part in kind.fields for number in flat(part, integer)]
+    if isinstance(kind, Array) or kind == TRUTH:
+        return [I32]
+    return [] if kind == VOID else [F64 if kind == REAL else integer]
+
+
+class Types:
+    """The types of functions and blocks of a module, each once."""
+
+    def __init__(self) -> None:
+        self.listed: list[tuple[tuple[int, ...], tuple[int, ...]]] = []
+
+    def index(self, takes: Sequence[int], gives: Sequence[int]) -> int:
+        """Return the number of a type."""
+        pair = (tuple(takes), tuple(gives))
+        if pair not in self.listed:
+            self.listed.append(pair)
+        return self.listed.index(pair)
+
+    def block(self, gives: Sequence[int]) -> bytes:
+        """Return the type of a block."""
+        if not gives:
+            return bytes([EMPTY])
+        return bytes([gives[0]]) if len(gives) == 1 else signed_leb(self.index((), gives))
+
+
+class Code:
+    """The code of one function."""
+
+    def __init__(self, function: Function, numbers: dict[int, int], types: Types, integer: int) -> None:
+        self.function, self.numbers, self.types, self.integer = function, numbers, types, integer
+        self.integers = INTEGERS_32 if integer == I32 else INTEGERS_64
+        self.out = bytearray()
+        self.locals: list[int] = []
+        self.places: dict[str, int] = {}
+        self.depth = 0
+        self.loops: list[tuple[int, int]] = []
+        for parameter in function.parameters:
+            self._place(parameter)
+        self.argument_count = len(self.locals)
+
+    def body(self) -> bytes:
+        """Return the function as the format has it: its size, its variables, its instructions."""
+        self._block(self.function.body)
+        if self.function.result != VOID:
+            self.out.append(UNREACHABLE)
+        self.out.append(END)
+        own = vector([leb(1) + bytes([kind]) for kind in self.locals[self.argument_count :]])
+        content = own + bytes(self.out)
+        return leb(len(content)) + content
+
+    # --- variables --------------------------------------------------------------------------------------------------
+
+    def _place(self, variable: Variable) -> int:
+        if variable.name not in self.places:
+            self.places[variable.name] = self._new(flat(variable.type, self.integer))
+        return self.places[variable.name]
+
+    def _new(self, kinds: Sequence[int]) -> int:
+        first = len(self.locals)
+        self.locals += kinds
+        return first
+
+    def _emit(self, *codes: int | bytes) -> None:
+        for code in codes:
+            self.out += code if isinstance(code, bytes) else bytes([code])
+
+    def _get(self, first: int, count: int = 1) -> None:
+        for place in range(first, first + count):
+            self._emit(GET, leb(place))
+
+    def _set(self, first: int, count: int = 1) -> None:
+        for place in reversed(range(first, first + count)):
+            self._emit(SET, leb(place))
+
+    # --- statements -------------------------------------------------------------------------------------------------
+
+    def _block(self, block: list[Statement]) -> None:
+        for statement in block:
+            getattr(self, f"_do_{type(statement).__name__.lower()}")(statement)
+
+    def _do_assign(self, s: Assign) -> None:
+        self._of(s.value)
+        self._set(self._place(s.variable), len(flat(s.variable.type, self.integer)))
+
+    def _do_store(self, s: Store) -> None:
+        self._address(s.array, s.at)
+        self._of(s.value)
+        self._emit(STORE, leb(3), leb(0))
+
+    def _do_evaluate(self, s: Evaluate) -> None:
+        self._of(s.call)
+        assert isinstance(s.call, Expression)
+        self._emit(*[DROP] * len(flat(s.call.type, self.integer)))
+
+    def _do_return(self, s: Return) -> None:
+        if s.value is not None:
+            self._of(s.value)
+        self._emit(RETURN)
+
+    def _do_if(self, s: If) -> None:
+        self._of(s.test)
+        self._emit(IF, EMPTY)
+        self.depth += 1
+        self._block(s.body)
+        if s.otherwise:
+            self._emit(ELSE)
+            self._block(s.otherwise)
+        self.depth -= 1
+        self._emit(END)
+
+    def _do_while(self, s: While) -> None:
+        self._emit(BLOCK, EMPTY, LOOP, EMPTY)
+        self.depth += 2
+        self._of(s.test)
+        self._emit(EQZ, BR_IF, leb(1))
+        self.loops.append((self.depth - 1, self.depth))
+        self._block(s.body)
+        self.loops.pop()
+        self.depth -= 2
+        self._emit(BR, leb(0), END, END)
+
+    def _do_for(self, s: For) -> None:
+        place = self._new(flat(INTEGER, self.integer))
+        self.places[s.variable.name] = place
+        self._of(s.start)
+        self._set(place)
+        self._emit(BLOCK, EMPTY, LOOP, EMPTY)
+        self.depth += 2
+        self._get(place)
+        self._of(s.stop)
+        self._emit(self.integers["<"], EQZ, BR_IF, leb(1), BLOCK, EMPTY)
+        self.depth += 1
+        self.loops.append((self.depth - 2, self.depth))
+        self._block(s.body)
+        self.loops.pop()
+        self._emit(END)
+        self._get(place)
+        self._integer(1)
+        self._emit(self.integers["+"])
+        self._set(place)
+        self.depth -= 3
+        self._emit(BR, leb(0), END, END)
+
+    def _do_break(self, s: Break) -> None:
+        self._emit(BR, leb(self.depth - self.loops[-1][0]))
+
+    def _do_continue(self, s: Continue) -> None:
+        self._emit(BR, leb(self.depth - self.loops[-1][1]))
+
+    # --- expressions ------------------------------------------------------------------------------------------------
+
+    def _of(self, e: Expression) -> None:
+        getattr(self, f"_{type(e).__name__.lower()}")(e)
+
+    def _integer(self, value: int) -> None:
+        self._emit(0x41 if self.integer == I32 else 0x42, signed_leb(value))
+
+    def _real(self, value: float) -> None:
+        self._emit(0x44, struct.pack("<d", value))
+
+    def _constant(self, e: Constant) -> None:
+        if e.type == REAL:
+            self._real(float(e.value))
+        elif e.type == TRUTH:
+            self._emit(0x41, signed_leb(int(e.value)))
+        else:
+            self._integer(int(e.value))
+
+    def _variable(self, e: Variable) -> None:
+        self._get(self._place(e), len(flat(e.type, self.integer)))
+
+    def _field(self, e: Field) -> None:
+        first = self._first_of(e.of)
+        if first is None:
+            numbers = flat(e.of.type, self.integer)
+            self._of(e.of)
+            first = self._new(numbers)
+            self._set(first, len(numbers))
+        assert isinstance(e.of.type, Struct)
+        self._get(first + _offset(e.of.type, e.name, self.integer), len(flat(e.type, self.integer)))
+
+    def _first_of(self, e: Expression) -> int | None:
+        """Return where the numbers of a tuple begin that lies in variables; None for one that is computed."""
+        if isinstance(e, Variable):
+            return self._place(e)
+        if isinstance(e, Field) and isinstance(e.of.type, Struct):
+            first = self._first_of(e.of)
+            return None if first is None else first + _offset(e.of.type, e.name, self.integer)
+        return None
+
+    def _index(self, e: Index) -> None:
+        self._address(e.array, e.at)
+        self._emit(LOAD, leb(3), leb(0))
+
+    def _address(self, array: Expression, at: Expression) -> None:
+        self._of(array)
+        self._of(at)
+        if self.integer == I64:
+            self._emit(WRAP)
+        self._emit(0x41, signed_leb(8), INTEGERS_32["*"], INTEGERS_32["+"])
+
+    def _negative(self, e: Negative) -> None:
+        if e.type == REAL:
+            self._of(e.of)
+            self._emit(NEGATE)
+        else:
+            self._integer(0)
+            self._of(e.of)
+            self._emit(self.integers["-"])
+
+    def _not(self, e: Not) -> None:
+        self._of(e.of)
+        self._emit(EQZ)
+
+    def _binary(self, e: Binary) -> None:
+        table = REALS if e.type == REAL else self.integers
+        if e.operator not in table:
+            raise NotExportableError(
+                self.function.source, None, f"{e.operator} of whole numbers that are not known here"
+            )
+        self._of(e.left)
+        self._of(e.right)
+        self._emit(table[e.operator])
+
+    def _compare(self, e: Compare) -> None:
+        self._of(e.left)
+        self._of(e.right)
+        self._emit((REALS if e.left.type == REAL else self.integers)[e.operator])
+
+    def _logic(self, e: Logic) -> None:
+        self._of(e.parts[0])
+        for part in e.parts[1:]:
+            self._emit(IF, I32)
+            self.depth += 1
+            self._truth_or(part if e.operator == "and" else None, 1)
+            self._emit(ELSE)
+            self._truth_or(None if e.operator == "and" else part, 0)
+            self.depth -= 1
+            self._emit(END)
+
+    def _truth_or(self, part: Expression | None, answer: int) -> None:
+        if part is None:
+            self._emit(0x41, signed_leb(answer))
+        else:
+            self._of(part)
+
+    def _select(self, e: Select) -> None:
+        self._of(e.test)
+        self._emit(IF, self.types.block(flat(e.type, self.integer)))
+        self.depth += 1
+        self._of(e.first)
+        self._emit(ELSE)
+        self._of(e.second)
+        self.depth -= 1
+        self._emit(END)
+
+    def _convert(self, e: Convert) -> None:
+        self._of(e.of)
+        narrow = self.integer == I32
+        if e.type == INTEGER and e.of.type == REAL:
+            self._emit(*(TRUNCATE_32 if narrow else TRUNCATE_64))
+        elif e.type == REAL:
+            self._emit(REAL_FROM_32 if narrow or e.of.type == TRUTH else REAL_FROM_64)
+        elif not narrow:
+            self._emit(WIDER)
+
+    def _call(self, e: Call) -> None:
+        for argument in e.arguments:
+            self._of(argument)
+        self._emit(CALL, leb(self.numbers[id(e.function)]))
+
+    def _make(self, e: Make) -> None:
+        for part in e.parts:
+            self._of(part)
+
+    def _intrinsic(self, e: Intrinsic) -> None:
+        if e.name in ("min", "max"):
+            self._least(e)
+            return
+        for argument in e.arguments:
+            self._of(argument)
+        if e.name in ONE_NUMBER and e.type == REAL:
+            self._emit(ONE_NUMBER[e.name])
+        elif e.name == "copysign":
+            self._emit(COPYSIGN)
+        elif e.name == "floor":
+            self._emit(FLOOR, *(TRUNCATE_32 if self.integer == I32 else TRUNCATE_64))
+        elif e.name in ("isinf", "isnan"):
+            self._is(e.name)
+        else:
+            self._in_bits(e.name)
+
+    def _least(self, e: Intrinsic) -> None:
+        """Give ``b if b < a else a``, or with ``>``: what Python gives, for NaN and zeros too."""
+        kind = flat(e.type, self.integer)
+        a, b = self._new(kind), self._new(kind)
+        for place, argument in zip((a, b), e.arguments, strict=True):
+            self._of(argument)
+            self._set(place)
+        for place in (b, a, b, a):
+            self._get(place)
+        table = REALS if e.type == REAL else self.integers
+        self._emit(table["<" if e.name == "min" else ">"], SELECT)
+
+    def _is(self, name: str) -> None:
+        x = self._new([F64])
+        self._emit(TEE, leb(x))
+        if name == "isnan":
+            self._get(x)
+            self._emit(REALS["!="])
+        else:
+            self._emit(ONE_NUMBER["abs"])
+            self._real(LARGEST)
+            self._emit(REALS[">"])
+
+    def _in_bits(self, name: str) -> None:
+        if name == "power_of_two":
+            self._real(INTEGER_IN_LAST_BITS)
+            self._emit(REALS["+"], REINTERPRET_TO_I64, 0x42, signed_leb(52), SHIFT_LEFT, REINTERPRET_TO_F64)
+        elif name == "mantissa":
+            self._emit(REINTERPRET_TO_I64, 0x42, signed_leb(OF_MANTISSA), AND, 0x42, signed_leb(BITS_OF_ONE), OR)
+            self._emit(REINTERPRET_TO_F64)
+        elif name == "exponent":
+            self._emit(REINTERPRET_TO_I64, 0x42, signed_leb(52), SHIFT_RIGHT, 0x42, signed_leb(BITS_OF_ROUNDER), OR)
+            self._emit(REINTERPRET_TO_F64)
+            self._real(INTEGER_IN_LAST_BITS)
+            self._emit(REALS["-"])
+        else:
+            raise NotExportableError(self.function.source, None, f"{name} of whole numbers")
+
+
+def _offset(kind: Struct, name: str, integer: int) -> int:
+    place = kind.place(name)
+    return sum(len(flat(part, integer)) for _, part in kind.fields[:place])

@@ -1,0 +1,47 @@
+"""``bristle export``: what is written, what is said, and what is refused."""
+
+import json
+from pathlib import Path
+
+import pytest
+from tests.cli.conftest import written_in
+
+
+def test_c_of_a_model_file(bristle, place):
+    found = bristle("export", "model.toml", "--to", "c", "--name", "knee", "--step", "1ms", "--out", "knee", "--json")
+    assert found.code == 0
+    assert found.data["target"] == "c"
+    assert found.data["files"][:3] == ["knee.h", "knee.c", "knee_selftest.c"]
+    assert written_in("knee") == {*found.data["files"], "summary.json"}
+    header = Path("knee/knee.h").read_text()
+    assert "model: model.toml" in header
+    assert "command: bristle export" in header
+
+
+def test_results_of_an_identification_bring_intervals_and_speed(bristle, place):
+    line = ("identify", "log.csv", "--axis", "axis.toml", "--model", "coulomb_viscous", "--draws", "0", "--out", "fit")
+    assert bristle(*line).code == 0
+    assert bristle("export", "fit", "--to", "c", "--out", "as_c").code == 0
+    assert "95 % interval" in Path("as_c/axis_x.h").read_text()
+    found = bristle("export", "fit", "--to", "table", "--axis", "axis.toml", "--points", "4", "--out", "as_table")
+    assert found.code == 0
+    assert "Note: straight lines" in found.out
+    assert Path("as_table/axis_x.csv").read_text().startswith("velocity [m/s],effort [N]")
+    notes = json.loads(Path("as_table/summary.json").read_text())["notes"]
+    assert all(note in found.out.replace("\n", " ") for note in notes)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--to", "cobol"], "no such target"),
+        (["--to", "c", "--name", "2nd"], "name of a function"),
+        (["--to", "c", "--step", "3 mm"], "--step"),
+        (["--to", "table"], "how fast the axis moves"),
+    ],
+)
+def test_what_cannot_be_written_is_refused(bristle, place, arguments, words):
+    found = bristle("export", "model.toml", *arguments, "--out", "out")
+    assert found.code == 2
+    assert words in found.err.replace("\n", " ")
+    assert not Path("out").exists()

@@ -1,0 +1,48 @@
+"""A million steps of every model with every set of slots, in C at several levels of optimisation, to the bit.
+
+``python -m tests.exports.long_walk``: tells each model that differs; exit code 1 if there is one. Minutes, not seconds.
+"""
+
+import sys
+import tempfile
+from pathlib import Path
+
+from tests.exports.native import COMPILER, Native, differing, walk
+
+import bristle as br
+from bristle.friction import MODELS, with_slots
+from bristle.testing import example_of
+
+STEPS, DT = 1_000_000, 5e-4
+SLOTS = {"plain": (), "sided": ("asymmetry",), "varied": ("position", "periodic", "load", "temperature", "asymmetry")}
+LEVELS = (("-O0",), ("-O2",), ("-O3", "-march=native"))
+
+
+def main() -> int:
+    """Compare, and tell."""
+    if COMPILER is None:
+        print("no C compiler here: nothing compared")
+        return 0
+    models = {
+        f"{kind}_{name}": example_of(with_slots(MODELS[name], slots))
+        for kind, slots in SLOTS.items()
+        for name in MODELS
+    }
+    x, wrong = walk(STEPS), 0
+    with tempfile.TemporaryDirectory() as place:
+        built = {}
+        for number, (level, *more) in enumerate(LEVELS):
+            built[" ".join((level, *more))] = Native(models, Path(place) / str(number), optimise=level, more=more)
+        for name, model in models.items():
+            expected = br.response(model, x, DT)
+            for level, native in built.items():
+                count = differing(native.forces(name, x, DT), expected)
+                wrong += count > 0
+                if count:
+                    print(f"{name} {level}: {count} of {STEPS} forces differ")
+    print(f"{len(models)} models, {len(LEVELS)} levels, {STEPS} steps each; wrong: {wrong or 'none'}")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,71 @@
+"""Exported models as one shared library: each compiled once, and called from Python."""
+
+import ctypes
+import shutil
+import subprocess
+
+import numpy as np
+
+import bristle as br
+
+COMPILER = shutil.which("cc") or shutil.which("gcc")
+WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror")
+FLAGS = ("-std=c99", "-ffp-contract=off")
+RUN = """
+#include "{name}.h"
+void run_{name}(const double *x, int count, double dt, double *force)
+{{
+    static {name} axis;
+    {name}_start(&axis);
+    for (int i = 0; i < count; ++i) {{
+        force[i] = {name}_force(&axis, x[i], dt);
+    }}
+}}
+"""
+
+
+class Native:
+    """Models, by a name that C can have, compiled into one library."""
+
+    def __init__(self, models, folder, *, optimise="-O1", more=(), **options):
+        folder.mkdir(exist_ok=True)
+        sources = []
+        for name, model in models.items():
+            br.export(model, "c", folder / f"out_{name}", name=name, **options)
+            (folder / f"run_{name}.c").write_text(RUN.format(name=name))
+            sources += [f"out_{name}/{name}.c", f"run_{name}.c"]
+        includes = [f"-Iout_{name}" for name in models]
+        library = folder / "models.so"
+        built = subprocess.run(
+            [COMPILER, optimise, *FLAGS, *WARNINGS, *more, *includes, "-shared", "-fPIC", *sources, "-o", str(library),
+             "-lm"], cwd=folder, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert built.returncode == 0, built.stderr[:4000]
+        self._library = ctypes.CDLL(str(library))
+
+    def forces(self, name, x, dt):
+        """Return what the model of this name gives along some positions."""
+        x = np.ascontiguousarray(x, dtype=float)
+        force = np.empty(x.size)
+        pointer = ctypes.POINTER(ctypes.c_double)
+        run = getattr(self._library, f"run_{name}")
+        run.restype = None
+        run(x.ctypes.data_as(pointer), x.size, ctypes.c_double(dt), force.ctypes.data_as(pointer))
+        return force
+
+
+def walk(count, seed=20260):
+    """Return positions [m]: steps of many sizes and both signs, some of length 0, some back to where it was."""
+    generator = np.random.default_rng(seed)
+    sizes = 10.0 ** np.repeat(generator.uniform(-9, -4, count // 100 + 1), 100)[:count]
+    steps = generator.standard_normal(count) * sizes
+    steps[generator.random(count) < 0.05] = 0.0
+    x = np.cumsum(steps)
+    back = np.flatnonzero(generator.random(count) < 0.02)[1:]
+    x[back] = x[back - 2]
+    return x
+
+
+def differing(first, second):
+    """Return how many numbers have other bits."""
+    return int(np.count_nonzero(np.asarray(first).view(np.int64) != np.asarray(second).view(np.int64)))

@@ -1,0 +1,278 @@
+"""C of friction models: the bits of bristle, whatever the model and its slots, and what a drive needs around it."""
+
+import re
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from tests.exports.native import COMPILER, FLAGS, WARNINGS, Native, differing, walk
+
+import bristle as br
+from bristle.engine import interpreted
+from bristle.friction import MODELS, with_slots
+from bristle.testing import example_of
+
+pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
+DT = 5e-4
+ALL = ("position", "periodic", "load", "temperature", "asymmetry")
+
+
+def example(name, slots=()):
+    return example_of(with_slots(MODELS[name], slots))
+
+
+@pytest.fixture(scope="module")
+def models():
+    plain = {f"plain_{name}": example(name) for name in ("lugre", "coulomb", "maxwell_slip")}
+    varied = {f"varied_{name}": example(name, ALL) for name in ("lugre", "gms", "preisach_lugre")}
+    return {f"sided_{name}": example(name, ("asymmetry",)) for name in MODELS} | plain | varied
+
+
+@pytest.fixture(scope="module")
+def native(models, tmp_path_factory):
+    return Native(models, tmp_path_factory.mktemp("native"))
+
+
+COMPARED = (
+    *(f"sided_{name}" for name in MODELS), "plain_lugre", "plain_coulomb", "plain_maxwell_slip", "varied_lugre",
+    "varied_gms", "varied_preisach_lugre",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("model", COMPARED)
+def test_each_force_has_the_bits_of_bristle(native, models, model):
+    x = walk(20_000)
+    forces = br.response(models[model], x, DT)
+    assert np.ptp(forces) > 0.0
+    assert differing(native.forces(model, x, DT), forces) == 0
+
+
+def test_the_kernels_as_they_stand_give_them_too(native, models):
+    x = walk(600, seed=3)
+    with interpreted():
+        forces = br.response(models["sided_preisach_lugre"], x, DT)
+    assert differing(native.forces("sided_preisach_lugre", x, DT), forces) == 0
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """A model with memory and one without, exported with and without parameters that may be changed."""
+    folder = tmp_path_factory.mktemp("written")
+    for name, tunable in (("preisach_lugre", False), ("gms", True)):
+        br.export(example(name, ("asymmetry",)), "c", folder / name, tunable=tunable)
+    return folder
+
+
+def built(folder, main, *flags):
+    command = [COMPILER, "-O1", *FLAGS, *WARNINGS, *flags, "axis_x.c", main, "-o", "program", "-lm"]
+    made = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert made.returncode == 0, made.stderr[:4000]
+    return subprocess.run(["./program"], cwd=folder, capture_output=True, text=True, check=False)
+
+
+@pytest.mark.parametrize("name", ["preisach_lugre", "gms"])
+def test_the_self_test_knows_the_bits_and_the_example_runs(written, name):
+    ran = built(written / name, "axis_x_selftest.c", "-fsanitize=undefined")
+    assert ran.returncode == 0, ran.stdout
+    assert "the same bits" in ran.stdout
+    assert ran.stderr == ""
+    assert built(written / name, "example_main.c").returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("seen", "instead", "said"),
+    [
+        (r"0\.9, ", "0.9000000000000001, ", "other bits"),
+        (r"axis->state\.lost = after\.lost;", "axis->state.lost = after.lost + 1;", "goes on"),
+        (r"\|\| got\(bytes \+ last\) != digest\(bytes, last\)", "|| last == 0U", "damaged bytes"),
+        (r"!\(velocity - velocity == 0.0\) \|\| ", "", "held off"),
+    ],
+)
+def test_the_self_test_sees_faults(written, tmp_path, seen, instead, said):
+    folder = tmp_path / "wrong"
+    shutil.copytree(written / "preisach_lugre", folder)
+    text = (folder / "axis_x.c").read_text()
+    wrong = re.sub(seen, instead, text)
+    if said == "goes on":
+        wrong = wrong.replace("axis->begun = (int32_t)(marks & 1U);", "axis->begun = 0;")
+    assert wrong != text
+    (folder / "axis_x.c").write_text(wrong)
+    ran = built(folder, "axis_x_selftest.c")
+    assert ran.returncode == 1
+    assert said in ran.stdout
+
+
+CHANGED = """
+#include "axis_x.h"
+#include <math.h>
+#include <stdio.h>
+int main(void)
+{
+    static axis_x axis;
+    axis_x_start(&axis);
+    axis.parameters.k_i[1] = 2e6;
+    axis.parameters.F_S_neg = 26.5;
+    for (int i = 0; i < 400; ++i) {
+        printf("%.17g\\n", axis_x_force(&axis, 1e-5 * ((i * 37) % 91), 5e-4));
+    }
+    return 0;
+}
+"""
+
+
+def test_parameters_may_be_changed_at_run_time(written):
+    (written / "gms" / "changed.c").write_text(CHANGED)
+    ran = built(written / "gms", "changed.c")
+    model = example("gms", ("asymmetry",)).with_values(k_i=[6e6, 2e6, 1e6], F_S_neg=26.5)
+    x = 1e-5 * ((np.arange(400) * 37) % 91).astype(float)
+    assert differing(np.array(ran.stdout.split(), dtype=float), br.response(model, x, DT)) == 0
+
+
+HELD = """
+#include "axis_x.h"
+#include <math.h>
+#include <stdio.h>
+int main(void)
+{
+    static axis_x axis;
+    const double x[] = {0.0, 1e-5, NAN, INFINITY, 2e-5, 3e-5}, dt[] = {1.0, 1e-3, 1e-3, 1e-3, 1e-3, 0.0};
+    axis_x_start(&axis);
+    for (int i = 0; i < 6; ++i) {
+        const double force = axis_x_force(&axis, x[i], dt[i]);
+        printf("%.17g %d\\n", force, (int)axis.flags);
+        axis.flags = 0;
+    }
+    return 0;
+}
+"""
+
+
+def test_what_is_no_number_holds_the_last_force_and_sets_a_flag(written):
+    (written / "preisach_lugre" / "held.c").write_text(HELD)
+    rows = [line.split() for line in built(written / "preisach_lugre", "held.c").stdout.splitlines()]
+    forces, flags = [float(row[0]) for row in rows], [int(row[1]) for row in rows]
+    with interpreted():
+        expected = br.response(example("preisach_lugre", ("asymmetry",)), [0.0, 1e-5, 2e-5], 1e-3)
+    assert flags == [0, 0, 1, 1, 0, 1]
+    assert forces == [0.0, expected[1], expected[1], expected[1], expected[2], expected[2]]
+
+
+def test_nothing_of_a_library_but_the_square_root(written):
+    subprocess.run(
+        [COMPILER, "-O2", *FLAGS, "-c", "axis_x.c", "-o", "axis_x.o"], cwd=written / "preisach_lugre", check=True
+    )
+    listed = subprocess.run(["nm", "-u", "axis_x.o"], cwd=written / "preisach_lugre", capture_output=True, text=True,
+                            check=True).stdout  # fmt: skip
+    assert set(listed.split()) - {"U"} <= {"sqrt", "memcpy", "memset", "__stack_chk_fail"}
+
+
+def test_the_header_says_what_is_known_of_each_parameter(tmp_path):
+    model = br.friction.lugre(F_C="34 mN*m", F_S="40 mN*m", v_S="0.5 rad/s", sigma_0="100 N*m/rad")
+    found = br.export(model, "c", tmp_path / "axis", name="knee", step="1 ms")
+    assert found.files[:3] == ("knee.h", "knee.c", "knee_selftest.c")
+    header = (tmp_path / "axis" / "knee.h").read_text()
+    assert re.search(r"F_S +0\.04 +N\*m +>= 1e-12 +static", header)
+    assert "[rad]" in header
+    assert "[N*m]" in header
+    assert all(len(line) <= 130 for line in header.splitlines())
+
+
+FORGED = """
+#include "axis_x.h"
+#include <stdio.h>
+int main(void)
+{
+    static axis_x axis;
+    static unsigned char bytes[AXIS_X_SAVED];
+    uint32_t seed = 1U;
+    int taken = 0;
+    axis_x_start(&axis);
+    axis_x_save(&axis, bytes);
+    for (int round = 0; round < 20000; ++round) {
+        for (int i = 0; i < 3; ++i) {
+            seed = seed * 1664525U + 1013904223U;
+            const unsigned at = 8U + (seed >> 8U) % (i == 0 ? 64U : AXIS_X_SAVED - 16U);
+            bytes[at] = (unsigned char)(seed >> 24U);
+        }
+        uint64_t digest = 0xCBF29CE484222325U;
+        for (size_t i = 0; i + 8U < sizeof bytes; ++i) {
+            digest = (digest ^ bytes[i]) * 0x100000001B3U;
+        }
+        for (unsigned i = 0; i < 8U; ++i) {
+            bytes[sizeof bytes - 8U + i] = (unsigned char)(digest >> (8U * i));
+        }
+        if (axis_x_load(&axis, bytes, sizeof bytes)) {
+            ++taken;
+            for (int k = 0; k < 20; ++k) {
+                (void)axis_x_force(&axis, 1e-5 * ((k * 37) % 91), 5e-4);
+            }
+        } else {
+            axis_x_start(&axis);
+            axis_x_save(&axis, bytes);
+        }
+    }
+    printf("%d\\n", taken);
+    return 0;
+}
+"""
+
+
+def test_no_bytes_lead_out_of_the_memory(written):
+    (written / "preisach_lugre" / "forged.c").write_text(FORGED)
+    ran = built(written / "preisach_lugre", "forged.c", "-fsanitize=address,undefined", "-fno-sanitize-recover")
+    assert ran.returncode == 0, ran.stderr[:2000]
+    assert 1000 < int(ran.stdout) < 19_000
+
+
+@pytest.mark.parametrize(
+    ("options", "word"),
+    [
+        ({"to": "cobol"}, "no such target"),
+        ({"name": "int"}, "name of a function"),
+        ({"name": "Axis 1"}, "name of a function"),
+        ({"step": 0.0}, "step"),
+    ],
+)
+def test_what_cannot_be_exported_is_refused(options, word, tmp_path):
+    with pytest.raises(br.core.InputError, match=word):
+        br.export(example("coulomb"), out=tmp_path / "out", **{"to": "c"} | options)
+    assert not (tmp_path / "out").exists()
+
+
+def test_nothing_is_compiled_and_no_compiler_loaded(tmp_path):
+    code = (
+        "import sys, bristle as br\n"
+        "br.export(br.friction.coulomb(F_C=2.0), 'c', sys.argv[1])\n"
+        "assert 'numba' not in sys.modules, 'numba'\n"
+    )
+    subprocess.run([sys.executable, "-c", code, str(tmp_path / "out")], check=True)
+
+
+@pytest.fixture(scope="module")
+def singles(tmp_path_factory):
+    names = ("lugre", "maxwell_stribeck", "preisach_lugre")
+    models = {name: example(name, ALL if name == "lugre" else ("asymmetry",)) for name in names}
+    return models, Native(models, tmp_path_factory.mktemp("single"), float32=True)
+
+
+@pytest.mark.parametrize("name", ["lugre", "maxwell_stribeck", "preisach_lugre"])
+def test_single_precision_is_as_near_as_it_can_be(singles, name):
+    models, native = singles
+    x = np.cumsum(np.repeat([1e-7, -2e-6, 3e-5, -3e-5], 100) * np.tile([1.0, 0.5, -1.25, 0.75], 100))
+    with interpreted():
+        expected = br.response(models[name], x, DT)
+    off = np.max(np.abs(native.forces(name, x, DT) - expected)) / np.max(np.abs(expected))
+    assert 0.0 < off < 2e-5
+
+
+def test_the_self_test_of_single_precision_tells_how_far_it_is_off(tmp_path):
+    found = br.export(example("gms", ("asymmetry",)), "c", tmp_path / "gms", float32=True)
+    assert "single precision" in found.notes[0]
+    ran = built(tmp_path / "gms", "axis_x_selftest.c")
+    assert ran.returncode == 0, ran.stdout
+    text = (tmp_path / "gms" / "axis_x.c").read_text()
+    assert "double" not in text[text.index("typedef struct") : text.index("static inline bool is_finite")]
+    (tmp_path / "gms" / "axis_x.c").write_text(text.replace("6000000.0f", "6600000.0f"))
+    assert built(tmp_path / "gms", "axis_x_selftest.c").returncode == 1

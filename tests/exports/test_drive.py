@@ -1,0 +1,100 @@
+"""Tables for drives: the steady friction in the units of the drive, and what they lose in numbers."""
+
+import re
+
+import numpy as np
+import pytest
+
+import bristle as br
+from bristle.engine.steady import steady_force
+
+AXIS = {
+    "schema": 1, "kind": "rotational", "columns": {
+        "time": {"column": "t", "unit": "s"}, "position": {"column": "q", "unit": "deg"},
+        "effort": {"column": "u", "unit": "%"},
+    }, "effort": {"rated": "0.5 N*m"},
+}  # fmt: skip
+ONE_DEGREE = np.pi / 180.0
+
+
+@pytest.fixture(scope="module")
+def model():
+    return br.friction.with_slots(br.friction.lugre, ["asymmetry"])(
+        kind="rotational", F_C_pos=0.1, F_C_neg=0.08, F_S_pos=0.15, F_S_neg=0.12, v_S=0.5, sigma_0=100.0,
+        sigma_2_pos=0.02, sigma_2_neg=0.02,
+    )  # fmt: skip
+
+
+def exported(model, folder, to, **options):
+    return br.export(model, to, folder / to, speed=20.0, **options)
+
+
+def test_the_table_is_the_steady_friction_in_the_units_of_the_log(model, tmp_path):
+    found = exported(model, tmp_path, "table", axis=br.read_axis(AXIS), points=6)
+    head, *rows = (tmp_path / "table" / "axis_x.csv").read_text().splitlines()
+    assert head == "velocity [deg/s],effort [%]"
+    table = np.array([row.split(",") for row in rows], dtype=float)
+    assert len(table) <= 12
+    assert np.all(np.diff(table[:, 0]) >= 0.0)
+    for velocity, effort in table[table[:, 0] != 0.0]:
+        assert effort * 0.005 == pytest.approx(steady_force(model, velocity * ONE_DEGREE), rel=1e-6)
+    largest = float(re.search(r"by ([\d.e-]+) % at most", found.notes[0])[1])
+    speeds = np.linspace(0.01, 20.0, 300)
+    forward = table[np.signbit(table[:, 0]) == 0]
+    between = np.interp(speeds, forward[:, 0] * ONE_DEGREE, forward[:, 1] * 0.005)
+    off = max(abs(between - [steady_force(model, v) for v in speeds])) / 0.005
+    assert off <= 1.3 * largest + 1e-6
+
+
+def test_in_si_where_no_axis_is_given(model, tmp_path):
+    exported(model, tmp_path, "table")
+    assert (tmp_path / "table" / "axis_x.csv").read_text().startswith("velocity [rad/s],effort [N*m]\n")
+
+
+def listed(path):
+    lines = [line.split() for line in path.read_text().splitlines() if not line.startswith("#")]
+    return {key.removeprefix("frict_comp."): float(value) for key, value in lines}
+
+
+def test_the_list_of_the_cnc_reads_back(model, tmp_path):
+    found = exported(model, tmp_path, "tf5200", axis=br.read_axis(AXIS), points=5)
+    path = tmp_path / "tf5200" / "axis_x.txt"
+    values = listed(path)
+    count = int(values["table_entries"])
+    assert values["mode"] == 3.0
+    assert 2 <= count <= 5
+    speeds = [values[f"table[{i}].in"] for i in range(count)]
+    assert speeds[0] == 0.0
+    assert speeds == sorted(speeds)
+    for i in range(1, count):
+        speed = speeds[i] * 1e-3 * ONE_DEGREE
+        mean = 0.5 * (steady_force(model, speed) - steady_force(model, -speed))
+        assert values[f"table[{i}].out"] * 0.0005 == pytest.approx(mean, abs=0.0003)
+    text = " ".join(found.notes)
+    assert "memory is lost" in text
+    wrong = 0.5 * (0.15 - 0.12) / 0.005
+    assert float(re.search(r"off by up to ([\d.]+) %", text)[1]) == pytest.approx(wrong, rel=0.02)
+    assert all(note in path.read_text() for note in found.notes)
+
+
+def test_the_distance_of_a_reversal_is_that_of_the_contact(tmp_path):
+    stiff, soft = (br.friction.lugre(F_C=10.0, F_S=10.0, v_S=1e-3, sigma_0=stiffness) for stiffness in (1e8, 1e6))
+    distances = []
+    for name, model in (("stiff", stiff), ("soft", soft)):
+        text = " ".join(br.export(model, "table", tmp_path / name, speed=0.1).notes)
+        distances.append(float(re.search(r"over ([\d.e-]+) m", text)[1]))
+    # Of the change of a bristle that slips exponentially, exp(-x sigma_0 / F_C) is left: 5 % after ln 20.
+    assert distances[1] == pytest.approx(np.log(20.0) * 1e-5, rel=0.1)
+    assert distances[1] / distances[0] == pytest.approx(100.0, rel=0.1)
+
+
+def test_coulomb_loses_nothing_of_memory(tmp_path):
+    notes = br.export(br.friction.coulomb(F_C=2.0), "table", tmp_path / "out", speed=0.1).notes
+    assert not any("memory" in note for note in notes)
+
+
+def test_the_speed_must_be_known(model, tmp_path):
+    with pytest.raises(br.core.InputError, match="speed"):
+        br.export(model, "table", tmp_path / "out")
+    with pytest.raises(br.core.InputError, match="changed at run time"):
+        br.export(model, "table", tmp_path / "out", speed=1.0, tunable=True)

@@ -1,0 +1,111 @@
+"""WebAssembly of friction models: written without a compiler, run in node, to the bit."""
+
+import json
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+from tests.exports.native import differing, walk
+
+import bristle as br
+from bristle.exports.subject import subject_of
+from bristle.exports.wasm import module_of
+from bristle.exports.wasm_code import leb, signed_leb
+from bristle.friction import MODELS, with_slots
+from bristle.testing import example_of
+
+NODE = shutil.which("node")
+DT = 5e-4
+ALL = ("position", "periodic", "load", "temperature", "asymmetry")
+CHOSEN = {f"sided_{name}": (name, ("asymmetry",)) for name in MODELS} | {
+    f"varied_{name}": (name, ALL) for name in ("lugre", "gms", "preisach_lugre")
+}
+RUN = """
+import { readFileSync, writeFileSync } from "node:fs";
+const x = new Float64Array(new Uint8Array(readFileSync("x.bin")).buffer);
+for (const name of process.argv.slice(2)) {
+  const { load } = await import("./" + name + "/axis_x.mjs");
+  const axis = await load();
+  writeFileSync(name + ".bin", new Uint8Array(x.map((at) => axis.force(at, 5e-4)).buffer));
+}
+"""
+needs_node = pytest.mark.skipif(NODE is None, reason="needs node")
+
+
+def example(name):
+    base, slots = CHOSEN[name]
+    return example_of(with_slots(MODELS[base], slots))
+
+
+def node(folder, script, *arguments):
+    (folder / "run.mjs").write_text(script)
+    ran = subprocess.run([NODE, "run.mjs", *arguments], cwd=folder, capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+    return ran.stdout
+
+
+@pytest.fixture(scope="module")
+def forces(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("wasm")
+    walk(20_000).tofile(folder / "x.bin")
+    for name in CHOSEN:
+        br.export(example(name), "wasm", folder / name)
+    node(folder, RUN, *CHOSEN)
+    return {name: np.fromfile(folder / f"{name}.bin") for name in CHOSEN}
+
+
+@needs_node
+@pytest.mark.parametrize("name", CHOSEN)
+def test_each_force_has_the_bits_of_bristle(forces, name):
+    assert differing(forces[name], br.response(example(name), walk(20_000), DT)) == 0
+
+
+AROUND = """
+import { load } from "./out/axis_x.mjs";
+const axis = await load();
+const run = () => [0, 1e-5, 3e-5, 2e-5].map((x) => axis.force(x, 5e-4));
+const first = run();
+axis.start();
+const again = run();
+axis.force(NaN, 5e-4);
+const held = [axis.force(Infinity, 5e-4), axis.refused];
+axis.start();
+const cleared = axis.refused;
+axis.set("k_i", [5e6, 3e6, 1e6]);
+axis.set("F_S_neg", 26);
+const changed = run();
+console.log(JSON.stringify({ first, again, held, cleared, changed, k_i: axis.get("k_i"), names: axis.parameters }));
+"""
+
+
+@needs_node
+def test_it_begins_anew_holds_and_takes_other_parameters(tmp_path):
+    model = example("sided_gms")
+    br.export(model, "wasm", tmp_path / "out")
+    told = json.loads(node(tmp_path, AROUND))
+    x = [0.0, 1e-5, 3e-5, 2e-5]
+    assert told["first"] == told["again"] == br.response(model, x, DT).tolist()
+    assert told["held"] == [told["again"][-1], True]
+    assert told["cleared"] is False
+    assert told["changed"] == br.response(model.with_values(k_i=[5e6, 3e6, 1e6], F_S_neg=26.0), x, DT).tolist()
+    assert told["k_i"] == [5e6, 3e6, 1e6]
+    assert set(told["names"]) == set(model.values)
+
+
+def test_counts_are_written_as_the_format_has_them():
+    # The examples of the WebAssembly specification and of the format LEB128.
+    assert leb(624485) == b"\xe5\x8e\x26"
+    assert signed_leb(-123456) == b"\xc0\xbb\x78"
+    assert [signed_leb(value) for value in (0, 63, 64, -64, -65)] == [
+        b"\x00",
+        b"\x3f",
+        b"\xc0\x00",
+        b"\x40",
+        b"\xbf\x7f",
+    ]
+
+
+def test_a_model_is_a_few_kilobytes():
+    assert len(module_of(subject_of(example("sided_lugre"))).binary) < 2_500
+    assert len(module_of(subject_of(example_of(with_slots(MODELS["preisach_lugre"], ())))).binary) < 16_000
