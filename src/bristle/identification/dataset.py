@@ -18,11 +18,12 @@ from bristle.engine.initial_contact import place_of, state_at
 from bristle.engine.motion import along
 from bristle.logs.break_away import BreakAway, Recording, break_aways
 from bristle.logs.segmentation import reversals
+from bristle.plants.terms import effort_of_columns, effort_of_place, terms_of
 
 if TYPE_CHECKING:
     from bristle.identification.delay import Alignment
 
-__all__ = ["Dataset", "Segment", "derivative", "low_passed", "mechanical"]
+__all__ = ["Dataset", "Segment", "derivative", "inverse_of", "low_passed", "mechanical"]
 
 REST_IN_ROW = 0.01  # weight of samples at rest that a row may contain
 REACH = 10  # rows on either side that the decimating filter takes in
@@ -61,8 +62,14 @@ def derivative(signal: np.ndarray, dt: float) -> np.ndarray:
     return slope
 
 
-def mechanical(plant: Model, motion: Segment | Dataset) -> np.ndarray:
-    """Return the effort [N or N*m] that a plant takes along a motion or in rows, friction apart, shape (sample,)."""
+def mechanical(plant: Model, motion: Segment) -> np.ndarray:
+    """Return the effort [N or N*m] that a plant takes along a segment, friction apart, shape (sample,)."""
+    effort, beside = inverse_of(plant, motion), effort_of_columns(plant, motion.regressors)
+    return effort if beside is None else effort + beside
+
+
+def inverse_of(plant: Model, motion: Segment | Dataset) -> np.ndarray:
+    """Return what `mechanical` does, of a segment or of rows, what known columns tell left out."""
     inverse = plant.component.inverse
     if inverse is None:
         raise InputError("has no inverse: it cannot be identified from a motion", path="plant", value=plant.name,
@@ -78,7 +85,8 @@ class Segment:
     Position and effort have passed one and the same filter.
     A velocity of +0.0 or -0.0 stands for rest after a motion forward or backward. The edges are still there: a model
     with a memory runs in over them. `log` counts the logs that a regression was made of. A model with a memory has been
-    through the samples of `first_cycle` before: the motion repeats.
+    through the samples of `first_cycle` before: the motion repeats. Columns of `regressors` are filtered as position
+    and effort are; a coefficient makes efforts of them.
     """
 
     time: np.ndarray
@@ -90,6 +98,7 @@ class Segment:
     load: np.ndarray | None = None
     temperature: np.ndarray | None = None
     first_cycle: int = 0
+    regressors: tuple[np.ndarray, ...] = ()
 
     @property
     def surroundings(self) -> dict[str, np.ndarray]:
@@ -168,7 +177,26 @@ class Dataset:
     ) -> list[np.ndarray]:
         """Return the effort that plant and friction take along each segment [N or N*m]; `contacts` as below."""
         forces = self.friction_along(friction, plant, contacts)
-        return [mechanical(plant, segment) + force for segment, force in zip(self.segments, forces, strict=True)]
+        pairs = zip(self.segments, forces, strict=True)
+        return [self.mechanical_along(plant, segment) + force for segment, force in pairs]
+
+    def mechanical_along(self, plant: Model, segment: Segment) -> np.ndarray:
+        """Return the effort that a plant takes along a segment [N or N*m], behind the filter that the effort passed.
+
+        The filter has been over the motion, so that what is linear in it is behind it; what bends over the position,
+        as cogging does, is not.
+        """
+        terms = terms_of(plant)
+        if terms is None:
+            return mechanical(plant, segment)
+        bent = effort_of_place(segment.position, terms)
+        return mechanical(plant, segment) - bent + self.filtered(bent)
+
+    def mechanical_rows(self, plant: Model) -> np.ndarray:
+        """Return the effort that a plant takes in each row, friction apart [N or N*m]."""
+        if terms_of(plant) is None:
+            return inverse_of(plant, self)
+        return self.rows_of([self.mechanical_along(plant, segment) for segment in self.segments])
 
     def friction_along(
         self, friction: Model, plant: Model | None = None, contacts: Sequence[float | None] | None = None

@@ -36,6 +36,7 @@ from bristle.identification.problem import Fold
 from bristle.identification.settings import Settings
 from bristle.identification.time_blocks import beside, room_for_blocks, time_blocks
 from bristle.logs.log import Channel, Log
+from bristle.plants.terms import TURN
 
 __all__ = ["InverseDynamics", "RowReplicates"]
 
@@ -105,7 +106,7 @@ class InverseDynamics:
 
     def mechanical(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the effort that the plant takes in each row, friction apart [N or N*m]."""
-        return mechanical(self.plant(values), self.dataset)
+        return self.dataset.mechanical_rows(self.plant(values))
 
     def residual(self, free: Mapping[str, float]) -> np.ndarray:
         """Return measured minus predicted effort of each row [N or N*m], from the free parameters."""
@@ -179,7 +180,9 @@ class InverseDynamics:
 
     def _is_shape(self, name: str) -> bool:
         component = self.parameters.component
-        return name in component.variables and "force" not in component.variables[name].quantity
+        if name in component.variables:
+            return "force" not in component.variables[name].quantity
+        return self.parameters.variables[name] in TURN.values()
 
     @cached_property
     def fixed_effort(self) -> np.ndarray:
@@ -235,7 +238,14 @@ class RowReplicates:
         axis = Axis(kind=dataset.kind, resolution=dataset.resolution)
         drawn = treat(log, axis, dataset.cutoff, dataset.decimation, like=dataset)
         segments = tuple(
-            replace(new, load=old.load, temperature=old.temperature, first_cycle=old.first_cycle, log=old.log)
+            replace(
+                new,
+                load=old.load,
+                temperature=old.temperature,
+                first_cycle=old.first_cycle,
+                log=old.log,
+                regressors=old.regressors,
+            )
             for new, old in zip(drawn.segments, dataset.segments, strict=True)
         )
         drawn = replace(drawn, segments=segments)

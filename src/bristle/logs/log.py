@@ -19,7 +19,7 @@ __all__ = ["CHANNELS", "Channel", "Log", "log_of"]
 
 @guarded(
     **{name: optional(channel(name)) for name in CHANNELS} | {name: channel(name) for name in ("time", "position")},
-    injected=many(channel("effort"), single=True),
+    injected=many(channel("effort"), single=True), regressors=many(channel("load"), single=True),
     sample_time=amount(Variable("time", "time between samples", min=0.0)), segments=many(instance(slice, "a slice")),
     source=instance(Path, "a path", read=Path),    origin=instance(Origin, "an Origin"), notes=many(TEXT), kind=KIND,
 )  # fmt: skip
@@ -60,6 +60,8 @@ class Log(LogData):
         What was resampled, left out or assumed.
     kind : {"translational", "rotational"}
         Kind of axis.
+    regressors : tuple of Channel
+        Columns that an identified coefficient makes efforts of, in their own units.
     """
 
     @classmethod
