@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from tests.simulation import transmitted_truth as truth
 
 from bristle import friction, plants
 from bristle.core import InputError
@@ -74,3 +75,24 @@ def test_a_term_that_is_not_there_is_refused_by_name():
         plants.find("inertia+gravty")
     with pytest.raises(InputError, match="no coefficient"):
         plants.find("inertia+cogging", ["M"])
+
+
+GEARED = {"F_C": truth.F_C, "F_v": truth.F_V, "c_T": truth.SHARE}
+
+
+@pytest.mark.parametrize(("x", "applied"), [(1.2, 0.0), (0.2, 1.5), (0.05, 0.0), (1.0, 1.0)])
+def test_an_arm_behind_a_gear_moves_as_its_friction_lets_it(x, applied):
+    plant = plants.find("inertia+gravity", ["g_sin"])(kind="rotational", M=truth.J, g_sin=truth.GRAVITY)
+    geared = friction.find("coulomb_viscous+transmitted")(kind="rotational", **GEARED)
+    trace = run_open_loop(plant, geared, np.full(501, applied), 1e-3, steps=2, x=x)
+    assert trace.position[500] == pytest.approx(truth.fall(0.5, x, applied), abs=2e-4)
+
+
+def test_friction_of_a_gear_is_fed_forward_with_what_it_carries():
+    plant = plants.find("inertia+gravity", ["g_sin"])(kind="rotational", M=truth.J, g_sin=truth.GRAVITY)
+    geared = friction.find("coulomb_viscous+transmitted")(kind="rotational", **GEARED)
+    _, q, v, a = truth.swing(2.0, 1)
+    fed = feedforward_effort(Feedforward(mass=truth.J, plant=plant, friction=geared), q, a, 1e-3)
+    expected = truth.effort(q, v, a)
+    moving = np.abs(v) > 0.05
+    assert np.max(np.abs(fed - expected)[moving]) < 0.01 * np.max(np.abs(expected))

@@ -16,6 +16,7 @@ from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind
 from bristle.engine.initial_contact import place_of, state_at
 from bristle.engine.motion import along
+from bristle.friction.level import TRANSMITTED
 from bristle.logs.break_away import BreakAway, Recording, break_aways
 from bristle.logs.segmentation import reversals
 from bristle.plants.terms import effort_of_columns, effort_of_place, terms_of
@@ -23,7 +24,7 @@ from bristle.plants.terms import effort_of_columns, effort_of_place, terms_of
 if TYPE_CHECKING:
     from bristle.identification.delay import Alignment
 
-__all__ = ["Dataset", "Segment", "derivative", "inverse_of", "low_passed", "mechanical"]
+__all__ = ["Dataset", "Segment", "derivative", "inverse_of", "low_passed", "mechanical", "transmitted_by"]
 
 REST_IN_ROW = 0.01  # weight of samples at rest that a row may contain
 REACH = 10  # rows on either side that the decimating filter takes in
@@ -77,6 +78,13 @@ def inverse_of(plant: Model, motion: Segment | Dataset) -> np.ndarray:
     return inverse(motion.position, motion.velocity, motion.acceleration, plant.parameters)
 
 
+def transmitted_by(friction: Model, plant: Model | None, segment: Segment) -> np.ndarray | None:
+    """Return the effort that passes on to the load along a segment [N or N*m]; None where friction asks for none."""
+    if plant is None or TRANSMITTED not in friction.component.variables.values():
+        return None
+    return mechanical(plant, segment)
+
+
 @dataclass(frozen=True)
 class Segment:
     """A segment of the log without gaps, at the rate of the log, filtered.
@@ -106,19 +114,22 @@ class Segment:
         surroundings = {"load": self.load, "temperature": self.temperature}
         return {name: values for name, values in surroundings.items() if values is not None}
 
-    def signals(self, dt: float) -> dict[str, np.ndarray]:
+    def signals(self, dt: float, transmitted: np.ndarray | None = None) -> dict[str, np.ndarray]:
         """Return what friction depends on along the segment, with its first cycle before it where that is known."""
         # The velocity at a sample is the mean over the step around it, which ends half a step later.
         signals = {"v": self.velocity, "x": self.position + 0.5 * dt * self.velocity} | self.surroundings
+        signals |= {} if transmitted is None else {"transmitted": transmitted}
         return {name: np.concatenate([values[: self.first_cycle], values]) for name, values in signals.items()}
 
-    def friction(self, model: Model, dt: float, contact: float | None = None) -> np.ndarray:
+    def friction(
+        self, model: Model, dt: float, contact: float | None = None, transmitted: np.ndarray | None = None
+    ) -> np.ndarray:
         """Return the force of a friction model along the segment [N or N*m], after its first cycle if that is known.
 
-        `contact` is where it stood before, from -1 to 1; virgin where not given.
+        `contact` is where it stood before, from -1 to 1; virgin where not given. `transmitted` passes on to the load.
         """
         state = None if contact is None else state_at(model, contact)
-        return along(model, dt=dt, state=state, **self.signals(dt))[self.first_cycle :]
+        return along(model, dt=dt, state=state, **self.signals(dt, transmitted))[self.first_cycle :]
 
 
 @dataclass(frozen=True)
@@ -207,7 +218,9 @@ class Dataset:
         """
         contacts = self.contacts(friction, plant) if contacts is None else contacts
         return [
-            self.filtered(segment.friction(friction, self.sample_time, contact))
+            self.filtered(
+                segment.friction(friction, self.sample_time, contact, transmitted_by(friction, plant, segment))
+            )
             for segment, contact in zip(self.segments, contacts, strict=True)
         ]
 
@@ -217,7 +230,8 @@ class Dataset:
             return (None,) * len(self.segments)
         places = []
         for segment in self.segments:
-            ahead = {name: values[segment.first_cycle :] for name, values in segment.signals(self.sample_time).items()}
+            signals = segment.signals(self.sample_time, transmitted_by(friction, plant, segment))
+            ahead = {name: values[segment.first_cycle :] for name, values in signals.items()}
             places.append(place_of(friction, ahead, self.sample_time, segment.effort - mechanical(plant, segment)))
         return tuple(places)
 

@@ -26,7 +26,8 @@ from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.normal import NORMAL_95
 from bristle.core.variable import unit_of
-from bristle.identification.dataset import Dataset, Segment, derivative, low_passed, mechanical
+from bristle.friction.level import TRANSMITTED
+from bristle.identification.dataset import Dataset, Segment, derivative, low_passed, mechanical, transmitted_by
 from bristle.identification.delay import differentiated
 from bristle.identification.disturbance import Disturbance, force_with_scatter, scaled, signs
 from bristle.identification.half_cycles import NUDGE, Groups, half_cycle_starts, half_cycles
@@ -59,7 +60,9 @@ class InverseDynamics:
 
     def friction(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the friction force of each row [N or N*m], of the model run along the recorded motion."""
-        plant = self.plant(values) if self.parameters.component.start is not None else None
+        component = self.parameters.component
+        asks = component.start is not None or TRANSMITTED in component.variables.values()
+        plant = self.plant(values) if asks else None
         return self.dataset.rows_of(self.dataset.friction_along(self.model(values), plant, self.contacts))
 
     def near(self, free: Mapping[str, float]) -> InverseDynamics:
@@ -258,7 +261,10 @@ class RowReplicates:
         efforts, positions, segments, first = [], [], [], 0
         late, plant = self._wrong(rng, side)
         for segment, starts, residual in zip(self._motion, self._starts, self._residual, strict=True):
-            pure = force_with_scatter(self._friction, segment, starts, dataset.sample_time, scatter, rng)
+            transmitted = transmitted_by(self._friction, self._plant, segment)
+            pure = force_with_scatter(
+                self._friction, segment, starts, dataset.sample_time, scatter, rng, transmitted=transmitted
+            )
             pure += mechanical(plant, segment)
             pure -= late * derivative(pure, dataset.sample_time)
             pure += side * disturbance.unexplained * signs(pure.size, rng) * residual

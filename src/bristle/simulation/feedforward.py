@@ -75,7 +75,7 @@ def feedforward_effort(feedforward: Feedforward, position: Any, acceleration: An
     state, memory = conditioned(feedforward.friction, feedforward.conditioning)
     return effort + compensation_along(
         feedforward.friction, _shape(feedforward), np.append(steps, steps[-1:]), dt,
-        np.append(position[1:], position[-1] + dt * steps[-1]), state=state, memory=memory,
+        np.append(position[1:], position[-1] + dt * steps[-1]), transmitted=effort, state=state, memory=memory,
     )  # fmt: skip
 
 
