@@ -49,6 +49,6 @@ def compensate(state, memory, motion, before, dt, shape, p):
     """
     force, move = friction_trial(state, memory, motion, dt, p)
     if motion.v == 0.0:
-        reverse = Motion(-motion.v, motion.x, motion.load, motion.temperature)
+        reverse = Motion(-motion.v, motion.x, motion.load, motion.temperature, motion.transmitted)
         force = 0.5 * (force + friction_trial(state, memory, reverse, dt, p)[0])
     return shaped(force, before, dt, shape), friction_commit(state, memory, move, p)

@@ -25,7 +25,7 @@ from bristle.core.errors import InputError
 from bristle.core.values import looked_at
 from bristle.core.variable import Kind, Variable
 
-__all__ = ["CHANNELS", "COLUMNS", "Axis", "Column", "Injected"]
+__all__ = ["CHANNELS", "COLUMNS", "Axis", "Cogging", "Column", "Injected", "KnownColumn"]
 
 
 CHANNELS = {
@@ -113,9 +113,54 @@ class Injected:
     optional: bool = False
 
 
+@guarded(column=TEXT, name=TEXT, optional=FLAG)
+@dataclass(frozen=True)
+class KnownColumn:
+    """A column of a log that an identified coefficient makes an effort of.
+
+    Parameters
+    ----------
+    column : str
+        Name in the log.
+    name : str
+        What the coefficient is called after: ``known_NAME``.
+    optional : bool
+        Whether a log may lack it; it is zero there.
+    """
+
+    column: str
+    name: str
+    optional: bool = False
+
+
+@guarded(
+    turner=among("motor", "screw"), turn=amount(Variable("length", "movement for one turn", min=1e-12)),
+    harmonics=optional(many(whole(1, 10_000), single=True)),
+)  # fmt: skip
+@dataclass(frozen=True)
+class Cogging:
+    """Efforts that come back a whole number of times in a turn, the same in both directions.
+
+    Parameters
+    ----------
+    turner : {"motor", "screw"}
+        What turns.
+    turn : float
+        Movement of the axis for one turn of it [m or rad].
+    harmonics : tuple of int or None
+        How often in a turn; None where the log is to tell.
+    """
+
+    turner: str
+    turn: float
+    harmonics: tuple[int, ...] | None = None
+
+
 @guarded(
     name=TEXT, kind=KIND, columns=known(COLUMNS, instance(Column, "a Column")),
     injected=many(instance(Injected, "an Injected"), single=True), table=optional(TEXT),
+    gravity=FLAG, cogging=many(instance(Cogging, "a Cogging"), single=True),
+    regressors=many(instance(KnownColumn, "a KnownColumn"), single=True),
     sample_time=_positive("time", "sample time"), delay=amount(Variable("time", "delay of the effort")),
     seeks_delay=FLAG, mass=_positive("mass", "moving mass or inertia"), plant=among("inertia", "oscillator"),
     stiffness=optional(amount(Variable("force/length", "stiffness to the ground", min=0.0))),
@@ -223,6 +268,12 @@ class Axis:
         Thresholds of an identification that differ from their defaults, by name.
     text : bytes
         The axis file, where it was read from one.
+    gravity : bool
+        Whether the axis turns a link on which gravity pulls.
+    cogging : tuple of Cogging
+        What of the effort comes back with every turn of motor or screw.
+    regressors : tuple of KnownColumn
+        Columns of the log that an identified coefficient makes efforts of.
     """
 
     name: str = "axis"
@@ -264,3 +315,6 @@ class Axis:
     global_search: bool = False
     settings: Mapping[str, float] = field(default_factory=dict)
     text: bytes = field(default=b"", repr=False, compare=False)
+    gravity: bool = False
+    cogging: tuple[Cogging, ...] = ()
+    regressors: tuple[KnownColumn, ...] = ()

@@ -26,7 +26,7 @@ import numpy as np
 from bristle.core import dispatch
 from bristle.core.documented import Documented, WithParameters
 from bristle.core.errors import InputError
-from bristle.core.motion import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion, Reference
+from bristle.core.motion import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOTHING_TRANSMITTED, Motion, Reference
 from bristle.core.packing import pack
 from bristle.core.read_only import ReadOnly
 from bristle.core.relation import Redundancy, Relation
@@ -39,6 +39,7 @@ from bristle.core.variable import KINDS, Kind
 __all__ = [
     "NOMINAL_LOAD",
     "NOMINAL_TEMPERATURE",
+    "NOTHING_TRANSMITTED",
     "Component",
     "Controller",
     "FrictionModel",

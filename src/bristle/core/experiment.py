@@ -158,11 +158,11 @@ class Run:
 
 @guarded(
     **of_variables(FEEDFORWARD, endless=("limit", "rate_limit")), friction=optional(model("friction")),
-    along=among(*ALONG),
+    along=among(*ALONG), plant=optional(model("plant")),
 )  # fmt: skip
 @dataclass(frozen=True)
 class Feedforward:
-    """What is fed forward: inertia along the desired trajectory, and friction.
+    """What is fed forward: inertia along the desired trajectory, gravity and cogging, and friction.
 
     Parameters
     ----------
@@ -183,6 +183,8 @@ class Feedforward:
         The motion that the compensator follows.
     fitted_to : str
         `digest` of the friction that the compensator was identified on, where that is known; "" otherwise.
+    plant : Model or None
+        A plant whose gravity and cogging are fed forward along the desired trajectory.
     """
 
     mass: float = 0.0
@@ -195,6 +197,7 @@ class Feedforward:
     conditioning: float = 0.0
     along: Literal["desired", "measured"] = "desired"
     fitted_to: str = ""
+    plant: Model | None = None
 
 
 @guarded(**of_variables(LEARNING, whole_ones=("trials",)))

@@ -6,10 +6,11 @@ from typing import Annotated, NamedTuple
 
 from bristle.core.variable import Variable
 
-__all__ = ["NOMINAL_LOAD", "NOMINAL_TEMPERATURE", "Motion", "Reference"]
+__all__ = ["NOMINAL_LOAD", "NOMINAL_TEMPERATURE", "NOTHING_TRANSMITTED", "Motion", "Reference"]
 
 NOMINAL_LOAD = 1.0
 NOMINAL_TEMPERATURE = 293.15  # [K]
+NOTHING_TRANSMITTED = 0.0  # [N or N*m]
 
 
 class Motion(NamedTuple):
@@ -19,6 +20,7 @@ class Motion(NamedTuple):
     x: Annotated[float, Variable("length", "position at the end of the step")]
     load: Annotated[float, Variable("1", "normal load over its nominal value")] = NOMINAL_LOAD
     temperature: Annotated[float, Variable("temperature", "temperature")] = NOMINAL_TEMPERATURE
+    transmitted: Annotated[float, Variable("force", "effort that passes on to the load")] = NOTHING_TRANSMITTED
 
 
 class Reference(NamedTuple):

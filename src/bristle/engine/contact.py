@@ -94,5 +94,5 @@ class Contact:
     def _follow(self, state: np.ndarray, memory: Any, v: np.ndarray, x: np.ndarray, dt: float) -> np.ndarray:
         force = np.empty(v.size)
         load, temperature = np.full(v.size, NOMINAL_LOAD), np.full(v.size, NOMINAL_TEMPERATURE)
-        self._entry(self._part.parameters, state, memory, v, x, load, temperature, float(dt), force)
+        self._entry(self._part.parameters, state, memory, v, x, load, temperature, np.zeros(v.size), float(dt), force)
         return force

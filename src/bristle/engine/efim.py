@@ -53,15 +53,16 @@ class Advance(NamedTuple):
 
 
 @kernel
-def evaluate(state, memory, v, x, dt, p):
+def evaluate(state, memory, v, x, transmitted, dt, p):
     """Return the mean force [N or N*m] and the move of a trial at mean velocity `v` [m/s or rad/s] from `x`."""
-    return friction_trial(state, memory, Motion(v, x + dt * v, NOMINAL_LOAD, NOMINAL_TEMPERATURE), dt, p)
+    motion = Motion(v, x + dt * v, NOMINAL_LOAD, NOMINAL_TEMPERATURE, transmitted)
+    return friction_trial(state, memory, motion, dt, p)
 
 
 @kernel(inline=False)
-def evaluate_apart(state, memory, v, x, dt, p):
+def evaluate_apart(state, memory, v, x, transmitted, dt, p):
     """Return what `evaluate` does: one copy of the model for all that is rarely done."""
-    return evaluate(state, memory, v, x, dt, p)
+    return evaluate(state, memory, v, x, transmitted, dt, p)
 
 
 @kernel
@@ -77,8 +78,8 @@ def next_guess(bracket, v, residual, slope):
 
 
 @kernel
-def solve(state, memory, x, dt, p, a, b, start):
-    """Return the `Solution` of ``v = a + b * F(v)``.
+def solve(state, memory, x, effort, dt, p, a, b, start):
+    """Return the `Solution` of ``v = a + b * F(v)``; what of the `effort` friction leaves passes on to the load.
 
     The guess [m/s or rad/s] and the slope (of the residual, at least 1 where friction rises with speed) are taken from
     the last step: one or two evaluations suffice then. There is one call site of the model: three phases share it,
@@ -94,7 +95,7 @@ def solve(state, memory, x, dt, p, a, b, start):
     evaluations = 0
     while True:
         at = v if phase == 0 else (0.0 if phase == 1 else -0.0)
-        force, move = evaluate(state, memory, at, x, dt, p)
+        force, move = evaluate(state, memory, at, x, effort - (at - a) / b, dt, p)
         residual = at - a - b * force
         evaluations += 1
         if phase == 0:
@@ -130,10 +131,10 @@ def solve(state, memory, x, dt, p, a, b, start):
 
 
 @kernel(inline=False)
-def is_set_valued(state, memory, x, dt, p):
+def is_set_valued(state, memory, x, effort, dt, p):
     """Return whether the force at rest is an interval: the one-sided limits at zero velocity differ."""
-    forward, _ = evaluate_apart(state, memory, 0.0, x, dt, p)
-    backward, _ = evaluate_apart(state, memory, -0.0, x, dt, p)
+    forward, _ = evaluate_apart(state, memory, 0.0, x, effort, dt, p)
+    backward, _ = evaluate_apart(state, memory, -0.0, x, effort, dt, p)
     return forward > backward
 
 
@@ -146,7 +147,8 @@ def stopping_time(plant_state, friction_state, memory, effort, dt, q, p):
     time = dt
     for _ in range(ITERATIONS):
         a, b = plant_port(plant_state, effort, time, q)
-        force, _ = evaluate_apart(friction_state, memory, half, plant_state.x, time, p)
+        transmitted = effort - (half - a) / b
+        force, _ = evaluate_apart(friction_state, memory, half, plant_state.x, transmitted, time, p)
         residual = sign * (half - a - b * force)
         if abs(residual) <= 1e-15 * abs(half):
             return time
@@ -161,7 +163,10 @@ def stopping_time(plant_state, friction_state, memory, effort, dt, q, p):
 def stop_and_go_on(plant_state, friction_state, memory, effort, dt, q, p, slope):
     """Return the `Advance` of a step in which the body stops: it is split where the velocity reaches zero."""
     first = stopping_time(plant_state, friction_state, memory, effort, dt, q, p)
-    force_1, move = evaluate_apart(friction_state, memory, 0.5 * plant_state.v, plant_state.x, first, p)
+    half = 0.5 * plant_state.v
+    a, b = plant_port(plant_state, effort, first, q)
+    transmitted = effort - (half - a) / b if first > 0.0 else effort
+    force_1, move = evaluate_apart(friction_state, memory, half, plant_state.x, transmitted, first, p)
     friction_state = friction_commit(friction_state, memory, move, p)
     _, plant_state = plant_step(plant_state, effort, force_1, first, q)
     plant_state = plant_rest(plant_state, effort, 0.0, q)
@@ -169,7 +174,7 @@ def stop_and_go_on(plant_state, friction_state, memory, effort, dt, q, p, slope)
     if second <= 0.0:
         return Advance(plant_state, friction_state, force_1, 0.0, slope, 0.0)
     a, b = plant_port(plant_state, effort, second, q)
-    rest = solve(friction_state, memory, plant_state.x, second, p, a, b, Start(0.0, slope, 0.0))
+    rest = solve(friction_state, memory, plant_state.x, effort, second, p, a, b, Start(0.0, slope, 0.0))
     friction_state = friction_commit(friction_state, memory, rest.move, p)
     _, plant_next = plant_step(plant_state, effort, rest.force, second, q)
     if rest.v == 0.0:
@@ -185,12 +190,12 @@ def advance(plant_state, friction_state, memory, effort, dt, q, p, start):
     `q` are the parameters of the plant, `p` those of the friction model; `start` is where the solve begins.
     """
     a, b = plant_port(plant_state, effort, dt, q)
-    solution = solve(friction_state, memory, plant_state.x, dt, p, a, b, start)
+    solution = solve(friction_state, memory, plant_state.x, effort, dt, p, a, b, start)
     _, plant_next = plant_step(plant_state, effort, solution.force, dt, q)
     if plant_state.v == 0.0:
         if solution.v == 0.0:
             plant_next = plant_rest(plant_state, effort, dt, q)
-    elif plant_state.v * plant_next.v < 0.0 and is_set_valued(friction_state, memory, plant_state.x, dt, p):
+    elif plant_state.v * plant_next.v < 0.0 and is_set_valued(friction_state, memory, plant_state.x, effort, dt, p):
         return stop_and_go_on(plant_state, friction_state, memory, effort, dt, q, p, solution.slope)
     friction_state = friction_commit(friction_state, memory, solution.move, p)
     return Advance(plant_next, friction_state, solution.force, solution.v, solution.slope, solution.failures)

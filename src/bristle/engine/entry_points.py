@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 from bristle.controllers.feedforward import Shape, compensate
 from bristle.controllers.law import law
-from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion, Reference
+from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOTHING_TRANSMITTED, Motion, Reference
 from bristle.core.dispatch import (
     friction_commit,
     friction_trial,
@@ -65,8 +65,8 @@ class MechanismVectors(NamedTuple):
 
 
 # The kinds of entries: what each takes. Parameters, state and memory of a component are vectors that it unpacks itself.
-# A friction model along a motion: (parameters, state, memory, v, x, loads, temperatures, dt, force).
-ForceAlong = Callable[[Vector, Vector, Vector, Vector, Vector, Vector, Vector, float, Vector], float]
+# A friction model along a motion: (parameters, state, memory, v, x, loads, temperatures, transmitted, dt, force).
+ForceAlong = Callable[[Vector, Vector, Vector, Vector, Vector, Vector, Vector, Vector, float, Vector], float]
 # An operator along an input: (parameters, state, memory, u, w).
 OutputAlong = Callable[[Vector, Vector, Vector, Vector, Vector], float]
 # A plant with friction over some time: (vectors, effort, effort at the end, dt, steps).
@@ -76,8 +76,8 @@ Substeps = Callable[[MechanismVectors, float, float, float, int], float]
 Control = Callable[[Vector, Vector, float, float, float, float, float, float, float, float], float]
 # Friction that is fed forward at one sample: (parameters, state, memory, shape, measured, dt).
 Compensate = Callable[[Vector, Vector, Vector, Vector, float, float], float]
-# The same along a desired motion: (parameters, state, memory, shape, v, x, dt, effort).
-CompensateAlong = Callable[[Vector, Vector, Vector, Vector, Vector, Vector, float, Vector], float]
+# The same along a desired motion: (parameters, state, memory, shape, v, x, transmitted, dt, effort).
+CompensateAlong = Callable[[Vector, Vector, Vector, Vector, Vector, Vector, Vector, float, Vector], float]
 # A sensor at one sample: (parameters, state, x, dt).
 Sense = Callable[[Vector, Vector, float, float], float]
 
@@ -86,11 +86,12 @@ def make_force_along(parameters: Structure, state: Structure) -> Callable[..., A
     """Return the entry that runs one friction model along a prescribed motion."""
     unpack, load, store = unpacker(parameters), unpacker(state), packer(state)
 
-    def force_along(p_vector, state_vector, memory, v, x, loads, temperatures, dt, force):
+    def force_along(p_vector, state_vector, memory, v, x, loads, temperatures, transmitted, dt, force):
         p = unpack(p_vector)
         s = load(state_vector)
         for k in range(v.size):
-            force[k], move = friction_trial(s, memory, Motion(v[k], x[k], loads[k], temperatures[k]), dt, p)
+            motion = Motion(v[k], x[k], loads[k], temperatures[k], transmitted[k])
+            force[k], move = friction_trial(s, memory, motion, dt, p)
             s = friction_commit(s, memory, move, p)
         store(s, state_vector)
         return 0.0
@@ -196,8 +197,8 @@ def make_compensate(parameters: Structure, state: Structure) -> Callable[..., An
     def compensate_at(p_vector, state_vector, memory, shape, measured, dt):
         v = (measured - shape[5]) / dt
         effort, s = compensate(
-            load(state_vector), memory, Motion(v, measured, NOMINAL_LOAD, NOMINAL_TEMPERATURE), shape[6], dt,
-            Shape(shape[0], shape[1], shape[2], shape[3], shape[4]), unpack(p_vector),
+            load(state_vector), memory, Motion(v, measured, NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOTHING_TRANSMITTED),
+            shape[6], dt, Shape(shape[0], shape[1], shape[2], shape[3], shape[4]), unpack(p_vector),
         )  # fmt: skip
         store(s, state_vector)
         shape[5], shape[6] = measured, effort
@@ -213,12 +214,12 @@ def make_compensate_along(parameters: Structure, state: Structure) -> Callable[.
     """
     unpack, load, store = unpacker(parameters), unpacker(state), packer(state)
 
-    def compensate_along(p_vector, state_vector, memory, shape, v, x, dt, effort):
+    def compensate_along(p_vector, state_vector, memory, shape, v, x, transmitted, dt, effort):
         p, s = unpack(p_vector), load(state_vector)
         form = Shape(shape[0], shape[1], shape[2], shape[3], shape[4])
         before = 0.0
         for k in range(v.size):
-            motion = Motion(v[k], x[k], NOMINAL_LOAD, NOMINAL_TEMPERATURE)
+            motion = Motion(v[k], x[k], NOMINAL_LOAD, NOMINAL_TEMPERATURE, transmitted[k])
             before, s = compensate(s, memory, motion, before, dt, form, p)
             effort[k] = before
         store(s, state_vector)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from bristle.controllers.feedforward import Shape
-from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Model
+from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOTHING_TRANSMITTED, Model
 from bristle.core.edge import Amount, amount, array, guarded, many, model, optional, vector
 from bristle.core.errors import InputError
 from bristle.core.packing import unpacker
@@ -44,13 +44,14 @@ CREEP = np.diff(FARTHER) / SLOW
 
 
 AROUND = array(single=True)
-MOTION = {"model": FRICTION, "v": array(), "dt": PERIOD, "load": AROUND, "temperature": AROUND}
+MOTION = {"model": FRICTION, "v": array(), "dt": PERIOD, "load": AROUND, "temperature": AROUND, "transmitted": AROUND}
 
 
 @guarded(**MOTION, x=optional(array()), state=STATE, memory=optional(array()))
 def force_along(
     model: Model, v: Any, dt: Amount, x: Any = None, *, load: Any = NOMINAL_LOAD,
-    temperature: Any = NOMINAL_TEMPERATURE, state: Any = None, memory: np.ndarray | None = None,
+    temperature: Any = NOMINAL_TEMPERATURE, transmitted: Any = NOTHING_TRANSMITTED, state: Any = None,
+    memory: np.ndarray | None = None,
 ) -> np.ndarray:  # fmt: skip
     """Return the friction force along a prescribed velocity.
 
@@ -66,6 +67,8 @@ def force_along(
         Position at the end of each step [m or rad]; the integral of `v` where not given.
     load, temperature : float or array_like, shape (step,)
         Normal load over its nominal value, and temperature [K].
+    transmitted : float or array_like, shape (step,)
+        Effort that passes on to the load [N or N*m].
     state : NamedTuple, optional
         State before the first step; virgin where not given.
     memory : ndarray, optional
@@ -76,25 +79,29 @@ def force_along(
     ndarray, shape (step,)
         Mean friction force of each step [N or N*m], positive when it opposes ``v > 0``.
     """
-    return finite(along(model, v, dt, x, load=load, temperature=temperature, state=state, memory=memory), model)
+    return finite(
+        along(model, v, dt, x, load=load, temperature=temperature, transmitted=transmitted, state=state, memory=memory),
+        model,
+    )
 
 
 def along(
     model: Model, v: np.ndarray, dt: float, x: np.ndarray | None = None, *, load: Any = NOMINAL_LOAD,
-    temperature: Any = NOMINAL_TEMPERATURE, state: Any = None, memory: np.ndarray | None = None,
+    temperature: Any = NOMINAL_TEMPERATURE, transmitted: Any = NOTHING_TRANSMITTED, state: Any = None,
+    memory: np.ndarray | None = None,
 ) -> np.ndarray:  # fmt: skip
     """Return what `force_along` does, finite or not: a search tries parameters for which a law overflows."""
-    part, v, around = Instance(model), vector(v, "v"), _around(v.size, load, temperature)
+    part, v, around = Instance(model), vector(v, "v"), _around(v.size, load, temperature, transmitted)
     x = np.cumsum(v) * dt if x is None else vector(x, "x")
     part.begin(state)
-    check_run(v.size, x=x, load=around[0], temperature=around[1])
+    check_run(v.size, x=x, load=around[0], temperature=around[1], transmitted=around[2])
     return _follow(part, memory_of(model, memory), v, x, dt, *around)
 
 
 @guarded(**MOTION, states=many(STATE), x=array())
 def force_from(
     model: Model, states: Sequence[Any], v: Any, dt: Amount, x: Any, *, load: Any = NOMINAL_LOAD,
-    temperature: Any = NOMINAL_TEMPERATURE,
+    temperature: Any = NOMINAL_TEMPERATURE, transmitted: Any = NOTHING_TRANSMITTED,
 ) -> np.ndarray:  # fmt: skip
     """Return the friction force along one prescribed velocity from each of several states, shape (state, step).
 
@@ -110,17 +117,26 @@ def force_from(
         Length of a step [s].
     load, temperature : float or array_like, shape (step,)
         Normal load over its nominal value, and temperature [K].
+    transmitted : float or array_like, shape (step,)
+        Effort that passes on to the load [N or N*m].
     """
-    return finite(each_from(model, states, v, dt, x, load=load, temperature=temperature), model)
+    return finite(
+        each_from(model, states, v, dt, x, load=load, temperature=temperature, transmitted=transmitted), model
+    )
 
 
 def each_from(
     model: Model, states: Sequence[Any], v: np.ndarray, dt: float, x: np.ndarray, *, load: Any = NOMINAL_LOAD,
-    temperature: Any = NOMINAL_TEMPERATURE,
+    temperature: Any = NOMINAL_TEMPERATURE, transmitted: Any = NOTHING_TRANSMITTED,
 ) -> np.ndarray:  # fmt: skip
     """Return what `force_from` does, finite or not."""
-    part, v, x, around = Instance(model), vector(v, "v"), vector(x, "x"), _around(v.size, load, temperature)
-    check_run(v.size, x=x, load=around[0], temperature=around[1])
+    part, v, x, around = (
+        Instance(model),
+        vector(v, "v"),
+        vector(x, "x"),
+        _around(v.size, load, temperature, transmitted),
+    )
+    check_run(v.size, x=x, load=around[0], temperature=around[1], transmitted=around[2])
     force, entry, virgin = np.empty((len(states), v.size)), _entry(part), memory_of(model, None)
     for row, state in zip(force, states, strict=True):
         part.begin(state)
@@ -132,7 +148,7 @@ def each_from(
 @guarded(**MOTION, parameters=array(ndim=2, finite=False), x=array(), starts=array())
 def force_in_turns(
     model: Model, parameters: Any, v: Any, dt: Amount, x: Any, starts: Any, *,
-    load: Any = NOMINAL_LOAD, temperature: Any = NOMINAL_TEMPERATURE,
+    load: Any = NOMINAL_LOAD, temperature: Any = NOMINAL_TEMPERATURE, transmitted: Any = NOTHING_TRANSMITTED,
 ) -> np.ndarray:  # fmt: skip
     """Return the friction force along a prescribed velocity, where parameters change on the way.
 
@@ -153,6 +169,8 @@ def force_in_turns(
         First step of each turn, in rising order; the first one is 0.
     load, temperature : float or array_like, shape (step,)
         Normal load over its nominal value, and temperature [K].
+    transmitted : float or array_like, shape (step,)
+        Effort that passes on to the load [N or N*m].
 
     Returns
     -------
@@ -167,20 +185,25 @@ def force_in_turns(
     turns = starts.astype(int)
     if not len(parameters) == turns.size > 0 or turns[0] != 0 or turns[-1] > v.size or np.any(np.diff(turns) < 0):
         raise InputError("must name the first step of each turn of parameters, from 0", path="starts", value=starts)
-    return finite(in_turns(model, parameters, v, dt, x, turns.tolist(), load=load, temperature=temperature), model)
+    return finite(
+        in_turns(
+            model, parameters, v, dt, x, turns.tolist(), load=load, temperature=temperature, transmitted=transmitted
+        ),
+        model,
+    )
 
 
 def in_turns(
     model: Model, parameters: np.ndarray, v: np.ndarray, dt: float, x: np.ndarray, starts: Sequence[int], *,
-    load: Any = NOMINAL_LOAD, temperature: Any = NOMINAL_TEMPERATURE,
+    load: Any = NOMINAL_LOAD, temperature: Any = NOMINAL_TEMPERATURE, transmitted: Any = NOTHING_TRANSMITTED,
 ) -> np.ndarray:  # fmt: skip
     """Return what `force_in_turns` does, finite or not."""
     part, memory, v, x = Instance(model), memory_of(model, None), vector(v, "v"), vector(x, "x")
     if parameters.shape[1] != part.parameters.size:
         raise InputError("has the wrong shape", path="parameters", value=parameters.shape,
                          allowed=f"{part.parameters.size} numbers in a row")  # fmt: skip
-    around = _around(v.size, load, temperature)
-    check_run(v.size, x=x, load=around[0], temperature=around[1])
+    around = _around(v.size, load, temperature, transmitted)
+    check_run(v.size, x=x, load=around[0], temperature=around[1], transmitted=around[2])
     force = np.empty(v.size)
     for row, (first, last) in zip(parameters, pairwise([*starts, v.size]), strict=True):
         part.parameters = np.ascontiguousarray(row)
@@ -190,8 +213,8 @@ def in_turns(
 
 
 def compensation_along(
-    model: Model, shape: Shape, v: np.ndarray, dt: float, x: np.ndarray, *, state: Any = None,
-    memory: np.ndarray | None = None,
+    model: Model, shape: Shape, v: np.ndarray, dt: float, x: np.ndarray, *,
+    transmitted: Any = NOTHING_TRANSMITTED, state: Any = None, memory: np.ndarray | None = None,
 ) -> np.ndarray:  # fmt: skip
     """Return the effort [N or N*m] that a compensator feeds forward along a desired motion, step by step.
 
@@ -207,25 +230,28 @@ def compensation_along(
         Length of a step [s].
     x : ndarray, shape (step,)
         Desired position at the end of each step [m or rad].
+    transmitted : float or ndarray, shape (step,)
+        Effort that passes on to the load [N or N*m].
     state, memory
         Of the model before the first step; virgin where not given.
     """
     part = Instance(model)
     part.begin(state)
-    check_run(v.size, x=x)
+    (passed_on,) = _around(v.size, transmitted)
+    check_run(v.size, x=x, transmitted=passed_on)
     effort = np.empty(v.size)
     entry = compiled(
         f"compensate_along-{part.key}", lambda: entry_points.make_compensate_along(*part.structures),
         entry_points.CompensateAlong, part.functions,
     )  # fmt: skip
-    entry(part.parameters, part.state, memory_of(model, memory), np.array(shape), v, x, float(dt), effort)
+    entry(part.parameters, part.state, memory_of(model, memory), np.array(shape), v, x, passed_on, float(dt), effort)
     warn_of_lost(part)
     return finite(effort, model)
 
 
-def _around(count: int, load: Any, temperature: Any) -> list[np.ndarray]:
-    """Return load and temperature of each step."""
-    return [np.full(count, float(values)) if np.ndim(values) == 0 else vector(values) for values in (load, temperature)]
+def _around(count: int, *surroundings: Any) -> list[np.ndarray]:
+    """Return load, temperature and transmitted effort of each step."""
+    return [np.full(count, float(values)) if np.ndim(values) == 0 else vector(values) for values in surroundings]
 
 
 @guarded(model=FRICTION, v=SPEED)
@@ -288,12 +314,15 @@ def presliding_distance(model: Model) -> float:
 
 def _follow(
     part: Instance, memory: np.ndarray, velocity: np.ndarray, position: np.ndarray, dt: float,
-    load: np.ndarray | None = None, temperature: np.ndarray | None = None,
+    load: np.ndarray | None = None, temperature: np.ndarray | None = None, transmitted: np.ndarray | None = None,
 ) -> np.ndarray:  # fmt: skip
     force = np.empty(velocity.size)
     load = np.full(velocity.size, NOMINAL_LOAD) if load is None else load
     temperature = np.full(velocity.size, NOMINAL_TEMPERATURE) if temperature is None else temperature
-    _entry(part)(part.parameters, part.state, memory, velocity, position, load, temperature, float(dt), force)
+    transmitted = np.full(velocity.size, NOTHING_TRANSMITTED) if transmitted is None else transmitted
+    _entry(part)(
+        part.parameters, part.state, memory, velocity, position, load, temperature, transmitted, float(dt), force
+    )  # fmt: skip
     warn_of_lost(part)
     return force
 

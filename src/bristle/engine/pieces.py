@@ -9,7 +9,7 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any, NamedTuple
 
-from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Motion
+from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOTHING_TRANSMITTED, Motion
 from bristle.core.dispatch import (
     friction_arrival,
     friction_commit,
@@ -81,7 +81,7 @@ def rates_of(layout: Layout) -> tuple[Callable[..., Any], Callable[..., Any]]:
     @kernel
     def rates(mechanism, y, effort, slope):
         body = load_plant(y)
-        motion = Motion(body.v, body.x, NOMINAL_LOAD, NOMINAL_TEMPERATURE)
+        motion = Motion(body.v, body.x, NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOTHING_TRANSMITTED)
         force, d_contact, margin = flow(load_contact(y), mechanism.piece, motion, mechanism.p)
         store_plant(plant_rate(body, effort, force, mechanism.q), slope)
         store_contact(d_contact, slope)
@@ -137,7 +137,7 @@ def make_turn(layout: Layout) -> Callable[..., Any]:
         memory = vectors.memory
         s = friction_commit(s, memory, friction_arrival(s, memory, load_contact(y), p), p)
         store_friction(s, vectors.state)
-        motion = Motion(body.v, body.x, NOMINAL_LOAD, NOMINAL_TEMPERATURE)
+        motion = Motion(body.v, body.x, NOMINAL_LOAD, NOMINAL_TEMPERATURE, NOTHING_TRANSMITTED)
         store_piece(friction_piece(s, memory, motion, p)[1], vectors.piece)
         return 0.0
 

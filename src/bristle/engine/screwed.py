@@ -29,7 +29,7 @@ from bristle.core.contracts import FrictionModel, Model
 from bristle.core.dispatch import friction_commit, friction_trial
 from bristle.core.errors import InputError
 from bristle.core.kernel import kernel
-from bristle.core.motion import Motion
+from bristle.core.motion import NOTHING_TRANSMITTED, Motion
 from bristle.core.once import once
 from bristle.engine.efim import Start, evaluate, is_set_valued, solve
 from bristle.friction import viscous
@@ -104,7 +104,11 @@ def screw_force(twist, turned, dt, q):
 def pulled_trial(state, memory, motion, dt, p):
     """Return the force against the table, counted at the motor: its friction less what the screw pulls with."""
     force, move = friction_trial(
-        state, memory, Motion(p.arm * motion.v, p.arm * motion.x, motion.load, motion.temperature), dt, p.table
+        state,
+        memory,
+        Motion(p.arm * motion.v, p.arm * motion.x, motion.load, motion.temperature, NOTHING_TRANSMITTED),
+        dt,
+        p.table,
     )
     return p.arm * force - screw_force(p.twist, dt * (p.v_m - motion.v), dt, p), move
 
@@ -126,14 +130,14 @@ def trial(state, memory, motion, dt, p):
     pulled = Pulled(p.table, p.k, p.d, p.gap, p.arm, motion.v, state.twist)
     half = 0.5 * dt / p.M
     start = Start(state.v, 1.0 + half * (0.5 * p.k * dt + p.d), 0.0)
-    solution = solve(state.table, behind, state.x, dt, pulled, state.v, -half, start)
+    solution = solve(state.table, behind, state.x, 0.0, dt, pulled, state.v, -half, start)
     v, v_next, table = solution.v, 2.0 * solution.v - state.v, solution.move
     if state.v == 0.0:
         if v == 0.0:
             v_next = 0.0
-    elif state.v * v_next < 0.0 and is_set_valued(state.table, behind, state.x, dt, pulled):
+    elif state.v * v_next < 0.0 and is_set_valued(state.table, behind, state.x, 0.0, dt, pulled):
         v, v_next = 0.5 * state.v, 0.0
-        _, table = evaluate(state.table, behind, v, state.x, dt, pulled)
+        _, table = evaluate(state.table, behind, v, state.x, 0.0, dt, pulled)
     turned = dt * (motion.v - v)
     move = Move(state.x + dt * v, v_next, state.twist + turned, motor, table)
     return force + screw_force(state.twist, turned, dt, p), move

@@ -27,7 +27,7 @@ def advance(plant_state, friction_state, memory, effort, dt, q, p):
     """Return the `Advance` over one step of `dt` [s] under a constant `effort` [N or N*m]."""
     v = plant_state.v
     force, move = friction_trial(
-        friction_state, memory, Motion(v, plant_state.x + dt * v, NOMINAL_LOAD, NOMINAL_TEMPERATURE), dt, p
+        friction_state, memory, Motion(v, plant_state.x + dt * v, NOMINAL_LOAD, NOMINAL_TEMPERATURE, effort), dt, p
     )
     friction_next = friction_commit(friction_state, memory, move, p)
     _, plant_next = plant_step(plant_state, effort, force, dt, q)

@@ -75,8 +75,8 @@ def reserve(body, s, memory, effort, dt, q, p):
     It is infinite for a model that is not set-valued: nothing rests on it.
     """
     a, b = plant_port(body, effort, dt, q)
-    forward, _ = evaluate(s, memory, 0.0, body.x, dt, p)
-    backward, _ = evaluate(s, memory, -0.0, body.x, dt, p)
+    forward, _ = evaluate(s, memory, 0.0, body.x, effort + a / b, dt, p)
+    backward, _ = evaluate(s, memory, -0.0, body.x, effort + a / b, dt, p)
     if not forward > backward:
         return INFINITY
     return min(forward + a / b, -a / b - backward)

@@ -19,6 +19,7 @@ from bristle.files.controller import controller_of
 from bristle.files.drive import Constant, Drive, Scale
 from bristle.files.fill_in import refuse_open
 from bristle.files.kind import with_kind
+from bristle.files.plant_terms import terms_of
 from bristle.files.schema import validated
 from bristle.files.surroundings import surroundings_of
 from bristle.files.toml import read_toml
@@ -118,6 +119,7 @@ def axis_from(data: dict[str, Any]) -> Axis:
         loop=file.identification.loop,
         global_search=file.identification.global_search,
         settings=_thresholds(file),
+        **terms_of(file, drive.transmission),
     )
     return replace(axis, controller=controller_of(file.controller, axis))
 

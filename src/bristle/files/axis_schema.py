@@ -65,6 +65,21 @@ class InjectedEntry(Strict):
     optional: bool = False
 
 
+class KnownEntry(Strict):
+    """A column of the log that an identified coefficient makes an effort of."""
+
+    column: str
+    name: Annotated[str, Field(pattern=r"^\w+$")] | None = None
+    optional: bool = False
+
+
+class CoggingEntry(Strict):
+    """What of the effort comes back with every turn of something."""
+
+    turn: Literal["motor", "screw"] = "motor"
+    harmonics: list[Annotated[int, Field(ge=1, le=10_000)]] | Literal["identify"] = "identify"
+
+
 class EffortEntry(Strict):
     """What turns the drive's own numbers into a force or a torque."""
 
@@ -97,6 +112,7 @@ class PlantEntry(Strict):
     offset: Quantity = "identify"
     presliding: Quantity | None = None
     nominal_load: Quantity | None = None
+    gravity: Literal["link"] | None = None
 
 
 class EncoderEntry(Strict):
@@ -154,6 +170,8 @@ class AxisFile(Strict):
     columns: Columns
     effort: EffortEntry = EffortEntry()
     injected: list[InjectedEntry] = Field(default_factory=list)
+    known: list[KnownEntry] = Field(default_factory=list)
+    cogging: list[CoggingEntry] = Field(default_factory=list)
     transmission: TransmissionEntry = TransmissionEntry()
     plant: PlantEntry = PlantEntry()
     encoder: EncoderEntry = EncoderEntry()

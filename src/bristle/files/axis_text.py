@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.axis import Axis, Column, Injected
+from bristle.core.axis import Axis, Column, Injected, KnownColumn
 from bristle.core.contracts import Model
 from bristle.core.errors import InputError
 from bristle.core.variable import unit_of
@@ -52,7 +52,7 @@ def _written(axis: Axis) -> bytes:
                    "lag": "identify" if axis.seeks_lag else axis.lag or None} | _constant(axis),
         "plant": {"model": axis.plant, "mass" if axis.kind == "translational" else "inertia": axis.mass,
                   "stiffness": axis.stiffness, "damping": axis.damping, "offset": axis.offset,
-                  "presliding": axis.presliding},
+                  "presliding": axis.presliding, "gravity": "link" if axis.gravity else None},
         "transmission": {"lead": axis.pitch},
         "encoder": {"resolution": axis.resolution},
         "timing": {"sample_time": axis.sample_time, "delay": None if axis.seeks_delay else axis.delay},
@@ -68,6 +68,11 @@ def _written(axis: Axis) -> bytes:
         "name": axis.name,
         "kind": axis.kind,
         "injected": [_injected(known_input) for known_input in axis.injected],
+        "known": [_known_column(column) for column in axis.regressors],
+        "cogging": [
+            {"turn": one.turner, "harmonics": "identify" if one.harmonics is None else list(one.harmonics)}
+            for one in axis.cogging
+        ],
     }
     document |= {
         name: {key: value for key, value in table.items() if value is not None} for name, table in tables.items()
@@ -94,6 +99,11 @@ def _constant(axis: Axis) -> dict[str, Any]:
 def _injected(known_input: Injected) -> dict[str, Any]:
     entry: dict[str, Any] = {"column": known_input.column, "gain": known_input.gain}
     return entry | ({"optional": True} if known_input.optional else {})
+
+
+def _known_column(known_column: KnownColumn) -> dict[str, Any]:
+    entry: dict[str, Any] = {"column": known_column.column, "name": known_column.name}
+    return entry | ({"optional": True} if known_column.optional else {})
 
 
 def _start(axis: Axis) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import keyword
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from bristle.core import units
@@ -123,7 +123,10 @@ def parameters_in(
     return {names[key]: value for key, value in table.items() if key in names}
 
 
-def model_from(table: Any, registry: Mapping[str, Component], *, kind: Kind, path: str, default: str = "") -> Model:
+def model_from(
+    table: Any, registry: Mapping[str, Component], *, kind: Kind, path: str, default: str = "",
+    find: Callable[[str, Iterable[str], str], Component] | None = None,
+) -> Model:  # fmt: skip
     """Return the component that a table names, with the parameters that it gives.
 
     Parameters
@@ -138,6 +141,8 @@ def model_from(table: Any, registry: Mapping[str, Component], *, kind: Kind, pat
         Key of the table, for messages.
     default : str
         The component where the table names none.
+    find : callable, optional
+        Finds one whose name says more than the registry knows, by its name and the keys beside it.
 
     Raises
     ------
@@ -149,7 +154,11 @@ def model_from(table: Any, registry: Mapping[str, Component], *, kind: Kind, pat
         raise InputError(
             "names no model", path=path, allowed=", ".join(registry), mend=f'Write model = "..." under [{path}]'
         )
-    component = component_named(entries.get("model", default), registry, f"{path}.model")
+    named = entries.get("model", default)
+    if find is not None and isinstance(named, str) and "+" in named:
+        component = find(named, entries, f"{path}.model")
+    else:
+        component = component_named(named, registry, f"{path}.model")
     values = parameters_in(entries, component, path, beside=("model",))
     return make_model(component, values, kind=kind, validate=True, path=path)
 

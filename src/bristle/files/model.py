@@ -27,6 +27,7 @@ from bristle.files.components import (
 from bristle.files.toml import read_toml
 from bristle.friction import MODELS, base_of, find, with_slots
 from bristle.plants import PLANTS
+from bristle.plants import find as find_plant
 
 if TYPE_CHECKING:
     from tomlkit.items import Table
@@ -237,7 +238,7 @@ def _model_from(data: dict[str, Any], folder: Path, related: bool, allow_code: b
     friction = friction_from(
         data["friction"], kind=kind, folder=folder, path="friction", related=related, allow_code=allow_code
     )
-    plant = model_from(data["plant"], PLANTS, kind=kind, path="plant") if "plant" in data else None
+    plant = model_from(data["plant"], PLANTS, kind=kind, path="plant", find=find_plant) if "plant" in data else None
     parameters = set(friction.values) | set(plant.values if plant else ()) | BESIDES
     uncertainty = table_at(data.get("uncertainty", {}), "uncertainty")
     check_keys(uncertainty, [key_of(name) for name in parameters], "uncertainty")

@@ -21,6 +21,7 @@ from bristle.files.run import run_from
 from bristle.files.sources import Sources
 from bristle.friction import MODELS
 from bristle.plants import PLANTS
+from bristle.plants import find as find_plant
 from bristle.references import REFERENCES
 from bristle.sensors import SENSORS
 
@@ -90,7 +91,7 @@ def variant_from(name: str, tables: Tables, sources: Sources) -> Variant:
         **mechanism,
         controller=_controller(tables, axis, kind),
         reference=reference,
-        feedforward=_feedforward(tables, kind, sources),
+        feedforward=_feedforward(tables, plant, kind, sources),
         learning=_learning(tables, kind),
         run=run_from(tables.table("run"), axis, reference, kind, tables.path("run")),
     )
@@ -151,7 +152,7 @@ def _plant(tables: Tables, axis: Axis | None, identified: Model | None, kind: Ki
         entries = {"M": axis.mass, **entries}
     if not entries:
         raise InputError("is missing", path=path, mend='Write [plant] and, below it, model = "inertia" and M = "95 kg"')
-    return model_from(entries, PLANTS, kind=kind, path=path, default="inertia")
+    return model_from(entries, PLANTS, kind=kind, path=path, default="inertia", find=find_plant)
 
 
 def _controller(tables: Tables, axis: Axis | None, kind: Kind) -> Model:
@@ -164,10 +165,14 @@ def _controller(tables: Tables, axis: Axis | None, kind: Kind) -> Model:
                            arm=axis.arm if axis is not None else None)  # fmt: skip
 
 
-def _feedforward(tables: Tables, kind: Kind, sources: Sources) -> Feedforward:
+def _feedforward(tables: Tables, plant: Model, kind: Kind, sources: Sources) -> Feedforward:
     path = tables.path("controller", "feedforward")
     entries = table_at(tables.table("controller").get("feedforward", {}), path)
-    check_keys(entries, (*FEEDFORWARD, "friction", "along"), path)
+    check_keys(entries, (*FEEDFORWARD, "friction", "along", "plant"), path)
+    own = entries.get("plant", "none")
+    if own not in ("none", "own"):
+        raise InputError("is no plant whose gravity and cogging are fed forward", path=f"{path}.plant", value=own,
+                         allowed='"none", or "own": those of [plant]')  # fmt: skip
     along = entries.get("along", ALONG[0])
     if along not in ALONG:
         raise InputError("is no motion that a compensator follows", path=f"{path}.along", value=along,
@@ -190,7 +195,9 @@ def _feedforward(tables: Tables, kind: Kind, sources: Sources) -> Feedforward:
             sources.friction(friction, kind, full_path)[1],
             sources.fitted_to(friction, full_path),
         )
-    return Feedforward(friction=compensator, along=along, fitted_to=fitted_to, **values)
+    return Feedforward(
+        friction=compensator, along=along, fitted_to=fitted_to, plant=plant if own == "own" else None, **values
+    )
 
 
 def _learning(tables: Tables, kind: Kind) -> Learning | None:

@@ -23,6 +23,7 @@ from bristle.friction.elastoplastic import MODEL as elastoplastic
 from bristle.friction.gap_slider import MODEL as gap_slider
 from bristle.friction.gms import MODEL as gms
 from bristle.friction.leuven import MODEL as leuven
+from bristle.friction.level import risen
 from bristle.friction.lugre import MODEL as lugre
 from bristle.friction.maxwell_slip import MODEL as maxwell_slip
 from bristle.friction.maxwell_stribeck import MODEL as maxwell_stribeck
@@ -113,4 +114,4 @@ def with_slots(model: FrictionModel, slots: Sequence[str], path: str = "friction
             raise InputError(
                 "no such slot", path=path, value=f"+{slot}", allowed=", ".join(f"+{known_slot}" for known_slot in SLOTS)
             )
-    return slotted(varied(model, slots), asymmetry="asymmetry" in slots)
+    return slotted(varied(risen(model, slots, path), slots), asymmetry="asymmetry" in slots)

@@ -1,7 +1,8 @@
 r"""Slots: what any friction model can be given besides its own parameters.
 
-``+position``, ``+periodic``, ``+load`` and ``+temperature`` let it vary (`bristle.friction.variation`). ``+asymmetry``
-lets the directional parameters of a model differ between the directions of motion (``F_C`` becomes ``F_C_pos`` and
+``+position``, ``+periodic``, ``+load`` and ``+temperature`` let it vary (`bristle.friction.variation`),
+``+transmitted`` and ``+ripple`` raise the level of its dry part (`bristle.friction.level`). ``+asymmetry`` lets the
+directional parameters of a model differ between the directions of motion (``F_C`` becomes ``F_C_pos`` and
 ``F_C_neg``), and every model takes a constant ``offset``:
 
 .. math:: F = F_\pm(v, \dots) + F_\text{offset}
@@ -35,6 +36,7 @@ from bristle.core.mathematics import direction
 from bristle.core.once import once
 from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable
+from bristle.friction.level import LEVELS, Rise, Risen, RisenModel
 from bristle.friction.variation import VARIATIONS, Place, Varied, VariedModel
 
 __all__ = [
@@ -50,7 +52,7 @@ __all__ = [
     "variations_of",
 ]
 
-SLOTS = (*VARIATIONS, "asymmetry")
+SLOTS = (*VARIATIONS, *LEVELS, "asymmetry")
 OFFSET = Variable("force", "constant part of the friction force (gravity, bias)", excitation="sliding")
 
 
@@ -216,22 +218,29 @@ def _slotted_layer(component: FrictionModel) -> SlottedModel | None:
 @guarded(component=component("friction"))
 def variations_of(component: FrictionModel) -> tuple[str, ...]:
     """Return the slots that let a model vary."""
-    found: Any = component
-    while hasattr(found, "inner"):
-        if isinstance(found, VariedModel):
-            return found.slots
-        found = found.inner
-    return ()
+    layer: Any = component
+    slots: tuple[str, ...] = ()
+    while hasattr(layer, "inner"):
+        slots += layer.slots if isinstance(layer, (VariedModel, RisenModel)) else ()
+        layer = layer.inner
+    return slots
 
 
 @guarded(friction=model("friction"))
 def unvaried(friction: Model) -> Model:
     """Return a friction model in which nothing varies: as it is in the middle, at nominal load and temperature."""
     p = friction.parameters
-    if not isinstance(p, Slotted) or not isinstance(p.forward, Varied):
+    if not isinstance(p, Slotted) or not isinstance(p.forward, (Varied, Risen)):
         return friction
-    still = p._replace(forward=p.forward._replace(place=Place()), backward=p.backward._replace(place=Place()))
+    still = p._replace(forward=_still(p.forward), backward=_still(p.backward))
     return Model(friction.component, still, friction.kind)
+
+
+def _still(p: Any) -> Any:
+    """Return parameters of layers in which nothing varies."""
+    if isinstance(p, Varied):
+        return p._replace(place=Place(), inner=_still(p.inner))
+    return p._replace(rise=Rise()) if isinstance(p, Risen) else p
 
 
 _SIDES = {"_pos": ", moving forward", "_neg": ", moving backward"}

@@ -16,13 +16,15 @@ from bristle.core.lazy import cached_property
 from bristle.core.variable import Kind
 from bristle.engine.initial_contact import place_of, state_at
 from bristle.engine.motion import along
+from bristle.friction.level import TRANSMITTED
 from bristle.logs.break_away import BreakAway, Recording, break_aways
 from bristle.logs.segmentation import reversals
+from bristle.plants.terms import effort_of_columns, effort_of_place, terms_of
 
 if TYPE_CHECKING:
     from bristle.identification.delay import Alignment
 
-__all__ = ["Dataset", "Segment", "derivative", "low_passed", "mechanical"]
+__all__ = ["Dataset", "Segment", "derivative", "inverse_of", "low_passed", "mechanical", "transmitted_by"]
 
 REST_IN_ROW = 0.01  # weight of samples at rest that a row may contain
 REACH = 10  # rows on either side that the decimating filter takes in
@@ -61,13 +63,26 @@ def derivative(signal: np.ndarray, dt: float) -> np.ndarray:
     return slope
 
 
-def mechanical(plant: Model, motion: Segment | Dataset) -> np.ndarray:
-    """Return the effort [N or N*m] that a plant takes along a motion or in rows, friction apart, shape (sample,)."""
+def mechanical(plant: Model, motion: Segment) -> np.ndarray:
+    """Return the effort [N or N*m] that a plant takes along a segment, friction apart, shape (sample,)."""
+    effort, beside = inverse_of(plant, motion), effort_of_columns(plant, motion.regressors)
+    return effort if beside is None else effort + beside
+
+
+def inverse_of(plant: Model, motion: Segment | Dataset) -> np.ndarray:
+    """Return what `mechanical` does, of a segment or of rows, what known columns tell left out."""
     inverse = plant.component.inverse
     if inverse is None:
         raise InputError("has no inverse: it cannot be identified from a motion", path="plant", value=plant.name,
                          allowed="inertia, oscillator")  # fmt: skip
     return inverse(motion.position, motion.velocity, motion.acceleration, plant.parameters)
+
+
+def transmitted_by(friction: Model, plant: Model | None, segment: Segment) -> np.ndarray | None:
+    """Return the effort that passes on to the load along a segment [N or N*m]; None where friction asks for none."""
+    if plant is None or TRANSMITTED not in friction.component.variables.values():
+        return None
+    return mechanical(plant, segment)
 
 
 @dataclass(frozen=True)
@@ -78,7 +93,8 @@ class Segment:
     Position and effort have passed one and the same filter.
     A velocity of +0.0 or -0.0 stands for rest after a motion forward or backward. The edges are still there: a model
     with a memory runs in over them. `log` counts the logs that a regression was made of. A model with a memory has been
-    through the samples of `first_cycle` before: the motion repeats.
+    through the samples of `first_cycle` before: the motion repeats. Columns of `regressors` are filtered as position
+    and effort are; a coefficient makes efforts of them.
     """
 
     time: np.ndarray
@@ -90,6 +106,7 @@ class Segment:
     load: np.ndarray | None = None
     temperature: np.ndarray | None = None
     first_cycle: int = 0
+    regressors: tuple[np.ndarray, ...] = ()
 
     @property
     def surroundings(self) -> dict[str, np.ndarray]:
@@ -97,19 +114,22 @@ class Segment:
         surroundings = {"load": self.load, "temperature": self.temperature}
         return {name: values for name, values in surroundings.items() if values is not None}
 
-    def signals(self, dt: float) -> dict[str, np.ndarray]:
+    def signals(self, dt: float, transmitted: np.ndarray | None = None) -> dict[str, np.ndarray]:
         """Return what friction depends on along the segment, with its first cycle before it where that is known."""
         # The velocity at a sample is the mean over the step around it, which ends half a step later.
         signals = {"v": self.velocity, "x": self.position + 0.5 * dt * self.velocity} | self.surroundings
+        signals |= {} if transmitted is None else {"transmitted": transmitted}
         return {name: np.concatenate([values[: self.first_cycle], values]) for name, values in signals.items()}
 
-    def friction(self, model: Model, dt: float, contact: float | None = None) -> np.ndarray:
+    def friction(
+        self, model: Model, dt: float, contact: float | None = None, transmitted: np.ndarray | None = None
+    ) -> np.ndarray:
         """Return the force of a friction model along the segment [N or N*m], after its first cycle if that is known.
 
-        `contact` is where it stood before, from -1 to 1; virgin where not given.
+        `contact` is where it stood before, from -1 to 1; virgin where not given. `transmitted` passes on to the load.
         """
         state = None if contact is None else state_at(model, contact)
-        return along(model, dt=dt, state=state, **self.signals(dt))[self.first_cycle :]
+        return along(model, dt=dt, state=state, **self.signals(dt, transmitted))[self.first_cycle :]
 
 
 @dataclass(frozen=True)
@@ -168,7 +188,26 @@ class Dataset:
     ) -> list[np.ndarray]:
         """Return the effort that plant and friction take along each segment [N or N*m]; `contacts` as below."""
         forces = self.friction_along(friction, plant, contacts)
-        return [mechanical(plant, segment) + force for segment, force in zip(self.segments, forces, strict=True)]
+        pairs = zip(self.segments, forces, strict=True)
+        return [self.mechanical_along(plant, segment) + force for segment, force in pairs]
+
+    def mechanical_along(self, plant: Model, segment: Segment) -> np.ndarray:
+        """Return the effort that a plant takes along a segment [N or N*m], behind the filter that the effort passed.
+
+        The filter has been over the motion, so that what is linear in it is behind it; what bends over the position,
+        as cogging does, is not.
+        """
+        terms = terms_of(plant)
+        if terms is None:
+            return mechanical(plant, segment)
+        bent = effort_of_place(segment.position, terms)
+        return mechanical(plant, segment) - bent + self.filtered(bent)
+
+    def mechanical_rows(self, plant: Model) -> np.ndarray:
+        """Return the effort that a plant takes in each row, friction apart [N or N*m]."""
+        if terms_of(plant) is None:
+            return inverse_of(plant, self)
+        return self.rows_of([self.mechanical_along(plant, segment) for segment in self.segments])
 
     def friction_along(
         self, friction: Model, plant: Model | None = None, contacts: Sequence[float | None] | None = None
@@ -179,7 +218,9 @@ class Dataset:
         """
         contacts = self.contacts(friction, plant) if contacts is None else contacts
         return [
-            self.filtered(segment.friction(friction, self.sample_time, contact))
+            self.filtered(
+                segment.friction(friction, self.sample_time, contact, transmitted_by(friction, plant, segment))
+            )
             for segment, contact in zip(self.segments, contacts, strict=True)
         ]
 
@@ -189,7 +230,8 @@ class Dataset:
             return (None,) * len(self.segments)
         places = []
         for segment in self.segments:
-            ahead = {name: values[segment.first_cycle :] for name, values in segment.signals(self.sample_time).items()}
+            signals = segment.signals(self.sample_time, transmitted_by(friction, plant, segment))
+            ahead = {name: values[segment.first_cycle :] for name, values in signals.items()}
             places.append(place_of(friction, ahead, self.sample_time, segment.effort - mechanical(plant, segment)))
         return tuple(places)
 

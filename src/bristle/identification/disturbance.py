@@ -19,6 +19,7 @@ import numpy as np
 from bristle.core.contracts import FrictionModel, Model
 from bristle.core.packing import pack
 from bristle.engine.motion import in_turns
+from bristle.friction.level import TRANSMITTED
 from bristle.friction.slots import OFFSET
 from bristle.identification.dataset import Dataset, Segment
 
@@ -91,14 +92,15 @@ def scaled(component: FrictionModel, values: Mapping[str, float], level: float) 
     forces = (
         name
         for name, variable in component.variables.items()
-        if variable.quantity == "force" and variable.excitation and variable is not OFFSET
+        if (variable.quantity == "force" and variable.excitation and variable is not OFFSET) or variable == TRANSMITTED
     )
     return dict(values) | {name: level * values[name] for name in forces}
 
 
 def force_with_scatter(
-    friction: Model, segment: Segment, starts: Sequence[int], dt: float, scatter: float, rng: np.random.Generator
-) -> np.ndarray:
+    friction: Model, segment: Segment, starts: Sequence[int], dt: float, scatter: float, rng: np.random.Generator,
+    transmitted: np.ndarray | None = None,
+) -> np.ndarray:  # fmt: skip
     """Return the force of friction whose level is drawn anew at each reversal [N or N*m], shape (sample,), unfiltered.
 
     `starts` are the first samples of half-cycles, `scatter` is the standard deviation of the level as a share of it.
@@ -111,4 +113,5 @@ def force_with_scatter(
     first = segment.first_cycle
     turns = [0, *(first + start for start in starts[1:])]
     parameters = mean + (levels[:, None] - 1.0) * rise
-    return in_turns(friction, parameters, dt=dt, starts=turns, **segment.signals(dt))[first:]
+    signals = segment.signals(dt, transmitted)
+    return in_turns(friction, parameters, dt=dt, starts=turns, **signals)[first:]

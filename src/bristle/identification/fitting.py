@@ -14,6 +14,8 @@ from bristle.core.interruption import UNFINISHED, obey
 from bristle.core.variable import Kind
 from bristle.engine.checks import finite
 from bristle.friction import base_of
+from bristle.friction.level import LEVELS
+from bristle.friction.slots import variations_of
 from bristle.identification.covariance import covariance_of
 from bristle.identification.diagnostics.estimates import Judgement, about_estimates, about_fixed, combinations_of
 from bristle.identification.diagnostics.excitation import Excitation
@@ -70,6 +72,10 @@ def _estimate(context: Context, component: FrictionModel, report: Report) -> Est
     elements = ELEMENTS.get(base_of(component))
     if elements is None:
         return (context.estimator or along_the_motion)(context, component, report)
+    slots = [slot for slot in variations_of(component) if slot in LEVELS]
+    if slots:
+        raise InputError(f"has elements, which +{slots[0]} cannot be fitted beside", path="model", value=component.name,
+                         mend="Ask for dahl or lugre with this slot")  # fmt: skip
     if context.estimator is not None:
         raise InputError("is identified by inverse dynamics only", path="model", value=component.name,
                          mend="Write --method inverse_dynamics, or ask for dahl or lugre")  # fmt: skip

@@ -27,6 +27,7 @@ from bristle.identification.diagnostics.structure import next_models, with_struc
 from bristle.identification.estimation import Context, Estimation
 from bristle.identification.first_stage import alignment_of
 from bristle.identification.fitting import fit
+from bristle.identification.harmonics import told_by, with_harmonics
 from bristle.identification.least_squares import Report
 from bristle.identification.output_error import Simulation, loop_of
 from bristle.identification.parameters import PriorKnowledge
@@ -161,12 +162,19 @@ def _context(
         estimator = Simulation(logs, described, loop_of(logs, axes))
         treated = estimator.excerpts
     everywhere = any(axis.global_search for axis in described)
-    dataset = treat_all(treated, axes, cutoff, decimation)
+    treated_dataset = dataset = treat_all(treated, axes, cutoff, decimation)
     sought = all(axis.seeks_delay and not axis.delay for axis in described)
     stated = not sought and all(axis.cutoff is not None or cutoff is not None for axis in described)
     if estimator is None and not stated:
         dataset = aligned(dataset, alignment_of(logs, axes, settings, sought=sought))
         prior = replace(prior, measured=_measured(dataset.alignment, prior))
+    if any(cogging.harmonics is None for axis in described for cogging in axis.cogging):
+        prior = with_harmonics(prior, axes[0], dataset)
+        if estimator is None and not stated:
+            # Waves whose length is known tell the delay better than waves that were looked for.
+            axes = [axis and told_by(prior.plant, axis) for axis in axes]
+            dataset = aligned(treated_dataset, alignment_of(logs, axes, settings, sought=sought))
+            prior = replace(prior, measured=_measured(dataset.alignment, prior))
     return replace(context_of(dataset, prior, everywhere=everywhere, settings=settings), estimator=estimator)
 
 

@@ -26,7 +26,8 @@ from bristle.core.errors import InputError
 from bristle.core.lazy import cached_property
 from bristle.core.normal import NORMAL_95
 from bristle.core.variable import unit_of
-from bristle.identification.dataset import Dataset, Segment, derivative, low_passed, mechanical
+from bristle.friction.level import TRANSMITTED
+from bristle.identification.dataset import Dataset, Segment, derivative, low_passed, mechanical, transmitted_by
 from bristle.identification.delay import differentiated
 from bristle.identification.disturbance import Disturbance, force_with_scatter, scaled, signs
 from bristle.identification.half_cycles import NUDGE, Groups, half_cycle_starts, half_cycles
@@ -36,6 +37,7 @@ from bristle.identification.problem import Fold
 from bristle.identification.settings import Settings
 from bristle.identification.time_blocks import beside, room_for_blocks, time_blocks
 from bristle.logs.log import Channel, Log
+from bristle.plants.terms import TURN
 
 __all__ = ["InverseDynamics", "RowReplicates"]
 
@@ -58,7 +60,9 @@ class InverseDynamics:
 
     def friction(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the friction force of each row [N or N*m], of the model run along the recorded motion."""
-        plant = self.plant(values) if self.parameters.component.start is not None else None
+        component = self.parameters.component
+        asks = component.start is not None or TRANSMITTED in component.variables.values()
+        plant = self.plant(values) if asks else None
         return self.dataset.rows_of(self.dataset.friction_along(self.model(values), plant, self.contacts))
 
     def near(self, free: Mapping[str, float]) -> InverseDynamics:
@@ -105,7 +109,7 @@ class InverseDynamics:
 
     def mechanical(self, values: Mapping[str, float]) -> np.ndarray:
         """Return the effort that the plant takes in each row, friction apart [N or N*m]."""
-        return mechanical(self.plant(values), self.dataset)
+        return self.dataset.mechanical_rows(self.plant(values))
 
     def residual(self, free: Mapping[str, float]) -> np.ndarray:
         """Return measured minus predicted effort of each row [N or N*m], from the free parameters."""
@@ -179,7 +183,9 @@ class InverseDynamics:
 
     def _is_shape(self, name: str) -> bool:
         component = self.parameters.component
-        return name in component.variables and "force" not in component.variables[name].quantity
+        if name in component.variables:
+            return "force" not in component.variables[name].quantity
+        return self.parameters.variables[name] in TURN.values()
 
     @cached_property
     def fixed_effort(self) -> np.ndarray:
@@ -235,7 +241,14 @@ class RowReplicates:
         axis = Axis(kind=dataset.kind, resolution=dataset.resolution)
         drawn = treat(log, axis, dataset.cutoff, dataset.decimation, like=dataset)
         segments = tuple(
-            replace(new, load=old.load, temperature=old.temperature, first_cycle=old.first_cycle, log=old.log)
+            replace(
+                new,
+                load=old.load,
+                temperature=old.temperature,
+                first_cycle=old.first_cycle,
+                log=old.log,
+                regressors=old.regressors,
+            )
             for new, old in zip(drawn.segments, dataset.segments, strict=True)
         )
         drawn = replace(drawn, segments=segments)
@@ -248,7 +261,10 @@ class RowReplicates:
         efforts, positions, segments, first = [], [], [], 0
         late, plant = self._wrong(rng, side)
         for segment, starts, residual in zip(self._motion, self._starts, self._residual, strict=True):
-            pure = force_with_scatter(self._friction, segment, starts, dataset.sample_time, scatter, rng)
+            transmitted = transmitted_by(self._friction, self._plant, segment)
+            pure = force_with_scatter(
+                self._friction, segment, starts, dataset.sample_time, scatter, rng, transmitted=transmitted
+            )
             pure += mechanical(plant, segment)
             pure -= late * derivative(pure, dataset.sample_time)
             pure += side * disturbance.unexplained * signs(pure.size, rng) * residual

@@ -16,6 +16,7 @@ from bristle.friction import is_static, with_presliding
 from bristle.identification.disturbance import Disturbance
 from bristle.identification.roles import offset_of
 from bristle.logs.log import Log
+from bristle.plants.terms import effort_of_columns
 from bristle.sensors import encoder
 from bristle.simulation.recorded.closed_loop import ClosedLoop, closed_loop_of
 from bristle.simulation.recorded.open_loop import FINE, OpenLoop, open_loop_of
@@ -115,6 +116,7 @@ class Position(Output):
     """The position [m or rad] that the recorded effort makes in open loop."""
 
     loop: OpenLoop
+    regressors: tuple[np.ndarray, ...] = ()
 
     signal = "position"
     code = "output_error_open"
@@ -127,7 +129,8 @@ class Position(Output):
     def of(cls, log: Log, axis: Axis, part: slice, *, fine: bool = False) -> Position:
         """Return a segment, integrated with a few steps for one sample."""
         position = log.position.values[part]
-        return cls(position, position, open_loop_of(log, axis, part, FINE if fine else COARSE))
+        columns = tuple(column.values[part] for column in log.regressors)
+        return cls(position, position, open_loop_of(log, axis, part, FINE if fine else COARSE), columns)
 
     @staticmethod
     def excerpt(log: Log, axis: Axis) -> Log:
@@ -145,21 +148,22 @@ class Position(Output):
 
     def simulated(self, plant: Model, friction: Model, values: Mapping[str, float]) -> np.ndarray:
         """Return the position of the model [m or rad]."""
-        return self.loop.position(plant, friction)[0]
+        return self.loop.position(plant, friction, effort_of_columns(plant, self.regressors))[0]
 
     def all_simulated(
         self, plants: Sequence[Model], frictions: Sequence[Model], values: Sequence[Mapping[str, float]]
     ) -> np.ndarray:  # fmt: skip
         """Return the position of each of several models [m or rad], shape (model, sample); short records as a batch."""
         has_screw = any(plant.component.screw is not None for plant in plants)  # which a batch does not know
-        if len(plants) == 1 or has_screw or not self.loop.is_short:
+        if len(plants) == 1 or has_screw or self.regressors or not self.loop.is_short:
             return super().all_simulated(plants, frictions, values)
         return self.loop.positions(plants, frictions)
 
     def rough(self, most: int) -> Position:
         """Return the first period of a record that repeats itself, else so many samples, with one step for each."""
         loop = self.loop.rough(most)
-        return Position(self.measured[: loop.count], self.position[: loop.count], loop)
+        columns = tuple(column[: loop.count] for column in self.regressors)
+        return Position(self.measured[: loop.count], self.position[: loop.count], loop, columns)
 
     def read(
         self, plant: Model, friction: Model, values: Mapping[str, float], pure: np.ndarray, push: np.ndarray,
@@ -192,6 +196,7 @@ class Effort(Output):
 
     loop: ClosedLoop
     presliding: float | None = None
+    regressors: tuple[np.ndarray, ...] = ()
 
     signal = "loop"
     code = "output_error_closed"
@@ -205,7 +210,8 @@ class Effort(Output):
         assert log.effort is not None
         mend = 'write loop = "open" under [identification]'
         loop = closed_loop_of(log, axis, part, "to fit the closed loop", mend)
-        return cls(log.effort.values[part], log.position.values[part], loop, axis.presliding)
+        columns = tuple(column.values[part] for column in log.regressors)
+        return cls(log.effort.values[part], log.position.values[part], loop, axis.presliding, columns)
 
     @property
     def period(self) -> int:
@@ -218,7 +224,14 @@ class Effort(Output):
 
     def rough(self, most: int) -> Effort:
         """Return so many samples."""
-        return replace(self, loop=self.loop.first(most), measured=self.measured[:most], position=self.position[:most])
+        columns = tuple(column[:most] for column in self.regressors)
+        return replace(
+            self,
+            loop=self.loop.first(most),
+            measured=self.measured[:most],
+            position=self.position[:most],
+            regressors=columns,
+        )
 
     def read(
         self, plant: Model, friction: Model, values: Mapping[str, float], pure: np.ndarray, push: np.ndarray,
@@ -236,7 +249,9 @@ class Effort(Output):
         Where the body sticks, it is what friction holds against: a higher level breaks away later.
         """
         perfect = encoder(kind=plant.kind, resolution=0.0)
-        force = self.loop.run(plant, self._dressed(friction), perfect, lag=values.get(LAG)).friction
+        beside = effort_of_columns(plant, self.regressors)
+        run = self.loop.run(plant, self._dressed(friction), perfect, lag=values.get(LAG), disturbance=beside)
+        force = run.friction
         force = force - offset_of(friction.component.variables, values)
         return np.concatenate([force, np.full(self.loop.count - force.size, np.nan)])
 
@@ -244,7 +259,9 @@ class Effort(Output):
         self, loop: ClosedLoop, plant: Model, friction: Model, values: Mapping[str, float], sensor: Model,
         disturbance: np.ndarray | None = None,
     ) -> np.ndarray:  # fmt: skip
-        dressed = self._dressed(friction)
+        dressed, beside = self._dressed(friction), effort_of_columns(plant, self.regressors)
+        if beside is not None:
+            disturbance = beside if disturbance is None else disturbance + beside
         command = loop.run(plant, dressed, sensor, lag=values.get(LAG), disturbance=disturbance).command
         return np.concatenate([command, np.full(loop.count - command.size, np.nan)])
 

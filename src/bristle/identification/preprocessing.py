@@ -39,6 +39,7 @@ __all__ = ["CUTOFF_SHARE", "segment_of", "smallest_step", "treat", "treat_all"]
 
 CUTOFF_SHARE = 0.1  # of the sampling frequency
 DECIMATION = 10
+BENT_DECIMATION, BENT_ROWS = 4, 400  # of a plant with terms, and rows that are left of a short log
 EDGE_PERIODS = 5  # of the cut-off frequency: the transient of the filter
 REST_PERIODS = 5  # of the cut-off frequency, without an encoder step, make a rest
 ROWS_MIN = 50
@@ -102,8 +103,8 @@ def treat(
     """Return the regression rows of a log.
 
     The axis has the cut-off [Hz], the decimation and the encoder resolution, where no argument overrides them; a tenth
-    of the sampling frequency and 10 where nothing is given. Noise and rows are taken from a data set `like` it, of the
-    same motion, instead of being found once more.
+    of the sampling frequency and 10 where nothing is given, at most 4 for a plant with terms. Noise and rows are taken
+    from a data set `like` it, of the same motion, instead of being found once more.
 
     Raises
     ------
@@ -112,7 +113,7 @@ def treat(
     """
     dt, axis = float(log.sample_time), axis or Axis(kind=log.kind)
     cutoff = _cutoff(axis.cutoff if cutoff is None else cutoff, dt)
-    decimation = _decimation(axis.decimation if decimation is None else decimation)
+    decimation = _decimation(axis.decimation if decimation is None else decimation, axis, len(log))
     _refuse_non_finite(log)
     position = log.position.values
     resolution = smallest_step(position) if axis.resolution is None else axis.resolution
@@ -175,7 +176,10 @@ def _cutoff(requested: float | None, dt: float) -> float:
     return float(requested)
 
 
-def _decimation(requested: int | None) -> int:
+def _decimation(requested: int | None, axis: Axis, samples: int) -> int:
+    if requested is None and (axis.gravity or axis.cogging or axis.regressors):
+        # Tooth by tooth effort may change as fast as the filter lets it, and an arm swings for some seconds only.
+        return min(max(samples // BENT_ROWS, 1), BENT_DECIMATION)
     if requested is None:
         return DECIMATION
     if isinstance(requested, bool) or requested != int(requested) or not 1 <= requested <= 10_000:
@@ -222,6 +226,7 @@ def segment_of(
         effort=smooth_effort,
         load=None if log.load is None else low_passed(log.load.values[part], cutoff, dt),
         temperature=None if log.temperature is None else low_passed(log.temperature.values[part], cutoff, dt),
+        regressors=tuple(low_passed(column.values[part], cutoff, dt) for column in log.regressors),
     )
     return segment, noise, effort_noise
 

@@ -20,7 +20,8 @@ from bristle.identification.fixed_shape import ELEMENT_MODELS
 from bristle.identification.parameters import PriorKnowledge
 from bristle.identification.settings import Settings
 from bristle.logs.log import Log
-from bristle.plants import PLANTS
+from bristle.plants import PLANTS, with_terms
+from bristle.plants.terms import TURNS
 
 __all__ = [
     "CUTOFF",
@@ -171,11 +172,12 @@ def prior_knowledge_of(
     if value is not None and not (math.isfinite(value) and value >= 1e-15):
         raise InputError("out of range", path="mass", value=value, allowed="> 0",
                          mend="Leave it out to have it identified")  # fmt: skip
-    plant = PLANTS[axis.plant]
+    plant = with_terms(PLANTS[axis.plant], gravity=axis.gravity, cogging=_harmonics(axis), columns=_columns(axis))
     by_quantity = {"mass": value, "force*time/length": axis.damping, "force/length": axis.stiffness}
     by_quantity = {name: value for name, value in by_quantity.items() if value is not None}
     roles = {name: variable.quantity for name, variable in plant.variables.items()}
     values = {name: by_quantity[role] for name, role in roles.items() if role in by_quantity}
+    values |= {name: cogging.turn for cogging in axis.cogging if (name := TURNS[cogging.turner]) in plant.variables}
     constant = offset if offset is not None else axis.offset
     if isinstance(constant, str) and constant == "identify":
         return PriorKnowledge(None, values, plant, axis.pitch)
@@ -183,6 +185,14 @@ def prior_knowledge_of(
     if not math.isfinite(force):
         raise InputError("must be a number", path="offset", value=constant, allowed='a force, or "identify"')
     return PriorKnowledge(force, values, plant, axis.pitch)
+
+
+def _harmonics(axis: Axis) -> dict[str, tuple[int, ...]]:
+    return {cogging.turner: cogging.harmonics for cogging in axis.cogging if cogging.harmonics}
+
+
+def _columns(axis: Axis) -> tuple[str, ...]:
+    return tuple(column.name for column in axis.regressors)
 
 
 def number_or_text(value: Any, variable: Variable, kind: Kind, path: str) -> float | None:

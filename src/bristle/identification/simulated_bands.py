@@ -37,6 +37,7 @@ from bristle.core.cores import Abreast
 from bristle.core.errors import InputError
 from bristle.core.normal import NORMAL_95
 from bristle.engine.motion import along
+from bristle.identification.dataset import transmitted_by
 from bristle.identification.half_cycles import least_way
 from bristle.identification.prediction_interval import MEMBERS, SEED, Bands, with_parameters
 from bristle.identification.preprocessing import CUTOFF_SHARE, segment_of
@@ -134,7 +135,7 @@ def _squares(
 ) -> np.ndarray:  # fmt: skip
     """Return the mean square of what other simulations are off, of position and effort, shape (2, sample)."""
     count, dt, rng = predicted.position.size, stretch.log.sample_time, np.random.default_rng(SEED)
-    cycle, force = _along(friction, stretch)
+    cycle, force = _along(plant, friction, stretch)
     block = (np.arange(cycle.size) * dt / max(bands.lasting, dt)).astype(int)
 
     def member(index: int, level: np.ndarray, left: np.ndarray) -> np.ndarray:
@@ -159,11 +160,12 @@ def _mean(squares: np.ndarray) -> np.ndarray:
     return np.divide(total, count, out=np.full(total.shape, np.inf), where=count > 0)
 
 
-def _along(friction: Model, stretch: Stretch) -> tuple[np.ndarray, np.ndarray]:
+def _along(plant: Model, friction: Model, stretch: Stretch) -> tuple[np.ndarray, np.ndarray]:
     """Return the number of the half-cycle of each sample of a log, and the friction force there [N or N*m]."""
     log, resolution = stretch.log, stretch.axis.resolution or 0.0
     segment, noise, _ = segment_of(log, stretch.samples, CUTOFF_SHARE / log.sample_time, resolution)
     changes = reversals(segment.velocity, sided=True).tolist()
     turns = turns_apart(segment.position, changes, least_way(resolution, noise))
     cycle = numbered(turns, segment.position.size)
-    return cycle, along(friction, dt=log.sample_time, **segment.signals(log.sample_time))
+    signals = segment.signals(log.sample_time, transmitted_by(friction, plant, segment))
+    return cycle, along(friction, dt=log.sample_time, **signals)

@@ -22,7 +22,7 @@ from bristle.identification.parameters import PriorKnowledge, parameters_of
 from bristle.identification.scales import scales_of
 from bristle.identification.settings import DEFAULT, Settings
 
-__all__ = ["context_of", "with_pitch"]
+__all__ = ["context_of", "sliding_problem", "with_pitch"]
 
 LEAST_LEVEL = 0.01  # of the effort: a Coulomb force that says nothing of the magnitude of friction
 TURNS_LEAST = 3.0  # over the range, for a pitch to be looked for
@@ -38,7 +38,7 @@ def context_of(
     effort = float(np.sqrt(np.mean(dataset.effort**2)))
     if effort == 0.0:
         raise InputError("is zero throughout", path="log.effort", mend="Check which column holds the effort")
-    problem = _sliding_problem(dataset, prior)
+    problem = sliding_problem(dataset, prior)
     values = problem.parameters.complete(linear(problem).values)
     coulomb, viscous = values.pop("F_C"), values.pop("F_v")
     if coulomb <= LEAST_LEVEL * effort:
@@ -55,11 +55,12 @@ def with_pitch(context: Context, component: FrictionModel) -> Context:
         return context
     sliding = context.sliding
     values = {**sliding.values, "F_C": sliding.coulomb, "F_v": sliding.viscous}
-    pitch = _pitch_in(_sliding_problem(context.dataset, context.prior), values)
+    pitch = _pitch_in(sliding_problem(context.dataset, context.prior), values)
     return replace(context, prior=replace(context.prior, pitch=pitch))
 
 
-def _sliding_problem(dataset: Dataset, prior: PriorKnowledge) -> InverseDynamics:
+def sliding_problem(dataset: Dataset, prior: PriorKnowledge) -> InverseDynamics:
+    """Return the problem of Coulomb and viscous friction, with which a log is looked at first."""
     return InverseDynamics(dataset, parameters_of(find("coulomb_viscous"), prior, dataset))
 
 

@@ -214,15 +214,24 @@ def wide_rows(logs: Sequence[Log], axes: Sequence[Axis | None]) -> WideRows | No
             stride = max(int(FINE / (width * dt)), 1)
             pairs = zip(parts, speeds, strict=True)
             rows = WideRows(
-                [_stretch(*pair, width, dt, stride, top) for pair in pairs if top > 0.0], width, stride * dt, dt, noise
-            )
+                [_stretch(*pair, width, dt, stride, top, _waves_of(axes[0])) for pair in pairs if top > 0.0], width,
+                stride * dt, dt, noise,
+            )  # fmt: skip
             return rows if rows.suffice() else None
     return None
 
 
+def _waves_of(axis: Axis | None) -> list[float]:
+    """Return the waves over the position that the plant has for certain [1/m or 1/rad]: gravity, cogging."""
+    if axis is None:
+        return []
+    turning = [2.0 * np.pi * n / cogging.turn for cogging in axis.cogging for n in cogging.harmonics or ()]
+    return [1.0] * axis.gravity + turning
+
+
 def _segments(logs: Sequence[Log], axes: Sequence[Axis | None], width: float) -> tuple[list[Segment], list[float]]:
     """Return the segments of logs behind a filter, and the noise of the position of each, sample by sample."""
-    parts, noises = [], []
+    parts, noises = list[Segment](), list[float]()
     for log, axis in zip(logs, axes, strict=True):
         step = smallest_step(log.position.values) if axis is None or axis.resolution is None else axis.resolution
         for part in log.segments or (slice(0, len(log)),):
@@ -235,7 +244,9 @@ def _segments(logs: Sequence[Log], axes: Sequence[Axis | None], width: float) ->
     return parts, noises
 
 
-def _stretch(segment: Segment, speed: np.ndarray, width: float, dt: float, stride: int, top: float) -> _Stretch:
+def _stretch(
+    segment: Segment, speed: np.ndarray, width: float, dt: float, stride: int, top: float, plant: Sequence[float] = (),
+) -> _Stretch:  # fmt: skip
     from scipy.ndimage import minimum_filter1d, uniform_filter1d
 
     position = segment.position - segment.position[0]
@@ -244,6 +255,8 @@ def _stretch(segment: Segment, speed: np.ndarray, width: float, dt: float, strid
         along = speed * side > 0.0
         shapes = (speed, side, *(side * np.exp(-np.abs(speed) / (share * top)) for share in SPEEDS))
         columns += [np.where(along, shape, 0.0) for shape in shapes]
+    columns += [bend(wave * segment.position) for wave in plant for bend in (np.cos, np.sin)]
+    columns += segment.regressors
     rows = low_passed(np.stack(columns), width, dt)[:, ::stride]
     smooth = low_passed(np.stack([position, speed]), width, dt)[:, ::stride]
     share = np.abs(smooth[1]) / top

@@ -106,6 +106,7 @@ def assembled(table: Table, axis: Axis, gathered: Gathered, clock: Clock) -> Log
             Channel(clock.sampled(injected.values, axis.delay, smooth=False), injected.unit, injected.column)
             for injected in gathered.injected
         ),
+        regressors=tuple(replace(column, values=clock.sampled(column.values, 0.0)) for column in gathered.regressors),
         sample_time=clock.sample_time,
         segments=clock.segments,
         source=table.source,

@@ -176,7 +176,7 @@ def _notes_on(table: Table, axis: Axis) -> Iterator[str]:
     """Yield what is to be known of the choice of columns."""
     named = {channel: column.name for channel, column in axis.columns.items()}
     yield from (f"column {name} is taken as the {channel}" for channel, name in named.items() if name != channel)
-    used = {*named.values(), *(injected.column for injected in axis.injected)}
+    used = {*named.values(), *(beside.column for beside in (*axis.injected, *axis.regressors))}
     left = [name for name in (*table.names, *table.texts) if name not in used]
     if left:
         yield f"columns that are not used: {some_of(left)}"

@@ -31,6 +31,7 @@ class Gathered:
 
     channels: dict[str, Channel] = field(default_factory=dict)
     injected: list[Channel] = field(default_factory=list)
+    regressors: list[Channel] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     problems: list[InputError] = field(default_factory=list)
     findings: list[Diagnostic] = field(default_factory=list)
@@ -39,6 +40,7 @@ class Gathered:
         """Yield the name and the channel of all that was found."""
         yield from self.channels.items()
         yield from ((f"injected.{channel.column}", channel) for channel in self.injected)
+        yield from ((f"known.{channel.column}", channel) for channel in self.regressors)
 
 
 def gather(table: Table, axis: Axis) -> Gathered:
@@ -56,6 +58,13 @@ def gather(table: Table, axis: Axis) -> Gathered:
         column = Column(injected.column, "", "", injected.gain, injected.optional)
         if (channel := _channel(table, column, f"injected[{index}]", axis.kind, gathered)) is not None:
             gathered.injected.append(channel)
+    for index, told in enumerate(axis.regressors):
+        column = Column(told.column, "", "", optional=told.optional)
+        channel = _channel(table, column, f"known[{index}]", axis.kind, gathered)
+        if channel is None and told.optional and gathered.channels:
+            channel = Channel(np.zeros(len(next(iter(gathered.channels.values())))), "1", told.column)
+        if channel is not None:
+            gathered.regressors.append(replace(channel, unit="1"))
     if "position" not in axis.columns:
         gathered.problems.append(
             InputError("no column is named as the position", path=f"axis {axis.name}", mend="Name it in [columns]")

@@ -20,7 +20,7 @@ __all__ = ["CHANNELS", "Channel", "Log", "log_of"]
 
 @guarded(
     **{name: optional(channel(name)) for name in CHANNELS} | {name: channel(name) for name in ("time", "position")},
-    injected=many(channel("effort"), single=True),
+    injected=many(channel("effort"), single=True), regressors=many(channel("load"), single=True),
     sample_time=amount(Variable("time", "time between samples", min=0.0)), segments=many(instance(slice, "a slice")),
     source=instance(Path, "a path", read=Path),    origin=instance(Origin, "an Origin"), notes=many(TEXT), kind=KIND,
     findings=many(instance(Diagnostic, "a Diagnostic")),
@@ -64,6 +64,8 @@ class Log(LogData):
         Kind of axis.
     findings : tuple of Diagnostic
         What was resampled, and the error that makes; what names and units of columns say against each other.
+    regressors : tuple of Channel
+        Columns that an identified coefficient makes efforts of, in their own units.
     """
 
     @classmethod

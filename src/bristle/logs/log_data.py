@@ -39,6 +39,7 @@ class LogData(Tabular):
     notes: tuple[str, ...] = ()
     kind: Kind = "translational"
     findings: tuple[Diagnostic, ...] = ()
+    regressors: tuple[Channel, ...] = ()
 
     def __post_init__(self) -> None:
         for name, signal in self.channels():
@@ -73,10 +74,12 @@ class LogData(Tabular):
                 yield name, channel
         for channel in self.injected:
             yield f"injected.{channel.column}", channel
+        for channel in self.regressors:
+            yield f"known.{channel.column}", channel
 
     def _signals(self) -> dict[str, Signal]:
         return {
-            name: Signal(channel.values, channel.unit, SIGNALS[name].description if name in SIGNALS else "known input")
+            name: Signal(channel.values, channel.unit, SIGNALS[name].description if name in SIGNALS else _about(name))
             for name, channel in self.channels()
         }
 
@@ -95,6 +98,10 @@ class LogData(Tabular):
     def _remarks(self) -> list[str]:
         parts = [f"{len(self.segments)} segments without a gap"] if len(self.segments) > 1 else []
         return [*parts, *self.notes]
+
+
+def _about(name: str) -> str:
+    return "known column" if name.startswith("known.") else "known input"
 
 
 def _spacing(time: np.ndarray) -> float:

@@ -42,6 +42,7 @@ def within(log: R, span: tuple[float, float]) -> R:
         log,
         **{name: part(getattr(log, name)) for name in CHANNELS},
         injected=tuple(replace(channel, values=channel.values[first:last]) for channel in log.injected),
+        regressors=tuple(replace(channel, values=channel.values[first:last]) for channel in log.regressors),
         segments=tuple(slice(start, stop) for start, stop in segments if stop > start),
         notes=(*log.notes, f"only what lies between {span[0]:g} and {span[1]:g} s was used"),
     )

@@ -1,15 +1,52 @@
 """Plants, one a file: what friction acts on."""
 
+from collections.abc import Iterable
+
 from bristle.core.contracts import Plant
+from bristle.core.errors import InputError, did_you_mean
 from bristle.plants.ball_screw import MODEL as ball_screw
 from bristle.plants.inertia import MODEL as inertia
 from bristle.plants.oscillator import MODEL as oscillator
 from bristle.plants.pulled_inertia import MODEL as pulled_inertia
+from bristle.plants.terms import TERMS, terms_in, with_terms
 
 PLANTS: dict[str, Plant] = {plant.name: plant for plant in (inertia, oscillator, pulled_inertia, ball_screw)}
 
-__all__ = ["PLANTS", "ball_screw", "inertia", "oscillator", "pulled_inertia"]
+__all__ = ["PLANTS", "ball_screw", "find", "inertia", "oscillator", "pulled_inertia", "with_terms"]
 
 
 def __dir__() -> list[str]:
     return [name for name in __all__ if not name.isupper()]
+
+
+def find(name: str, keys: Iterable[str] = (), path: str = "plant.model") -> Plant:
+    """Return the plant of this name with its terms, such as ``"inertia+gravity"``.
+
+    Which harmonics cogging has, and which columns are known, is told by the names of the parameters that are given.
+
+    Raises
+    ------
+    InputError
+        If there is no such plant or term, or it has no parameters.
+    """
+    base, *terms = name.split("+") if isinstance(name, str) else [name]
+    if not isinstance(base, str) or base not in PLANTS:
+        raise InputError("there is no such model", path=path, value=name, allowed=", ".join(PLANTS),
+                         mend=did_you_mean(base, PLANTS))  # fmt: skip
+    for term in terms:
+        if term not in TERMS:
+            allowed = ", ".join(f"+{choice}" for choice in TERMS)
+            raise InputError("there is no such term of a plant", path=path, value=f"+{term}", allowed=allowed,
+                             mend=did_you_mean(term, TERMS))  # fmt: skip
+    if not terms:
+        return PLANTS[base]
+    chosen = terms_in(keys)
+    for term, example in (("cogging", "motor_6_cos"), ("known", "known_NAME")):
+        has_any = any(chosen["cogging"].values()) if term == "cogging" else chosen["columns"]
+        if term in terms and not has_any:
+            raise InputError(f"has +{term} and no coefficient of it", path=path, value=name,
+                             mend=f"Write one below it, such as {example} = 0.1")  # fmt: skip
+    return with_terms(
+        PLANTS[base], gravity="gravity" in terms, cogging=chosen["cogging"] if "cogging" in terms else None,
+        columns=chosen["columns"] if "known" in terms else (),
+    )  # fmt: skip

@@ -10,6 +10,7 @@ from bristle.core.contracts import Model
 from bristle.core.experiment import Experiment, Start
 from bristle.friction import is_static, with_presliding
 from bristle.logs.log import Log
+from bristle.plants.terms import effort_of_columns
 from bristle.prediction.predict import unexplained_force
 from bristle.simulation.compensation import compensation_experiment
 from bristle.simulation.recorded.closed_loop import beginning_of, desired_of, resumed_effort_at
@@ -53,6 +54,8 @@ def loop_of(
     left = unexplained_force(
         plant, friction, log, axis, cutoff=cutoff, delay=delay, smoothing=smoothing, slow=slow
     )  # fmt: skip
+    beside = effort_of_columns(plant, [column.values for column in log.regressors])
+    left = left if beside is None else left + beside
     simulated = friction
     if axis.presliding and is_static(friction):
         simulated = with_presliding(friction, axis.presliding)

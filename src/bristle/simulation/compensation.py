@@ -15,6 +15,7 @@ from bristle.core.edge import TEXT, Amount, amount, array, guarded, instance, mo
 from bristle.core.experiment import RUN, Experiment, Feedforward, Run, Start, Variant
 from bristle.core.variable import Variable
 from bristle.engine.checks import FRICTION
+from bristle.plants.terms import terms_of
 from bristle.references import recorded
 from bristle.sensors import encoder
 
@@ -96,10 +97,11 @@ def compensation_experiment(
         disturbance=disturbance,
         start=start,
     )
-    mass = plant.values["M"]
+    mass, bent = plant.values["M"], plant if terms_of(plant) else None
     follows = controller.with_values(k_ff=1.0) if "k_ff" in controller.component.variables else controller
-    fed = replace(base, name=FEEDFORWARD, controller=follows, feedforward=Feedforward(mass=mass))
-    compensated = replace(fed, name=COMPENSATED, feedforward=Feedforward(mass=mass, friction=compensator))
+    fed = replace(base, name=FEEDFORWARD, controller=follows, feedforward=Feedforward(mass=mass, plant=bent))
+    forward = Feedforward(mass=mass, plant=bent, friction=compensator)
+    compensated = replace(fed, name=COMPENSATED, feedforward=forward)
     return Experiment(name=name, kind=kind, variants=(base, fed, compensated))
 
 

@@ -1,4 +1,4 @@
-"""What is fed forward: inertia along the desired trajectory, and a compensator along the desired or measured one."""
+"""What is fed forward: inertia, gravity and cogging along the desired motion, a compensator along either."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from bristle.core.experiment import FEEDFORWARD, Feedforward
 from bristle.engine import Compensator, conditioned
 from bristle.engine.checks import FRICTION, PERIOD, check_run
 from bristle.engine.motion import compensation_along
+from bristle.plants.terms import effort_of_place, terms_of
 
 __all__ = ["compensator_of", "feedforward_effort", "friction_along"]
 
@@ -52,7 +53,7 @@ def feedforward_effort(feedforward: Feedforward, position: Any, acceleration: An
     Parameters
     ----------
     feedforward : Feedforward
-        Mass and compensator; one along the measured motion is left to the loop (`compensator_of`).
+        Mass, gravity, cogging and compensator; one along the measured motion is left to the loop (`compensator_of`).
     position, acceleration : ndarray, shape (sample,)
         Desired motion.
     dt : float
@@ -65,13 +66,16 @@ def feedforward_effort(feedforward: Feedforward, position: Any, acceleration: An
     """
     check_run(position.size, acceleration=acceleration)
     effort = feedforward.mass * 0.5 * (acceleration + np.append(acceleration[1:], acceleration[-1:]))
+    terms = None if feedforward.plant is None else terms_of(feedforward.plant)
+    if terms is not None:
+        effort = effort + effort_of_place(0.5 * (position + np.append(position[1:], position[-1:])), terms)
     if feedforward.friction is None or feedforward.along == "measured":
         return effort
     steps = np.diff(position) / dt
     state, memory = conditioned(feedforward.friction, feedforward.conditioning)
     return effort + compensation_along(
         feedforward.friction, _shape(feedforward), np.append(steps, steps[-1:]), dt,
-        np.append(position[1:], position[-1] + dt * steps[-1]), state=state, memory=memory,
+        np.append(position[1:], position[-1] + dt * steps[-1]), transmitted=effort, state=state, memory=memory,
     )  # fmt: skip
 
 

@@ -182,7 +182,7 @@ def _with_columns(axis: Axis | None, log: Log) -> Axis:
     if axis is not None and axis.columns:
         return axis
     columns = {name: Column(channel.column, "", channel.unit) for name, channel in log.channels() if name in CHANNELS}
-    injected = tuple(Injected(name, 1.0) for name, _ in log.channels() if name not in CHANNELS)
+    injected = tuple(Injected(name, 1.0) for name, _ in log.channels() if name.startswith("injected."))
     return replace(axis or Axis(kind=log.kind), columns=columns, injected=injected)
 
 

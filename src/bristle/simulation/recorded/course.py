@@ -15,6 +15,7 @@ from bristle.core.status import Status
 from bristle.engine import Trace, run_open_loop
 from bristle.friction import is_static, with_presliding
 from bristle.logs.log import Log
+from bristle.plants.terms import effort_of_columns
 from bristle.simulation.recorded.between_samples import finer
 from bristle.simulation.recorded.closed_loop import START_SAMPLES, beginning_of, closed_loop_of
 from bristle.simulation.recorded.open_loop import open_loop_of
@@ -81,6 +82,8 @@ class Stretch:
 
     def run(self, plant: Model, friction: Model, unseen: np.ndarray) -> Course:
         """Return what becomes of it with a mechanism, and a force against the effort [N or N*m], shape (sample,)."""
+        beside = effort_of_columns(plant, [column.values[self.samples] for column in self.log.regressors])
+        unseen = unseen if beside is None else unseen + beside
         run = _closed_loop if self.loop == "closed-loop" else _from_rest if self.axis.at_rest else _open_loop
         return run(self.log, self.axis, self.samples, plant, friction, unseen)
 

@@ -1,0 +1,177 @@
+r"""Slots that raise the level of dry friction: with the effort that passes on to the load, and the angle of a screw.
+
+.. math::
+    F = F_\text{model} + \frac{c_T |\tau| + \sum_{i=1,2} h_{c,i} \cos i\varphi + h_{s,i} \sin i\varphi}{F_C}
+        \left(F_\text{model} - F_v v\right)
+
+``+transmitted``: teeth and nuts rub the more, the more effort :math:`\tau` they carry on to the load, which is what of
+the effort friction leaves. In sliding that is the level :math:`F_C + c_T |\tau|`; a contact with a memory keeps it,
+its forces raised alike. ``+ripple``: the level once and twice a turn of the screw, :math:`\varphi = 2\pi x/p` with the
+pitch `p`; it changes its sign with the motion, where the force of ``+periodic`` and the cogging of a motor do not.
+Viscous friction :math:`F_v v` stays what it is.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+from bristle.core.contracts import FrictionModel, Relation
+from bristle.core.dispatch import friction_commit, friction_trial
+from bristle.core.errors import InputError
+from bristle.core.kernel import kernel
+from bristle.core.lazy import cached_property
+from bristle.core.mathematics import cos, sin
+from bristle.core.once import once
+from bristle.core.read_only import ReadOnly
+from bristle.core.variable import Variable, variables_of
+from bristle.friction.variation import PITCH, SMALLEST_FACTOR
+
+__all__ = ["LEVELS", "TRANSMITTED", "Rise", "Risen", "RisenModel", "risen"]
+
+TWO_PI = 2.0 * math.pi
+TRANSMITTED = Variable("1", "friction for an effort of 1 that passes on to the load", nominal=0.1, excitation="place")
+
+
+class Rise(NamedTuple):
+    """Coefficients of all slots, zero where not asked for, with the level and the viscous part of the model."""
+
+    c_T: Annotated[float, TRANSMITTED] = 0.0
+    pitch: Annotated[float, PITCH] = 1.0
+    h_c1: Annotated[float, Variable("force", "level of friction once a turn, cosine", excitation="place")] = 0.0
+    h_s1: Annotated[float, Variable("force", "level of friction once a turn, sine", excitation="place")] = 0.0
+    h_c2: Annotated[float, Variable("force", "level of friction twice a turn, cosine", excitation="place")] = 0.0
+    h_s2: Annotated[float, Variable("force", "level of friction twice a turn, sine", excitation="place")] = 0.0
+    level: Annotated[float, Variable("force", "level of sliding friction of the model")] = 1.0
+    viscous: Annotated[float, Variable("force*time/length", "viscous friction of the model")] = 0.0
+
+
+LEVELS: dict[str, tuple[str, ...]] = {"transmitted": ("c_T",), "ripple": ("pitch", "h_c1", "h_s1", "h_c2", "h_s2")}
+"""The parameters of each slot."""
+
+
+class Risen(NamedTuple):
+    """Parameters of a model whose level rises."""
+
+    inner: Any
+    rise: Rise
+
+
+@kernel
+def share_at(x, transmitted, q):
+    """Return by how much the level is higher, over itself, at a position [m or rad] and an effort [N or N*m]."""
+    phase = TWO_PI * x / q.pitch
+    c, s = cos(phase), sin(phase)
+    ripple = q.h_c1 * c + q.h_s1 * s + q.h_c2 * (c * c - s * s) + q.h_s2 * 2.0 * s * c
+    return max((q.c_T * abs(transmitted) + ripple) / q.level, SMALLEST_FACTOR - 1.0)
+
+
+@kernel
+def trial(state, memory, motion, dt, p):
+    """Return the mean force [N or N*m] of the model, its level as it is at the middle of the step."""
+    force, move = friction_trial(state, memory, motion, dt, p.inner)
+    share = share_at(motion.x - 0.5 * dt * motion.v, motion.transmitted, p.rise)
+    return force + share * (force - p.rise.viscous * motion.v), move
+
+
+@kernel
+def commit(state, memory, move, p):
+    """Commit the move of the model."""
+    return friction_commit(state, memory, move, p.inner)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RisenModel(FrictionModel):
+    """A friction model with slots that raise its level."""
+
+    inner: FrictionModel
+    slots: tuple[str, ...]
+
+    @property
+    def own(self) -> tuple[str, ...]:
+        """The parameters of its slots."""
+        return tuple(name for slot in self.slots for name in LEVELS[slot])
+
+    def _made_by(self) -> tuple[Any, tuple[Any, ...]]:
+        return _risen, (self.inner, self.slots)
+
+    @cached_property
+    def variables(self) -> ReadOnly[str, Variable]:
+        """Each parameter that a person sets: those of the model, then those of its slots."""
+        variables = variables_of(Rise)
+        return ReadOnly(self.inner.variables | {name: variables[name] for name in self.own})
+
+    @property
+    def defaults(self) -> dict[str, Any]:
+        """The parameters that have a default value: a pitch must be given."""
+        return self.inner.defaults | {name: 0.0 for name in self.own if name != "pitch"}
+
+    def is_array(self, name: str) -> bool:
+        """Return whether this parameter is a 1-D array."""
+        return name not in self.own and self.inner.is_array(name)
+
+    def is_integer(self, name: str) -> bool:
+        """Return whether this parameter is a whole number."""
+        return name not in self.own and self.inner.is_integer(name)
+
+    def assemble(self, values: Mapping[str, Any]) -> Risen:
+        """Return what kernels receive, from the values that a person sets."""
+        inner = {name: values[name] for name in self.inner.variables}
+        level, viscous = (values[name] if name else 0.0 for name in _dry_and_viscous(self.inner))
+        # Of a level of nothing no share can be told.
+        rise = {"level": level or math.inf, "viscous": viscous} | {name: values[name] for name in self.own}
+        return Risen(self.inner.assemble(inner), Rise(**rise))
+
+    def values(self, parameters: Risen) -> dict[str, Any]:
+        """Return the values that a person sets, from what kernels receive."""
+        return self.inner.values(parameters.inner) | {name: getattr(parameters.rise, name) for name in self.own}
+
+
+def _dry_and_viscous(model: FrictionModel) -> tuple[str, str]:
+    """Return what the level of sliding friction and the viscous friction of a model are called, empty for none."""
+    kinds = {(variable.quantity, variable.excitation): name for name, variable in reversed(model.variables.items())}
+    return kinds.get(("force", "sliding"), ""), kinds.get(("force*time/length", "speed"), "")
+
+
+def risen(model: FrictionModel, slots: Iterable[str], path: str = "friction.model") -> FrictionModel:
+    """Return `model` with slots that raise its level; the model itself where there are none of them.
+
+    Raises
+    ------
+    InputError
+        If the model has no level of sliding friction.
+    """
+    chosen = tuple(slot for slot in LEVELS if slot in set(slots))
+    if chosen and not _dry_and_viscous(model)[0]:
+        raise InputError(f"has no level of sliding friction, which +{chosen[0]} raises", path=path, value=model.name,
+                         mend="Take a model with an F_C, such as coulomb_viscous")  # fmt: skip
+    return _risen(model, chosen) if chosen else model
+
+
+@once
+def _risen(model: FrictionModel, slots: tuple[str, ...]) -> RisenModel:
+    return RisenModel(
+        name="+".join((model.name, *slots)),
+        description=f"{model.description}, its level rising with {' and '.join(_CAUSES[slot] for slot in slots)}",
+        Parameters=Risen,
+        State=model.State,
+        trial=trial,
+        commit=commit,
+        memory_size=lambda p: model.memory_size(p.inner),
+        reference=model.reference,
+        relations=tuple(_of_inner(relation) for relation in model.relations),
+        module=model.module,
+        example=dict(model.example) | {name: _EXAMPLE[name] for slot in slots for name in LEVELS[slot]},
+        inner=model,
+        slots=slots,
+    )
+
+
+_CAUSES = {"transmitted": "the effort that passes on to the load", "ripple": "the angle of the screw"}
+_EXAMPLE = {"c_T": 0.1, "pitch": 5e-3, "h_c1": 0.7, "h_s1": -0.3, "h_c2": 0.3, "h_s2": 0.2}
+
+
+def _of_inner(relation: Relation) -> Relation:
+    return relation._replace(holds=lambda p: relation.holds(p.inner))

@@ -1,0 +1,303 @@
+r"""Terms of a plant that friction has no part in: gravity of a link, cogging, and what a column of the log tells.
+
+.. math::
+    u = u_\text{plant} + g_s \sin x + g_c \cos x + \sum_{T} \sum_n \left(c_{T,n} \cos \frac{2\pi n x}{T}
+        + s_{T,n} \sin \frac{2\pi n x}{T}\right) + \sum_j k_j w_j(t) + F
+
+Gravity of a link turns with its angle: two coefficients, so that nobody has to say where it hangs. Cogging pulls a
+motor from tooth to tooth, or a screw from ball to ball: :math:`n` times a turn :math:`T` of either. All of it depends
+on the place alone and is the same in both directions, where friction changes its sign: a motion to and fro tells them
+apart. What a column :math:`w_j` of the log tells acts only along that log.
+
+A step takes the force of the place at :math:`x + \tfrac12 h v`, half way ahead at the velocity that it begins with: the
+port stays affine in the friction force, and a motion without friction keeps its energy (Verlet's scheme).
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+from bristle.core.contracts import Model, Plant
+from bristle.core.dispatch import plant_port, plant_rate, plant_rest, plant_step
+from bristle.core.errors import InputError
+from bristle.core.kernel import kernel
+from bristle.core.lazy import cached_property
+from bristle.core.mathematics import cos, sin
+from bristle.core.once import once
+from bristle.core.read_only import ReadOnly
+from bristle.core.variable import Variable
+
+__all__ = [
+    "COGGING",
+    "COLUMNS",
+    "GRAVITY",
+    "TERMS",
+    "TURN",
+    "TURNS",
+    "Termed",
+    "TermedPlant",
+    "Terms",
+    "effort_of_columns",
+    "effort_of_place",
+    "terms_in",
+    "terms_of",
+    "with_terms",
+]
+
+TWO_PI = 2.0 * math.pi
+GRAVITY, COGGING, COLUMNS = "gravity", "cogging", "known"
+TERMS = (GRAVITY, COGGING, COLUMNS)
+"""What a plant can be given behind its name, as in ``inertia+gravity``."""
+TURNS = {"motor": "motor_turn", "screw": "screw_turn"}
+"""What cogging counts the turns of, and the parameter that tells the movement for one."""
+TURN = {turner: Variable("length", f"movement for one turn of the {turner}", min=1e-12) for turner in TURNS}
+_GRAVITY = {
+    name: Variable("force", f"effort of gravity, {part} of the angle", excitation="place")
+    for name, part in (("g_sin", "sine"), ("g_cos", "cosine"))
+}
+_WAVE = re.compile(r"(motor|screw)_([1-9][0-9]*)_(cos|sin)")
+_COLUMN = re.compile(r"known_(\w+)")
+
+
+class Terms(NamedTuple):
+    """What the kernels see: gravity [N or N*m], movement for a turn, wave numbers [1/m or 1/rad], coefficients."""
+
+    g_sin: Annotated[float, _GRAVITY["g_sin"]]
+    g_cos: Annotated[float, _GRAVITY["g_cos"]]
+    motor_turn: Annotated[float, TURN["motor"]]
+    screw_turn: Annotated[float, TURN["screw"]]
+    waves: Annotated[np.ndarray, Variable("1/length", "angle of each wave over the position")]
+    cosines: Annotated[np.ndarray, Variable("force", "cosine part of each wave")]
+    sines: Annotated[np.ndarray, Variable("force", "sine part of each wave")]
+    per_column: Annotated[np.ndarray, Variable("force", "effort for one unit of each known column")]
+
+
+class Termed(NamedTuple):
+    """Parameters of a plant with terms."""
+
+    inner: Any
+    terms: Terms
+
+
+@kernel
+def effort_at(x, q):
+    """Return the effort [N or N*m] that gravity and cogging take at a position [m or rad]."""
+    total = q.g_sin * sin(x) + q.g_cos * cos(x) if q.g_sin != 0.0 or q.g_cos != 0.0 else 0.0
+    for i in range(q.waves.size):
+        phase = q.waves[i] * x
+        total += q.cosines[i] * cos(phase) + q.sines[i] * sin(phase)
+    return total
+
+
+@kernel
+def left_of(state, effort, dt, p):
+    """Return what terms leave of an effort [N or N*m] over a step of `dt` [s]."""
+    return effort - effort_at(state.x + 0.5 * dt * state.v, p.terms)
+
+
+@kernel
+def port(state, effort, dt, p):
+    """Return `a` and `b` of the plant for what the terms leave of the effort."""
+    return plant_port(state, left_of(state, effort, dt, p), dt, p.inner)
+
+
+@kernel
+def step(state, effort, force, dt, p):
+    """Return position and state of the plant after a step, for what the terms leave of the effort."""
+    return plant_step(state, left_of(state, effort, dt, p), force, dt, p.inner)
+
+
+@kernel
+def rest(state, effort, dt, p):
+    """Return the state of the plant after a time with its port at rest."""
+    return plant_rest(state, effort, dt, p.inner)
+
+
+@kernel
+def rate(state, effort, force, p):
+    """Return the time derivative of the state of the plant, for what the terms leave of the effort."""
+    return plant_rate(state, effort - effort_at(state.x, p.terms), force, p.inner)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TermedPlant(Plant):
+    """A plant with terms: gravity, the orders of cogging for a turn of motor and screw, known columns by name."""
+
+    inner: Plant
+    gravity: bool
+    orders: tuple[tuple[str, int], ...]
+    columns: tuple[str, ...]
+
+    def _made_by(self) -> tuple[Any, tuple[Any, ...]]:
+        return _termed, (self.inner, self.gravity, self.orders, self.columns)
+
+    @property
+    def turners(self) -> tuple[str, ...]:
+        """What cogging counts the turns of."""
+        return tuple(turner for turner in TURNS if any(turner == counted for counted, _ in self.orders))
+
+    @cached_property
+    def variables(self) -> ReadOnly[str, Variable]:
+        """Each parameter that a person sets: those of the plant, then those of its terms."""
+        own = _variables(self.gravity, self.turners, self.orders, self.columns)
+        return ReadOnly(self.inner.variables | own)
+
+    @property
+    def defaults(self) -> dict[str, Any]:
+        """The parameters that have a default value: a turn must be given."""
+        own = _variables(self.gravity, (), self.orders, self.columns)
+        return self.inner.defaults | dict.fromkeys(own, 0.0)
+
+    def is_array(self, name: str) -> bool:
+        """Return False: every coefficient is a parameter of its own."""
+        return name in self.inner.variables and self.inner.is_array(name)
+
+    def is_integer(self, name: str) -> bool:
+        """Return whether this parameter is a whole number."""
+        return name in self.inner.variables and self.inner.is_integer(name)
+
+    def assemble(self, values: Mapping[str, Any]) -> Termed:
+        """Return what kernels receive, from the values that a person sets."""
+        inner = {name: values[name] for name in self.inner.variables}
+        turns = {turner: float(values.get(name, 1.0)) for turner, name in TURNS.items()}
+        cosines, sines = (
+            np.array([values[_wave(*wave, part)] for wave in self.orders], dtype=float) for part in ("cos", "sin")
+        )
+        terms = Terms(
+            float(values.get("g_sin", 0.0)), float(values.get("g_cos", 0.0)), turns["motor"], turns["screw"],
+            np.array([TWO_PI * order / turns[turner] for turner, order in self.orders], dtype=float), cosines, sines,
+            np.array([values[f"known_{name}"] for name in self.columns], dtype=float),
+        )  # fmt: skip
+        return Termed(self.inner.assemble(inner), terms)
+
+    def values(self, parameters: Termed) -> dict[str, Any]:
+        """Return the values that a person sets, from what kernels receive."""
+        terms = parameters.terms
+        values = self.inner.values(parameters.inner)
+        values |= {"g_sin": terms.g_sin, "g_cos": terms.g_cos} if self.gravity else {}
+        values |= {TURNS[turner]: getattr(terms, TURNS[turner]) for turner in self.turners}
+        for wave, cosine, sine in zip(self.orders, terms.cosines.tolist(), terms.sines.tolist(), strict=True):
+            values |= {_wave(*wave, "cos"): cosine, _wave(*wave, "sin"): sine}
+        return values | {f"known_{name}": k for name, k in zip(self.columns, terms.per_column.tolist(), strict=True)}
+
+    def initial_state(self, parameters: Any) -> Any:
+        """Return the virgin state of the plant."""
+        return self.inner.initial_state(parameters.inner)
+
+
+def with_terms(
+    plant: Plant, *, gravity: bool = False, cogging: Mapping[str, Iterable[int]] | None = None,
+    columns: Iterable[str] = (),
+) -> Plant:  # fmt: skip
+    """Return a plant with terms; the plant itself where there are none.
+
+    Parameters
+    ----------
+    plant : Plant
+        The plant.
+    gravity : bool
+        Whether it has gravity of a link.
+    cogging : mapping of str to iterable of int
+        How often in a turn of the ``"motor"`` and of the ``"screw"`` there is cogging.
+    columns : iterable of str
+        Names of columns that a coefficient makes an effort of.
+    """
+    orders = cogging or {}
+    pairs = tuple((turner, int(order)) for turner in TURNS for order in sorted(set(orders.get(turner, ()))))
+    named = tuple(columns)
+    return _termed(plant, gravity, pairs, named) if gravity or pairs or named else plant
+
+
+def terms_in(names: Iterable[str]) -> dict[str, Any]:
+    """Return the arguments of `with_terms` that the names of some parameters speak of."""
+    parameters = list(names)
+    waves = [match for name in parameters if (match := _WAVE.fullmatch(name))]
+    return {
+        "gravity": "g_sin" in parameters or "g_cos" in parameters,
+        "cogging": {turner: {int(match[2]) for match in waves if match[1] == turner} for turner in TURNS},
+        "columns": list(dict.fromkeys(match[1] for name in parameters if (match := _COLUMN.fullmatch(name)))),
+    }
+
+
+def effort_of_place(x: np.ndarray, terms: Terms) -> np.ndarray:
+    """Return the effort [N or N*m] that gravity and cogging take at some positions [m or rad], of their shape."""
+    phase = np.multiply.outer(np.asarray(x, dtype=float), terms.waves)
+    waves = np.cos(phase) @ terms.cosines + np.sin(phase) @ terms.sines
+    return terms.g_sin * np.sin(x) + terms.g_cos * np.cos(x) + waves
+
+
+def terms_of(plant: Model) -> Terms | None:
+    """Return the terms of a plant with its values; None where it has none."""
+    return plant.parameters.terms if isinstance(plant.parameters, Termed) else None
+
+
+def effort_of_columns(plant: Model, columns: Sequence[np.ndarray]) -> np.ndarray | None:
+    """Return the effort [N or N*m] that known columns take, from their samples; None where a plant has none."""
+    terms = terms_of(plant)
+    if terms is None or not terms.per_column.size:
+        return None
+    columns = [np.asarray(column, dtype=float) for column in columns]
+    if len(columns) != terms.per_column.size:
+        raise InputError("has not the known columns of the plant", path="log", value=f"{len(columns)} columns",
+                         allowed=", ".join(plant.component.columns),
+                         mend="Name them under [[known]] of the axis file")  # fmt: skip
+    return np.asarray(terms.per_column @ np.stack(columns))
+
+
+def _wave(turner: str, order: int, part: str) -> str:
+    return f"{turner}_{order}_{part}"
+
+
+def _variables(
+    gravity: bool, turners: Iterable[str], orders: Iterable[tuple[str, int]], columns: Iterable[str]
+) -> dict[str, Variable]:
+    variables = dict(_GRAVITY) if gravity else {}
+    variables |= {TURNS[turner]: TURN[turner] for turner in turners}
+    for turner, order in orders:
+        often = "once" if order == 1 else f"{order} times"
+        for part, word in (("cos", "cosine"), ("sin", "sine")):
+            text = f"cogging {often} a turn of the {turner}, {word}"
+            variables[_wave(turner, order, part)] = Variable("force", text, excitation="place")
+    for name in columns:
+        variables[f"known_{name}"] = Variable("force", f"effort for a 1 in the known column {name}", excitation="place")
+    return variables
+
+
+@once
+def _termed(
+    plant: Plant, gravity: bool, orders: tuple[tuple[str, int], ...], columns: tuple[str, ...]
+) -> TermedPlant:  # fmt: skip
+    own = plant.inverse
+
+    def inverse(x: np.ndarray, v: np.ndarray, a: np.ndarray, p: Termed) -> np.ndarray:
+        """Return the effort [N or N*m] that the motion takes, what known columns tell apart."""
+        assert own is not None
+        return own(x, v, a, p.inner) + effort_of_place(x, p.terms)
+
+    named = [GRAVITY] * gravity + [COGGING] * bool(orders) + [COLUMNS] * bool(columns)
+    return TermedPlant(
+        name="+".join((plant.name, *named)),
+        description=f"{plant.description}, with {' and '.join(_WORDS[name] for name in named)}",
+        Parameters=Termed,
+        State=plant.State,
+        port=port,
+        step=step,
+        rest=rest,
+        rate=rate if plant.rate else None,
+        inverse=inverse if own else None,
+        reference=plant.reference,
+        module=plant.module,
+        inner=plant,
+        gravity=gravity,
+        orders=orders,
+        columns=columns,
+    )
+
+
+_WORDS = {GRAVITY: "gravity of a link", COGGING: "cogging", COLUMNS: "what columns of a log tell"}

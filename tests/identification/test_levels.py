@@ -1,0 +1,76 @@
+"""Friction whose level rises with what passes on to the load, or ripples with a screw, beside what does not."""
+
+import numpy as np
+import pytest
+from tests.simulation import transmitted_truth as truth
+
+from bristle import friction, identify
+from bristle.core import InputError
+from bristle.files.axis import read_axis
+from bristle.logs.log import Log
+
+COLUMNS = {"time": {"column": "t", "unit": "s"}}
+ARM = {
+    "schema": 1, "kind": "rotational", "plant": {"gravity": "link"}, "identification": {"decimation": 10},
+    "columns": COLUMNS | {"position": {"column": "q", "unit": "rad"}, "effort": {"column": "u", "unit": "N*m"}},
+}  # fmt: skip
+SCREW = {
+    "schema": 1, "kind": "translational", "transmission": {"lead": "5 mm"}, "identification": {"decimation": 4},
+    "columns": COLUMNS | {"position": {"column": "q", "unit": "m"}, "effort": {"column": "u", "unit": "N"}},
+    "cogging": [{"turn": "motor", "harmonics": [1, 6]}],
+}  # fmt: skip
+
+
+def identified(columns, described, model):
+    axis = read_axis(described)
+    return identify(Log.from_columns(columns, axis=axis), model, axis=axis, draws=0)
+
+
+def held_out(fit):
+    assert fit.held_out is not None
+    return fit.held_out.mean_percent
+
+
+def test_friction_of_a_gear_rises_with_what_it_carries():
+    found = identified(truth.log(), ARM, ["coulomb_viscous", "coulomb_viscous+transmitted"])
+    with_slot, without = found.fits
+    assert with_slot.name == "coulomb_viscous+transmitted"
+    assert held_out(without) > 2.0 * held_out(with_slot)
+    values = with_slot.friction.values
+    assert values["c_T"] == pytest.approx(truth.SHARE, rel=0.03)
+    assert values["F_C"] == pytest.approx(truth.F_C, rel=0.03)
+    assert with_slot.plant.values["g_sin"] == pytest.approx(truth.GRAVITY, rel=0.01)
+
+
+def test_where_friction_is_constant_the_slot_loses_nothing():
+    found = identified(truth.log(share=0.0), ARM, ["coulomb_viscous", "coulomb_viscous+transmitted"])
+    errors = {fit.name: held_out(fit) for fit in found.fits}
+    assert errors["coulomb_viscous+transmitted"] < 1.02 * errors["coulomb_viscous"]
+    slot = next(fit for fit in found.fits if "+" in fit.name)
+    assert abs(slot.friction.values["c_T"]) < 0.005
+
+
+def test_cogging_and_friction_that_ripples_are_told_apart():
+    t, q, v, a = truth.swing(25.0, 3)
+    q, v, a = (0.02 * signal for signal in (q, v, a))
+    angle = 2.0 * np.pi * q / 5e-3
+    # Six in a hundred of the friction each: even once and six times a turn, odd once a turn.
+    even = 0.9 * np.cos(angle + 1.0) + 0.9 * np.sin(6.0 * angle)
+    u = 12.0 * a + even + (15.0 + 0.9 * np.sin(angle - 0.3)) * np.sign(v) + 60.0 * v
+    noisy = u + 0.05 * np.random.default_rng(5).standard_normal(t.size)
+    best = identified({"t": t, "q": q, "u": noisy}, SCREW, "coulomb_viscous+ripple").best
+    plant, contact = best.plant.values, best.friction.values
+    assert np.hypot(plant["motor_1_cos"], plant["motor_1_sin"]) == pytest.approx(0.9, rel=0.1)
+    assert np.hypot(plant["motor_6_cos"], plant["motor_6_sin"]) == pytest.approx(0.9, rel=0.1)
+    assert np.hypot(contact["h_c1"], contact["h_s1"]) == pytest.approx(0.9, rel=0.1)
+    assert contact["h_s1"] == pytest.approx(0.9 * np.cos(0.3), rel=0.1)
+
+
+def test_a_model_without_a_level_has_no_such_slot():
+    with pytest.raises(InputError, match="no level"):
+        friction.find("viscous+transmitted")
+
+
+def test_elements_are_not_fitted_beside_it():
+    with pytest.raises(InputError, match=r"\+transmitted"):
+        identified(truth.log(seconds=10.0), ARM, "maxwell_slip+transmitted")

@@ -1,0 +1,130 @@
+"""Gravity of a link, cogging and known columns: what was put into a log comes out of it."""
+
+import numpy as np
+import pytest
+
+from bristle import identify, load
+from bristle.core import InputError
+from bristle.files.axis import read_axis
+from bristle.logs.log import Log
+
+RATE = 1000.0
+COLUMNS = {
+    "time": {"column": "t", "unit": "s"}, "position": {"column": "q"}, "effort": {"column": "u"},
+}  # fmt: skip
+SCREW = {"lead": "5 mm", "gear_ratio": 2.0}
+MOTOR_TURN = 2.5e-3
+
+
+def axis(kind="rotational", **tables):
+    units = {"rotational": ("rad", "N*m"), "translational": ("m", "N")}[kind]
+    columns = {name: dict(column) for name, column in COLUMNS.items()}
+    columns["position"]["unit"], columns["effort"]["unit"] = units
+    return read_axis({"schema": 1, "kind": kind, "columns": columns, **tables})
+
+
+def swing(seconds, amplitude, slowest, seed=0):
+    """A sum of sines, its velocity and acceleration, on the time of a log."""
+    rng = np.random.default_rng(seed)
+    t = np.arange(round(seconds * RATE)) / RATE
+    q, v, a = np.zeros((3, t.size))
+    for share, factor in ((0.7, 1.0), (0.2, 2.7), (0.1, 5.3)):
+        w, phase = 2.0 * np.pi * slowest * factor, rng.uniform(0.0, 2.0 * np.pi)
+        q += amplitude * share * np.sin(w * t + phase)
+        v += amplitude * share * w * np.cos(w * t + phase)
+        a -= amplitude * share * w * w * np.sin(w * t + phase)
+    return t, q, v, a
+
+
+def arm(mass, seed=0):
+    """A log of an arm that hangs 0.3 rad off its zero: inertia, gravity, friction and noise, in numpy alone."""
+    t, q, v, a = swing(30.0, 1.4, 0.3, seed)
+    noise = 1e-3 * np.random.default_rng(seed).standard_normal(t.size)
+    u = 0.02 * mass * a + 0.9 * mass * np.sin(q - 0.3) + 0.15 * np.sign(v) + 0.02 * v + noise
+    return {"t": t, "q": q, "u": u}
+
+
+def identified(columns, described, model="coulomb_viscous", **options):
+    return identify(Log.from_columns(columns, axis=described), model, axis=described, draws=0, **options)
+
+
+def test_gravity_of_a_link_is_told_by_two_coefficients_wherever_it_hangs():
+    linked = axis(plant={"gravity": "link"})
+    light, heavy = (identified(arm(mass, seed), linked).best for mass, seed in ((1.0, 1), (2.0, 2)))
+    assert light.plant.name == "inertia+gravity"
+    values = light.plant.values
+    assert values["g_sin"] == pytest.approx(0.9 * np.cos(0.3), rel=0.01)
+    assert values["g_cos"] == pytest.approx(-0.9 * np.sin(0.3), rel=0.02)
+    amplitudes = [np.hypot(fit.plant.values["g_sin"], fit.plant.values["g_cos"]) for fit in (light, heavy)]
+    assert amplitudes[1] / amplitudes[0] == pytest.approx(2.0, rel=0.01)
+    assert heavy.friction.values["F_C"] == pytest.approx(0.15, rel=0.03)
+
+
+def test_without_the_term_gravity_is_left_over():
+    columns = arm(1.0)
+    with_term, without = (identified(columns, axis(plant=plant)).best for plant in ({"gravity": "link"}, {}))
+    assert without.error_percent > 20.0 * with_term.error_percent
+
+
+def test_results_with_terms_are_written_and_read_again(tmp_path):
+    found = identified(arm(1.0), axis(plant={"gravity": "link"}), blocks=0)
+    found.save(tmp_path / "results")
+    again = load(tmp_path / "results")
+    assert again.best.plant == found.best.plant
+    assert 'model = "inertia+gravity"' in (tmp_path / "results" / "model.toml").read_text()
+
+
+def screw(even, odd, seconds=30.0):
+    """A log of a screw with cogging of the motor, six and twelve times in its turn, beside friction of the screw."""
+    t, q, v, a = swing(seconds, 0.03, 0.15, 3)
+    angle = 2.0 * np.pi * q / MOTOR_TURN
+    u = 12.0 * a + (15.0 + odd * np.sin(0.5 * angle + 0.7)) * np.sign(v) + 40.0 * v
+    u += even * np.cos(6.0 * angle - 0.4) + 0.5 * even * np.sin(12.0 * angle)
+    return {"t": t, "q": q, "u": u + 0.05 * np.random.default_rng(4).standard_normal(t.size)}
+
+
+def amplitude(fit, order, turner="motor"):
+    values = fit.plant.values
+    return np.hypot(values[f"{turner}_{order}_cos"], values[f"{turner}_{order}_sin"])
+
+
+def test_cogging_is_found_with_its_harmonics():
+    best = identified(screw(1.0, 0.0), axis("translational", transmission=SCREW, cogging=[{"turn": "motor"}])).best
+    assert best.plant.component.orders == (("motor", 6), ("motor", 12))
+    assert amplitude(best, 6) == pytest.approx(1.0, rel=0.05)
+    assert amplitude(best, 12) == pytest.approx(0.5, rel=0.05)
+    assert best.friction.values["F_C"] == pytest.approx(15.0, rel=0.01)
+
+
+def test_cogging_that_is_not_there_is_not_found():
+    with pytest.raises(InputError, match="not seen in this log"):
+        identified(screw(0.0, 0.0), axis("translational", transmission=SCREW, cogging=[{"turn": "motor"}]))
+
+
+def test_cogging_of_motor_and_screw_stand_side_by_side():
+    both = [{"turn": "motor", "harmonics": [6, 12]}, {"turn": "screw", "harmonics": [3]}]
+    columns = screw(1.0, 0.0)
+    columns["u"] = columns["u"] + 0.8 * np.cos(2.0 * np.pi * 3.0 * columns["q"] / 5e-3)
+    best = identified(columns, axis("translational", transmission=SCREW, cogging=both)).best
+    assert best.plant.values["screw_turn"] == pytest.approx(5e-3)
+    assert amplitude(best, 6) == pytest.approx(1.0, rel=0.05)
+    assert best.plant.values["screw_3_cos"] == pytest.approx(0.8, rel=0.05)
+
+
+def test_a_known_column_has_its_coefficient():
+    columns = screw(0.0, 0.0, seconds=10.0)
+    pull = np.cumsum(np.random.default_rng(5).standard_normal(columns["t"].size)) / 50.0
+    columns |= {"u": columns["u"] + 2.5 * pull, "belt force": pull}
+    named = axis("translational", known=[{"column": "belt force"}])
+    best = identified(columns, named).best
+    assert best.plant.values["known_belt_force"] == pytest.approx(2.5, rel=0.01)
+    assert identified(columns, axis("translational")).best.error_percent > 2.0 * best.error_percent
+
+
+def test_terms_that_cannot_be_are_refused():
+    with pytest.raises(InputError, match="translational"):
+        axis("translational", plant={"gravity": "link"})
+    with pytest.raises(InputError, match="how far a turn moves"):
+        axis("translational", cogging=[{"turn": "screw"}])
+    with pytest.raises(InputError, match="twice"):
+        axis(cogging=[{"turn": "motor"}, {"turn": "motor", "harmonics": [6]}])
