@@ -47,7 +47,7 @@ def test_it_writes_a_motion_and_what_its_log_would_tell(bristle, folder):
     found = bristle("excite", "axis.toml", "--out", "motion", "--duration", "16 s", "--for", "stribeck", "--json")
     assert found.code == 0
     assert written_in(folder / "motion") == {
-        "motion.csv", "axis.toml", "summary.json", "report.html",
+        "motion.csv", "moves.csv", "motion.nc", "axis.toml", "summary.json", "report.html",
     }  # fmt: skip
     table = np.loadtxt("motion/motion.csv", delimiter=",", skiprows=1)
     assert Path("motion/motion.csv").read_text().splitlines()[0].startswith("t [s],q [um],velocity [um/s],")

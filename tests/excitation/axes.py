@@ -11,6 +11,6 @@ STAGE = Axis(
     effort_limit=700.0,
     velocity_limit=0.3,
     acceleration_limit=3.0,
-    jerk_limit=200.0,
+    jerk_limit=5000.0,
     stroke=(-0.1, 0.2),
 )

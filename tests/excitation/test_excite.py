@@ -187,3 +187,20 @@ def test_units_of_a_rotational_axis():
     found = planned(axis, duration="30 s")
     assert found.motion.kind == "rotational"
     assert {one.reference.kind for one in found.motion.pieces} == {"rotational"}
+
+
+def test_it_begins_where_the_axis_stands_and_stays_within_its_stroke():
+    motion = planned(start="150 mm").motion
+    assert motion.position[0] == pytest.approx(0.15)
+    assert np.max(motion.position) <= STAGE.stroke[1]
+    with pytest.raises(InputError, match="start: leaves no room to either side"):
+        planned(start="250 mm")
+
+
+def test_a_chirp_that_the_encoder_does_not_see_is_left_out():
+    gentle = replace(STAGE, jerk_limit=200.0)
+    found = planned(gentle)
+    assert "damping" not in {piece.purpose for piece in found.motion.pieces}
+    assert any("the encoder sees no less than 2 of its steps" in note for note in found.notes)
+    with pytest.raises(InputError, match="raise jerk or acceleration"):
+        planned(gentle, purposes="damping")

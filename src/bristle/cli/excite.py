@@ -21,7 +21,8 @@ __all__ = ["EXAMPLE", "excite"]
 EXAMPLE = """Example:
   bristle excite axis.toml --out motion --for presliding,stribeck"""
 
-OPTIONS = {"duration": "--duration", "travel": "--travel", "purposes": "--for", "model": "--model"}
+FILES = {"motion": "motion.csv", "moves": "moves.csv", "program": "motion.nc", "axis": "axis.toml"}
+OPTIONS = {"duration": "--duration", "travel": "--travel", "start": "--start", "purposes": "--for", "model": "--model"}
 
 
 def excite(
@@ -32,6 +33,10 @@ def excite(
     travel: Annotated[
         str | None,
         typer.Option("--travel", metavar="LENGTH", help="Stay within this distance around the start."),
+    ] = None,
+    start: Annotated[
+        str | None,
+        typer.Option("--start", metavar="LENGTH", help="Where the axis stands; the middle of the stroke by default."),
     ] = None,
     purposes: Annotated[
         str | None,
@@ -54,7 +59,7 @@ def excite(
     Tells what the log of that motion would identify, and how well: it is run on what is believed of the axis, with
     its encoder, noise and scatter, and identified from that.
 
-    Writes motion.csv, axis.toml, summary.json and report.html into DIR.
+    Writes motion.csv, moves.csv, motion.nc, axis.toml, summary.json and report.html into DIR.
     """
     from bristle.core import InputError
     from bristle.core.content import content_of
@@ -78,7 +83,7 @@ def excite(
     ):
         try:
             excitation = designed(
-                axis_file, duration=duration, travel=travel, purposes=purposes, model=model_file,
+                axis_file, duration=duration, travel=travel, start=start, purposes=purposes, model=model_file,
                 allow_code=allow_code, progress=report,
             )  # fmt: skip
         except InputError as error:
@@ -89,7 +94,7 @@ def excite(
         code = origins_of_code([base_of(excitation.prior.friction.component)])
         source = provenance(context.obj, axis=axis_file, model=model_file, code=code)
         following = _identify(excitation, Path(out.name) / "axis.toml" if out else Path("AXIS.toml"))
-        files = {"motion": "motion.csv", "axis": "axis.toml"} if out else {}
+        files = FILES if out else {}
         summary = excitation_summary(excitation, files=files, identify=following, provenance=source)
         if folder:
             report(0.85, "writing the report")

@@ -36,6 +36,13 @@ def missing(limits: MotionLimits) -> str:
             f"the sample time of {limits.in_unit(limits.sample_time, 'time')} is too long for a resonance at "
             f"{limits.resonance:.3g} Hz"
         )
+    amplitude = _amplitude(limits)
+    if amplitude < COUNTS * limits.count:
+        return (
+            f"the limits leave it {limits.in_unit(amplitude, 'length')} at {_highest(limits):.3g} Hz, and the encoder "
+            f"sees no less than {COUNTS:.0f} of its steps of {limits.in_unit(limits.count, 'length')}: raise jerk or "
+            "acceleration under [limits] for this motion"
+        )
     return ""
 
 
@@ -44,15 +51,21 @@ def pieces(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
     assert limits.presliding is not None
     assert limits.resonance is not None
     low, high = BELOW * limits.resonance, _highest(limits)
-    omega = 2.0 * math.pi * high
-    amplitude = max(AMPLITUDE * limits.presliding, COUNTS * limits.count)
-    # The ramps add little to what the sine itself takes.
-    amplitude = min(amplitude, (limits.acceleration or math.inf) / omega**2, (limits.velocity or math.inf) / omega)
-    amplitude = min(amplitude, limits.jerk / omega**3)
+    omega, amplitude = 2.0 * math.pi * high, _amplitude(limits)
     duration = max(seconds - REST, 2.0 * RAMP_PERIODS / low)
     ramp = min(RAMP_PERIODS / low, RAMP_SHARE * duration)
     reference = chirp(kind=limits.kind, amplitude=amplitude, f_0=low, f_1=high, duration=duration, ramp=ramp)
     return [ExcitationPiece("damping", "chirp", reference, REST, omega * amplitude, amplitude)]
+
+
+def _amplitude(limits: MotionLimits) -> float:
+    """Return the amplitude of the chirp [m or rad], as large as the limits leave it."""
+    assert limits.presliding is not None
+    omega = 2.0 * math.pi * _highest(limits)
+    # The ramps add little to what the sine itself takes.
+    wanted = max(AMPLITUDE * limits.presliding, COUNTS * limits.count)
+    most = (limits.velocity or math.inf) / omega, (limits.acceleration or math.inf) / omega**2, limits.jerk / omega**3
+    return min(wanted, *most)
 
 
 def _highest(limits: MotionLimits) -> float:

@@ -35,6 +35,7 @@ LATE = 1.001  # of the duration asked for, that a motion may take
 ROUNDS = 3  # to come down to the time that a motion may take
 TIME = Variable("time", "duration")
 TRAVEL = Variable("length", "distance within which the motion stays")
+START = Variable("length", "where the motion begins")
 
 Progress = Callable[[float, str], None]
 
@@ -89,7 +90,8 @@ class Excitation:
 )  # fmt: skip
 def excite(
     axis: Any, *, duration: float | str | None = None, travel: float | str | None = None,
-    purposes: Sequence[str] | str | None = None, model: Any = None, rehearsed: bool = True,
+    start: float | str | None = None, purposes: Sequence[str] | str | None = None, model: Any = None,
+    rehearsed: bool = True,
     draws: int = DRAWS, allow_code: bool = False, progress: Progress | None = None,
 ) -> Excitation:  # fmt: skip
     """Return the motion to run on an axis so that its friction can be identified from the log.
@@ -102,6 +104,8 @@ def excite(
         How long it may take [s], or text such as ``"60 s"``; 60 s by default.
     travel : float or str, optional
         Distance within which it stays, half of it to either side of its start [m or rad]; the stroke by default.
+    start : float or str, optional
+        Position at which the axis stands when the motion begins [m or rad]; the middle of the stroke by default.
     purposes : sequence of str, optional
         Names of `PURPOSES`, in a list or separated by commas; by default all that the axis allows.
     model : Model or path-like, optional
@@ -143,20 +147,51 @@ def excite(
     if seconds / sample_time < SAMPLES_LEAST:
         raise InputError(f"is less than {SAMPLES_LEAST} samples of this axis", path="duration", value=duration,
                          mend=f"Give it longer, or mend the sample time, {with_unit(sample_time, 's')}")  # fmt: skip
-    limits = limits_of(axis, prior, sample_time, _travel(travel, axis))
-    chosen, notes = _chosen(purposes, limits)
-    pieces, left_out = _in_time(chosen, limits, seconds - ExcitationMotion.rest, may_drop=purposes is None)
-    start = 0.5 * sum(axis.stroke) if axis.stroke else 0.0
-    motion = ExcitationMotion(tuple(pieces), sample_time, axis.kind, start)
-    notes += left_out + _notes(motion, axis, prior)
-    _keep(motion, limits)
-    excitation = Excitation(motion, axis, limits, prior, tuple(notes))
+    begin = None if start is None else quantity(start, START, axis.kind, path="start")
+    limits = limits_of(axis, prior, sample_time, _travel(travel, axis), begin)
+    excitation = _planned(axis, prior, limits, seconds, purposes, begin)
     if not rehearsed:
         return excitation
     try:
-        return replace(excitation, rehearsal=rehearse(motion, axis, prior, draws=draws, progress=progress))
+        rehearsal = rehearse(excitation.motion, axis, prior, draws=draws, progress=progress)
+        followed = _for_the_loop(excitation, rehearsal, seconds, purposes, begin)
+        if followed is not None:
+            excitation = followed
+            rehearsal = rehearse(excitation.motion, axis, prior, draws=draws, progress=progress)
+        return replace(excitation, rehearsal=rehearsal)
     except InputError as reason:
-        return replace(excitation, notes=(*notes, f"it could not be rehearsed: {reason}"))
+        return replace(excitation, notes=(*excitation.notes, f"it could not be rehearsed: {reason}"))
+
+
+def _planned(
+    axis: Axis, prior: Prior, limits: MotionLimits, seconds: float, purposes: Sequence[str] | None, begin: float | None
+) -> Excitation:  # fmt: skip
+    """Return the motion that serves these purposes within the limits."""
+    chosen, notes = _chosen(purposes, limits)
+    pieces, left_out = _in_time(chosen, limits, seconds - ExcitationMotion.rest, may_drop=purposes is None)
+    middle = 0.5 * sum(axis.stroke) if axis.stroke else 0.0
+    motion = ExcitationMotion(tuple(pieces), limits.sample_time, axis.kind, middle if begin is None else begin)
+    notes += left_out + _notes(motion, axis, prior, chosen_start=begin is not None)
+    _keep(motion, limits)
+    return Excitation(motion, axis, limits, prior, tuple(notes))
+
+
+def _for_the_loop(
+    excitation: Excitation, rehearsal: Rehearsal, seconds: float, purposes: Sequence[str] | None, begin: float | None
+) -> Excitation | None:  # fmt: skip
+    """Return a motion without the loops that the controller does not follow; None where it follows, or none is left."""
+    smallest = min((piece.amplitude for piece in excitation.motion.pieces if piece.name == "triangles"), default=None)
+    if not rehearsal.loop or smallest is None or rehearsal.lag <= smallest:
+        return None
+    limits = replace(excitation.limits, followed=rehearsal.lag)
+    try:
+        again = _planned(excitation.axis, excitation.prior, limits, seconds, purposes, begin)
+    except InputError:  # what was asked for by name is kept; the report says how closely it is followed
+        return None
+    length = limits.in_unit(rehearsal.lag, "length")
+    note = f"no loop before sliding is smaller than {length}: the controller follows no closer in the rehearsal"
+    smaller = any(piece.purpose == "presliding" for piece in again.motion.pieces)
+    return replace(again, notes=(*again.notes, note)) if smaller else again
 
 
 def _mechanism(model: Any, axis: Axis, allow_code: bool) -> tuple[Model | None, Model | None]:
@@ -272,18 +307,20 @@ def _pieces(chosen: Sequence[str], limits: MotionLimits, seconds: float) -> list
     return sorted(pieces, key=lambda piece: chosen.index(piece.purpose))
 
 
-def _notes(motion: ExcitationMotion, axis: Axis, prior: Prior) -> list[str]:
+def _notes(motion: ExcitationMotion, axis: Axis, prior: Prior, *, chosen_start: bool) -> list[str]:
     notes = []
     if axis.sample_time is None:
         notes.append(
             f"a sample time of {with_unit(SAMPLE_TIME, 's')} is taken, as the axis file has none under [timing]"
         )
-    if axis.stroke:
+    if chosen_start:
+        notes.append(f"it begins at {with_unit(motion.start, unit_of('length', axis.kind))}")
+    elif axis.stroke:
         notes.append(
             f"it begins in the middle of the stroke, at {with_unit(motion.start, unit_of('length', axis.kind))}"
         )
     else:
-        notes.append("it begins at position 0: add the position at which your axis stands")
+        notes.append("it begins at position 0: add the position at which your axis stands, or tell it with --start")
     if prior.assumed:
         notes.append(f"assumed for the rehearsal, as nothing says it: {', '.join(prior.assumed)}")
     return notes

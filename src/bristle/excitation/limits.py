@@ -43,6 +43,8 @@ class MotionLimits:
         Frequency at which the mass moves on the contact [Hz].
     stribeck_velocity : float or None
         Velocity over which friction falls [m/s or rad/s].
+    followed : float
+        How closely the controller follows slow motion before sliding [m or rad]; 0 where not known.
     """
 
     kind: Kind
@@ -55,6 +57,7 @@ class MotionLimits:
     presliding: float | None = None
     resonance: float | None = None
     stribeck_velocity: float | None = None
+    followed: float = 0.0
 
     def corner(self, speed: float, leg: float) -> float:
         """Return the acceleration at the ends of a leg of this length [m or rad], as gentle as it leaves time for."""
@@ -65,7 +68,9 @@ class MotionLimits:
         return with_unit(value, unit_of(quantity, self.kind))
 
 
-def limits_of(axis: Axis, prior: Prior, sample_time: float, travel: float | None) -> MotionLimits:
+def limits_of(
+    axis: Axis, prior: Prior, sample_time: float, travel: float | None, start: float | None = None
+) -> MotionLimits:  # fmt: skip
     """Return what a motion may use.
 
     Parameters
@@ -78,6 +83,8 @@ def limits_of(axis: Axis, prior: Prior, sample_time: float, travel: float | None
         Time between samples [s].
     travel : float or None
         Distance within which to stay [m or rad]; the stroke of the axis where not given.
+    start : float, optional
+        Where the motion begins [m or rad]; in the middle of the stroke where not given.
 
     Raises
     ------
@@ -92,6 +99,11 @@ def limits_of(axis: Axis, prior: Prior, sample_time: float, travel: float | None
             raise InputError("is too small for a motion", path=path, value=value, allowed=f">= {LEAST:g} in SI",
                              mend="Is the unit right?")  # fmt: skip
     stroke = axis.stroke[1] - axis.stroke[0] if axis.stroke else None
+    if axis.stroke and start is not None:
+        stroke = 2.0 * min(start - axis.stroke[0], axis.stroke[1] - start)
+        if stroke < LEAST:
+            raise InputError("leaves no room to either side", path="start", value=start,
+                             allowed=f"between {axis.stroke[0]:g} and {axis.stroke[1]:g}, in SI")  # fmt: skip
     if travel is not None and stroke is not None and travel > stroke:
         raise InputError(
             "is more than the stroke of the axis", path="travel", value=travel,

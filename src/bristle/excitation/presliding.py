@@ -19,6 +19,7 @@ __all__ = ["conditioning", "missing", "pieces"]
 PAIRS = 14
 SMALLEST, LARGEST = 0.1, 0.97  # of the pre-sliding amplitude
 COUNTS = 3.0  # of the encoder: no loop is smaller
+FOLLOWED = 0.5  # of the largest loop, by which a controller that follows no closer spoils them all
 SLIDE = 4.0  # times the pre-sliding amplitude: friction is saturated long before
 SLIDE_TIME = 1.5  # [s]
 DECAYING_CYCLES, DECAYED = 5, 0.15
@@ -39,6 +40,12 @@ def missing(limits: MotionLimits) -> str:
             f"the encoder is too coarse: {COUNTS:.0f} of its steps of {limits.in_unit(limits.count, 'length')} are no "
             f"small part of {limits.in_unit(limits.presliding, 'length')}"
         )
+    if limits.followed > FOLLOWED * LARGEST * limits.presliding:
+        return (
+            f"the controller follows such loops no closer than {limits.in_unit(limits.followed, 'length')}, which is "
+            f"no small part of {limits.in_unit(limits.presliding, 'length')}: raise its gains for this motion, or add "
+            "integral action"
+        )
     if limits.travel is not None and limits.travel < 2.0 * SLIDE * limits.presliding:
         return f"it takes a travel of {limits.in_unit(2.0 * SLIDE * limits.presliding, 'length')}"
     return ""
@@ -55,7 +62,7 @@ def pieces(limits: MotionLimits, seconds: float) -> list[ExcitationPiece]:
     """Return the motion, to last about so long [s]."""
     assert limits.presliding is not None
     largest = LARGEST * limits.presliding
-    smallest = max(SMALLEST * limits.presliding, COUNTS * limits.count)
+    smallest = max(SMALLEST * limits.presliding, COUNTS * limits.count, limits.followed)
     # Evenly spaced: most of the time goes to the large loops, which hold most of the force.
     amplitudes = np.linspace(smallest, largest, PAIRS)
     slowest = 2.0 * largest / LEG_TIME

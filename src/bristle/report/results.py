@@ -7,8 +7,10 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from bristle.core.axis import Axis
+from bristle.excitation.moves import moves_of
 from bristle.files.model import write_model
 from bristle.files.motion import write_log, write_motion
+from bristle.files.moves import gcode_of, moves_table
 from bristle.files.results import SUMMARY, Results
 from bristle.files.summary import as_json
 from bristle.files.user_model import code_of
@@ -59,6 +61,9 @@ def write_motion_folder(
     motion = excitation.motion
     signals = {name: getattr(motion, name) for name in ("time", "position", "velocity", "acceleration")}
     write_motion(folder / summary["files"]["motion"], excitation.axis, signals)
+    moves, left_out = moves_of(motion)
+    folder.write(summary["files"]["moves"], moves_table(moves, excitation.axis))
+    folder.write(summary["files"]["program"], gcode_of(moves, excitation.axis, left_out))
     folder.write(summary["files"]["axis"], axis_file.data)
     write_report(folder, report, summary)
 

@@ -1,0 +1,66 @@
+"""A list of moves as files: a table for a motion controller, and a program for an NC."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from bristle.core.axis import Axis
+from bristle.core.units import factor
+from bristle.files.motion import motion_columns
+
+if TYPE_CHECKING:
+    from bristle.excitation.moves import Move
+
+__all__ = ["gcode_of", "moves_table"]
+
+HEADS = ("purpose", "dwell [s]", "position", "velocity", "acceleration")
+NC = {"translational": ("X", "mm", "G21 (mm)"), "rotational": ("A", "deg", "(degrees)")}
+"""By kind of axis the letter of the axis in an NC program, the unit of its positions, and how that is said."""
+
+
+def moves_table(moves: Sequence[Move], axis: Axis) -> str:
+    """Return the moves as comma-separated values, in the units of the axis file.
+
+    Parameters
+    ----------
+    moves : sequence of Move
+        In order, in SI.
+    axis : Axis
+        Whose columns have the units.
+    """
+    heads = {name: head for name, head in motion_columns(axis).items() if name != "time"}
+    lines = [",".join(["purpose", "dwell [s]", *(head for head, _ in heads.values())])]
+    position, velocity, acceleration = (scale for _, scale in heads.values())
+    lines += [
+        f"{one.purpose},{one.dwell:.6g},{one.target / position:.9g},{one.velocity / abs(velocity):.6g},"
+        f"{one.acceleration / abs(acceleration):.6g}"
+        for one in moves
+    ]
+    return "\n".join([*lines, ""])
+
+
+def gcode_of(moves: Sequence[Move], axis: Axis, left_out: Sequence[str]) -> str:
+    """Return the moves as a program for an NC: millimetres and mm/min, or degrees and degrees a minute.
+
+    Parameters
+    ----------
+    moves : sequence of Move
+        In order, in SI.
+    axis : Axis
+        Its kind.
+    left_out : sequence of str
+        Purposes of the motion that are no moves.
+    """
+    letter, unit, said = NC[axis.kind]
+    si = factor(unit, "m" if unit == "mm" else "rad")
+    lines = [
+        "(motion for the identification of friction, written by bristle)",
+        f"(rename the axis {letter} to yours; dwells G4 P are in seconds: some controls take milliseconds)",
+        *(f"(left out, as it is no list of moves: {name})" for name in left_out),
+        f"G90 G94 {said}",
+    ]
+    for one in moves:
+        lines += [f"G4 P{one.dwell:.3f}"] if one.dwell else []
+        lines.append(f"G1 {letter}{one.target / si:.6f} F{60.0 * one.velocity / si:.4f}")
+    return "\n".join([*lines, "M30", ""])
