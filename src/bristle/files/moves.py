@@ -16,7 +16,7 @@ __all__ = ["gcode_of", "moves_table"]
 
 HEADS = ("purpose", "dwell [s]", "position", "velocity", "acceleration")
 NC = {"translational": ("X", "mm", "G21 (mm)"), "rotational": ("A", "deg", "(degrees)")}
-"""By kind of axis the letter of the axis in an NC program, the unit of its positions, and how that is said."""
+"""By kind of axis the letter of the axis in an NC program, the unit of its positions, and what its head says."""
 
 
 def moves_table(moves: Sequence[Move], axis: Axis) -> str:
@@ -33,9 +33,9 @@ def moves_table(moves: Sequence[Move], axis: Axis) -> str:
     lines = [",".join(["purpose", "dwell [s]", *(head for head, _ in heads.values())])]
     position, velocity, acceleration = (scale for _, scale in heads.values())
     lines += [
-        f"{one.purpose},{one.dwell:.6g},{one.target / position:.9g},{one.velocity / abs(velocity):.6g},"
-        f"{one.acceleration / abs(acceleration):.6g}"
-        for one in moves
+        f"{move.purpose},{move.dwell:.6g},{move.target / position:.9g},{move.velocity / abs(velocity):.6g},"
+        f"{move.acceleration / abs(acceleration):.6g}"
+        for move in moves
     ]
     return "\n".join([*lines, ""])
 
@@ -52,15 +52,15 @@ def gcode_of(moves: Sequence[Move], axis: Axis, left_out: Sequence[str]) -> str:
     left_out : sequence of str
         Purposes of the motion that are no moves.
     """
-    letter, unit, said = NC[axis.kind]
+    letter, unit, head = NC[axis.kind]
     si = factor(unit, "m" if unit == "mm" else "rad")
     lines = [
         "(motion for the identification of friction, written by bristle)",
         f"(rename the axis {letter} to yours; dwells G4 P are in seconds: some controls take milliseconds)",
         *(f"(left out, as it is no list of moves: {name})" for name in left_out),
-        f"G90 G94 {said}",
+        f"G90 G94 {head}",
     ]
-    for one in moves:
-        lines += [f"G4 P{one.dwell:.3f}"] if one.dwell else []
-        lines.append(f"G1 {letter}{one.target / si:.6f} F{60.0 * one.velocity / si:.4f}")
+    for move in moves:
+        lines += [f"G4 P{move.dwell:.3f}"] if move.dwell else []
+        lines.append(f"G1 {letter}{move.target / si:.6f} F{60.0 * move.velocity / si:.4f}")
     return "\n".join([*lines, "M30", ""])
