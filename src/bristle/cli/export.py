@@ -45,7 +45,7 @@ def export(
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Write a friction model as files for another world.
+    """Write a friction model, or for c a hysteresis operator, as files for another world.
 
     c: a header, a source that compiles alone, an example, and a self-test that proves that the target gives the same
     bits. Nothing is compiled here, and no compiler is needed. wasm: a module
@@ -58,6 +58,7 @@ def export(
     from bristle.exports.targets import Request, files_for, name_for
     from bristle.files.axis import read_axis
     from bristle.files.model import read_model
+    from bristle.files.operator import holds_operator, read_operator
     from bristle.files.provenance import provenance
     from bristle.files.results import SUMMARY, results_folder
     from bristle.files.summary import as_json as json_text
@@ -68,19 +69,23 @@ def export(
 
     file = content_of(model / "model.toml" if model.is_dir() else model, limit=TOML_LIMIT)
     with results_folder(out, force=force, reads=[file]) as folder, progress("exporting"):
-        _, friction, facts = read_model(file, allow_code=allow_code)
-        admit(friction)
-        source = provenance(context.obj, model=file, code=origins_of_code([base_of(friction.component)]))
+        if holds_operator(file):
+            exported, facts, code = read_operator(file).operator, {"uncertainty": {}, "treatment": {}}, ()
+        else:
+            _, exported, facts = read_model(file, allow_code=allow_code)
+            admit(exported)
+            code = origins_of_code([base_of(exported.component)])
+        source = provenance(context.obj, model=file, code=code)
         request = Request(
-            friction, name_for(name), PERIOD(step, "--step", None), Source(source, facts["uncertainty"]),
-            tunable, float32, None if axis is None else read_axis(axis), _speed(speed, friction, facts["treatment"]),
+            exported, name_for(name), PERIOD(step, "--step", None), Source(source, facts["uncertainty"]),
+            tunable, float32, None if axis is None else read_axis(axis), _speed(speed, exported, facts["treatment"]),
             points,
         )  # fmt: skip
         product = files_for(to, request)
         for file_name, content in product.files.items():
             folder.write(file_name, content)
         summary: dict[str, Any] = {
-            "target": to, "model": friction.name, "files": list(product.files), "notes": list(product.notes),
+            "target": to, "model": exported.name, "files": list(product.files), "notes": list(product.notes),
             "provenance": source,
         }  # fmt: skip
         folder.write(SUMMARY, json_text(summary))

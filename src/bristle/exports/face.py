@@ -39,7 +39,7 @@ class Exported:
 
 
 @guarded(
-    model=model("friction"), to=TEXT, name=TEXT, step=PERIOD, tunable=FLAG, float32=FLAG, force=FLAG,
+    model=model("friction", "hysteresis"), to=TEXT, name=TEXT, step=PERIOD, tunable=FLAG, float32=FLAG, force=FLAG,
     points=whole(2, 1000), speed=amount(Variable("length/time", "largest speed", min=0.0)),
     axis=optional(instance(Axis, "an axis")),
 )  # fmt: skip
@@ -48,14 +48,14 @@ def export(
     float32: bool = False, axis: Axis | None = None, speed: Amount = 0.0, points: int = POINTS,
     source: Source | None = None, force: bool = False,
 ) -> Exported:  # fmt: skip
-    """Write a friction model as files for another world: the same numbers to the bit, wherever the target can hold it.
+    """Write a model as files for another world: the same numbers to the bit, wherever the target can hold it.
 
     Nothing is compiled, and no compiler is needed.
 
     Parameters
     ----------
     model : Model
-        A friction model with parameters.
+        A friction model with parameters; for ``"c"``, a hysteresis operator too.
     to : str
         The target: ``"c"`` is C99 that compiles alone, ``"wasm"`` a module of WebAssembly with the script that loads
         it, ``"table"`` a table of effort over velocity, ``"tf5200"`` one for the CNC of that name.

@@ -133,6 +133,9 @@ def files_for(target: str, request: Request) -> Product:
     if request.single and target not in ONLY_C:
         raise InputError("is not written in single precision", path=target, allowed=", ".join(ONLY_C),
                          mend="Leave float32 out")  # fmt: skip
+    if request.model.component.family == "hysteresis" and target not in ONLY_C:
+        raise InputError("holds no hysteresis operator", path=target, value=request.model.name,
+                         allowed=", ".join(ONLY_C))  # fmt: skip
     return TARGETS[target](request)
 
 
