@@ -70,11 +70,13 @@ def export(
     file = content_of(model / "model.toml" if model.is_dir() else model, limit=TOML_LIMIT)
     with results_folder(out, force=force, reads=[file]) as folder, progress("exporting"):
         if holds_operator(file):
-            exported, facts, code = read_operator(file).operator, {"uncertainty": {}, "treatment": {}}, ()
+            exported, offset, _ = read_operator(file)
+            facts, code = {"uncertainty": {}, "treatment": {}}, ()
+            beside = (f"the constant output beside the operator, {offset:g} in SI, is left out",) if offset else ()
         else:
             _, exported, facts = read_model(file, allow_code=allow_code)
             admit(exported)
-            code = origins_of_code([base_of(exported.component)])
+            code, beside = origins_of_code([base_of(exported.component)]), ()
         source = provenance(context.obj, model=file, code=code)
         request = Request(
             exported, name_for(name), PERIOD(step, "--step", None), Source(source, facts["uncertainty"]),
@@ -85,14 +87,14 @@ def export(
         for file_name, content in product.files.items():
             folder.write(file_name, content)
         summary: dict[str, Any] = {
-            "target": to, "model": exported.name, "files": list(product.files), "notes": list(product.notes),
+            "target": to, "model": exported.name, "files": list(product.files), "notes": [*product.notes, *beside],
             "provenance": source,
         }  # fmt: skip
         folder.write(SUMMARY, json_text(summary))
     if as_json:
         sys.stdout.write(json_text(summary))
     else:
-        for note in product.notes:
+        for note in summary["notes"]:
             say(f"Note: {note}")
     complain(f"wrote {out}: {', '.join(product.files)}")
 
