@@ -1,4 +1,4 @@
-"""Scenes of MuJoCo: what they hold, what they refuse, and, where MuJoCo is installed, that they stick and slip alike."""
+"""Scenes of MuJoCo: what they hold, what they refuse, and, where MuJoCo is installed, that they slip alike."""
 
 import importlib.util
 import xml.etree.ElementTree as ElementTree

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Sequence
 
+from bristle.core.exponent import BITS_OF_ONE, BITS_OF_ROUNDER, INTEGER_IN_LAST_BITS, OF_MANTISSA
 from bristle.exports.types import REAL, TRUTH, VOID, Array, Struct, Type
 
 __all__ = [
@@ -26,6 +28,7 @@ __all__ = [
     "IF",
     "INTEGERS_32",
     "INTEGERS_64",
+    "IN_BITS",
     "LARGEST",
     "LOAD",
     "LOOP",
@@ -127,3 +130,19 @@ class Types:
         if not gives:
             return bytes([EMPTY])
         return bytes([gives[0]]) if len(gives) == 1 else signed_leb(self.index((), gives))
+
+
+def _bits_and(*codes: int | bytes) -> bytes:
+    """Return the instructions that take a number to its bits, do something, and take the bits back."""
+    inner = b"".join(code if isinstance(code, bytes) else bytes([code]) for code in codes)
+    return bytes([REINTERPRET_TO_I64]) + inner + bytes([REINTERPRET_TO_F64])
+
+
+_CONSTANT, _BITS = b"\x44" + struct.pack("<d", INTEGER_IN_LAST_BITS), b"\x42"
+IN_BITS = {
+    "power_of_two": _CONSTANT + bytes([REALS["+"]]) + _bits_and(_BITS + signed_leb(52), SHIFT_LEFT),
+    "mantissa": _bits_and(_BITS + signed_leb(OF_MANTISSA), AND, _BITS + signed_leb(BITS_OF_ONE), OR),
+    "exponent": _bits_and(_BITS + signed_leb(52), SHIFT_RIGHT, _BITS + signed_leb(BITS_OF_ROUNDER), OR)
+    + _CONSTANT + bytes([REALS["-"]]),
+}  # fmt: skip
+"""Instructions for the parts of a number, as `bristle.core.exponent` reads them."""

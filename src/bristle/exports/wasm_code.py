@@ -9,7 +9,6 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 
-from bristle.core.exponent import BITS_OF_ONE, BITS_OF_ROUNDER, INTEGER_IN_LAST_BITS, OF_MANTISSA
 from bristle.exports.scope import NotExportableError
 from bristle.exports.tree import (
     Assign,
@@ -41,7 +40,6 @@ from bristle.exports.tree import (
 )
 from bristle.exports.types import INTEGER, REAL, TRUTH, VOID, Struct
 from bristle.exports.wasm_binary import (
-    AND,
     BLOCK,
     BR,
     BR_IF,
@@ -58,6 +56,7 @@ from bristle.exports.wasm_binary import (
     I32,
     I64,
     IF,
+    IN_BITS,
     INTEGERS_32,
     INTEGERS_64,
     LARGEST,
@@ -65,17 +64,12 @@ from bristle.exports.wasm_binary import (
     LOOP,
     NEGATE,
     ONE_NUMBER,
-    OR,
     REAL_FROM_32,
     REAL_FROM_64,
     REALS,
-    REINTERPRET_TO_F64,
-    REINTERPRET_TO_I64,
     RETURN,
     SELECT,
     SET,
-    SHIFT_LEFT,
-    SHIFT_RIGHT,
     STORE,
     TEE,
     TRUNCATE_32,
@@ -377,19 +371,9 @@ class Code:
             self._emit(REALS[">"])
 
     def _in_bits(self, name: str) -> None:
-        if name == "power_of_two":
-            self._real(INTEGER_IN_LAST_BITS)
-            self._emit(REALS["+"], REINTERPRET_TO_I64, 0x42, signed_leb(52), SHIFT_LEFT, REINTERPRET_TO_F64)
-        elif name == "mantissa":
-            self._emit(REINTERPRET_TO_I64, 0x42, signed_leb(OF_MANTISSA), AND, 0x42, signed_leb(BITS_OF_ONE), OR)
-            self._emit(REINTERPRET_TO_F64)
-        elif name == "exponent":
-            self._emit(REINTERPRET_TO_I64, 0x42, signed_leb(52), SHIFT_RIGHT, 0x42, signed_leb(BITS_OF_ROUNDER), OR)
-            self._emit(REINTERPRET_TO_F64)
-            self._real(INTEGER_IN_LAST_BITS)
-            self._emit(REALS["-"])
-        else:
+        if name not in IN_BITS:
             raise NotExportableError(self.function.source, None, f"{name} of whole numbers")
+        self._emit(IN_BITS[name])
 
 
 def _offset(kind: Struct, name: str, integer: int) -> int:
