@@ -6,6 +6,9 @@ from pathlib import Path
 import pytest
 from tests.cli.conftest import written_in
 
+import bristle as br
+from bristle.files.operator import write_operator
+
 
 def test_c_of_a_model_file(bristle, place):
     found = bristle("export", "model.toml", "--to", "c", "--name", "knee", "--step", "1ms", "--out", "knee", "--json")
@@ -45,3 +48,12 @@ def test_what_cannot_be_written_is_refused(bristle, place, arguments, words):
     assert found.code == 2
     assert words in found.err.replace("\n", " ")
     assert not Path("out").exists()
+
+
+def test_an_operator_leaves_without_its_constant(bristle, place):
+    write_operator("operator.toml", br.hysteresis.preisach(s=1e7, f_p=20.0), offset=1.5)
+    found = bristle("export", "operator.toml", "--to", "c", "--out", "as_c")
+    assert found.code == 0
+    assert "constant output beside the operator, 1.5 in SI, is left out" in found.out.replace("\n", " ")
+    assert "axis_x_output(axis_x *axis, double x)" in Path("as_c/axis_x.h").read_text()
+    assert bristle("export", "operator.toml", "--to", "wasm", "--out", "other").code == 2

@@ -11,6 +11,18 @@ import bristle as br
 COMPILER = shutil.which("cc") or shutil.which("gcc")
 WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-pedantic", "-Werror")
 FLAGS = ("-std=c99", "-ffp-contract=off")
+RUN_OPERATOR = """
+#include "{name}.h"
+void run_{name}(const double *x, int count, double dt, double *output)
+{{
+    static {name} axis;
+    (void)dt;
+    {name}_start(&axis);
+    for (int i = 0; i < count; ++i) {{
+        output[i] = {name}_output(&axis, x[i]);
+    }}
+}}
+"""
 RUN = """
 #include "{name}.h"
 void run_{name}(const double *x, int count, double dt, double *force)
@@ -32,7 +44,8 @@ class Native:
         sources = []
         for name, model in models.items():
             br.export(model, "c", folder / f"out_{name}", name=name, **options)
-            (folder / f"run_{name}.c").write_text(RUN.format(name=name))
+            run = RUN_OPERATOR if model.component.family == "hysteresis" else RUN
+            (folder / f"run_{name}.c").write_text(run.format(name=name))
             sources += [f"out_{name}/{name}.c", f"run_{name}.c"]
         includes = [f"-Iout_{name}" for name in models]
         library = folder / "models.so"

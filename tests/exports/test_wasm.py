@@ -11,7 +11,7 @@ from tests.exports.native import differing, walk
 import bristle as br
 from bristle.exports.subject import subject_of
 from bristle.exports.wasm import module_of
-from bristle.exports.wasm_code import leb, signed_leb
+from bristle.exports.wasm_binary import leb, signed_leb
 from bristle.friction import MODELS, with_slots
 from bristle.testing import example_of
 

@@ -26,10 +26,11 @@ def export(
     model: Annotated[
         Path, typer.Argument(metavar="MODEL.toml|RESULTS", help="A model file, or results of identify with one.")
     ],
-    to: Annotated[str, typer.Option("--to", metavar="TARGET", help="c, wasm, table or tf5200.")],
+    to: Annotated[str, typer.Option("--to", metavar="TARGET", help="c, wasm, table, tf5200 or mjcf.")],
     out: Annotated[
         Path, typer.Option("--out", metavar="DIR", parser=folder_named, help="Write the files into this new folder.")
     ],
+    *,
     name: Annotated[str, typer.Option(metavar="NAME", help="What files and functions are called.")] = "axis_x",
     step: Annotated[
         str, typer.Option(metavar="TIME", help="Time step of the self-test and of the example.")
@@ -45,12 +46,13 @@ def export(
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Write a friction model as files for another world.
+    """Write a friction model, or for c a hysteresis operator, as files for another world.
 
     c: a header, a source that compiles alone, an example, and a self-test that proves that the target gives the same
     bits. Nothing is compiled here, and no compiler is needed. wasm: a module
     and the script that loads it, for a browser or node. table: effort over velocity, CSV, in the units of the log
-    that AXIS.toml describes. tf5200: the same for the friction compensation of a Beckhoff TF5200 CNC.
+    that AXIS.toml describes. tf5200: the same for the friction compensation of a Beckhoff TF5200 CNC. mjcf: a scene of
+    MuJoCo with what it has of friction.
     """
     from bristle.core.content import content_of
     from bristle.exports.described import Source
@@ -58,6 +60,7 @@ def export(
     from bristle.exports.targets import Request, files_for, name_for
     from bristle.files.axis import read_axis
     from bristle.files.model import read_model
+    from bristle.files.operator import holds_operator, read_operator
     from bristle.files.provenance import provenance
     from bristle.files.results import SUMMARY, results_folder
     from bristle.files.summary import as_json as json_text
@@ -68,26 +71,34 @@ def export(
 
     file = content_of(model / "model.toml" if model.is_dir() else model, limit=TOML_LIMIT)
     with results_folder(out, force=force, reads=[file]) as folder, progress("exporting"):
-        _, friction, facts = read_model(file, allow_code=allow_code)
-        admit(friction)
-        source = provenance(context.obj, model=file, code=origins_of_code([base_of(friction.component)]))
+        if holds_operator(file):
+            exported, offset, _ = read_operator(file)
+            plant = None
+            facts, code = {"uncertainty": {}, "treatment": {}}, ()
+            beside = (f"the constant output beside the operator, {offset:g} in SI, is left out",) if offset else ()
+        else:
+            plant, exported, facts = read_model(file, allow_code=allow_code)
+            admit(exported)
+            code, beside = origins_of_code([base_of(exported.component)]), ()
+        source = provenance(context.obj, model=file, code=code)
         request = Request(
-            friction, name_for(name), PERIOD(step, "--step", None), Source(source, facts["uncertainty"]),
-            tunable, float32, None if axis is None else read_axis(axis), _speed(speed, friction, facts["treatment"]),
+            exported, name_for(name), PERIOD(step, "--step", None), Source(source, facts["uncertainty"]),
+            tunable, float32, None if axis is None else read_axis(axis), _speed(speed, exported, facts["treatment"]),
             points,
+            1.0 if plant is None else float(plant.values.get("M", 1.0)),
         )  # fmt: skip
         product = files_for(to, request)
         for file_name, content in product.files.items():
             folder.write(file_name, content)
         summary: dict[str, Any] = {
-            "target": to, "model": friction.name, "files": list(product.files), "notes": list(product.notes),
+            "target": to, "model": exported.name, "files": list(product.files), "notes": [*product.notes, *beside],
             "provenance": source,
         }  # fmt: skip
         folder.write(SUMMARY, json_text(summary))
     if as_json:
         sys.stdout.write(json_text(summary))
     else:
-        for note in product.notes:
+        for note in summary["notes"]:
             say(f"Note: {note}")
     complain(f"wrote {out}: {', '.join(product.files)}")
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE
-from bristle.core.variable import variables_of
+from bristle.core.variable import unit_of, variables_of
 from bristle.exports.c_code import Printer, number, wrapped
 from bristle.exports.c_helpers import helpers_text
 from bristle.exports.described import Source, parameter_table, plain
@@ -28,6 +28,8 @@ from bristle.exports.walk import COUNT, FACTOR, PART, RESTS, SEED, TERM, hash_of
 __all__ = ["FLAGS", "CFiles", "c_files"]
 
 FLAGS = "-std=c99 -ffp-contract=off"
+TITLES = {False: "Friction of an axis", True: "Hysteresis operator"}
+TRIAL = {False: ("state", "memory", "motion", "dt", "p"), True: ("state", "memory", "input", "p")}
 VELOCITY = {"double": "(x - axis->position) / dt", "float": "(float)(x - axis->position) / (float)dt"}
 CHECKPOINT = 25  # steps between two forces that single precision is compared with
 EXAMPLE_PERIOD, EXAMPLE_LINES, EXAMPLE_STROKE = 1.0, 20, 1e-3
@@ -78,16 +80,18 @@ class CFiles:
     def _facts(self) -> dict[str, Any]:
         subject, model = self.subject, self.subject.model
         tuned = tunable_of(model) if self.tunable else None
-        printer = Printer(subject.unit, self.scalar, [subject.state, subject.motion, subject.move, subject.parameters])
+        around = [subject.state, subject.move, subject.parameters] + ([] if subject.is_operator else [subject.motion])
+        printer = Printer(subject.unit, self.scalar, around)
         definitions = printer.definitions()
         step = self._step(printer, tuned)
         helpers = helpers_text(printer.helpers, self.scalar, printer.integer)
         component = model.component
         return {
             "name": self.name, "guard": self.name.upper(), "version": version(), "flags": FLAGS,
-            "title": plain(f"Friction of an axis: {model.name}"), "description": plain(component.description) + ".",
+            "title": plain(f"{TITLES[subject.is_operator]}: {model.name}"), "operator": subject.is_operator,
+            "description": plain(component.description) + ".",
             "facts": self.source.lines, "table": parameter_table(model, self.source).rstrip(),
-            "unit_x": self._unit("length"), "unit_force": self._unit("force"), "scalar": self.scalar,
+            "unit_x": self._unit("length", "input"), "unit_force": self._unit("force", "output"), "scalar": self.scalar,
             "state": self._state_lines(printer), "memory": subject.memory_size, "signals": subject.signals,
             "parameters": tuned.declared(self.scalar, model) if tuned else [],
             "definitions": definitions, "helpers": helpers, "data": self._data(printer, tuned), "step": step,
@@ -98,10 +102,10 @@ class CFiles:
             "tunable": self.tunable, "steps": self.steps, "model": model.name,
         }  # fmt: skip
 
-    def _unit(self, quantity: str) -> str:
-        from bristle.core.variable import unit_of
-
-        return unit_of(quantity, self.subject.model.kind)
+    def _unit(self, quantity: str, of_operator: str) -> str:
+        model = self.subject.model
+        quantity = getattr(model.component, of_operator) if self.subject.is_operator else quantity
+        return unit_of(quantity, model.kind)
 
     # --- what the structure of the axis holds ---------------------------------------------------------------------
 
@@ -127,16 +131,18 @@ class CFiles:
     def _step(self, printer: Printer, tuned: Tunable | None) -> list[str]:
         subject, cast = self.subject, "" if self.scalar == "double" else "(float)"
         around = ["load", "temperature"] if subject.signals else [repr(NOMINAL_LOAD), repr(NOMINAL_TEMPERATURE)]
-        motion = ["velocity", f"{cast}x", *(f"{cast}{text}" for text in around)]
+        values = f"{{{', '.join(['velocity', f'{cast}x', *(f'{cast}{text}' for text in around)])}}}"
+        motion = "" if subject.is_operator else f"const {printer.named(subject.motion, 'motion')} = {values};"
         state = ", ".join(f"axis->state.{printer.names.variable(name)}" for name, _ in subject.state.fields) or "0"
         handed = {
             "state": ("state", f"const {printer.named(subject.state, 'state')} = {{{state}}};"),
-            "motion": ("motion", f"const {printer.named(subject.motion, 'motion')} = {{{', '.join(motion)}}};"),
+            "motion": ("motion", motion),
             "p": ("p", f"const {printer.named(subject.parameters, 'p')} = assembled(&axis->parameters);")
             if tuned else ("parameters", ""),
-            "memory": ("axis->memory", ""), "dt": (f"{cast}dt", ""), "move": ("step.part_1", ""),
+            "memory": ("axis->memory", ""), "input": (f"{cast}x", ""), "dt": (f"{cast}dt", ""),
+            "move": ("step.part_1", ""),
         }  # fmt: skip
-        trial, arguments = _call(subject.trial, ("state", "memory", "motion", "dt", "p"), handed)
+        trial, arguments = _call(subject.trial, TRIAL[subject.is_operator], handed)
         commit, also = _call(subject.commit, ("state", "memory", "move", "p"), handed)
         commits = bool(subject.state.fields) or subject.commit.writes
         needed = {*arguments, *also} if commits else set(arguments)
@@ -199,7 +205,8 @@ class CFiles:
 
     def _walked(self) -> dict[str, Any]:
         walk = walk_of(self.subject, self.dt)
-        forces = self.subject.forces(walk.positions(self.steps), self.dt)
+        x, subject = walk.positions(self.steps), self.subject
+        forces = subject.outputs(x) if subject.is_operator else subject.forces(x, self.dt)
         digest = hash_of(forces)
         return {
             "count": self.steps, "scales": [repr(scale) for scale in walk.scales], "seed": SEED, "factor": FACTOR,

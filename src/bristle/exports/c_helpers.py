@@ -101,7 +101,7 @@ def helpers_text(names: Collection[str], scalar: str, integer: str) -> str:
     """Return the helpers that are names for."""
     width = WIDTH[scalar]
     facts = {
-        "scalar": scalar, "whole": integer, "width": width, "largest": LARGEST[scalar], "root": ROOT[scalar],
+        "scalar": scalar, "integer": integer, "width": width, "largest": LARGEST[scalar], "root": ROOT[scalar],
         "unsigned": f"UINT{width}_C", "top": f"0x{1 << (width - 1):X}", **BITS[scalar],
     }  # fmt: skip
     chosen = {"bits", *names} if any(name in names for name in IN_BITS) else set(names)

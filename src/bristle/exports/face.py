@@ -39,26 +39,27 @@ class Exported:
 
 
 @guarded(
-    model=model("friction"), to=TEXT, name=TEXT, step=PERIOD, tunable=FLAG, float32=FLAG, force=FLAG,
+    model=model("friction", "hysteresis"), to=TEXT, name=TEXT, step=PERIOD, tunable=FLAG, float32=FLAG, force=FLAG,
     points=whole(2, 1000), speed=amount(Variable("length/time", "largest speed", min=0.0)),
-    axis=optional(instance(Axis, "an axis")),
+    axis=optional(instance(Axis, "an axis")), mass=amount(Variable("mass", "moving mass or inertia", min=0.0)),
 )  # fmt: skip
 def export(
     model: Model, to: str, out: str | os.PathLike[str], *, name: str = NAME, step: Amount = STEP, tunable: bool = False,
-    float32: bool = False, axis: Axis | None = None, speed: Amount = 0.0, points: int = POINTS,
+    float32: bool = False, axis: Axis | None = None, speed: Amount = 0.0, points: int = POINTS, mass: Amount = 1.0,
     source: Source | None = None, force: bool = False,
 ) -> Exported:  # fmt: skip
-    """Write a friction model as files for another world: the same numbers to the bit, wherever the target can hold it.
+    """Write a model as files for another world: the same numbers to the bit, wherever the target can hold it.
 
     Nothing is compiled, and no compiler is needed.
 
     Parameters
     ----------
     model : Model
-        A friction model with parameters.
+        A friction model with parameters; for ``"c"``, a hysteresis operator too.
     to : str
         The target: ``"c"`` is C99 that compiles alone, ``"wasm"`` a module of WebAssembly with the script that loads
-        it, ``"table"`` a table of effort over velocity, ``"tf5200"`` one for the CNC of that name.
+        it, ``"table"`` a table of effort over velocity, ``"tf5200"`` one for the CNC of that name,
+        ``"mjcf"`` a scene of MuJoCo.
     out : path-like
         The new folder to write into; its parent must exist.
     name : str
@@ -75,6 +76,8 @@ def export(
         Largest speed of a table [m/s or rad/s].
     points : int
         Entries of a table for each direction, at most.
+    mass : float or str
+        What the scene moves [kg or kg*m^2].
     source : Source, optional
         Where the values come from, for the comments.
     force : bool
@@ -102,7 +105,16 @@ def export(
     from bristle.files.results import results_folder
 
     request = Request(
-        model, name_for(name), float(step), source or Source(), tunable, float32, axis, float(speed), points
+        model,
+        name_for(name),
+        float(step),
+        source or Source(),
+        tunable,
+        float32,
+        axis,
+        float(speed),
+        points,
+        float(mass),
     )
     with results_folder(out, force=force) as folder:
         product = files_for(to, request)

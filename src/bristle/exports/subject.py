@@ -1,7 +1,8 @@
-"""What is exported: a friction model with its parameters, as functions of the tree and the data around them."""
+"""What is exported: a friction model or a hysteresis operator, as functions of the tree and the data around them."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -58,6 +59,26 @@ class Subject:
         causes = {variable.excitation for variable in self.model.component.variables.values()}
         return tuple(name for name in ("load", "temperature") if name in causes)
 
+    @property
+    def is_operator(self) -> bool:
+        """Whether it is a hysteresis operator, which knows no time."""
+        return self.model.component.family == "hysteresis"
+
+    def outputs(self, u: np.ndarray) -> np.ndarray:
+        """Return what an operator gives at each input by the kernels as they stand; the last one where it gives none.
+
+        An inverse has no output beyond saturation: the target holds the last one there, and stays where it is.
+        """
+        component, p, state = self.model.component, self.model.parameters, self.virgin
+        memory, last = component.new_memory(p), 0.0
+        outputs = np.zeros(len(u))
+        for k, value in enumerate(u.tolist()):
+            output, move = component.trial(state, memory, value, p)
+            if math.isfinite(output):
+                state, last = component.commit(state, memory, move, p), output
+            outputs[k] = last
+        return outputs
+
     def forces(self, x: np.ndarray, dt: float) -> np.ndarray:
         """Return the force at each sample by the kernels as they stand: nothing is compiled."""
         component, p, state = self.model.component, self.model.parameters, self.virgin
@@ -72,12 +93,12 @@ class Subject:
 
 
 def subject_of(model: Model, constants: dict[tuple[str, float], float] | None = None) -> Subject:
-    """Return a friction model as functions of the tree.
+    """Return a friction model, or a hysteresis operator, as functions of the tree.
 
     Parameters
     ----------
     model : Model
-        A friction model with parameters.
+        A friction model or a hysteresis operator, with parameters.
     constants : mapping, optional
         Constants of modules that another arithmetic needs in place of others (`Builder`).
 
@@ -95,7 +116,8 @@ def subject_of(model: Model, constants: dict[tuple[str, float], float] | None = 
     state = _struct(type_of(component.initial_state(model.parameters)))
     motion = struct_of(Motion, [REAL] * len(Motion._fields))
     size = component.memory_size(model.parameters)
-    trial = builder.function(component.trial, [state, Array(size), motion, REAL, parameters])
+    inputs = [REAL] if component.family == "hysteresis" else [motion, REAL]
+    trial = builder.function(component.trial, [state, Array(size), *inputs, parameters])
     move = _move_of(trial.result, component.trial)
     commit = builder.function(component.commit, [state, Array(size, writable=True), move, parameters])
     if commit.result != state:

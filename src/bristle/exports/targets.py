@@ -41,6 +41,8 @@ class Request:
         Largest speed of a table [m/s or rad/s].
     points : int
         Entries of a table for each direction, at most.
+    mass : float
+        What a scene moves [kg or kg*m^2].
     """
 
     model: Model
@@ -52,6 +54,7 @@ class Request:
     axis: Axis | None = None
     speed: float = 0.0
     points: int = 20
+    mass: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -111,7 +114,16 @@ def _tf5200(request: Request) -> Product:
     return Product({f"{request.name}.txt": tf5200_text(request.model, mean, scale, notes, request.source.lines)}, notes)
 
 
-TARGETS: dict[str, Callable[[Request], Product]] = {"c": _c, "wasm": _wasm, "table": _table, "tf5200": _tf5200}
+def _mjcf(request: Request) -> Product:
+    from bristle.exports.mjcf import mjcf_notes, mjcf_text
+
+    text = mjcf_text(request.model, request.name, request.source, request.mass)
+    return Product({f"{request.name}.xml": text}, mjcf_notes(request.model))
+
+
+TARGETS: dict[str, Callable[[Request], Product]] = {
+    "c": _c, "wasm": _wasm, "table": _table, "tf5200": _tf5200, "mjcf": _mjcf,
+}  # fmt: skip
 """What writes each target."""
 ONLY_C = ("c",)
 
@@ -133,6 +145,9 @@ def files_for(target: str, request: Request) -> Product:
     if request.single and target not in ONLY_C:
         raise InputError("is not written in single precision", path=target, allowed=", ".join(ONLY_C),
                          mend="Leave float32 out")  # fmt: skip
+    if request.model.component.family == "hysteresis" and target not in ONLY_C:
+        raise InputError("holds no hysteresis operator", path=target, value=request.model.name,
+                         allowed=", ".join(ONLY_C))  # fmt: skip
     return TARGETS[target](request)
 
 

@@ -6,6 +6,7 @@ the steps has a product in each, so that a compiler which contracts ``a + b * c`
 
 from __future__ import annotations
 
+import math
 import struct
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -34,6 +35,7 @@ SCALES = (0.05, 0.5, 5.0, 50.0)
 """The longest steps of each part of the walk, over the distance at which pre-sliding ends."""
 PART, RESTS = 125, 16  # steps of one scale on end; one step in so many has length 0
 FNV_OFFSET, FNV_PRIME = 0xCBF29CE484222325, 0x100000001B3
+FARTHEST = {False: 1.0, True: 1e6}  # input of an operator: a force of an inverse, a field of a magnet
 USUAL, SLOW = 1e-6, 1e6  # distance of a model without pre-sliding [m or rad]; duration of a step without viscosity [s]
 
 
@@ -83,10 +85,12 @@ def _presliding_distance(subject: Subject) -> float:
     """Return over which distance a virgin contact, moved slowly, reaches half of its largest force [m or rad]."""
     component, p, state = subject.model.component, subject.model.parameters, subject.virgin
     memory, forces, at = component.new_memory(p), [], 0.0
-    farther = np.geomspace(1e-12, 1.0, 120)
+    farther = np.geomspace(1e-12, FARTHEST[subject.is_operator], 120)
     for x in farther.tolist():
-        motion = Motion((x - at) / SLOW, x)
-        force, move = component.trial(state, memory, motion, SLOW, p)
+        inputs = (x,) if subject.is_operator else (Motion((x - at) / SLOW, x), SLOW)
+        force, move = component.trial(state, memory, *inputs, p)
+        if not math.isfinite(force):
+            break
         state, at = component.commit(state, memory, move, p), x
         forces.append(abs(force))
     reached = np.array(forces) >= 0.5 * max(forces)

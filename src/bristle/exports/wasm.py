@@ -22,7 +22,8 @@ from bristle.exports.rendering import rendered, version
 from bristle.exports.subject import Subject
 from bristle.exports.tunable import tunable_of
 from bristle.exports.types import REAL, Array, Struct, Type
-from bristle.exports.wasm_code import CALL, END, F64, GET, I32, I64, LOAD, Code, Types, flat, leb, signed_leb, vector
+from bristle.exports.wasm_binary import CALL, END, F64, GET, I32, I64, LOAD, Types, flat, leb, signed_leb, vector
+from bristle.exports.wasm_code import Code
 
 __all__ = ["Module", "module_of", "wasm_files"]
 

@@ -23,45 +23,12 @@ from bristle.exports.scope import NotExportableError
 from bristle.exports.subject import kernels_of
 from bristle.friction import find
 from bristle.plants import inertia
+from bristle.testing.check import Check
 
 __all__ = ["CHECKS", "Check", "check_model", "example_of"]
 
 SEED = 20260
 Demand = Callable[[Model], Any]
-
-
-@dataclass(frozen=True)
-class Check:
-    """One demand of the contract: whether the model meets it, what was seen, and what to do.
-
-    Parameters
-    ----------
-    name : str
-        The demand.
-    passed : bool
-        Whether it is met; a demand that does not apply is.
-    detail : str
-        What was seen, in words.
-    advice : str
-        What to change where it is not met.
-    applies : bool
-        Whether the model has what the demand is about.
-    value : float or None
-        What was measured; None where nothing was, or where the check stopped before.
-    unit : str
-        Unit of value and threshold; ``"1"`` is a ratio or a count.
-    threshold : float or None
-        What the value is compared with.
-    """
-
-    name: str
-    passed: bool
-    detail: str = ""
-    advice: str = ""
-    applies: bool = True
-    value: float | None = None
-    unit: str | None = None
-    threshold: float | None = None
 
 
 @dataclass(frozen=True)

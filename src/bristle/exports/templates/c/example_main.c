@@ -1,4 +1,4 @@
-/* How {{ name }} is called: once in every cycle of the drive, here {{ rate }} Hz, with the position that is measured or desired.
+/* How {{ name }} is called: once in every cycle of the drive, here {{ rate }} Hz, with {% if operator %}its input{% else %}the position that is measured or desired{% endif %}.
    On a target this loop is the interrupt of the cycle, and `position` reads an encoder. */
 
 #include "{{ name }}.h"
@@ -22,10 +22,11 @@ int main(void)
     {{ name }}_start(&axis);
     for (unsigned cycle = 0; cycle < {{ 2 * cycles }}U; ++cycle) {
         const double x = position(cycle);
-        const double friction = {{ name }}_force(&axis, x, CYCLE);
+{% if operator %}        const double friction = {{ name }}_output(&axis, x);
+{% else %}        const double friction = {{ name }}_force(&axis, x, CYCLE);
         /* Add `friction` to the effort that the controller commands: it is what the motion up to here took. */
-        if (cycle % {{ every }}U == 0U) {
-            printf("%.4f s  x = %.3e {{ unit_x }}  friction = %.4f {{ unit_force }}\n", cycle * CYCLE, x, friction);
+{% endif %}        if (cycle % {{ every }}U == 0U) {
+            printf("%.4f s  x = %.3e {{ unit_x }}  {% if operator %}output{% else %}friction{% endif %} = %.4g {{ unit_force }}\n", cycle * CYCLE, x, friction);
         }
     }
     return axis.flags;

@@ -19,8 +19,8 @@ extern "C" {
 #endif
 
 /* What may be in `flags`; each stays until you clear it. */
-#define {{ guard }}_REFUSED 1  /* a position or a step was no finite number: the last output was held */
-#define {{ guard }}_OVERFLOW 2 /* the force was no finite number: the last output was held */
+#define {{ guard }}_REFUSED 1  /* what came in was no finite number: the last output was held */
+#define {{ guard }}_OVERFLOW 2 /* what was to go out was no finite number: the last output was held */
 {% if parameters %}
 /* Parameters that may be changed between two calls; `{{ name }}_start` sets those that were exported. */
 typedef struct {
@@ -28,9 +28,9 @@ typedef struct {
 {% endfor %}} {{ name }}_parameters;
 {% endif %}
 typedef struct {{ name }} {
-    double position; /* last position taken [{{ unit_x }}] */
-    double force;    /* last force given [{{ unit_force }}] */
-    int32_t begun;   /* whether there was a first position */
+    double position; /* last {% if operator %}input{% else %}position{% endif %} taken [{{ unit_x }}] */
+    double force;    /* last {% if operator %}output{% else %}force{% endif %} given [{{ unit_force }}] */
+    int32_t begun;   /* whether there was one */
     int32_t flags;   /* {{ guard }}_REFUSED, {{ guard }}_OVERFLOW, or 0 */
 {% if state %}    struct {
 {% for line in state %}        {{ line }}
@@ -42,13 +42,15 @@ typedef struct {{ name }} {
 /* Bytes that `{{ name }}_save` writes. */
 #define {{ guard }}_SAVED {{ saved }}
 
-/* Begin anew: a virgin contact, no position yet. Call it before anything else. */
+/* Begin anew: a virgin contact, nothing came yet. Call it before anything else. */
 void {{ name }}_start({{ name }} *axis);
 
-/* The mean friction force [{{ unit_force }}] of the step that ends at the position `x` [{{ unit_x }}], `dt` [s] after the last call; positive
+{% if operator %}/* The output [{{ unit_force }}] at the input `x` [{{ unit_x }}], reached in one move from the last one; the first one from 0. */
+double {{ name }}_output({{ name }} *axis, double x);
+{% else %}/* The mean friction force [{{ unit_force }}] of the step that ends at the position `x` [{{ unit_x }}], `dt` [s] after the last call; positive
    when it opposes a motion to larger `x`. The first call sets where the axis is, and gives 0. */
 double {{ name }}_force({{ name }} *axis, double x, double dt);
-{% if signals %}
+{% endif %}{% if signals %}
 /* The same under a normal load over its nominal value, and at a temperature [K]. */
 double {{ name }}_force_at({{ name }} *axis, double x, double dt, double load, double temperature);
 {% endif %}

@@ -28,8 +28,8 @@ int main(void)
     static const double scales[{{ scales | length }}] = { {{- scales | join(', ') -}} };
     static {{ name }} axis, copy;
     static unsigned char saved[{{ guard }}_SAVED];
-    const double dt = {{ dt }};
-{% if tolerance %}    /* Forces of bristle in double precision; {{ tolerance }} of the largest one may be missed in single precision. */
+{% if not operator %}    const double dt = {{ dt }};
+{% endif %}{% if tolerance %}    /* Forces of bristle in double precision; {{ tolerance }} of the largest one may be missed in single precision. */
     static const double expected[] = { {{- checkpoints | join(', ') -}} };
     double worst = 0.0;
 {% else %}    const double expected_last = {{ last }};
@@ -44,7 +44,7 @@ int main(void)
                 x = x + ((double)(bits >> 16U) - 32768.0) * scales[(k / {{ part }}U) % {{ scales | length }}U];
             }
         }
-        force = {{ name }}_force(&axis, x, dt);
+        force = {% if operator %}{{ name }}_output(&axis, x){% else %}{{ name }}_force(&axis, x, dt){% endif %};
         hash = hashed(hash, force);
 {% if tolerance %}        if (k % {{ every }}U == 0U) {
             const double miss = force > expected[k / {{ every }}U] ? force - expected[k / {{ every }}U] : expected[k / {{ every }}U] - force;
@@ -56,7 +56,7 @@ int main(void)
             if (!{{ name }}_load(&copy, saved, sizeof saved)) {
                 return fails("what was saved is refused");
             }
-        } else if (k > COUNT / 2U && {{ name }}_force(&copy, x, dt) != force) {
+        } else if (k > COUNT / 2U && {% if operator %}{{ name }}_output(&copy, x){% else %}{{ name }}_force(&copy, x, dt){% endif %} != force) {
             return fails("goes on differently from what was saved");
         }
     }
@@ -70,7 +70,7 @@ int main(void)
         printf("expected {{ hash_text }}, last force %.17g\n", expected_last);
         return fails("other bits: is -ffp-contract=off given?");
     }
-{% endif %}    if ({{ name }}_force(&axis, force / (force - force), dt) != force || axis.flags != {{ guard }}_REFUSED) {
+{% endif %}    if ({% if operator %}{{ name }}_output(&axis, force / (force - force)){% else %}{{ name }}_force(&axis, force / (force - force), dt){% endif %} != force || (axis.flags & {{ guard }}_REFUSED) == 0) {
         return fails("a position that is no number is not held off");
     }
     saved[sizeof saved / 2U] ^= 4U;

@@ -33,7 +33,18 @@ void {{ name }}_start({{ name }} *axis)
     }
 {% endif %}}
 
-static inline double advanced({{ name }} *axis, double x, double dt{% if signals %}, double load, double temperature{% endif %})
+{% if operator %}double {{ name }}_output({{ name }} *axis, double x)
+{
+    if (!is_finite(x)) {
+        axis->flags |= {{ guard }}_REFUSED;
+        return axis->force;
+    }
+    axis->begun = 1;
+{% for line in step %}    {{ line }}
+{% endfor %}    axis->position = x;
+    return axis->force;
+}
+{% else %}static inline double advanced({{ name }} *axis, double x, double dt{% if signals %}, double load, double temperature{% endif %})
 {
     if (!axis->begun && is_finite(x)) {
         axis->position = x;
@@ -59,7 +70,7 @@ double {{ name }}_force_at({{ name }} *axis, double x, double dt, double load, d
 {
     return advanced(axis, x, dt, load, temperature);
 }
-{% endif %}
+{% endif %}{% endif %}
 static uint64_t digest(const unsigned char *bytes, size_t size)
 {
     uint64_t value = UINT64_C(0xCBF29CE484222325);

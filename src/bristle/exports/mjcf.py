@@ -1,0 +1,121 @@
+"""MJCF: a friction model as MuJoCo has it, in a scene that runs.
+
+MuJoCo knows LuGre, dry friction of a joint and damping, and no other friction. What it integrates LuGre with decides
+how exact it is, so that the scene says it.
+"""
+
+from __future__ import annotations
+
+import math
+
+from bristle.core.contracts import Model
+from bristle.core.errors import InputError
+from bristle.exports.described import Source, parameter_table, plain
+from bristle.exports.rendering import version
+from bristle.friction import base_of
+from bristle.friction.slots import directional, variations_of
+
+__all__ = ["MODELS_OF_MUJOCO", "mjcf_notes", "mjcf_text"]
+
+MODELS_OF_MUJOCO = ("lugre", "coulomb", "viscous", "coulomb_viscous")
+STEP = 1e-4  # [s]
+TEXT = """<!-- Friction of an axis: {model}. Written by bristle {version}.
+{facts}
+{table}
+
+The integrator is Euler: it treats the bristles of LuGre as exactly as their step allows. implicitfast takes the damping
+of the joint to the end of the step and the bristles not; in stick-slip it erred forty times as much at the same step.
+Take a step that is short beside what the bristles need, {time:.2g} s.
+-->
+<mujoco model="{name}">
+  <compiler angle="radian"/>
+  <option timestep="{step}" integrator="Euler" gravity="0 0 0"/>
+  <worldbody>
+    <body name="{name}_body">
+      <joint name="{name}" type="{joint}" axis="{axis}"{of_joint}/>
+      <inertial pos="0 0 0" mass="{mass}" diaginertia="{inertia}"/>
+    </body>
+  </worldbody>
+  <actuator>
+    <motor name="{name}_effort" joint="{name}"/>
+{actuators}  </actuator>
+{keyframe}</mujoco>
+"""
+
+
+def mjcf_text(model: Model, name: str, source: Source, mass: float) -> str:
+    """Return a scene with one joint, its friction, and a motor for the effort.
+
+    Parameters
+    ----------
+    model : Model
+        A friction model with parameters.
+    name : str
+        Name of the joint.
+    source : Source
+        Where the values come from.
+    mass : float
+        What the joint moves [kg or kg*m^2].
+
+    Raises
+    ------
+    InputError
+        If MuJoCo has no such friction.
+    """
+    _refuse_others(model)
+    values, base = model.values, base_of(model.component).name
+    linear = model.kind == "translational"
+    of_joint, actuators, time = "", "", STEP
+    if base == "lugre":
+        numbers = " ".join(repr(values[key]) for key in ("sigma_0", "sigma_1", "F_C", "F_S", "v_S"))
+        actuators = (
+            f'    <dcmotor name="{name}_friction" joint="{name}" motorconst="0" resistance="1" input="none" '
+            f'damping="{values["sigma_2"]!r}" lugre="{numbers}"/>\n'
+        )
+        time = math.sqrt(mass / values["sigma_0"])
+    else:
+        of_joint = "".join(
+            f' {key}="{values[parameter]!r}"' for key, parameter in (("frictionloss", "F_C"), ("damping", "F_v"))
+            if parameter in values
+        )  # fmt: skip
+    offset, keyframe = values.get("offset", 0.0), ""
+    if offset:
+        actuators += f'    <motor name="{name}_offset" joint="{name}"/>\n'
+        controls = f"0 {-offset!r}"
+        keyframe = f'  <keyframe>\n    <key name="offset" ctrl="{controls}"/>\n  </keyframe>\n'
+    inertia = "1 1 1" if linear else f"{mass!r} {mass!r} {mass!r}"
+    return TEXT.format(
+        model=plain(model.name), version=version(), facts=_in_comment("\n".join(source.lines)),
+        table=_in_comment(parameter_table(model, source)),
+        time=time, name=name, step=STEP, joint="slide" if linear else "hinge", axis="1 0 0" if linear else "0 0 1",
+        of_joint=of_joint, mass=repr(mass) if linear else "1", inertia=inertia, actuators=actuators, keyframe=keyframe,
+    )  # fmt: skip
+
+
+def mjcf_notes(model: Model) -> tuple[str, ...]:
+    """Return what MuJoCo does otherwise, a sentence each."""
+    base = base_of(model.component).name
+    notes = ["the scene takes the integrator Euler: implicitfast errs far more with LuGre"] if base == "lugre" else []
+    if base in ("coulomb", "coulomb_viscous"):
+        notes.append("dry friction of a joint is a constraint with a small compliance: a loaded joint creeps")
+    if model.values.get("offset"):
+        notes.append("the offset is a motor with constant control: begin from the keyframe offset, or set its control")
+    return tuple(notes)
+
+
+def _in_comment(text: str) -> str:
+    """Return text as a comment of XML can hold it."""
+    return text.replace("--", "- -")
+
+
+def _refuse_others(model: Model) -> None:
+    base = base_of(model.component).name
+    if base not in MODELS_OF_MUJOCO:
+        raise InputError("MuJoCo has no such friction", path="mjcf", value=model.name,
+                         allowed=", ".join(MODELS_OF_MUJOCO), mend="Export it to c")  # fmt: skip
+    if directional(model.component) or variations_of(model.component):
+        raise InputError("MuJoCo has one friction for both directions that varies with nothing", path="mjcf",
+                         value=model.name, mend="Identify it without slots, or export it to c")  # fmt: skip
+    if base == "lugre" and math.isfinite(model.values["v_d"]):
+        raise InputError("MuJoCo has a micro-damping that does not fade with speed", path="mjcf",
+                         value=model.values["v_d"], mend="Identify lugre without v_d")  # fmt: skip

@@ -1,0 +1,37 @@
+"""Hysteresis operators in C: the bits of bristle, and what an inverse does where it has no output."""
+
+import numpy as np
+import pytest
+from tests.exports.native import COMPILER, Native, differing
+from tests.hysteresis.paths import OPERATORS, sized, walk
+
+import bristle as br
+
+pytestmark = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
+
+
+@pytest.fixture(scope="module")
+def native(tmp_path_factory):
+    models = {name.replace(" ", "_"): operator for name, operator in OPERATORS.items()}
+    return Native(models, tmp_path_factory.mktemp("operators"))
+
+
+@pytest.mark.parametrize("name", OPERATORS)
+def test_each_output_has_the_bits_of_bristle(native, name):
+    u = sized(OPERATORS[name], walk(7, count=4000))
+    outputs = br.response(OPERATORS[name], u)
+    assert np.ptp(outputs) > 0.0
+    assert differing(native.forces(name.replace(" ", "_"), u, 0.0), outputs) == 0
+
+
+def test_where_an_inverse_has_no_output_the_last_one_is_held(native):
+    operator = OPERATORS["inverse_preisach"]
+    f_p = operator.values["f_p"]
+    held = native.forces("inverse_preisach", [0.5 * f_p, 2.0 * f_p, 0.25 * f_p], 0.0)
+    expected = br.response(operator, [0.5 * f_p, 0.25 * f_p])
+    assert held.tolist() == [expected[0], expected[0], expected[1]]
+
+
+def test_other_targets_hold_no_operator(tmp_path):
+    with pytest.raises(br.core.InputError, match="holds no hysteresis operator"):
+        br.export(OPERATORS["play"], "wasm", tmp_path / "out")

@@ -1,0 +1,145 @@
+"""A model of a person's own leaves as ours do; what cannot leave is refused by file, line and reason."""
+
+import shutil
+
+import numpy as np
+import pytest
+from tests.exports.native import COMPILER, Native, differing, walk
+
+import bristle as br
+from bristle.engine import interpreted
+from bristle.exports.scope import NotExportableError
+from bristle.exports.subject import subject_of
+from bristle.files.user_model import load_model_file
+from bristle.testing import example_of
+
+HEAD = """
+import math
+from typing import Annotated, NamedTuple
+import numpy as np
+from bristle.core import FrictionModel, Variable, kernel
+from bristle.core.mathematics import direction, exp
+
+LAYERS = 3
+
+
+class Parameters(NamedTuple):
+    F_C: Annotated[float, Variable("force", "Coulomb friction force", min=1e-9, excitation="sliding")]
+    k_i: Annotated[np.ndarray, Variable("force/length", "stiffness of each layer", min=1e-9)]
+    times: Annotated[int, Variable("1", "rounds", min=1, max=9)] = 2
+
+
+class State(NamedTuple):
+    wear: Annotated[float, Variable("1", "what is worn")] = 0.0
+    turns: Annotated[int, Variable("1", "reversals so far", min=0)] = 0
+
+
+class Move(NamedTuple):
+    dx: float
+    side: float
+
+
+@kernel
+def spread(memory, dx, p):
+    low, high = 0.0, p.F_C
+    if dx < 0.0:
+        low, high = -high, low
+    for i in range(LAYERS):
+        low, high = min(low, memory[i] + dx), max(high, memory[i])
+        if i > 4:
+            break
+    return low, high
+"""
+TRIAL = """
+
+@kernel
+def trial(state, memory, motion, dt, p):
+    dx = motion.v * dt
+    low, high = spread(memory, dx, p)
+    total = 0
+    k = 0
+    while k < p.times:
+        total += abs(high - low) * (1.0 - exp(-k)) + p.k_i[k % LAYERS] * 1e-6
+        k += 1
+    rough = -1 if state.turns % 2 == 1 and not state.wear > 3.0 else 1
+    side = direction(motion.v)
+    return side * (p.F_C + 0.01 * total) + 0.1 * rough * side, Move(dx, side)
+
+
+@kernel
+def commit(state, memory, move, p):
+    memory[0], memory[1] = memory[1], move.dx + 0.5 * memory[0]
+    for i in range(LAYERS - 1):
+        memory[i + 1] -= 0.25 * memory[i]
+    turned = int(memory[3] * move.side < 0.0)
+    memory[3] = move.side
+    return State(min(state.wear + abs(move.dx), 10.0), state.turns + turned)
+
+
+MODEL = FrictionModel(
+    name="layers", description="made to use all that a kernel may", Parameters=Parameters, State=State, trial=trial,
+    commit=commit, memory_size=lambda p: 4, example={"F_C": 5.0, "k_i": [1e5, 2e5, 3e5], "times": 4},
+)
+"""
+
+
+def model_of(text, folder):
+    (folder / "layers.py").write_text(text)
+    return example_of(load_model_file(folder / "layers.py"))
+
+
+@pytest.mark.skipif(COMPILER is None, reason="needs a C compiler")
+def test_all_that_a_kernel_may_gives_the_same_bits_in_c(tmp_path):
+    model = model_of(HEAD + TRIAL, tmp_path)
+    x = walk(3000, seed=5)
+    with interpreted():
+        forces = br.response(model, x, 1e-3)
+    assert len(np.unique(forces)) > 500
+    native = Native({"layers": model}, tmp_path / "native", more=("-fsanitize=undefined", "-fno-sanitize-recover"))
+    assert differing(native.forces("layers", x, 1e-3), forces) == 0
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="needs node")
+def test_and_in_webassembly(tmp_path):
+    from tests.exports.test_wasm import RUN, node
+
+    model = model_of(
+        HEAD + TRIAL.replace("k % LAYERS", "min(k, 2)").replace("state.turns % 2 == 1", "state.turns > 3"), tmp_path
+    )
+    x = walk(3000, seed=5)
+    x.tofile(tmp_path / "x.bin")
+    br.export(model, "wasm", tmp_path / "layers")
+    node(tmp_path, RUN.replace("5e-4", "1e-3"), "layers")
+    with interpreted():
+        forces = br.response(model, x, 1e-3)
+    assert differing(np.fromfile(tmp_path / "layers.bin"), forces) == 0
+
+
+@pytest.mark.parametrize(
+    ("seen", "instead", "reason"),
+    [
+        ("exp(-k)", "math.exp(-k)", r"trial, line \d+: math.exp may raise"),
+        ("exp(-k)", "k ** 0.5", r"\*\* differs between targets"),
+        ("total = 0\n", "memory[0] = 1.0\n    total = 0\n", "memory is written in commit only"),
+        ("k = 0\n", "k = [0][0]\n", "List is outside the subset"),
+        ("LAYERS = 3", "LAYERS = [3]", "LAYERS is a global that can change"),
+        ("not state.wear > 3.0", "state.wear", "and, or join truths"),
+        ("if i > 4:", "if i > 4:\n            continue\n    if i > 4:\n        for i in range(2):", "counts a loop"),
+        ("return low, high", "if low < high:\n        return low, high", "on every way through it"),
+        ("state.turns + turned", "state.wear", "is a number where a whole number is needed"),
+        ("p.times:", "p.wrong:", "a Parameters has no wrong"),
+        ("spread(memory, dx, p)", "spread(memory, dx=dx, p=p)", "passed by position"),
+        ("low, high = min(low", "low, high = spread(memory, dx, p)\n        low, high = min(low", "calls itself"),
+    ],
+)
+def test_what_cannot_leave_is_refused(seen, instead, reason, tmp_path):
+    text = HEAD + TRIAL
+    assert seen in text
+    if seen == "spread(memory, dx, p)":
+        head, tail = text.split("def trial", 1)
+        changed = head + "def trial" + tail.replace(seen, instead)
+    else:
+        changed = text.replace(seen, instead)
+    model = model_of(changed, tmp_path)
+    with pytest.raises(NotExportableError, match=reason):
+        subject_of(model)
