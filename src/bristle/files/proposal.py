@@ -111,7 +111,9 @@ def _proposed_for(table: Table, name: str | None = None, count: int = 1) -> Prop
             "does not say which column is the position", path=str(table.source), allowed=some_of(table.names, 40),
             mend="Write an axis file that names the columns, and give it (--axis AXIS.toml)",
         )  # fmt: skip
-    tables = _tables(table, roles) | ({"log": {"table": name}} if name is not None else {})
+    tables: dict[str, Any] = _tables(table, roles)
+    if name is not None:
+        tables["log"] = {"table": name}
     axis = axis_from(_assumed(tables))
     if _reversed(table, axis):
         tables["columns"]["effort"]["sign"] = -1
