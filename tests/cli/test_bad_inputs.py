@@ -45,6 +45,13 @@ def write(file: str, content: str | bytes) -> Callable[[], object]:
     return lambda: Path(file).write_bytes(content if isinstance(content, bytes) else content.encode())
 
 
+def without_order(table):
+    """Give the rows each other's stamps."""
+    stamps = [row[0] for row in table[1:]]
+    for index, row in enumerate(table[1:]):
+        row[0] = stamps[index * 389 % len(stamps)]
+
+
 def rows(change: Callable[[list[list[str]]], object]) -> Callable[[], object]:
     """Return what changes the rows of the log, header first."""
 
@@ -111,7 +118,7 @@ LOGS = [
     Bad("not a number", ("'q'", "sample 99", "Repair"), IDENTIFY, cell(100, 1, "nan")),
     Bad("infinity", ("'u'", "sample 99"), IDENTIFY, cell(100, 3, "inf")),
     Bad("text in a cell", ("line 101", "oops"), IDENTIFY, cell(100, 1, "oops")),
-    Bad("time runs back", ("'t'", "0.099"), IDENTIFY, cell(101, 0, "0.05")),
+    Bad("time in no order", ("'t'", "is in no order", "sample_time"), IDENTIFY, rows(without_order)),
     Bad("a row cut short", ("line 101",), IDENTIFY, rows(lambda table: table[100].pop())),
     Bad(
         "a column that is missing",
@@ -145,7 +152,7 @@ AXES = [
         IDENTIFY,
         swap("axis.toml", "position =", "positon ="),
     ),
-    Bad("unknown kind", ("kind", "linear", "translational"), IDENTIFY, swap("axis.toml", "translational", "linear")),
+    Bad("unknown kind", ("kind", "round", "translational"), IDENTIFY, swap("axis.toml", "translational", "round")),
     Bad(
         "unit of another axis",
         ("columns.position", "angle", "lead"),
@@ -160,7 +167,7 @@ AXES = [
     ),
     Bad(
         "current without a constant",
-        ("columns.effort", "torque_constant"),
+        ("columns.effort", 'constant = "0.12 N*m/A"'),
         IDENTIFY,
         swap("axis.toml", '"u", unit = "N"', '"u", unit = "A"'),
     ),

@@ -146,7 +146,7 @@ HEAD = 'schema = 1\n[friction]\nmodel = "coulomb"\n'
         (HEAD + "F_C = 3\n[plant]\nM = 1\n", ("plant", "inertia")),
         (HEAD + "F_C = 3\n[uncertainty]\nF_D = 1\n", ("uncertainty.F_D", "Did you mean 'F_C'")),
         (HEAD + "F_C = 3\n[provenance]\n[[plant]]\n", ("plant", "table")),
-        ("schema = 1\nkind = 'linear'\n" + HEAD[11:] + "F_C = 3\n", ("kind", "rotational")),
+        ("schema = 1\nkind = 'round'\n" + HEAD[11:] + "F_C = 3\n", ("kind", "rotational")),
         ("schema = 1\n[friction]\nfile = 'model.toml'\n", ("friction.file", ".py")),
         ("schema = 1\n[friction]\nfile = 'own.py'\nslots = 'asymmetry'\n", ("friction.slots",)),
         ("schema = 1\n[friction]\nfile = 'other.py'\n", ("other.py",)),

@@ -11,7 +11,7 @@ WRITTEN = [name for name in hysteresis.OPERATORS if name not in ("stop", "play")
 
 
 @pytest.mark.parametrize("name", WRITTEN)
-@pytest.mark.parametrize("kind", ["translational", "rotational", "magnetic"])
+@pytest.mark.parametrize("kind", ["translational", "rotational", "magnetic", "piezo"])
 def test_numbers_come_back_to_the_bit(tmp_path, name, kind):
     component = hysteresis.OPERATORS[name]
     operator = component(kind=kind, **component.example)

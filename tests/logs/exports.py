@@ -138,6 +138,22 @@ def twincat_groups(folder: Path, m: Motion) -> Path:
     return _written(folder / "scope_groups.csv", "\r\n".join(lines) + "\r\n", "utf-8")
 
 
+def twincat_no_times(folder: Path, m: Motion) -> Path:
+    """Exported without time lines: the sample time stands in the header, and no cell below its key."""
+    lines = ["Name\tScope", "", "Name\tActPos\tActTorque", "Data-Type\tREAL64\tINT16", "SampleTime[ms]\t1\t1",
+             "Unit\tmm\t(None)", ""]  # fmt: skip
+    lines += [f"{x}\t{f}" for x, f in zip(mm(m.position_um, True), m.torque, strict=True)]
+    return _written(folder / "scope_no_times.csv", "\r\n".join(lines) + "\r\n", "utf-8")
+
+
+def twincat_bare_names(folder: Path, m: Motion) -> Path:
+    """Names above the times, nothing above the values."""
+    ms = [str(t // 1000) for t in m.time_us]
+    lines = ["ActPos\t\tActTorque\t"] + [f"{t}\t{x}\t{t}\t{f}" for t, x, f in zip(
+        ms, mm(m.position_um, True), m.torque, strict=True)]  # fmt: skip
+    return _written(folder / "scope_bare.csv", "\r\n".join(lines) + "\r\n", "utf-8")
+
+
 def drive_german(folder: Path, m: Motion) -> Path:
     lines = ["Gerät;AX5112;", "Seriennummer;0012345;", "Datum;14.03.2025 09:31:12;", f"Nennkraft;{RATED:.0f} N;",
              "Abtastzeit;1 ms;", "",
@@ -320,6 +336,8 @@ EXPORTS = {
     "twincat, rates": Export(twincat_rates, RATED_FORCE, exact=False),
     "twincat, names": Export(twincat_names, UNIT | RATED_FORCE),
     "twincat, groups": Export(twincat_groups, RATED_FORCE),
+    "twincat, no times": Export(twincat_no_times, RATED_FORCE),
+    "twincat, bare names": Export(twincat_bare_names, UNIT | RATED_FORCE),
     "drive, German": Export(drive_german),
     "drive, no time": Export(drive_without_time),
     "drive, units row": Export(drive_units_row),

@@ -104,12 +104,10 @@ def log(
 def _proposal(content: Content, limit: int) -> Proposal | None:
     """Return the axis file that a log speaks of; None where no column can be the position."""
     from bristle.core.errors import InputError
-    from bristle.files.proposal import proposed_for
-    from bristle.logs.readers import read_table
+    from bristle.files.proposal import propose_axis
 
-    table = read_table(content, size_limit=limit)
     try:
-        return proposed_for(table)
+        return propose_axis(content, size_limit=limit)
     except InputError:
         return None
 

@@ -332,7 +332,7 @@ def make_model(
             raise InputError(
                 f"{component.name} has no such parameter", path=prefix + name, allowed=", ".join(variables)
             )
-    kinds = (*KINDS, "magnetic") if component.family == "hysteresis" else KINDS
+    kinds = (*KINDS, "magnetic", "piezo") if component.family == "hysteresis" else KINDS
     if not isinstance(validate, bool):
         raise InputError("must be True or False", path=f"{prefix}validate", value=validate)
     if kind is not None and not (isinstance(kind, str) and kind in kinds):

@@ -2,7 +2,8 @@
 
 A quantity is written from the names of `NAMES` with ``*``, ``/``, powers such as ``^2`` or ``^0.5``, and one level of
 brackets. Quantities are *generalised*: `force` is a force [N] on a translational axis and a torque [N*m] on a
-rotational one. Hysteresis operators serve magnets too: there `length` is the field [T] and `force` the moment [A*m^2].
+rotational one. Hysteresis operators serve magnets too: there `length` is the field [T] and `force` the moment
+[A*m^2]; and piezo actuators: there `length` is the voltage [V] and `force` the displacement [m].
 """
 
 from __future__ import annotations
@@ -28,8 +29,8 @@ __all__ = [
 ]
 
 AxisKind = Literal["translational", "rotational"]
-Kind = Literal["translational", "rotational", "magnetic"]
-# Kinds of axis; only a hysteresis operator can be magnetic.
+Kind = Literal["translational", "rotational", "magnetic", "piezo"]
+# Kinds of axis; only a hysteresis operator can be that of a magnet or of a piezo actuator.
 KINDS: tuple[Kind, ...] = ("translational", "rotational")
 
 
@@ -56,20 +57,21 @@ class Name(NamedTuple):
     translational: str
     rotational: str
     magnetic: str
+    piezo: str
     product: str = ""
 
 
 NAMES = {
-    "mass of travel": Name("kg", "kg", "kg", "force of travel*time^2/travel"),
-    "force of travel": Name("N", "N", "N"),
-    "mass": Name("kg", "kg*m^2", "A*m^2*s^2/T", "force*time^2/length"),
-    "force": Name("N", "N*m", "A*m^2"),
+    "mass of travel": Name("kg", "kg", "kg", "kg", "force of travel*time^2/travel"),
+    "force of travel": Name("N", "N", "N", "N"),
+    "mass": Name("kg", "kg*m^2", "A*m^2*s^2/T", "m*s^2/V", "force*time^2/length"),
+    "force": Name("N", "N*m", "A*m^2", "m"),
     # What moves straight, whatever the kind of axis: the table of a ball screw.
-    "travel": Name("m", "m", "m"),
-    "length": Name("m", "rad", "T"),
-    "time": Name("s", "s", "s"),
-    "frequency": Name("Hz", "Hz", "Hz", "1/time"),
-    "temperature": Name("K", "K", "K"),
+    "travel": Name("m", "m", "m", "m"),
+    "length": Name("m", "rad", "T", "V"),
+    "time": Name("s", "s", "s", "s"),
+    "frequency": Name("Hz", "Hz", "Hz", "Hz", "1/time"),
+    "temperature": Name("K", "K", "K", "K"),
 }
 """Names of which quantities are products, in the order in which they are written."""
 # In a unit, symbols stand in this order; among them those in which a drive counts effort and position.
@@ -144,7 +146,7 @@ def unit_of(quantity: str, kind: Kind = "translational", **counted: str) -> str:
     ----------
     quantity : str
         A product of powers of `NAMES`, such as ``"force/length"``.
-    kind : {"translational", "rotational", "magnetic"}
+    kind : {"translational", "rotational", "magnetic", "piezo"}
         The kind of axis.
     **counted : str
         Units by name for what is not counted in SI, such as ``force="V"``.

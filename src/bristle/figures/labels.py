@@ -12,12 +12,12 @@ __all__ = ["effort_scale", "effort_word", "largest", "position_word", "scale_for
 
 def effort_word(kind: Kind) -> str:
     """Return what effort is called on this kind of axis."""
-    return {"rotational": "Torque", "magnetic": "Moment"}.get(kind, "Force")
+    return {"rotational": "Torque", "magnetic": "Moment", "piezo": "Displacement"}.get(kind, "Force")
 
 
 def position_word(kind: Kind) -> str:
     """Return what position is called on this kind of axis."""
-    return {"rotational": "Angle", "magnetic": "Field"}.get(kind, "Position")
+    return {"rotational": "Angle", "magnetic": "Field", "piezo": "Voltage"}.get(kind, "Position")
 
 
 def largest(*signals: np.ndarray) -> float:

@@ -29,7 +29,7 @@ def recorded_curves(
         Recorded input and output, SI.
     predicted : sequence of ndarray
         Predicted output along each.
-    kind : {"translational", "rotational", "magnetic"}
+    kind : {"translational", "rotational", "magnetic", "piezo"}
         What the units are.
     """
     step = -(-len(curves) // CURVES_SHOWN)

@@ -78,7 +78,7 @@ def describes_curves(path: Readable | dict[str, Any]) -> bool:
     data = read_toml(path).data
     columns = data.get("columns")
     named = isinstance(columns, dict) and bool({"input", "output"} & set(columns)) and "position" not in columns
-    return named or data.get("kind") == "magnetic"
+    return named or data.get("kind") in ("magnetic", "piezo")
 
 
 def read_curve_columns(path: Readable | dict[str, Any]) -> CurveColumns:

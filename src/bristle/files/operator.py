@@ -97,7 +97,7 @@ def read_operator(path: Readable) -> OperatorFile:
 def _operator_from(data: dict[str, Any]) -> OperatorFile:
     check_keys(data, KEYS, "")
     check_schema(data)
-    kinds = (*KINDS, "magnetic")
+    kinds = (*KINDS, "magnetic", "piezo")
     kind = data.get("kind", KINDS[0])
     if kind not in kinds:
         raise InputError("unknown kind", path="kind", value=kind, allowed=", ".join(kinds))

@@ -22,8 +22,9 @@ from bristle.logs.readers import read_table
 from bristle.logs.roles import Role, Roles, roles_of
 from bristle.logs.stamped_text import amount_in
 from bristle.logs.table import Table, some_of
+from bristle.logs.tables import content_of_log
 
-__all__ = ["Proposal", "propose_axis", "proposed_for"]
+__all__ = ["Proposal", "propose_axis"]
 
 ASSUMED_UNIT = {"position": {KINDS[0]: "m", KINDS[1]: "rad"}, "effort": {KINDS[0]: "N", KINDS[1]: "N*m"}}
 ORDER = ("time", "position", "reference", "following_error", "velocity", "effort")
@@ -93,24 +94,26 @@ def propose_axis(log: Readable, *, size_limit: int | str = SIZE_LIMIT) -> Propos
     InputError
         If the log cannot be read, or no column can be the position.
     """
-    return proposed_for(read_table(log, size_limit=size_of(size_limit)))
+    limit = size_of(size_limit)
+    content = content_of_log(log, limit=limit)
+    table = read_table(content, size_limit=limit)
+    if not table.tables:
+        return _proposed_for(table)
+    name = table.tables[0]
+    return _proposed_for(read_table(content, name, size_limit=limit), name, len(table.tables))
 
 
-def proposed_for(table: Table) -> Proposal:
-    """Return the axis file that the columns of a table speak of.
-
-    Raises
-    ------
-    InputError
-        If no column can be the position.
-    """
+def _proposed_for(table: Table, name: str | None = None, count: int = 1) -> Proposal:
+    """Return the axis file that the columns of a table speak of; it is one of several where it has a name."""
     roles = roles_of(table)
     if "position" not in roles.channels:
         raise InputError(
             "does not say which column is the position", path=str(table.source), allowed=some_of(table.names, 40),
             mend="Write an axis file that names the columns, and give it (--axis AXIS.toml)",
         )  # fmt: skip
-    tables = _tables(table, roles)
+    tables: dict[str, Any] = _tables(table, roles)
+    if name is not None:
+        tables["log"] = {"table": name}
     axis = axis_from(_assumed(tables))
     if _reversed(table, axis):
         tables["columns"]["effort"]["sign"] = -1
@@ -119,6 +122,8 @@ def proposed_for(table: Table) -> Proposal:
     notes = [f"column {role.column} is taken as the {channel.replace('_', ' ')}: {role.reason}"
              for channel, role in roles.channels.items()]  # fmt: skip
     notes += [f"{key} is not known: it is taken as 1 in SI" for key in missing]
+    if name is not None:
+        notes.append(f"the file holds {count} tables: {name!r} is looked at")
     if roles.rivals:
         notes.append(f"columns that could be the position as well: {some_of(roles.rivals)}")
     return Proposal(_text(table, roles, tables, axis.kind), missing, axis, tuple(notes))
@@ -301,7 +306,7 @@ def _text(table: Table, roles: Roles, tables: Mapping[str, Any], kind: Kind) -> 
         lines.append(f"# each column of this {table.format} file brings its time: none is to be named")
     for channel, entry in tables["columns"].items():
         lines.append(_column_line(channel, entry, roles))
-    for name in ("effort", "transmission", "encoder", "timing"):
+    for name in ("log", "effort", "transmission", "encoder", "timing"):
         if name in tables:
             lines += ["", f"[{name}]", *(_line(f"{name}.{key}", value, tables) for key, value in tables[name].items())]
     used = {entry["column"] for entry in tables["columns"].values()}

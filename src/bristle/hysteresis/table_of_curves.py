@@ -26,7 +26,7 @@ class Curve(NamedTuple):
     f: np.ndarray
 
 
-@guarded(curves=many(CURVE, least=2), columns=whole(2, 10**5), kind=among(*KINDS, "magnetic"))
+@guarded(curves=many(CURVE, least=2), columns=whole(2, 10**5), kind=among(*KINDS, "magnetic", "piezo"))
 def table_of_curves(
     curves: Sequence[tuple[Any, Any]], *, columns: int = COLUMNS, kind: Kind = "translational", **settings: Any
 ) -> Model:
@@ -42,7 +42,7 @@ def table_of_curves(
         rise or all fall.
     columns : int
         Number of nodes along each curve.
-    kind : {"translational", "rotational", "magnetic"}
+    kind : {"translational", "rotational", "magnetic", "piezo"}
         What the units are.
     **settings
         ``capacity`` and ``tolerance`` of the operator.

@@ -2,6 +2,9 @@ r"""Prandtl and Ishlinskii from data: stops with thresholds laid out beforehand,
 
 .. math:: f = f_0 + k u + \sum_i w_i\,\mathcal S_{r_i}[u], \qquad w_i \ge 0, \quad k \ge 0
 
+Where the output lags behind the input, as the travel of a piezo actuator behind its voltage, plays are fitted too,
+:math:`\mathcal P_r[u] = u - \mathcal S_r[u]`, and what errs less is taken.
+
 The problem is convex and has one solution. What it says is the virgin curve
 :math:`f_v(x) = k x + \sum_i w_i \min(x, r_i)`: neighbouring weights trade places under noise, the curve does not.
 """
@@ -23,6 +26,7 @@ __all__ = ["StopsFit", "fit_stops", "thresholds_over", "virgin_curve_of"]
 
 COUNT = 30
 DECADES = 2.0  # from the smallest threshold to the largest
+LAGGING = ("piezo",)  # kinds whose output may lag behind the input: plays are tried beside stops
 NEGLIGIBLE = 1e-5  # of the largest force of a stop: a weight that rounding left
 
 
@@ -72,9 +76,20 @@ def fit_stops(
     reach = max(_reach(trace) for trace in traces)
     r = thresholds_over(reach, count) if thresholds is None else np.asarray(thresholds, dtype=float)
 
+    fit = _fit(recorded, traces, r, rows, plays=False)
+    if recorded.kind not in LAGGING:
+        return fit
+    lagging = _fit(recorded, traces, r, rows, plays=True)
+    return lagging if lagging.rms < fit.rms else fit
+
+
+def _fit(recorded: Curves, traces: list[Trace], r: np.ndarray, rows: Rows, *, plays: bool) -> StopsFit:
+    """Fit stops, or what is left of the input beside each of them: plays, whose output lags behind the input."""
+
     def features(alpha: np.ndarray, beta: np.ndarray) -> np.ndarray:
         half = 0.5 * (alpha - beta)[:, None]
-        return np.hstack([np.minimum(half, r), half])
+        stops = np.minimum(half, r)
+        return np.hstack([half - stops if plays else stops, half])
 
     columns = stacked(traces, features, rows)
     target = outputs_of(recorded, rows)
@@ -82,6 +97,8 @@ def fit_stops(
     weights, spring = solution.weights[:-1], float(solution.weights[-1])
     used = weights * r > NEGLIGIBLE * float(np.max(weights * r))
     used[-1] |= not used.any()
+    if plays:  # a play is the input less the stop of its threshold
+        spring, weights = spring + float(np.sum(weights[used])), -weights
     operator = prandtl_ishlinskii(kind=recorded.kind, thresholds=r[used], weights=weights[used], spring=spring)
     return StopsFit(operator, solution.offset, solution.rms)
 

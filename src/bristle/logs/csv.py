@@ -33,6 +33,7 @@ from bristle.logs.stamped_text import (
     dates_in,
     facts_above,
     large_counts,
+    names_beside_times,
     partly_empty,
     period_told,
     units_of_labview,
@@ -130,6 +131,7 @@ def _with_own_times(
     )
     if not (has_clocks or gaps):
         return None
+    layout = replace(layout, names=names_beside_times(layout.names))
     columns = partly_empty(body, layout, encoding) if gaps else None
     if columns is None and has_clocks:
         numeric_columns = [i for i, numeric in enumerate(layout.numeric) if numeric]

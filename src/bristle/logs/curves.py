@@ -37,7 +37,7 @@ def _curve(pair: Any, path: str, kind: Kind | None) -> Curve:
 
 
 @guarded(
-    curves=many(_curve, least=1), start=among(*STARTS), kind=among(*KINDS, "magnetic"),
+    curves=many(_curve, least=1), start=among(*STARTS), kind=among(*KINDS, "magnetic", "piezo"),
     source=instance(Path, "a path", read=Path), origin=instance(Origin, "an Origin"), notes=many(TEXT),
 )  # fmt: skip
 @dataclass(frozen=True, eq=False)
@@ -51,7 +51,7 @@ class Curves:
     start : {"virgin", "saturated"}
         The state before each curve: demagnetised, or saturated at the end of the range that the curve heads for, so
         that its first sample lies on the major branch.
-    kind : {"translational", "rotational", "magnetic"}
+    kind : {"translational", "rotational", "magnetic", "piezo"}
         Input and output are displacement and force, angle and torque, or field and moment.
     source : Path
         The file.

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from bristle.core.least_squares import unbounded
+
 __all__ = ["correlation", "explained", "rate_of", "roughness", "slope"]
 
 SMOOTHING = (3, 15)  # samples
@@ -59,6 +61,5 @@ def explained(effort: np.ndarray, position: np.ndarray) -> float:
     ]
     scaled = [column / (np.std(column) or 1.0) for column in columns]
     design = np.column_stack([*scaled, np.ones(position.size)])
-    coefficients, *_ = np.linalg.lstsq(design, effort, rcond=None)
-    rest = effort - design @ coefficients
+    rest = effort - design @ unbounded(design, effort)
     return 1.0 - float(np.var(rest)) / (float(np.var(effort)) or 1.0)

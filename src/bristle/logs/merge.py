@@ -51,9 +51,11 @@ def onto_one_time(table: Table, gathered: Gathered) -> None:
             return on_time[id(channel)]
         return channel if channel.values.size != base.size else replace(channel, values=channel.values[inside])
 
-    gathered.channels = {name: brought(channel) for name, channel in gathered.channels.items()}
+    gathered.channels = {
+        "time": Channel(times_kept, "s", own),
+        **{name: brought(channel) for name, channel in gathered.channels.items()},
+    }
     gathered.injected = [brought(channel) for channel in gathered.injected]
-    gathered.channels["time"] = Channel(times_kept, "s", own)
     left = base.size - times_kept.size
     if left:
         gathered.notes.append(f"{left} samples were left out, at which not all channels were recorded")

@@ -36,7 +36,7 @@ class CurveColumns:
     ----------
     input, output : SignalColumn
         The columns.
-    kind : {"translational", "rotational", "magnetic"}
+    kind : {"translational", "rotational", "magnetic", "piezo"}
         What the units are.
     start : {"virgin", "saturated"}
         The state before each curve.

@@ -73,8 +73,7 @@ def head_of(lines: Sequence[str]) -> Head | None:
             if rows[index][0].lower() != NAME or len(rows[index]) < 2:
                 continue
             below = [rows[i][0].lower() for i in filled[place + 1 : place + 1 + len(KEYS)]]
-            pairs = [cell.lower() for cell in rows[index]].count(NAME) > 1
-            if (below[0] in KEYS) or (pairs and _is_count(below[0])):
+            if below[0] in KEYS or _is_count(below[0]):
                 return _head(rows, delimiter, index, filled[place + 1 :], filled[:place])
     return None
 
@@ -118,9 +117,12 @@ def read(lines: Sequence[str], head: Head, source: Path, choice: Choice, limit: 
         If a cell is no number.
     """
     body = [line for line in lines[head.first :] if line.strip() and line.strip().lower() != END]
+    cut = lines[-1].strip() != "" and lines[-1].strip().lower() != END
+    body = body[:-1] if cut else body
     refuse_larger(len(body) * len(head.names) * NUMBER_BYTES, limit, source)
     columns = list(zip_longest(*(line.split(head.delimiter) for line in body), fillvalue=""))
     columns = [[cell.strip().strip('"') for cell in column] for column in columns]
+    columns = _beside_keys(columns, head)
     places = [place for place, name in enumerate(head.names) if name and place < len(columns)]
     called, notes = distinct(head.names[place] for place in places)
     series, texts = [], {}
@@ -140,9 +142,20 @@ def read(lines: Sequence[str], head: Head, source: Path, choice: Choice, limit: 
     ]
     if scaled:
         notes.append(f"the ScaleFactor of {', '.join(scaled)} is not applied: the export may have done so")
+    if cut:
+        notes.append("the file does not end with a line break: its last row may be cut and was left out")
     return table_of_series(
         series, source, "TwinCAT Scope", time_unit="ms", notes=notes, texts=texts, facts=dict(head.facts)
     )
+
+
+def _beside_keys(columns: list[list[str]], head: Head) -> list[list[str]]:
+    """Return the cells below the names: an export without times has none below the keys."""
+    named = sum(map(bool, head.names))
+    if len(columns) != named or named == len(head.names):
+        return columns
+    values = iter(columns)
+    return [next(values) if name else [""] * len(columns[0]) for name in head.names]
 
 
 def _time_of(columns: list[list[str]], place: int, head: Head, count: int, source: Path) -> np.ndarray | None:

@@ -20,6 +20,7 @@ __all__ = [
     "dates_in",
     "facts_above",
     "large_counts",
+    "names_beside_times",
     "partly_empty",
     "period_told",
     "units_of_labview",
@@ -216,6 +217,21 @@ def with_own_times(
         samples = values[filled] if chosen(name) else None
         series.append(Series(name, samples, times[filled] if samples is not None else None, layout.units[index]))
     return table_of_series(series, source, "text", time_unit=unit, notes=notes)
+
+
+def names_beside_times(names: Sequence[str]) -> tuple[str, ...]:
+    """Return names that stand above the times of their columns, above the columns.
+
+    Examples
+    --------
+    >>> names_beside_times(("ActPos", "column_2", "ActTorque", "column_4"))
+    ('column_1', 'ActPos', 'column_3', 'ActTorque')
+    """
+    pairs = list(zip(names[::2], names[1::2], strict=False))
+    nameless = [name.startswith("column_") for name in names]
+    if len(names) % 2 or len(pairs) < 2 or any(nameless[::2]) or not all(nameless[1::2]):
+        return tuple(names)
+    return tuple(name for k, (above, _) in enumerate(pairs) for name in (f"column_{2 * k + 1}", above))
 
 
 def _is_clock(name: str, values: np.ndarray) -> bool:

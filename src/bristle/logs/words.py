@@ -318,6 +318,8 @@ def plain_unit(written: str) -> str:
     return WRITTEN.get(text.lower(), text)
 
 
+SLOWEST = 0.05  # s between samples of an axis
+LONG_AGO = 1e8  # s
 ENDINGS = {
     "s": "s", "sec": "s", "ms": "ms", "msec": "ms", "us": "us", "usec": "us", "ns": "ns", "m": "m", "mm": "mm",
     "um": "um",
@@ -350,7 +352,10 @@ def unit_in_name(name: str) -> str:
 
 
 def unit_of_time(name: str, values: np.ndarray) -> str:
-    """Return the unit of stamps that have none: that in their name, or that in which they count since 1970."""
+    """Return the unit of stamps that have none: that in their name, or in which they count since 1970 or from 0 on.
+
+    No axis is sampled so seldom that steps of more than a twentieth could be seconds.
+    """
     named = unit_in_name(name)
     if named in ("s", "ms", "us", "ns"):
         return named
@@ -358,4 +363,5 @@ def unit_of_time(name: str, values: np.ndarray) -> str:
     for bound, unit in ((1e17, "ns"), (1e14, "us"), (1e11, "ms")):
         if largest > bound:
             return unit
-    return "s"
+    step = float(np.nanmedian(np.abs(np.diff(values)))) if values.size > 1 else 0.0
+    return "ms" if largest < LONG_AGO and step > SLOWEST else "s"
