@@ -73,7 +73,9 @@ def models() -> str:
         "friction model also takes an `offset`, and slots "
         "behind its name. With `+asymmetry` the parameters marked *by direction* have one value forward (`_pos`) and "
         "one backward (`_neg`); `+position`, `+periodic`, `+load` and `+temperature` let friction "
-        "[vary](../theory/models.md#what-varies). Which model to take: [how to choose](../how-to/choose-a-model.md)."
+        "[vary](../theory/models.md#what-varies), `+transmitted` and `+ripple` raise its level. Plants take "
+        "[terms](../theory/models.md#terms-of-the-plant): `+gravity`, `+cogging`, `+known`. Which model to take: "
+        "[how to choose](../how-to/choose-a-model.md)."
     ]
     for family, members in families().items():
         parts.append(f"## {family}")

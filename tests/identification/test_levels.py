@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from tests.simulation import transmitted_truth as truth
 
-from bristle import friction, identify
+from bristle import identify
 from bristle.core import InputError
 from bristle.files.axis import read_axis
 from bristle.logs.log import Log
@@ -68,7 +68,7 @@ def test_cogging_and_friction_that_ripples_are_told_apart():
 
 def test_a_model_without_a_level_has_no_such_slot():
     with pytest.raises(InputError, match="no level"):
-        friction.find("viscous+transmitted")
+        identified(truth.log(seconds=10.0), ARM, "viscous+transmitted")
 
 
 def test_elements_are_not_fitted_beside_it():

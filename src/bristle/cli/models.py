@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 __all__ = ["EXAMPLE", "models"]
 
+_EXAMPLES = ("motor_6_cos", "known_NAME")  # of terms that a plant has as many of as one likes
 EXAMPLE = """Example:
   bristle models lugre+asymmetry"""
 
@@ -54,7 +55,7 @@ def _families() -> dict[str, list[Component]]:
 
 
 def _selected(name: str) -> dict[str, list[Component]]:
-    from bristle import friction
+    from bristle import friction, plants
     from bristle.core import InputError
     from bristle.core.errors import did_you_mean
 
@@ -65,6 +66,8 @@ def _selected(name: str) -> dict[str, list[Component]]:
         mend = f"{did_you_mean(base, named)} All of them: bristle models".lstrip()
         raise InputError("there is no such model", path="NAME", value=name, mend=mend)
     chosen: Any = named[base]
+    if plus and family_of[base] == "plant":
+        return {"plant": [plants.find(name, _EXAMPLES, "NAME")]}
     if plus and family_of[base] != "friction":
         raise InputError(f"a {family_of[base]} takes no slots", path="NAME", value=name, mend=f"Write {base}")
     if plus:
@@ -112,7 +115,8 @@ def _show_families(families: dict[str, list[Component]]) -> None:
         show_table(Table(family.capitalize(), ("Name", "Parameters", "What it is"), rows))
     say(
         "Every friction model takes an offset, and slots behind its name: +asymmetry for parameters by direction of "
-        "motion; +position, +periodic, +load, +temperature for friction that varies."
+        "motion; +position, +periodic, +load, +temperature for friction that varies; +transmitted, +ripple for a level "
+        "that rises. Plants take terms: +gravity, +cogging, +known."
     )
 
 

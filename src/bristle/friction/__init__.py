@@ -114,4 +114,4 @@ def with_slots(model: FrictionModel, slots: Sequence[str], path: str = "friction
             raise InputError(
                 "no such slot", path=path, value=f"+{slot}", allowed=", ".join(f"+{known_slot}" for known_slot in SLOTS)
             )
-    return slotted(varied(risen(model, slots, path), slots), asymmetry="asymmetry" in slots)
+    return slotted(varied(risen(model, slots), slots), asymmetry="asymmetry" in slots)

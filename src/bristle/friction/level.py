@@ -20,7 +20,6 @@ from typing import Annotated, Any, NamedTuple
 
 from bristle.core.contracts import FrictionModel, Relation
 from bristle.core.dispatch import friction_commit, friction_trial
-from bristle.core.errors import InputError
 from bristle.core.kernel import kernel
 from bristle.core.lazy import cached_property
 from bristle.core.mathematics import cos, sin
@@ -29,7 +28,7 @@ from bristle.core.read_only import ReadOnly
 from bristle.core.variable import Variable, variables_of
 from bristle.friction.variation import PITCH, SMALLEST_FACTOR
 
-__all__ = ["LEVELS", "TRANSMITTED", "Rise", "Risen", "RisenModel", "risen"]
+__all__ = ["LEVELS", "TRANSMITTED", "Rise", "Risen", "RisenModel", "has_level", "risen"]
 
 TWO_PI = 2.0 * math.pi
 TRANSMITTED = Variable("1", "friction for an effort of 1 that passes on to the load", nominal=0.1, excitation="place")
@@ -135,18 +134,14 @@ def _dry_and_viscous(model: FrictionModel) -> tuple[str, str]:
     return kinds.get(("force", "sliding"), ""), kinds.get(("force*time/length", "speed"), "")
 
 
-def risen(model: FrictionModel, slots: Iterable[str], path: str = "friction.model") -> FrictionModel:
-    """Return `model` with slots that raise its level; the model itself where there are none of them.
+def has_level(model: FrictionModel) -> bool:
+    """Return whether a model has a level of sliding friction; of one that has none, these slots change nothing."""
+    return bool(_dry_and_viscous(model)[0])
 
-    Raises
-    ------
-    InputError
-        If the model has no level of sliding friction.
-    """
+
+def risen(model: FrictionModel, slots: Iterable[str]) -> FrictionModel:
+    """Return `model` with slots that raise its level; the model itself where there are none of them."""
     chosen = tuple(slot for slot in LEVELS if slot in set(slots))
-    if chosen and not _dry_and_viscous(model)[0]:
-        raise InputError(f"has no level of sliding friction, which +{chosen[0]} raises", path=path, value=model.name,
-                         mend="Take a model with an F_C, such as coulomb_viscous")  # fmt: skip
     return _risen(model, chosen) if chosen else model
 
 

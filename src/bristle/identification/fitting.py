@@ -14,7 +14,7 @@ from bristle.core.interruption import UNFINISHED, obey
 from bristle.core.variable import Kind
 from bristle.engine.checks import finite
 from bristle.friction import base_of
-from bristle.friction.level import LEVELS
+from bristle.friction.level import LEVELS, has_level
 from bristle.friction.slots import variations_of
 from bristle.identification.covariance import covariance_of
 from bristle.identification.diagnostics.estimates import Judgement, about_estimates, about_fixed, combinations_of
@@ -70,9 +70,12 @@ def fit(context: Context, component: FrictionModel, blocks: int, report: Report)
 def _estimate(context: Context, component: FrictionModel, report: Report) -> Estimation:
     """Return the estimation of one model; `report` is told the share of the work done."""
     elements = ELEMENTS.get(base_of(component))
+    slots = [slot for slot in variations_of(component) if slot in LEVELS]
+    if slots and not has_level(base_of(component)):
+        raise InputError(f"has no level of sliding friction, which +{slots[0]} raises", path="model",
+                         value=component.name, mend="Take one that has, such as coulomb_viscous")  # fmt: skip
     if elements is None:
         return (context.estimator or along_the_motion)(context, component, report)
-    slots = [slot for slot in variations_of(component) if slot in LEVELS]
     if slots:
         raise InputError(f"has elements, which +{slots[0]} cannot be fitted beside", path="model", value=component.name,
                          mend="Ask for dahl or lugre with this slot")  # fmt: skip
