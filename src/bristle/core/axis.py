@@ -175,6 +175,7 @@ class Cogging:
     jerk_limit=_positive("length/time^3", "largest jerk"), stroke=_pair("length", "where the stroke ends"),
     controller=optional(model("controller")), pitch=_positive("length", "movement for a turn"),
     arm=_positive("length", "movement for a radian of the motor"),
+    rated=_positive("force", "effort at 100 % of rated"),
     presliding=_positive("length", "pre-sliding distance"), cutoff=_positive("frequency", "cut-off"),
     decimation=optional(whole(1, 10_000)), keeps_rests=FLAG, method=among("inverse_dynamics", "output_error"),
     loop=optional(among("open", "closed")), global_search=FLAG, settings=_thresholds,
@@ -243,6 +244,8 @@ class Axis:
         The control law that was running.
     pitch : float or None
         Movement of the axis for one turn of the motor [m or rad], where a transmission is told.
+    rated : float or None
+        Effort on the axis at 100 % of rated [N or N*m]; None where nothing tells it.
     arm : float or None
         Movement of the axis for one radian of the motor [m or rad], where a transmission is told: gains may be those
         of the motor.
@@ -306,6 +309,7 @@ class Axis:
     controller: Any = None
     pitch: float | None = None
     arm: float | None = field(default=None, compare=False)
+    rated: float | None = field(default=None, compare=False)
     presliding: float | None = None
     cutoff: float | None = None
     decimation: int | None = None

@@ -11,25 +11,22 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bristle.core import units
-from bristle.core.axis import Axis
 from bristle.core.contracts import Model, Motion
 from bristle.core.errors import InputError
 from bristle.core.variable import KINDS, unit_of
 from bristle.engine.steady import steady_force
 from bristle.friction import unvaried
 from bristle.prediction.drive_table import placed
+from bristle.prediction.drive_units import LogUnits
 
 __all__ = [
     "Side",
-    "Units",
     "losses",
     "mean_side",
     "reversal_distance",
     "side_of",
     "table_text",
     "tf5200_text",
-    "units_of",
 ]
 
 POINTS, FEWEST, MOST = 20, 2, 1000
@@ -44,24 +41,6 @@ TF5200_POINTS, SCALE_OF_ONE, LONGEST_DELAY, DELAY_UNIT = (
     {"translational": 1e-7, "rotational": math.radians(1e-4)},
 )
 SPEED_UNIT = {"translational": ("um/s", 1e-6), "rotational": ("0.001 deg/s", math.radians(1e-3))}
-
-
-@dataclass(frozen=True)
-class Units:
-    """The units of a drive.
-
-    Parameters
-    ----------
-    velocity, effort : str
-        What they are called.
-    velocity_si, effort_si : float
-        SI of the axis for one of each.
-    """
-
-    velocity: str
-    velocity_si: float
-    effort: str
-    effort_si: float
 
 
 @dataclass(frozen=True)
@@ -84,23 +63,6 @@ class Side:
         """The largest difference between the curve and straight lines between the entries [N or N*m]."""
         straight = np.interp(self.curve[:, 0], self.entries[:, 0], self.entries[:, 1])
         return float(np.max(np.abs(straight - self.curve[:, 1])))
-
-
-def units_of(axis: Axis | None, kind: str) -> Units:
-    """Return the units of the drive by the columns of its log; SI where there is no axis file."""
-    x, effort = unit_of("length", kind), unit_of("force", kind)  # type: ignore[arg-type]
-    velocity_si, effort_si = 1.0, 1.0
-    if axis is None:
-        return Units(f"{x}/s", 1.0, effort, 1.0)
-    if "position" in axis.columns:
-        column = axis.columns["position"]
-        x = column.unit or column.base
-        velocity_si = abs(column.scale) * units.factor(x, column.base)
-    if "effort" in axis.columns:
-        column = axis.columns["effort"]
-        effort = column.unit or column.base
-        effort_si = abs(column.scale) * units.factor(effort, column.base)
-    return Units(f"{x}/s", velocity_si, effort, effort_si)
 
 
 def side_of(model: Model, direction: float, fastest: float, points: int) -> Side:
@@ -153,13 +115,13 @@ def reversal_distance(model: Model, speed: float) -> float:
     return float(np.interp(enough, change[first - 1 : first + 1], far[first - 1 : first + 1])) if first > 0 else 0.0
 
 
-def losses(model: Model, forward: Side, backward: Side, scale: Units, *, symmetric: bool) -> tuple[str, ...]:
+def losses(model: Model, forward: Side, backward: Side, scale: LogUnits, *, symmetric: bool) -> tuple[str, ...]:
     """Return what a table loses, a sentence each."""
-    effort, x = scale.effort, unit_of("length", model.kind)
-    deviation = max(forward.deviation, backward.deviation) / scale.effort_si
+    effort, x = scale.effort.name, unit_of("length", model.kind)
+    deviation = max(forward.deviation, backward.deviation) / scale.effort.si
     notes = [f"straight lines between the entries are off the steady friction by {deviation:.2g} {effort} at most"]
     distance = reversal_distance(model, 1e-3 * float(forward.curve[-1, 0]))
-    jump = (forward.curve[0, 1] + backward.curve[0, 1]) / scale.effort_si
+    jump = (forward.curve[0, 1] + backward.curve[0, 1]) / scale.effort.si
     if distance > 0.0:
         notes.append(
             f"memory is lost: at a reversal the table jumps by {jump:.3g} {effort} at once, and the model changes by "
@@ -167,7 +129,7 @@ def losses(model: Model, forward: Side, backward: Side, scale: Units, *, symmetr
         )
     if symmetric:
         apart = np.interp(forward.curve[:, 0], backward.curve[:, 0], backward.curve[:, 1]) - forward.curve[:, 1]
-        wrong = 0.5 * float(np.max(np.abs(apart))) / scale.effort_si
+        wrong = 0.5 * float(np.max(np.abs(apart))) / scale.effort.si
         if wrong > 0.0:
             notes.append(f"the table is the same for both directions: each is off by up to {wrong:.3g} {effort}")
     varying = [name for name in ("position", "periodic", "load", "temperature") if f"+{name}" in model.name]
@@ -176,23 +138,23 @@ def losses(model: Model, forward: Side, backward: Side, scale: Units, *, symmetr
     return tuple(notes)
 
 
-def table_text(forward: Side, backward: Side, scale: Units) -> str:
+def table_text(forward: Side, backward: Side, scale: LogUnits) -> str:
     """Return a table over both directions as CSV, velocity ascending, in the units of the drive."""
     rows = [(-v, -f) for v, f in backward.entries[::-1].tolist()] + forward.entries.tolist()
-    lines = [f"{v / scale.velocity_si:.9g},{f / scale.effort_si:.9g}" for v, f in rows]
-    return "\n".join([f"velocity [{scale.velocity}],effort [{scale.effort}]", *lines, ""])
+    lines = [f"{v / scale.velocity.si:.9g},{f / scale.effort.si:.9g}" for v, f in rows]
+    return "\n".join([f"velocity [{scale.velocity.name}],effort [{scale.effort.name}]", *lines, ""])
 
 
-def tf5200_text(model: Model, side: Side, scale: Units, notes: tuple[str, ...], facts: list[str]) -> str:
+def tf5200_text(model: Model, side: Side, scale: LogUnits, notes: tuple[str, ...], facts: list[str]) -> str:
     """Return the friction compensation of a TwinCAT 3 CNC as its list of compensation values has it."""
     if len(side.entries) > TF5200_POINTS:
         raise InputError("are more entries than the list takes", path="points", value=len(side.entries),
                          allowed=f"{TF5200_POINTS} or fewer")  # fmt: skip
     unit, unit_si = SPEED_UNIT[model.kind]
     delay = round(reversal_distance(model, 1e-3 * float(side.curve[-1, 0])) / DELAY_UNIT[model.kind])
-    per_mille = scale.effort == "%"
-    effort = "0.1 % of rated, as CANopen drives report their torque" if per_mille else scale.effort
-    factor = scale.effort_si * (0.1 if per_mille else 1.0)
+    per_mille = scale.effort.name == "%"
+    effort = "0.1 % of rated, as CANopen drives report their torque" if per_mille else scale.effort.name
+    factor = scale.effort.si * (0.1 if per_mille else 1.0)
     head = [
         f"Friction compensation of {model.name}: Beckhoff TF5200, list of compensation values.", *facts, *notes,
         f"in: {unit}; out: {effort}. Check the unit of out against the torque that your drive reports.",

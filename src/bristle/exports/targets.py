@@ -96,20 +96,22 @@ def _wasm(request: Request) -> Product:
 
 
 def _table(request: Request) -> Product:
-    from bristle.exports.drive import losses, side_of, table_text, units_of
+    from bristle.exports.drive import losses, side_of, table_text
+    from bristle.prediction.drive_units import log_units
 
     forward, backward = [side_of(request.model, way, request.speed, request.points) for way in (1.0, -1.0)]
-    scale = units_of(request.axis, request.model.kind)
+    scale = log_units(request.axis, request.model.kind)
     notes = losses(request.model, forward, backward, scale, symmetric=False)
     return Product({f"{request.name}.csv": table_text(forward, backward, scale)}, notes)
 
 
 def _tf5200(request: Request) -> Product:
-    from bristle.exports.drive import losses, mean_side, side_of, tf5200_text, units_of
+    from bristle.exports.drive import losses, mean_side, side_of, tf5200_text
+    from bristle.prediction.drive_units import log_units
 
     forward, backward = [side_of(request.model, way, request.speed, request.points) for way in (1.0, -1.0)]
     mean = mean_side(forward, backward, request.points)
-    scale = units_of(request.axis, request.model.kind)
+    scale = log_units(request.axis, request.model.kind)
     notes = losses(request.model, forward, backward, scale, symmetric=True)
     return Product({f"{request.name}.txt": tf5200_text(request.model, mean, scale, notes, request.source.lines)}, notes)
 

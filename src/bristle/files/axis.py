@@ -111,6 +111,7 @@ def axis_from(data: dict[str, Any]) -> Axis:
         stroke=_stroke(file),
         pitch=drive.transmission.lead,
         arm=_arm(drive),
+        rated=_rated(file, drive),
         presliding=_positive(file.plant.presliding, LENGTH, file.kind, "plant.presliding"),
         cutoff=_positive(file.identification.cutoff, FREQUENCY, file.kind, "identification.cutoff"),
         decimation=file.identification.decimation,
@@ -151,6 +152,13 @@ def _arm(drive: Drive) -> float | None:
     """Return the movement of the axis for one radian of the motor; None where nothing tells it."""
     train = drive.transmission
     return None if train.kind == "translational" and train.lead is None else train.travel("rotational", "motor")
+
+
+def _rated(file: AxisFile, drive: Drive) -> float | None:
+    """Return the effort on the axis at 100 % of rated [N or N*m]; None where nothing tells it."""
+    if drive.rated is None and (drive.constant is None or drive.constant.drive != "rated"):
+        return None
+    return abs(_effort("100 %", file, drive, "effort.rated"))
 
 
 def _resolution(encoder: EncoderEntry, drive: Drive) -> float | None:
