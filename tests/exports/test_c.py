@@ -10,7 +10,7 @@ import pytest
 from tests.exports.native import COMPILER, FLAGS, WARNINGS, Native, differing, walk
 
 import bristle as br
-from bristle.engine import interpreted
+from bristle.engine import force_along, interpreted
 from bristle.friction import MODELS, with_slots
 from bristle.testing import example_of
 
@@ -276,3 +276,32 @@ def test_the_self_test_of_single_precision_tells_how_far_it_is_off(tmp_path):
     assert "double" not in text[text.index("typedef struct") : text.index("static inline bool is_finite")]
     (tmp_path / "gms" / "axis_x.c").write_text(text.replace("6000000.0f", "6600000.0f"))
     assert built(tmp_path / "gms", "axis_x_selftest.c").returncode == 1
+
+
+AT = """
+#include "axis_x.h"
+#include <stdio.h>
+int main(void)
+{
+    static axis_x axis;
+    axis_x_start(&axis);
+    for (int i = 0; i < 40; ++i) {
+        printf("%.17g\\n", axis_x_force_at(&axis, 1e-5 * ((i * 37) % 91), 5e-4, 1.0 + 0.01 * i, 300.0 + i));
+    }
+    return 0;
+}
+"""
+
+
+def test_load_and_temperature_come_in_where_friction_depends_on_them(tmp_path):
+    model = example("lugre", ("load", "temperature"))
+    br.export(model, "c", tmp_path / "out")
+    (tmp_path / "out" / "at.c").write_text(AT)
+    forces = np.array(built(tmp_path / "out", "at.c").stdout.split(), dtype=float)
+    i = np.arange(40)
+    x = 1e-5 * ((i * 37) % 91)
+    with interpreted():
+        expected = force_along(
+            model, np.diff(x) / DT, DT, x[1:], load=1.0 + 0.01 * i[1:], temperature=300.0 + i[1:].astype(float)
+        )
+    assert differing(forces[1:], expected) == 0

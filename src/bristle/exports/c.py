@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE
+from bristle.core.motion import Motion
 from bristle.core.variable import unit_of, variables_of
 from bristle.exports.c_code import Printer, number, wrapped
 from bristle.exports.c_helpers import helpers_text
@@ -96,7 +96,9 @@ class CFiles:
             "parameters": tuned.declared(self.scalar, model) if tuned else [],
             "definitions": definitions, "helpers": helpers, "data": self._data(printer, tuned), "step": step,
             "start": self._start(printer, tuned), "zero": number(0.0, self.scalar),
-            "nominal": f"{NOMINAL_LOAD!r}, {NOMINAL_TEMPERATURE!r}", "dt": repr(self.dt), "rate": f"{1.0 / self.dt:g}",
+            "nominal": ", ".join(repr(Motion._field_defaults[name]) for name in subject.signals),
+            "told_signals": [self._told(name) for name in subject.signals],
+            "dt": repr(self.dt), "rate": f"{1.0 / self.dt:g}",
             **self._saved(printer), **self._example(), "loops": loops_of(subject), "reference": component.reference,
             "velocity": VELOCITY[self.scalar], "single": self.scalar == "float",
             "tunable": self.tunable, "steps": self.steps, "model": model.name,
@@ -106,6 +108,11 @@ class CFiles:
         model = self.subject.model
         quantity = getattr(model.component, of_operator) if self.subject.is_operator else quantity
         return unit_of(quantity, model.kind)
+
+    def _told(self, signal: str) -> str:
+        variable = variables_of(Motion)[signal]
+        unit = variable.unit(self.subject.model.kind)
+        return plain(variable.description) + (f" [{unit}]" if unit != "1" else "")
 
     # --- what the structure of the axis holds ---------------------------------------------------------------------
 
@@ -130,7 +137,7 @@ class CFiles:
 
     def _step(self, printer: Printer, tuned: Tunable | None) -> list[str]:
         subject, cast = self.subject, "" if self.scalar == "double" else "(float)"
-        around = ["load", "temperature"] if subject.signals else [repr(NOMINAL_LOAD), repr(NOMINAL_TEMPERATURE)]
+        around = [name if name in subject.signals else repr(usual) for name, usual in Motion._field_defaults.items()]
         values = f"{{{', '.join(['velocity', f'{cast}x', *(f'{cast}{text}' for text in around)])}}}"
         motion = "" if subject.is_operator else f"const {printer.named(subject.motion, 'motion')} = {values};"
         state = ", ".join(f"axis->state.{printer.names.variable(name)}" for name, _ in subject.state.fields) or "0"

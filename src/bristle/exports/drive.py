@@ -132,7 +132,7 @@ def losses(model: Model, forward: Side, backward: Side, scale: LogUnits, *, symm
         wrong = 0.5 * float(np.max(np.abs(apart))) / scale.effort.si
         if wrong > 0.0:
             notes.append(f"the table is the same for both directions: each is off by up to {wrong:.3g} {effort}")
-    varying = [name for name in ("position", "periodic", "load", "temperature") if f"+{name}" in model.name]
+    varying = [slot for slot in model.name.split("+")[1:] if slot != "asymmetry"]
     if varying:
         notes.append(f"what varies is left out: {', '.join(varying)}")
     return tuple(notes)

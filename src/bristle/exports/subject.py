@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from bristle.core.contracts import NOMINAL_LOAD, NOMINAL_TEMPERATURE, Model, Motion
+from bristle.core.contracts import Model, Motion
 from bristle.core.lazy import cached_property
 from bristle.exports.build import Builder
 from bristle.exports.prune import pruned
@@ -55,9 +55,9 @@ class Subject:
 
     @property
     def signals(self) -> tuple[str, ...]:
-        """What friction depends on besides the motion: ``load`` and ``temperature``, where a slot asks for them."""
-        causes = {variable.excitation for variable in self.model.component.variables.values()}
-        return tuple(name for name in ("load", "temperature") if name in causes)
+        """What friction depends on besides the motion, where a slot asks for it: load, temperature and so on."""
+        slots = self.model.name.split("+")[1:]
+        return tuple(name for name in Motion._field_defaults if name in slots)
 
     @property
     def is_operator(self) -> bool:
@@ -86,7 +86,7 @@ class Subject:
         force = np.zeros(len(x))
         for k in range(1, len(x)):
             v = (float(x[k]) - float(x[k - 1])) / dt
-            motion = Motion(v, float(x[k]), NOMINAL_LOAD, NOMINAL_TEMPERATURE)
+            motion = Motion(v, float(x[k]))
             force[k], move = component.trial(state, memory, motion, dt, p)
             state = component.commit(state, memory, move, p)
         return force

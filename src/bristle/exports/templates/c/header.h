@@ -51,8 +51,8 @@ double {{ name }}_output({{ name }} *axis, double x);
    when it opposes a motion to larger `x`. The first call sets where the axis is, and gives 0. */
 double {{ name }}_force({{ name }} *axis, double x, double dt);
 {% endif %}{% if signals %}
-/* The same under a normal load over its nominal value, and at a temperature [K]. */
-double {{ name }}_force_at({{ name }} *axis, double x, double dt, double load, double temperature);
+/* The same with what friction depends on besides: {{ told_signals | join('; ') }}. */
+double {{ name }}_force_at({{ name }} *axis, double x, double dt{% for signal in signals %}, double {{ signal }}{% endfor %});
 {% endif %}
 /* Write what the contact remembers into {{ guard }}_SAVED bytes, the same on every target{% if parameters %}; parameters are not saved{% endif %}. */
 void {{ name }}_save(const {{ name }} *axis, unsigned char *bytes);

@@ -44,7 +44,7 @@ void {{ name }}_start({{ name }} *axis)
 {% endfor %}    axis->position = x;
     return axis->force;
 }
-{% else %}static inline double advanced({{ name }} *axis, double x, double dt{% if signals %}, double load, double temperature{% endif %})
+{% else %}static inline double advanced({{ name }} *axis, double x, double dt{% for signal in signals %}, double {{ signal }}{% endfor %})
 {
     if (!axis->begun && is_finite(x)) {
         axis->position = x;
@@ -52,7 +52,7 @@ void {{ name }}_start({{ name }} *axis)
         return axis->force;
     }
     const {{ scalar }} velocity = {{ velocity }};
-    if (!(velocity - velocity == {{ zero }}) || !(dt > 0.0) || dt > DBL_MAX{% if signals %} || !is_finite(load) || !is_finite(temperature){% endif %}) {
+    if (!(velocity - velocity == {{ zero }}) || !(dt > 0.0) || dt > DBL_MAX{% for signal in signals %} || !is_finite({{ signal }}){% endfor %}) {
         axis->flags |= {{ guard }}_REFUSED;
         return axis->force;
     }
@@ -66,9 +66,9 @@ double {{ name }}_force({{ name }} *axis, double x, double dt)
     return advanced(axis, x, dt{% if signals %}, {{ nominal }}{% endif %});
 }
 {% if signals %}
-double {{ name }}_force_at({{ name }} *axis, double x, double dt, double load, double temperature)
+double {{ name }}_force_at({{ name }} *axis, double x, double dt{% for signal in signals %}, double {{ signal }}{% endfor %})
 {
-    return advanced(axis, x, dt, load, temperature);
+    return advanced(axis, x, dt{% for signal in signals %}, {{ signal }}{% endfor %});
 }
 {% endif %}{% endif %}
 static uint64_t digest(const unsigned char *bytes, size_t size)
