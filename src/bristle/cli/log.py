@@ -79,8 +79,9 @@ def log(
         content = content_of_log(file, limit=limit)
         proposal = _proposal(content, limit) if log_axis is None else None
         summary = _with_messages(summarize(content, proposal.axis if proposal else log_axis, size_limit=limit))
+        summary["proposal"] = {"text": None, "missing": []}
         if proposal is not None:
-            summary |= {"proposal": {"text": proposal.text, "missing": list(proposal.missing)}}
+            summary["proposal"] = {"text": proposal.text, "missing": list(proposal.missing)}
             summary["notes"] = [*proposal.notes, *summary["notes"]]
             if "columns.position.unit" in proposal.missing:  # of a size that nobody knows nothing can be said
                 summary["diagnostics"] = [entry for entry in summary["diagnostics"] if entry["code"] != "unit_suspect"]
