@@ -13,7 +13,7 @@ from bristle.core.variable import Kind, unit_of
 __all__ = ["DriveUnit", "DriveUnits", "LogUnits", "drive_units", "log_units"]
 
 RPM = 2.0 * math.pi / 60.0  # rad/s
-SAME = 1e-9
+NEARLY = 1e-9
 
 
 class DriveUnit(NamedTuple):
@@ -71,7 +71,7 @@ def drive_units(axis: Axis | None, kind: Kind) -> DriveUnits:
     if axis is None:
         return DriveUnits((), (), ())
     own, arm = log_units(axis, kind), axis.arm
-    geared = arm is not None and (kind == "translational" or abs(arm - 1.0) > SAME)
+    geared = arm is not None and (kind == "translational" or abs(arm - 1.0) > NEARLY)
     motor = [DriveUnit("rpm of the motor", RPM * arm)] if arm is not None else []
     torque = [DriveUnit("N*m at the motor", 1.0 / arm)] if arm is not None and geared else []
     rated = [DriveUnit("% of rated", 0.01 * axis.rated)] if axis.rated else []

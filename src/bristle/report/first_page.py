@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bristle.core.typography import number, with_unit
+from bristle.core.typography import number, typeset, with_unit
 from bristle.core.variable import unit_of
-from bristle.prediction.drive_table import level_values
+from bristle.prediction.drive_table import LevelValues, level_values
+from bristle.prediction.drive_units import DriveUnits, drive_units
 from bristle.report.messages import message
 
 if TYPE_CHECKING:
+    from bristle.core.axis import Axis
     from bristle.identification.result import Estimate, Fit, Identification
     from bristle.prediction.following import Following
     from bristle.simulation.result import SimulationResult, VariantResult
@@ -31,13 +33,13 @@ def facts(identification: Identification, axis_name: str, date: str) -> str:
 
 def answers(
     identification: Identification, simulation: SimulationResult | None, following: Following | None,
-    next_measurements: Sequence[tuple[str, str]],
+    next_measurements: Sequence[tuple[str, str]], axis: Axis | None = None,
 ) -> list[tuple[str, list[str]]]:  # fmt: skip
     """Return the five questions of a person who has an axis, each with its answer in a few lines."""
     fit = identification.best
     return [
         ("Is it good?", _quality(fit)),
-        ("What to type in", _typed_in(fit)),
+        ("What to type in", _typed_in(fit, axis)),
         ("What it gains, and costs", _gain(fit, simulation, following)),
         ("Can it be trusted?", _trust(fit)),
         ("What next", _next(fit, next_measurements)),
@@ -57,7 +59,7 @@ def _quality(fit: Fit) -> list[str]:
     return [line, f"on {fit.held_out.of} that it was not fitted to: {_percent(fit.held_out.mean_percent)}"]
 
 
-def _typed_in(fit: Fit) -> list[str]:
+def _typed_in(fit: Fit, axis: Axis | None) -> list[str]:
     levels, unit = level_values(fit), unit_of("force", fit.plant.kind)
     if levels is None:
         return ["nothing: a plant on a spring does not move on steadily"]
@@ -68,8 +70,19 @@ def _typed_in(fit: Fit) -> list[str]:
     return [
         f"{mass} {_fixed(levels.inertia, unit_of('mass', fit.plant.kind))}",
         f"{', '.join(words)}: levels within {_fixed(levels.deviation, unit)} of the curve",
+        *_in_drive_units(levels, drive_units(axis, fit.plant.kind)),
         "or the table for the drive, below",
     ]
+
+
+def _in_drive_units(levels: LevelValues, units: DriveUnits) -> list[str]:
+    """Return inertia and levels in each unit that the drive may want them in."""
+    lines = [f"{_fixed(unit.of(levels.inertia), 'kg*m^2')} at the motor" for unit in units.inertias]
+    named = {"F+": levels.forward, "F\u2212": levels.backward, "constant": levels.constant or None}
+    for unit in units.efforts:
+        told = (f"{name} {number(unit.of(value), digits=3)}" for name, value in named.items() if value is not None)
+        lines.append(f"in {typeset(unit.name)}: {', '.join(told)}")
+    return lines
 
 
 def _gain(fit: Fit, simulation: SimulationResult | None, following: Following | None) -> list[str]:

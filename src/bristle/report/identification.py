@@ -31,6 +31,7 @@ from bristle.simulation.compensation import AS_RECORDED
 
 if TYPE_CHECKING:
     from bristle.certificates import Certificate
+    from bristle.core.axis import Axis
     from bristle.identification.result import Fit, Identification
     from bristle.prediction.following import Following
     from bristle.simulation.result import Prediction, SimulationResult
@@ -42,7 +43,7 @@ def identification_report(
     identification: Identification, *, prediction: Prediction | None = None,
     simulation: SimulationResult | None = None, table: Sequence[tuple[float, float]] | None = None, command: str,
     axis_name: str, provenance: Mapping[str, str], certificates: Mapping[str, Certificate] | None = None,
-    banner: str | None = None, following: Following | None = None,
+    banner: str | None = None, following: Following | None = None, axis: Axis | None = None,
 ) -> str:  # fmt: skip
     """Return the report of an identification as one HTML page.
 
@@ -68,6 +69,8 @@ def identification_report(
         What a reader must know before anything else.
     following : Following, optional
         How the axis followed its reference in the log.
+    axis : Axis, optional
+        The units of its drive.
     """
     fit, kind = identification.best, identification.best.plant.kind
     curve = steady_curve(fit)
@@ -89,12 +92,12 @@ def identification_report(
         axis_name=axis_name,
         facts=facts(identification, axis_name, datetime.date.today().isoformat()),
         judgement=judged(fit, identification.settings, following),
-        answers=answers(identification, simulation, following, next_measurements(fit)),
+        answers=answers(identification, simulation, following, next_measurements(fit), axis),
         verdict=sentences(identification, axis_name, gain, prediction, following),
         parameters=parameter_table(fit),
         warnings=[*warnings_of(fit), *_contradictions(following)],
         next_measurements=next_measurements(fit),
-        drive=None if not table else drive_rows(table, kind),
+        drive=None if not table else drive_rows(table, kind, axis),
         deviation=with_unit(largest_deviation(fit, table or ()), unit_of("force", kind)) if table else None,
         drive_csv=None if not table else as_csv(table, kind),
         variants=None if simulation is None else variant_table(simulation, following.measured if following else None),

@@ -6,11 +6,13 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from bristle.core.typography import number, scale_of
+from bristle.core.typography import number, printable, scale_of, typeset
 from bristle.core.variable import Kind, unit_of
+from bristle.prediction.drive_units import drive_units
 from bristle.report.table import Quantity, Table
 
 if TYPE_CHECKING:
+    from bristle.core.axis import Axis
     from bristle.identification.result import Estimate, Fit, Identification
 
 __all__ = ["as_csv", "comparison_table", "drive_rows", "parameter_table"]
@@ -99,8 +101,8 @@ def comparison_table(identification: Identification) -> Table:
     return Table("Models compared, best first", heads, rows)
 
 
-def drive_rows(table: Sequence[tuple[float, float]], kind: Kind) -> Table:
-    """Return the drive table in units that read well."""
+def drive_rows(table: Sequence[tuple[float, float]], kind: Kind, axis: Axis | None = None) -> Table:
+    """Return the drive table in units that read well, and in those of the drive of an axis and of its log."""
     speed = Quantity.of(unit_of("length/time", kind), (v for v, _ in table), digits=5)
     effort = Quantity.of(unit_of("force", kind), (force for _, force in table), digits=4)
     heads = (
@@ -108,7 +110,16 @@ def drive_rows(table: Sequence[tuple[float, float]], kind: Kind) -> Table:
         speed.head("Velocity"),
         effort.head("Friction torque" if kind == "rotational" else "Friction force"),
     )
-    rows = [(str(index), _side(v) or speed.cell(v), effort.cell(force)) for index, (v, force) in enumerate(table, 1)]
+    further = drive_units(axis, kind)
+    heads = (*heads, *(f"[{typeset(printable(unit.name))}]" for units in further[:2] for unit in units))
+    rows = [
+        (
+            str(index), _side(v) or speed.cell(v), effort.cell(force),
+            *(_side(v) or number(unit.of(v), digits=4) for unit in further.velocities),
+            *(number(unit.of(force), digits=4) for unit in further.efforts),
+        )
+        for index, (v, force) in enumerate(table, 1)
+    ]  # fmt: skip
     return Table("Friction over velocity, for the drive", heads, rows)
 
 

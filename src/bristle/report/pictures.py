@@ -20,11 +20,7 @@ __all__ = ["identification_pictures"]
 
 # For each figure: what it is, and what to see in it.
 CAPTIONS = {
-    "first": (
-        "Friction over velocity, and the following error at its worst reversal",
-        "Above, friction measured and modelled. Below, where the log has a loop, the following error around its worst "
-        "reversal: measured, simulated as it is, and compensated.",
-    ),
+    "first": ("Friction over velocity", "Friction over velocity, measured and modelled."),
     "passages": PASSAGES_CAPTION,
     "parameters": (
         "95 % interval of each parameter in percent of its value",
@@ -66,6 +62,14 @@ CAPTIONS = {
 }
 
 
+WITH_LOOP = (
+    "Friction over velocity, and the following error at its worst reversal",
+    "Above, friction measured and modelled. Below, the following error around its worst reversal: measured, simulated "
+    "as it is, and compensated.",
+)
+"""The same of the first figure, where the log has a loop."""
+
+
 def identification_pictures(
     identification: Identification, table: Sequence[tuple[float, float]], curve: Sequence[tuple[float, float]],
     segments: Sequence[Passage], simulation: SimulationResult | None = None, following: Following | None = None,
@@ -104,4 +108,5 @@ def identification_pictures(
     draw["passages"] = lambda: figures.passages(identification.log, segments)
     if len(identification.fits) > 1:
         draw["comparison"] = lambda: figures.model_comparison(identification)
-    return {name: picture(name, drawing, *CAPTIONS[name]) for name, drawing in draw.items()}
+    captions = CAPTIONS | ({"first": WITH_LOOP} if simulation is not None else {})
+    return {name: picture(name, drawing, *captions[name]) for name, drawing in draw.items()}

@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any
 from bristle.core.status import Status
 from bristle.core.variable import unit_of
 from bristle.prediction.drive_table import largest_deviation, level_values
+from bristle.prediction.drive_units import drive_units
 from bristle.report.judgement import judged
 from bristle.report.loop_warnings import loop_warnings
 from bristle.report.messages import as_data, assumptions_of, message, note_of, notes_of, warnings_of
 
 if TYPE_CHECKING:
     from bristle.certificates import Certificate
+    from bristle.core.axis import Axis
     from bristle.core.contracts import Model
     from bristle.core.diagnostic import Diagnostic
     from bristle.identification.result import Estimate, Fit, Identification
@@ -32,6 +34,7 @@ def identification_summary(
     identification: Identification, *, table: Sequence[tuple[float, float]], simulation: SimulationResult | None,
     prediction: Prediction | None, provenance: Mapping[str, str],
     certificates: Mapping[str, Certificate] | None = None, following: Following | None = None,
+    axis: Axis | None = None,
 ) -> dict[str, Any]:  # fmt: skip
     """Return an identification in numbers: the best model on top, all of them under ``models``."""
     best, log = identification.best, identification.log
@@ -60,7 +63,7 @@ def identification_summary(
             "velocity": [velocity for velocity, _ in table], "effort": [effort for _, effort in table],
             "largest_deviation": largest_deviation(best, table) if table else None,
         },
-        "drive_levels": None if (levels := level_values(best)) is None else levels._asdict(),
+        "drive_levels": _levels(best, axis),
         "following_error": None if following is None else following.as_data(),
         "compensation": None if simulation is None else _variants(simulation),
         "prediction": None if prediction is None else _prediction(prediction),
@@ -105,6 +108,20 @@ def simulation_summary(
         "diagnostics": as_data(diagnostics),
         "provenance": provenance,
     }
+
+
+def _levels(fit: Fit, axis: Axis | None) -> dict[str, Any] | None:
+    """Return the levels for a drive in SI, and in each unit that the drive may want."""
+    levels, units = level_values(fit), drive_units(axis, fit.plant.kind)
+    if levels is None:
+        return None
+    forces = {name: value for name, value in levels._asdict().items() if name != "inertia"}
+    of_units = {
+        unit.name: {name: None if value is None else unit.of(value) for name, value in forces.items()}
+        for unit in units.efforts
+    }
+    of_units |= {unit.name: {"inertia": unit.of(levels.inertia)} for unit in units.inertias}
+    return levels._asdict() | {"units": of_units}
 
 
 def _parameters(fit: Fit) -> dict[str, Any]:

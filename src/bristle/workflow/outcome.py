@@ -61,6 +61,8 @@ class Outcome:
         The axis files as used, that of the first log first.
     following : Following or None
         How the axis followed its reference in the log, and whether the simulation agrees.
+    axis : Axis or None
+        That of the first log: the units of its drive.
     """
 
     identification: Identification
@@ -75,6 +77,7 @@ class Outcome:
     banner: str | None = None
     axes: tuple[bytes, ...] = ()
     following: Following | None = None
+    axis: Axis | None = None
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -83,7 +86,7 @@ class Outcome:
 
         return identification_summary(
             self.identification, table=self.table, simulation=self.simulation, prediction=self.prediction,
-            provenance=self.provenance, certificates=self.certificates, following=self.following,
+            provenance=self.provenance, certificates=self.certificates, following=self.following, axis=self.axis,
         )  # fmt: skip
 
     @cached_property
@@ -95,6 +98,7 @@ class Outcome:
             self.identification, prediction=self.prediction, simulation=self.simulation, table=self.table,
             command=self.command, axis_name=self.axis_name, provenance=self.provenance,
             certificates=self.certificates, banner=self.banner, following=self.following,
+            axis=self.axis,
         )  # fmt: skip
 
     def write(self, folder: Results, **further: Any) -> None:
@@ -160,7 +164,7 @@ def outcome_of(
     certificates, uncertified = _certificates(identification.best.friction)
     return Outcome(
         identification, table, simulation, prediction, certificates, uncertified, source, command, axis_name,
-        f"Unfinished; {unfinished}." if unfinished else banner, axes, following,
+        f"Unfinished; {unfinished}." if unfinished else banner, axes, following, axis,
     )  # fmt: skip
 
 
