@@ -29,6 +29,7 @@ def excite(
     context: typer.Context,
     axis: Annotated[Path, typer.Argument(metavar="AXIS.toml", help="The file that describes the axis.")],
     out: Out = None,
+    *,
     duration: Annotated[str, typer.Option("--duration", metavar="TIME", help="How long the motion may take.")] = "60 s",
     travel: Annotated[
         str | None,
