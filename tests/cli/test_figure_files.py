@@ -12,7 +12,12 @@ from bristle.files.results import SUMMARY
 from bristle.report.latex import as_latex
 
 COMMANDS = typer.main.get_command(app).commands
-WITH_RESULTS = sorted(name for name, one in COMMANDS.items() if any("--out" in each.opts for each in one.params))
+WITHOUT_REPORT = {"export"}
+WITH_RESULTS = sorted(
+    name
+    for name, one in COMMANDS.items()
+    if name not in WITHOUT_REPORT and any("--out" in each.opts for each in one.params)
+)
 
 
 @pytest.mark.parametrize("name", WITH_RESULTS)

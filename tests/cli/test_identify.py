@@ -222,7 +222,7 @@ def test_the_command_line_takes_several_logs(bristle, place):
     assert {"log", "log_2", "log_2_sha256", "axis"} <= set(found.data["provenance"])
     assert found.data["parameters"]["M"]["value"] == pytest.approx(20.0, rel=0.03)
     page = (place / "both" / "report.html").read_text()
-    assert "held-out logs" in page
+    assert "on logs that it was not fitted to" in page
     assert "Further logs" in page
     wrong = bristle("identify", "log.csv", "--axis", "axis.toml", "--axis", "axis.toml")
     assert wrong.code == 2

@@ -57,8 +57,7 @@ def excite(
 ) -> None:
     """Design the motion to run on an axis, within its limits.
 
-    Tells what the log of that motion would identify, and how well: it is run on what is believed of the axis, with
-    its encoder, noise and scatter, and identified from that.
+    Tells what its log would identify, and how well: it is run on what is believed of the axis, and identified.
 
     Writes motion.csv, moves.csv, motion.nc, axis.toml, summary.json and report.html into DIR.
     """

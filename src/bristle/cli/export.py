@@ -46,12 +46,12 @@ def export(
     force: Force = False,
     as_json: Json = False,
 ) -> None:
-    """Write a friction model, or for c a hysteresis operator, as files for another world.
+    """Write a friction model as C, for the web, for a drive.
 
-    c: a header, a source that compiles alone, an example, and a self-test that proves that the target gives the same
-    bits. Nothing is compiled here, and no compiler is needed. wasm: a module
-    and the script that loads it, for a browser or node. table: effort over velocity, CSV, in the units of the log
-    that AXIS.toml describes. tf5200: the same for the friction compensation of a Beckhoff TF5200 CNC. mjcf: a scene of
+    c, of hysteresis operators too: a header, a source that compiles alone, an example, and a self-test that proves
+    that the target gives the same bits. Nothing is compiled here, and no compiler is needed. wasm: a module and the
+    script that loads it, for a browser or node. table: effort over velocity, CSV, in the units of the log that
+    AXIS.toml describes. tf5200: the same for the friction compensation of a Beckhoff TF5200 CNC. mjcf: a scene of
     MuJoCo with what it has of friction.
     """
     from bristle.core.content import content_of
