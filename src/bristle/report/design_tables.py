@@ -103,7 +103,7 @@ def proposal_table(design: Design) -> Table:
     )  # fmt: skip
     rows = [
         (
-            proposal.name, proposal.variant.controller.name, _cell(proposal.bandwidth), _least_margin(proposal),
+            _loop_name(proposal, design), proposal.variant.controller.name, _cell(proposal.bandwidth), _least_margin(proposal),
             "∞" if math.isinf(proposal.stiffness) else stiffness_text(proposal.stiffness, kind).replace(" ", "\u00a0"),
             count.cell(proposal.count_effort),
             "–" if proposal.following_error is None else length.cell(proposal.following_error.peak_to_peak),
@@ -112,6 +112,11 @@ def proposal_table(design: Design) -> Table:
         for proposal in proposals
     ]  # fmt: skip
     return Table("The loop as it is, and what is proposed", heads, rows)
+
+
+def _loop_name(proposal: Proposal, design: Design) -> str:
+    """Return what a loop is called: as in the experiment where it is that of a variant."""
+    return f"{design.variant.name}, {proposal.name}" if proposal is design.proposals[0] else proposal.name
 
 
 def _least_margin(proposal: Proposal) -> str:
@@ -131,11 +136,21 @@ def controller_text(variant: Variant) -> str:
         elif isinstance(value, int) or unit == "1":
             lines.append(f"{key_of(name)} = {value}")
         elif math.isfinite(value):
-            lines.append(f'{key_of(name)} = "{value:.6g} {unit}"')
+            lines.append(f'{key_of(name)} = "{value:.6g} {unit}"{_at_the_motor(value, unit, variant)}')
     if mass > 0.0:
         unit = unit_of("mass", controller.kind)
         lines += ["", "[controller.feedforward]", f'mass = "{mass:.6g} {unit}"']
     return "\n".join(lines)
+
+
+MOTOR = {"N*s/m": "N*m*s/rad", "N/m": "N*m/rad", "N/(m*s)": "N*m/(rad*s)"}
+"""By its unit on a carriage, the unit of a gain at the motor."""
+
+
+def _at_the_motor(value: float, unit: str, variant: Variant) -> str:
+    """Return a gain as the drive of a motor behind a screw has it, as a comment; nothing where there is none."""
+    arm = None if variant.axis is None else variant.axis.arm
+    return f"  # {value * arm * arm:.4g} {MOTOR[unit]} at the motor" if arm and unit in MOTOR else ""
 
 
 def circle_table(circles: tuple[Circle, ...], design: Design) -> Table:
